@@ -58,7 +58,8 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
     """At any rotation: tractions, displacements and stresses are exact; also where nodes match, and
     facets do not."""
     d, rng = len(upper) + 1, np.random.default_rng(seed or 0)
-    R, shift = np.linalg.qr(rng.normal(size=(d, d)))[0], rng.normal(size=d)
+    R = np.linalg.qr(rng.normal(size=(d, d)))[0]
+    shift = rng.normal(size=d)
     R[:, 0] *= np.linalg.det(R)
     stress = np.zeros((3, 3))
     stress[:d, :d] = (
@@ -67,7 +68,8 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
         @ R.T
     )
     stress[2, 2] += nu * np.trace(stress) * (d == 2)  # plane strain
-    strain, spin = (1 + nu) * stress - nu * np.trace(stress) * np.eye(3), rng.normal(size=(d, d))
+    strain = (1 + nu) * stress - nu * np.trace(stress) * np.eye(3)
+    spin = rng.normal(size=(d, d))
     gradient = strain[:d, :d] + 0.3 * (spin - spin.T)
     bodies = {
         name: fo.Body(turned(mesh, R).translated(shift), fo.Material(1.0, nu), part)
@@ -105,15 +107,12 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
         + p[:, None] * system.normals
     )
     rounding = max(1e-12, 1e-15 / (1 - 2 * nu))  # forces have that of the bulk modulus
-    assert np.allclose(
-        force, -system.width[:, None] * traction[:, -1], rtol=0, atol=rounding
-    ) and np.allclose(system.normals, R[:, -1])
-    assert system.width.sum() == pytest.approx(
-        2.0 ** (d - 1), abs=1e-12
-    ) and system.nodes == np.prod(np.array(upper) + 1)
-    assert np.linalg.eigvalsh(system.S)[0] > -1e-13 * np.abs(system.S).max() and np.array_equal(
-        system.S, system.S.T
-    )
+    assert np.allclose(force, -system.width[:, None] * traction[:, -1], rtol=0, atol=rounding)
+    assert np.allclose(system.normals, R[:, -1])
+    assert system.width.sum() == pytest.approx(2.0 ** (d - 1), abs=1e-12)
+    assert system.nodes == np.prod(np.array(upper) + 1)
+    assert np.linalg.eigvalsh(system.S)[0] > -1e-13 * np.abs(system.S).max()
+    assert np.array_equal(system.S, system.S.T)
     fields = model.recover({"load": 1.0}, np.zeros(system.slip_shape))
     rounding = max(1e-12, 1e-13 / (1 - 2 * nu))
     rows, columns = np.array([[0, 1, 0, 2, 0, 1], [0, 1, 1, 2, 2, 2]])[:, : 4 if d == 2 else 6]
@@ -158,12 +157,10 @@ def test_a_scene_turned_by_any_angle_has_the_same_answers(angle, jaws):
     (straight, limit), turned = upright(jaws), wedge(angle, jaws=jaws).condense()
     assert np.allclose(turned.S, straight.S, rtol=0, atol=1e-11 * np.abs(straight.S).max())
     assert np.allclose(reactions(turned), reactions(straight), rtol=0, atol=1e-11)
-    assert np.allclose(
-        turned.x - turned.x[0], straight.x - straight.x[0], atol=1e-12
-    ) and np.allclose(turned.width, straight.width)
-    assert np.allclose(turned.points, straight.points @ rotation(angle).T) and np.allclose(
-        turned.normals, straight.normals @ rotation(angle).T
-    )
+    assert np.allclose(turned.x - turned.x[0], straight.x - straight.x[0], atol=1e-12)
+    assert np.allclose(turned.width, straight.width)
+    assert np.allclose(turned.points, straight.points @ rotation(angle).T)
+    assert np.allclose(turned.normals, straight.normals @ rotation(angle).T)
     assert 0.1 < limit < 10.0
     assert limits(turned) == pytest.approx(limit, rel=1e-10)
 
@@ -193,9 +190,9 @@ def test_arc_length_runs_on_from_contact_to_contact():
     system = wedge().condense()
     steps = np.diff(system.x)
     edge = 1 / np.sin(np.pi / 3) / 6
-    assert (
-        np.allclose(steps, edge) and system.nodes == 14
-    )  # a contact begins one spacing after the one before
+    # A contact begins one spacing after the one before.
+    assert np.allclose(steps, edge)
+    assert system.nodes == 14
     assert np.allclose(system.width.reshape(2, 7), edge * np.r_[0.5, np.ones(5), 0.5])
 
 
@@ -267,18 +264,15 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
     model = replace(
         model, loads={**model.loads, "torque": [torque]}, supports=[fo.Support("plate", "rim")]
     )
-    system, cycle = (
-        model.condense(),
-        fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}, {"torque": -1.0}]),
-    )
+    system = model.condense()
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}, {"torque": -1.0}])
     gross = 0.2 * system.bonded["fit"][1].sum() / abs(system.bonded["torque"][0].sum())
     free, bound = (
         fo.shakedown_limit(system, cycle, 0.2, **options).load_factor
         for options in ({}, {"slip_bound": 0.01})
     )
-    assert bound == pytest.approx(gross, rel=5e-3) and free == (
-        np.inf if exchanged else pytest.approx(gross, rel=1e-3)
-    )
+    assert bound == pytest.approx(gross, rel=5e-3)
+    assert free == (np.inf if exchanged else pytest.approx(gross, rel=1e-3))
 
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
@@ -311,9 +305,8 @@ def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
         },
     )
     system = model.condense()
-    assert np.allclose(system.normals[:, :2], -system.points[:, :2]) and np.allclose(
-        system.normals[:, 2:], 0.0
-    )
+    assert np.allclose(system.normals[:, :2], -system.points[:, :2])
+    assert np.allclose(system.normals[:, 2:], 0.0)
     limit = fo.shakedown_limit(system, fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}]), 0.1)
     x, y, *_ = np.array(
         [
@@ -322,10 +315,10 @@ def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
         ]
     ).swapaxes(0, 1)
     torque = abs(x[0] @ y[1] - y[0] @ x[1])
-    assert (
-        limit.load_factor == pytest.approx(0.1 * system.bonded["fit"][1].sum() / torque, rel=5e-3)
-        and limit.largest_slip < 0.01
+    assert limit.load_factor == pytest.approx(
+        0.1 * system.bonded["fit"][1].sum() / torque, rel=5e-3
     )
+    assert limit.largest_slip < 0.01
 
 
 @pytest.mark.parametrize("start", [0.0, 0.02, 0.06, 0.1])

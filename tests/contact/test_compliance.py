@@ -79,9 +79,10 @@ def test_moved_supports_are_those_of_their_force():
         },
     )
     system = model.condense()
+    # Force E/2 x 0.1, times 0.1.
     assert system.displacements([1.0, 0.0], np.zeros(3), np.zeros(3))[0] == pytest.approx(
         -0.1 * 0.1 * 2.0 / 2.0
-    )  # force E/2 x 0.1, times 0.1
+    )
     assert system.displacements([1.0, 0.0], np.zeros(3), np.full(3, 0.1))[0] == pytest.approx(
         -2 * 0.1 * 0.1
     )  # open by 0.1 more, twice the force
@@ -95,9 +96,8 @@ def test_the_area_of_the_loop_is_the_work_of_friction(factor):
     )
     loop = steady.loop("sigma")
     assert steady.dissipation > 0 and loop.area == pytest.approx(steady.dissipation, rel=1e-10)
-    assert steady.loop("P").area == pytest.approx(
-        0.0, abs=1e-12 * np.ptp(steady.displacement("P"))
-    )  # the load is constant
+    # The load is constant.
+    assert steady.loop("P").area == pytest.approx(0.0, abs=1e-12 * np.ptp(steady.displacement("P")))
     assert np.ptp(loop.amplitude) == pytest.approx(2 * steady.load_factor)
     assert np.ptp(steady.displacement("sigma")) == pytest.approx(
         np.ptp(loop.amplitude) / loop.stiffness
@@ -130,10 +130,8 @@ def test_the_transient_knows_its_amplitudes_from_the_mean_load_on():
         q, p = system.reaction(loads)
         assert np.abs(path.bonded_p[row] - p).max() + np.abs(path.bonded_q[row] - q).max() < 1e-12
     later = fo.march(system, PAPER, 0.5, 0.3, initial_state=path.state_at(-1), cycles=1)
-    assert (
-        np.isnan(later.amplitudes[0]).all()
-        and later.amplitudes[-1].tolist() == path.amplitudes[-1].tolist()
-    )
+    assert np.isnan(later.amplitudes[0]).all()
+    assert later.amplitudes[-1].tolist() == path.amplitudes[-1].tolist()
 
 
 def test_contact_stiffness_and_gaps_carry_the_compliance(tmp_path):
@@ -142,9 +140,8 @@ def test_contact_stiffness_and_gaps_carry_the_compliance(tmp_path):
         system.S, system.points, dict(system.bonded), width=[0.5, 0.7], compliance=system.compliance
     )
     soft = widths.with_gap([0.1, 0.0]).with_contact_stiffness(tangential=3.0, normal=5.0)
-    r = np.random.default_rng(0).normal(
-        size=4
-    )  # tractions: what they and the loads do to the bodies and to the springs
+    # Tractions: what they and the loads do to the bodies and to the springs.
+    r = np.random.default_rng(0).normal(size=4)
     give = 1 / np.array([1.5, 2.1, 2.5, 3.5])
     loads = np.array([0.3, 0.2, -0.1])
     held = np.column_stack([joined(*pair) for pair in widths.bonded.values()])

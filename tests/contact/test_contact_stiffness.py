@@ -47,19 +47,15 @@ def test_springs_add_what_they_give_to_the_compliance_however_soft_a_motion_of_t
     """`R^T (G^-1 + S)^-1 R`, with a bolted joint in mind: it hardly resists one motion."""
     rng = np.random.default_rng(2)
     V = np.linalg.qr(rng.normal(size=(8, 8)))[0]
-    S, R, width = (
-        V * np.r_[least, rng.uniform(1, 3, 7)] @ V.T,
-        rng.normal(size=(8, 2)),
-        rng.uniform(0.5, 2, 4),
-    )
+    S = V * np.r_[least, rng.uniform(1, 3, 7)] @ V.T
+    R = rng.normal(size=(8, 2))
+    width = rng.uniform(0.5, 2, 4)
     points = np.column_stack([np.arange(4.0), np.zeros(4)])
     system = fo.ContactSystem(
         (S + S.T) / 2, points, dict(zip("PQ", R.T, strict=True)), width=width, compliance=np.eye(2)
     )
-    soft, springs = (
-        system.with_contact_stiffness(tangential=5.0, normal=7.0),
-        np.diag(np.r_[5.0 * width, 7.0 * width]),
-    )
+    soft = system.with_contact_stiffness(tangential=5.0, normal=7.0)
+    springs = np.diag(np.r_[5.0 * width, 7.0 * width])
     added = R.T @ np.linalg.solve(springs + system.S, R)
     assert np.abs(soft.compliance - np.eye(2) - added).max() < 1e-13 * np.abs(added).max()
     reactions = springs @ np.linalg.solve(springs + system.S, R)
@@ -100,7 +96,8 @@ def test_surfaces_far_softer_or_stiffer_than_the_bodies(tangents, size):
         else fo.scenes.SquarePunch(elements=4).condense()
     )
     name = "Q" if "Q" in system.bonded else "Qx"
-    cycle, f = fo.LoadCycle({"P": 1.0}, [{name: 1.0}, {name: -1.0}]), 0.5
+    cycle = fo.LoadCycle({"P": 1.0}, [{name: 1.0}, {name: -1.0}])
+    f = 0.5
     soft = system.with_contact_stiffness(
         tangential=size * system.stiffness_scale, normal=size * system.stiffness_scale
     )
@@ -180,9 +177,8 @@ def test_springs_that_are_soft_in_one_direction_leave_the_other_one_rigid(stiffn
     soft = system.with_contact_stiffness(tangential=stiffness)
     assert np.abs(soft.C - free).max() < (1e-13 + 10 * stiffness) * np.abs(free).max()
     assert np.abs(soft.A - stiffness * np.eye(2)).max() < 1e-6 * stiffness + 1e-15
-    q = np.array(
-        [1.0, 0.5]
-    )  # which moves its load as if the bodies did not touch along the tangents
+    # Which moves its load as if the bodies did not touch along the tangents.
+    q = np.array([1.0, 0.5])
     assert np.allclose(
         np.diag(soft.compliance),
         [3.0, 4.0 + q @ np.linalg.solve(system.A, q)],

@@ -80,9 +80,8 @@ def test_a_history_less_its_mean_is_what_the_load_factor_scales():
 def test_a_closed_history_comes_back_to_its_first_corner_once(gap):
     history = pd.DataFrame({"time": range(4), "P": 5.0, "sigma": [1.0, -1.0, 3.0, 1.0 + gap]})
     cycle = fo.LoadCycle.from_history(history, mean={"P": 5.0})
-    assert cycle == fo.LoadCycle(
-        {"P": 5.0}, [{"sigma": s} for s in (1.0, -1.0, 3.0)]
-    ) and cycle.times == (0, 1, 2, 3)
+    assert cycle == fo.LoadCycle({"P": 5.0}, [{"sigma": s} for s in (1.0, -1.0, 3.0)])
+    assert cycle.times == (0, 1, 2, 3)
     assert cycle.corner_names == ("t = 0: sigma = +1", "t = 1: sigma = -1", "t = 2: sigma = +3")
     other = fo.LoadCycle.from_history(
         history.assign(sigma=[1.0, -1.0, 3.0, 1.0 + 1e-9]), mean={"P": 5.0}
@@ -112,7 +111,8 @@ def test_a_filtered_history_stays_within_the_tolerance_in_its_order(cases):
         cycle = fo.LoadCycle.from_history(pd.DataFrame(path, columns=names), mean={}, tolerance=0.1)
         kept = np.array([[corner[name] for name in names] for corner in cycle.corners])
         assert len(kept) < 40 and np.array_equal(kept[[0, -1]], path[[0, -1]])
-        size, fine = np.ptp(path, axis=0), np.linspace(0, 1, 21)[:-1, None]
+        size = np.ptp(path, axis=0)
+        fine = np.linspace(0, 1, 21)[:-1, None]
         paths = (
             np.concatenate(
                 [(a + fine * (b - a)) / size for a, b in itertools.pairwise(points)]
@@ -183,15 +183,14 @@ def test_an_index_of_times_is_the_time(index):
     cycle = fo.LoadCycle.from_history(history)
     assert cycle.times == ((0.0, 0.5, 2.0) if index is SECONDS else tuple(index))
     assert cycle == fo.LoadCycle.from_history(history.reset_index(drop=True))
+    # A column of that name comes first.
     assert fo.LoadCycle.from_history(history.assign(time=[5, 6, 7])).times == (
         5,
         6,
         7,
-    )  # a column of that name comes first
-    assert (
-        all(name.startswith("t = ") for name in cycle.corner_names)
-        and cycle.plot().get_xlabel() == "time"
     )
+    assert all(name.startswith("t = ") for name in cycle.corner_names)
+    assert cycle.plot().get_xlabel() == "time"
     plt.close("all")
 
 
@@ -287,10 +286,8 @@ def test_vertices_are_all_sums_and_neighbours_differ_in_one_load():
     )
     points = [(c["a"], c["b"], (c["x"], c["y"]), c["c"]) for c in cycle.corners]
     corners = [(c["x"], c["y"]) for c in circle]
-    assert (
-        set(points) == set(itertools.product((-1.0, 2.0), (0.0,), corners, (3.0, 4.0)))
-        and len(points) == 24
-    )
+    assert set(points) == set(itertools.product((-1.0, 2.0), (0.0,), corners, (3.0, 4.0)))
+    assert len(points) == 24
     assert all(
         sum(one != other for one, other in zip(*pair, strict=True)) == 1
         for pair in itertools.pairwise(points)
@@ -384,10 +381,8 @@ def test_loads_in_phase_or_opposed_go_to_and_fro(phases):
     )
     sense = -0.5 if (phases[1] - phases[0]) % 360 == 0 else 0.5
     ends = np.array([list(corner.values()) for corner in cycle.corners])
-    assert (
-        ends.shape == (2, 3)
-        and np.abs(ends - [[2.0, sense, 0.0], [-2.0, -sense, 0.0]]).max() < 1e-14
-    )
+    assert ends.shape == (2, 3)
+    assert np.abs(ends - [[2.0, sense, 0.0], [-2.0, -sense, 0.0]]).max() < 1e-14
 
 
 def test_a_positive_phase_is_ahead():

@@ -170,10 +170,8 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
     Where slip changes pressures, statics does not know them, and increments go as far as friction
     holds.
     """
-    loads, stretch = (
-        {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]},
-        np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3]),
-    )
+    loads = {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]}
+    stretch = np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3])
     apart = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
     free = fo.ContactSystem(apart.S + np.outer(stretch, stretch), apart.points, loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
@@ -189,24 +187,19 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
 
 def test_nodes_are_told_with_their_contacts_where_there_are_two():
     """In a reason, in the message of a transient that ends, and in the tables."""
-    loads, names = (
-        {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)},
-        ["head", "nut", "nut"],
-    )
+    loads = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}
+    names = ["head", "nut", "nut"]
     joint = fo.ContactSystem.from_blocks(
         np.eye(3), np.zeros((3, 3)), np.eye(3), range(3), loads, contact=names
     )
-    cycle, friction = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), [0.0, 0.5, 0.5]
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    friction = [0.0, 0.5, 0.5]
     assert counted(joint, np.array([True, False, True])) == "2 of 3 nodes (head 1 of 1, nut 1 of 2)"
-    assert (
-        in_contact(joint, [2, 1]) == " (nut)"
-        and in_contact(replace(joint, contact=["nut"] * 3), 0) == ""
-    )
+    assert in_contact(joint, [2, 1]) == " (nut)"
+    assert in_contact(replace(joint, contact=["nut"] * 3), 0) == ""
     reason = fo.shakedown_limit(joint, cycle, friction).reason
-    assert (
-        reason.startswith("with 1 of 3 nodes open (nut 1 of 2): ")
-        and "node 0 (head) has no friction" in reason
-    )
+    assert reason.startswith("with 1 of 3 nodes open (nut 1 of 2): ")
+    assert "node 0 (head) has no friction" in reason
     assert mean_load_diagnosis(joint, cycle, 0.5).startswith(
         "1 of 3 nodes (nut 1 of 2) are open under the mean load alone"
     )
@@ -225,7 +218,5 @@ def test_nodes_are_told_with_their_contacts_where_there_are_two():
             1.0,
         )
     steady = fo.steady_state(joint, cycle, 0.5, 0.1)
-    assert (
-        steady.to_frame()["contact"].tolist() == names
-        and steady.states().to_frame()["contact"].tolist()[:3] == names
-    )
+    assert steady.to_frame()["contact"].tolist() == names
+    assert steady.states().to_frame()["contact"].tolist()[:3] == names

@@ -16,12 +16,10 @@ def admissible(seed, nodes=4):
     line of the law."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes).with_gap(0.1 * rng.random(nodes))
-    p, w, v, before = (
-        rng.uniform(0.5, 2.0, nodes),
-        np.zeros(nodes),
-        rng.normal(size=nodes),
-        np.zeros(nodes),
-    )
+    p = rng.uniform(0.5, 2.0, nodes)
+    w = np.zeros(nodes)
+    v = rng.normal(size=nodes)
+    before = np.zeros(nodes)
     q = rng.uniform(-0.99, 0.99, nodes) * F * p
     before[0], q[0] = v[0] - 0.3, -F * p[0]
     before[1], q[1] = v[1] + 0.3, F * p[1]
@@ -60,16 +58,18 @@ STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
     [
         ("equilibrium", 0.1, {"v": [[-0.2, 0.0]]}),
         ("bound", 0.3, {"v": [[0.0, 0.0]], "q": [[0.8, 0.0]]}),
+        # It slips along +x, and friction pushes it on.
         (
             "direction",
             0.3,
             {"v": [[-0.3, 0.0]], "previous_slip": [[-0.6, 0.0]]},
-        ),  # it slips along +x, and friction pushes it on
+        ),
+        # Friction on its bound, but across the slip.
         (
             "direction",
             0.1,
             {"previous_slip": [[-0.3, 0.1]]},
-        ),  # friction on its bound, but across the slip
+        ),
         ("contact", 0.2, {"w": [-0.2], "p": [0.8]}),
         ("contact", 0.2, {"p": [-0.2]}),
         ("contact", 0.1, {"w": [0.1]}),

@@ -38,13 +38,12 @@ def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
     node = fo.ContactSystem(
         np.diag([1.0, 1.0, 2.0]), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}
     ).with_orthotropic_friction(ratio)
-    cycle, most = fo.LoadCycle({"P": P}, TO_AND_FRO), P / np.hypot(x / F, y / (F * ratio))
+    cycle = fo.LoadCycle({"P": P}, TO_AND_FRO)
+    most = P / np.hypot(x / F, y / (F * ratio))
     way = -np.array([x / F**2, y / (F * ratio) ** 2])  # normal to the ellipse, against the load
     first = fo.onset(node, cycle, F).slip
-    assert (
-        first.load_factor == pytest.approx(most, rel=1e-9)
-        and np.abs(first.sense - way / np.linalg.norm(way)).max() < 1e-12
-    )
+    assert first.load_factor == pytest.approx(most, rel=1e-9)
+    assert np.abs(first.sense - way / np.linalg.norm(way)).max() < 1e-12
     assert fo.shakedown_limit(node, cycle, F).load_factor == pytest.approx(most, rel=1e-9)
     assert fo.guaranteed_limit(node, cycle, F).load_factor == pytest.approx(most, rel=1e-7)
     free = fo.ContactSystem(
@@ -66,10 +65,8 @@ def test_increments_obey_the_ellipse_and_its_normal_in_lengths_as_they_are():
     for _ in range(25):
         n = 4
         bare = random_contact(rng, n).with_gap(0.3 * rng.random(n) * rng.integers(2, size=n))
-        ratio, load = (
-            rng.uniform(0.3, 3.0, n),
-            np.r_[rng.normal(size=2 * n), rng.normal(size=n) + 1.0],
-        )
+        ratio = rng.uniform(0.3, 3.0, n)
+        load = np.r_[rng.normal(size=2 * n), rng.normal(size=n) + 1.0]
         system = bare.with_bonded({"load": load}).with_orthotropic_friction(ratio)
         start = 0.2 * rng.normal(size=(n, 2))
         found = fo.increments.NewtonIncrement(system, F).solve(
@@ -87,9 +84,8 @@ def test_increments_obey_the_ellipse_and_its_normal_in_lengths_as_they_are():
         assert np.abs(size - p)[slips].max(initial=0.0) < 1e-9
         cross = moved[:, 0] * normal[:, 1] - moved[:, 1] * normal[:, 0]
         along = (moved * normal).sum(axis=1)
-        assert (
-            np.abs(cross[slips] / along[slips]).max(initial=0.0) < 1e-8 and (along[slips] > 0).all()
-        )
+        assert np.abs(cross[slips] / along[slips]).max(initial=0.0) < 1e-8
+        assert (along[slips] > 0).all()
     assert slid > 20
 
 
@@ -100,16 +96,18 @@ def test_the_limit_is_that_of_the_cone_program_in_lengths_as_they_are():
         limit = fo.shakedown_limit(
             bare.with_orthotropic_friction(ratio), CYCLE, F, open=np.zeros(n, dtype=bool)
         )
-        v, lam, rows = cp.Variable(2 * n), cp.Variable(nonneg=True), []
-        (q0, p0), (q1, p1) = bare.closed_reaction(CYCLE.mean), CYCLE.corner_reactions(bare)
+        v = cp.Variable(2 * n)
+        lam = cp.Variable(nonneg=True)
+        rows = []
+        (q0, p0) = bare.closed_reaction(CYCLE.mean)
+        (q1, p1) = CYCLE.corner_reactions(bare)
         for q, p in zip(q1, p1, strict=True):
             shear = joined(q0, p0)[: 2 * n] + lam * joined(q, p)[: 2 * n] + bare.A @ v
             scaled = cp.vstack([shear[:n] / F, cp.multiply(shear[n:], 1 / (F * ratio))])
             rows.append(cp.norm(scaled, 2, axis=0) <= p0 + lam * p + bare.B @ v)
         cp.Problem(cp.Maximize(lam), rows).solve(solver="CLARABEL")
-        assert (
-            limit.load_factor == pytest.approx(float(lam.value), rel=1e-6) and limit.residual < 1e-9
-        )
+        assert limit.load_factor == pytest.approx(float(lam.value), rel=1e-6)
+        assert limit.residual < 1e-9
         shear, _ = limit.reactions
         assert np.abs(shear).max() > 0
 
@@ -121,7 +119,8 @@ def test_tangents_that_change_places_change_no_answer():
     bare = fo.ContactSystem(bare.S, bare.points, dict(bare.bonded), width=[0.5, 1.0, 1.5, 2.0])
     ratio = np.array([0.5, 2.0, 0.8, 1.4])
     one, f = bare.with_orthotropic_friction(ratio), np.full(4, F)
-    other, g = turned(bare).with_orthotropic_friction(1 / ratio), F * ratio
+    other = turned(bare).with_orthotropic_friction(1 / ratio)
+    g = F * ratio
     limits = [fo.shakedown_limit(system, CYCLE, c) for system, c in ((one, f), (other, g))]
     assert limits[0].load_factor == pytest.approx(limits[1].load_factor, rel=1e-8)
     assert fo.guaranteed_limit(one, CYCLE, f).load_factor == pytest.approx(
@@ -131,15 +130,15 @@ def test_tangents_that_change_places_change_no_answer():
     steady = [
         fo.steady_state(system, CYCLE, c, lam, steps=4) for system, c in ((one, f), (other, g))
     ]
-    assert steady[0].dissipation > 0 and np.allclose(
+    assert steady[0].dissipation > 0
+    assert np.allclose(
         steady[0].dissipation_per_node, steady[1].dissipation_per_node, rtol=1e-7, atol=1e-12
     )
     columns = ["slip_range", "tau_amplitude", "work", "F1"]
     tables = [each.fretting_table() for each in steady]
     assert np.allclose(tables[0][columns], tables[1][columns], rtol=1e-6, atol=1e-12)
-    assert np.allclose(tables[0]["tau_mean1"], -tables[1]["tau_mean2"], atol=1e-9) and np.allclose(
-        tables[0]["tau_mean2"], tables[1]["tau_mean1"], atol=1e-9
-    )
+    assert np.allclose(tables[0]["tau_mean1"], -tables[1]["tau_mean2"], atol=1e-9)
+    assert np.allclose(tables[0]["tau_mean2"], tables[1]["tau_mean1"], atol=1e-9)
     contacts = [
         each.by_contact()[["work", "slip_range", "P_0", "Q_0", "Q_1"]].to_numpy(dtype=float)
         for each in steady
@@ -152,7 +151,8 @@ def test_tangents_that_change_places_change_no_answer():
 def test_searches_and_regions_see_the_same_ellipse():
     """Required friction, a region of two loads and a design, with tangents that change places."""
     bare = random_contact(np.random.default_rng(7), 3)
-    one, other = bare.with_orthotropic_friction(0.5), turned(bare).with_orthotropic_friction(2.0)
+    one = bare.with_orthotropic_friction(0.5)
+    other = turned(bare).with_orthotropic_friction(2.0)
     lam = fo.shakedown_limit(one, CYCLE, F).load_factor
     required = [fo.required_friction(system, CYCLE, 0.8 * lam).required for system in (one, other)]
     assert 0.5 * required[0] == pytest.approx(required[1], rel=1e-6)
@@ -184,9 +184,8 @@ def test_the_shear_through_a_contact_is_that_of_the_loads():
     cycle = fo.LoadCycle({"P": 6.0}, [{"Y": 1.0}, {"Y": -1.0}])
     steady = fo.steady_state(body, cycle, F, 1.0, steps=2)
     table = steady.by_contact()
-    assert table["Q_0"].item() == pytest.approx(1.0, rel=1e-9) and table[
-        "fP_0"
-    ].item() == pytest.approx(6 * F)
+    assert table["Q_0"].item() == pytest.approx(1.0, rel=1e-9)
+    assert table["fP_0"].item() == pytest.approx(6 * F)
     with pytest.raises(
         fo.NoContinuation, match=r"shear force 1.3 along \(0, .?1, 0\), above f P = 1.2"
     ):
@@ -197,10 +196,8 @@ def test_the_shear_through_a_contact_is_that_of_the_loads():
 def test_a_strength_is_an_ellipse_too():
     """Where nothing changes a pressure, it is friction that is lowered, with the same ratio."""
     bare, p = uncoupled(np.random.default_rng(3), 4, 2)
-    system, cycle = (
-        bare.with_orthotropic_friction(0.6),
-        fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}]),
-    )
+    system = bare.with_orthotropic_friction(0.6)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
     c = np.array([0.2, 0.3, 0.1, 0.4])
     strong = fo.ContactSystem(
         system.S, system.points, dict(system.bonded), shear_strength=c, stretch=system.stretch
@@ -214,10 +211,8 @@ def test_a_strength_is_an_ellipse_too():
 
 def test_bodies_are_recovered_with_slips_as_they_are():
     model = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
-    rolled, cycle = (
-        model.condense().with_orthotropic_friction(0.4),
-        fo.LoadCycle({"P": 1.0}, [{"Qx": 0.05, "Qy": 0.15}, {"Qx": -0.05, "Qy": -0.15}]),
-    )
+    rolled = model.condense().with_orthotropic_friction(0.4)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.05, "Qy": 0.15}, {"Qx": -0.05, "Qy": -0.15}])
     steady = fo.steady_state(rolled, cycle, 0.5, 1.0, steps=4)
     assert steady.dissipation > 0
     fields = model.recover(steady)
@@ -234,17 +229,14 @@ def test_bodies_are_recovered_with_slips_as_they_are():
 
 def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
     bare = random_contact(np.random.default_rng(4), 3)
-    assert not bare.with_orthotropic_friction(1.0).orthotropic and np.array_equal(
-        bare.with_orthotropic_friction(1.0).S, bare.S
-    )
+    assert not bare.with_orthotropic_friction(1.0).orthotropic
+    assert np.array_equal(bare.with_orthotropic_friction(1.0).S, bare.S)
     system = bare.with_orthotropic_friction([0.5, 1.0, 2.0])
     system.save(tmp_path / "block.npz")
     again = fo.ContactSystem.load(tmp_path / "block.npz")
-    assert (
-        np.array_equal(again.stretch, [[1, 0.5], [1, 1], [1, 2]])
-        and np.array_equal(again.S, system.S)
-        and "orthotropic=True" in repr(again)
-    )
+    assert np.array_equal(again.stretch, [[1, 0.5], [1, 1], [1, 2]])
+    assert np.array_equal(again.S, system.S)
+    assert "orthotropic=True" in repr(again)
     assert np.array_equal(system.with_gap([0.1] * 3).stretch, system.stretch)
 
 
@@ -252,12 +244,10 @@ def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
 def test_arrows_of_a_picture_are_slips_as_they_are(monkeypatch):
     from frictopt.contact import strip
 
-    limit, drawn = (
-        fo.shakedown_limit(
-            random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F
-        ),
-        [],
+    limit = fo.shakedown_limit(
+        random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F
     )
+    drawn = []
     monkeypatch.setattr(strip, "face_map", lambda *asked, slip, **more: drawn.append(slip))
     limit.plot()
     assert np.array_equal(drawn[0], limit.slip / [1.0, 0.5])

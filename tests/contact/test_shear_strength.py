@@ -39,7 +39,9 @@ def strong(system, *strength):
 def enumerated(system, f, slip, load):
     """All states of an increment in the plane, by trying the six statuses of each node."""
     n, S, c = system.nodes, system.S, system.shear_strength
-    trial, found, unit = load + S @ np.r_[slip, -system.gap], [], np.eye(2 * n)
+    trial = load + S @ np.r_[slip, -system.gap]
+    found = []
+    unit = np.eye(2 * n)
     for status in product(range(6), repeat=n):
         rows, right = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
         for i, kind in enumerate(status):
@@ -79,7 +81,8 @@ def test_increments_are_those_that_trying_all_statuses_finds(engine):
         n = 1 + case % 3
         system = random_system(rng, n).with_gap(0.3 * rng.random(n) * rng.integers(2, size=n))
         system = strong(system, *np.where(rng.random(n) < 0.2, np.inf, rng.uniform(0.05, 0.6, n)))
-        slip, load = 0.3 * rng.normal(size=n), np.r_[rng.normal(size=n), rng.normal(size=n) + 1.0]
+        slip = 0.3 * rng.normal(size=n)
+        load = np.r_[rng.normal(size=n), rng.normal(size=n) + 1.0]
         states = enumerated(system, 0.4, slip, load)
         found = engine(system, 0.4).solve(slip, parted(load, 2))
         state = np.r_[found.slip, found.gap, found.q, found.p]
@@ -96,18 +99,19 @@ def test_newtons_method_alone_finds_them_too():
     rng = np.random.default_rng(1)
     for _ in range(20):
         system = strong(random_system(rng, 3), 0.1, 0.4, np.inf)
-        slip, load = np.zeros(3), np.r_[rng.normal(size=3), rng.normal(size=3) + 1.0]
+        slip = np.zeros(3)
+        load = np.r_[rng.normal(size=3), rng.normal(size=3) + 1.0]
         engine = fo.increments.NewtonIncrement(system, 0.4)
-        state, swept = engine.solve(slip, parted(load, 2)), engine._swept
+        state = engine.solve(slip, parted(load, 2))
+        swept = engine._swept
         engine._swept = lambda u, r, law, swept=swept: (
             replace(swept(0 * u, r, law)[0], u=0 * u, error=np.inf),
             r,
         )
         again = engine.solve(slip, parted(load, 2))
         assert again.record.solver == "NEWTON" and state.record.solver == "SWEEPS"
-        assert (
-            np.abs(again.slip - state.slip).max() < 1e-9 and np.abs(again.q - state.q).max() < 1e-9
-        )
+        assert np.abs(again.slip - state.slip).max() < 1e-9
+        assert np.abs(again.q - state.q).max() < 1e-9
 
 
 def test_the_limit_is_that_of_raw_rows_by_scipy():
@@ -133,19 +137,18 @@ def test_the_limit_is_that_of_raw_rows_by_scipy():
             for i in range(n)
         ]
         every, sides = zip(*most, *pressed, strict=True)
-        rows, sides = np.vstack([rows.reshape(-1, n + 1), *every]), np.r_[right.ravel(), sides]
+        rows = np.vstack([rows.reshape(-1, n + 1), *every])
+        sides = np.r_[right.ravel(), sides]
         answer = linprog(
             np.append(np.zeros(n), -1.0), rows, sides, bounds=[(None, None)] * n + [(0, None)]
         )
         assert (answer.status == 0) == (limit.kind is fo.LimitKind.FINITE)
         if answer.status == 0:
-            assert limit.load_factor == pytest.approx(
-                -answer.fun, rel=1e-8
-            ) and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+            assert limit.load_factor == pytest.approx(-answer.fun, rel=1e-8)
+            assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
             q, _ = at_corners(bare, CYCLE, limit.load_factor, limit.slip)
-            assert (np.abs(q) <= c + 1e-9).all() and np.nanmax(
-                limit.traction_ratios
-            ) == pytest.approx(1.0, abs=1e-7)
+            assert (np.abs(q) <= c + 1e-9).all()
+            assert np.nanmax(limit.traction_ratios) == pytest.approx(1.0, abs=1e-7)
             rates = limit.multipliers[limit.multipliers["row"].str.startswith("strength")]
             ruled += bool(rates["multiplier"].abs().max() > 1e-6)
             assert set(rates["node"]) == set(np.flatnonzero(c < np.inf))
@@ -194,21 +197,19 @@ def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
     assert limit.load_factor == pytest.approx(same.load_factor, rel=1e-8)
     # Of all states of rest only Coulomb's law has a theorem.
     assert same.proven and not limit.proven
-    one, other = limit.least_slip(1.5 * limit.load_factor), same.least_slip(1.5 * limit.load_factor)
+    one = limit.least_slip(1.5 * limit.load_factor)
+    other = same.least_slip(1.5 * limit.load_factor)
     assert one.total == pytest.approx(other.total, rel=1e-6)
     first, again = (fo.onset(system, CYCLE, f) for system, f in ((capped, 0.4), (bare, lowered)))
-    assert [event.node for event in first.slips] == [
-        event.node for event in again.slips
-    ] and first.slip.node != 1
+    assert [event.node for event in first.slips] == [event.node for event in again.slips]
+    assert first.slip.node != 1
     assert [event.load_factor for event in first.slips] == pytest.approx(
         [event.load_factor for event in again.slips], rel=1e-12
     )
     assert first.residual < 1e-12
     load_factor = 1.7 * limit.load_factor
-    steady, known = (
-        fo.steady_state(capped, CYCLE, 0.4, load_factor, steps=4),
-        fo.steady_state(bare, CYCLE, lowered, load_factor, steps=None if tangents == 1 else 4),
-    )
+    steady = fo.steady_state(capped, CYCLE, 0.4, load_factor, steps=4)
+    known = fo.steady_state(bare, CYCLE, lowered, load_factor, steps=None if tangents == 1 else 4)
     assert steady.dissipation > 0 and steady.outcome is known.outcome
     assert np.allclose(
         steady.dissipation_per_node,
@@ -291,9 +292,8 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
                 bounds=bounds,
             )
             found.append(-answer.fun)
-        assert slide.load_factor == pytest.approx(
-            min(found), rel=1e-8
-        ) and slide.bound == pytest.approx(slide.load_factor, rel=1e-7)
+        assert slide.load_factor == pytest.approx(min(found), rel=1e-8)
+        assert slide.bound == pytest.approx(slide.load_factor, rel=1e-7)
         assert slide.load_factor < 0.99 * fo.gross_slip(system, cycle, 0.5).load_factor
         assert "strength: " in str(slide.problem) and slide.residual < 1e-9
 
@@ -303,9 +303,8 @@ def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
     c = np.repeat([0.05, 0.1, 0.12, 0.07, 0.08], 3)
     system = strong(block(np.random.default_rng(6), width=8.0, axes=3), *c)
     slide = fo.gross_slip(system, fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5)
-    assert slide.load_factor == pytest.approx(c.sum(), rel=1e-8) and slide.bound == pytest.approx(
-        c.sum(), rel=1e-8
-    )
+    assert slide.load_factor == pytest.approx(c.sum(), rel=1e-8)
+    assert slide.bound == pytest.approx(c.sum(), rel=1e-8)
     *along, lift = slide.phi
     assert np.abs(lift).max() < 1e-6 and np.ptp(along[0]) < 1e-6, (
         "it slides without lift, where friction alone would make it rise"
@@ -321,15 +320,14 @@ def test_a_coupled_node_in_space_in_closed_form():
     cycle = fo.LoadCycle({"P": 2.0}, [{"Q": 1.0}, {"Q": -1.0}])
     for c in (0.4, 0.9, 1.1, 2.0):
         limit = fo.shakedown_limit(strong(node, c), cycle, 0.5)
-        assert (
-            limit.load_factor == pytest.approx(min(1.0, c, (1 + c) / 2.15), rel=1e-8)
-            and limit.residual < 1e-9
-        )
+        assert limit.load_factor == pytest.approx(min(1.0, c, (1 + c) / 2.15), rel=1e-8)
+        assert limit.residual < 1e-9
 
 
 def test_a_body_that_its_surface_does_not_hold_has_no_state():
     """Strengths of .5 in all hold what is below."""
-    body, cycle = strong(block(np.random.default_rng(6)), 0.1), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
+    body = strong(block(np.random.default_rng(6)), 0.1)
+    cycle = fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     with pytest.raises(
         fo.NoContinuation,
         match=r"\(Q = \+1\) has the shear force 0\.6 along \(1, 0\), above the 0\.5 of friction and strength;",
@@ -387,22 +385,19 @@ def test_the_referee_sees_shear_beyond_the_strength():
         fo.reference.check_contact_law, node, bonded, 0.5, w=[0.0], p=[2.0], previous_slip=[0.0]
     )
     assert ask(v=[-0.5], q=[0.3]).residual < 1e-15
-    assert ask(v=[0.0], q=[0.8]).bound == pytest.approx(0.25) and ask(
-        v=[-0.4], q=[0.4]
-    ).bound == pytest.approx(0.05)
+    assert ask(v=[0.0], q=[0.8]).bound == pytest.approx(0.25)
+    assert ask(v=[-0.4], q=[0.4]).bound == pytest.approx(0.05)
     assert ask(v=[-0.6], q=[0.2]).direction > 0.04, "it slides below its strength"
 
 
 def test_a_strength_is_given_per_area_kept_in_files_and_carried_by_copies(tmp_path):
     soft = ROD.with_shear_strength(0.1)
-    assert (
-        np.array_equal(soft.shear_strength, [0.2] * 6)
-        and soft.capped
-        and "shear_strength=True" in repr(soft)
-    )
-    assert (
-        not ROD.with_shear_strength(np.inf).capped and not ROD.capped and "shear" not in repr(ROD)
-    )
+    assert np.array_equal(soft.shear_strength, [0.2] * 6)
+    assert soft.capped
+    assert "shear_strength=True" in repr(soft)
+    assert not ROD.with_shear_strength(np.inf).capped
+    assert not ROD.capped
+    assert "shear" not in repr(ROD)
     soft.save(tmp_path / "rod.npz")
     assert np.array_equal(
         fo.ContactSystem.load(tmp_path / "rod.npz").shear_strength, soft.shear_strength
@@ -438,9 +433,8 @@ def test_a_report_leaves_out_what_does_not_know_it():
     assert {
         "guaranteed limit",
         "required friction",
-    } == joint.missing.keys() and joint.limit.load_factor < fo.shakedown_limit(
-        ROD, PUSHES, 0.5
-    ).load_factor
+    } == joint.missing.keys()
+    assert joint.limit.load_factor < fo.shakedown_limit(ROD, PUSHES, 0.5).load_factor
 
 
 @refused(
@@ -507,16 +501,13 @@ def test_open_nodes_in_space_are_eliminated_with_their_strengths():
 
 def test_a_body_that_its_mean_load_slides_off_at_its_strength_has_no_limit_and_is_told_so():
     body = replace(block(np.random.default_rng(6), width=8.0), shear_strength=np.full(5, 0.1))
-    cycle = fo.LoadCycle(
-        {"P": 4.0, "Q": 0.7}, [{"Q": 0.1}, {"Q": -0.1}]
-    )  # friction alone holds 2.0, the strengths 0.5
+    # Friction alone holds 2.0, the strengths 0.5.
+    cycle = fo.LoadCycle({"P": 4.0, "Q": 0.7}, [{"Q": 0.1}, {"Q": -0.1}])
     assert np.isnan(fo.shakedown_limit(body, cycle, 0.5).load_factor)
     assert (
         "forces within friction and the strength of the surface cannot balance"
         in fo.gross_slip(body, cycle, 0.5).reason
     )
     said = "has the shear force 0.7 along (1, 0), above the 0.5 of friction and strength"
-    assert (
-        said in fo.onset(body, cycle, 0.5).reason
-        and said in fo.shakedown_limit(body, cycle, 0.5).reason
-    )
+    assert said in fo.onset(body, cycle, 0.5).reason
+    assert said in fo.shakedown_limit(body, cycle, 0.5).reason

@@ -96,9 +96,8 @@ def test_reactions_may_be_given_as_a_pair_or_in_the_order_of_the_stiffness():
             fo.ContactSystem(np.eye(size), points, {"P": given}) for given in (r, (q, r[-2:]))
         )
         for system in (one, other):
-            assert np.array_equal(system.bonded["P"][0], q) and np.array_equal(
-                joined(*system.bonded["P"]), r
-            )
+            assert np.array_equal(system.bonded["P"][0], q)
+            assert np.array_equal(joined(*system.bonded["P"]), r)
             assert system.slip_shape == shape and np.array_equal(parted(r, len(points[0]))[0], q)
 
 
@@ -107,9 +106,8 @@ def test_the_blocks_of_a_stiffness_are_its_parts_in_plane_and_space():
         G = np.random.default_rng(axes).normal(size=(3 * axes, 3 * axes))
         points = np.column_stack([np.arange(3.0), np.zeros((3, axes - 1))])
         system = fo.ContactSystem(S := G @ G.T, points, {"P": np.ones(3 * axes)})
-        assert np.allclose(
-            np.block([[system.A, system.B.T], [system.B, system.C]]), S
-        ) and system.C.shape == (3, 3)
+        assert np.allclose(np.block([[system.A, system.B.T], [system.B, system.C]]), S)
+        assert system.C.shape == (3, 3)
 
 
 def test_a_contact_in_space_has_no_arc_length():
@@ -175,10 +173,8 @@ def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
     placed = replace(plain, **PLACED)
     for name, values in PLACED.items():
         assert getattr(placed, name).tolist() == values
-        assert (
-            getattr(placed.with_gap([0, 0.1]), name).tolist() == values
-            and getattr(pickle.loads(pickle.dumps(placed)), name).tolist() == values
-        )
+        assert getattr(placed.with_gap([0, 0.1]), name).tolist() == values
+        assert getattr(pickle.loads(pickle.dumps(placed)), name).tolist() == values
         with pytest.raises(ValueError, match="read-only"):
             getattr(placed, name)[0] = getattr(placed, name)[1]
     assert (
@@ -186,14 +182,13 @@ def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
         == "ContactSystem(nodes=2, x=0 .. 1, contacts=['left', 'right'], loads=['P'], gap=False)"
     )
     assert repr(plain) == "ContactSystem(nodes=2, x=0 .. 1, loads=['P'], gap=False)"
-    assert (
-        plain.contact is None
-        and plain.width is None
-        and list(plain.to_frame()) == ["node", "x", "gap", *PLACES]
-    )
+    assert plain.contact is None
+    assert plain.width is None
+    assert list(plain.to_frame()) == ["node", "x", "gap", *PLACES]
     table = placed.to_frame()
     assert list(table) == ["node", "x", "gap", "contact", *PLACES, "width"]
-    assert table["normal_y"].tolist() == [0.0, 0.8] and table["contact"].tolist() == [
+    assert table["normal_y"].tolist() == [0.0, 0.8]
+    assert table["contact"].tolist() == [
         "left",
         "right",
     ]

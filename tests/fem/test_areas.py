@@ -39,16 +39,16 @@ def bricks(tmp_path):
 @needs_ccx
 def test_the_areas_of_bricks_are_products_of_half_sides_in_the_order_of_the_pairs(bricks):
     pairs = bricks.pairs("CU", "CL")
-    areas, points = bricks.areas(pairs[:, 1]), bricks.points[pairs[:, 1]]
+    areas = bricks.areas(pairs[:, 1])
+    points = bricks.points[pairs[:, 1]]
     by_hand = [
         halves(GRID[0])[GRID[0].index(x)] * halves(GRID[1])[GRID[1].index(y)] for x, y, _ in points
     ]
     assert areas == pytest.approx(by_hand, rel=1e-12) and areas.sum() == pytest.approx(2.0)
     backwards = pairs[::-1, 0]
     assert bricks.areas(backwards) == pytest.approx(by_hand[::-1], rel=1e-12)
-    assert (
-        np.sort(bricks.areas("CL")) == pytest.approx(np.sort(by_hand)) and not areas.flags.writeable
-    )
+    assert np.sort(bricks.areas("CL")) == pytest.approx(np.sort(by_hand))
+    assert not areas.flags.writeable
 
 
 def test_a_plane_face_has_the_lengths_that_condense_finds(flat):
@@ -75,9 +75,8 @@ def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_
     job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces("CU", "CL")
     nodes = job.pairs("CU", "CL")[:, 1]
     push = job.force("CL", pressure=1.0)[job.unknowns[nodes]]
-    assert job.areas(nodes) == pytest.approx(-push[:, 2], rel=1e-9) and job.areas(
-        nodes
-    ).sum() == pytest.approx(1.0)
+    assert job.areas(nodes) == pytest.approx(-push[:, 2], rel=1e-9)
+    assert job.areas(nodes).sum() == pytest.approx(1.0)
 
 
 @needs_ccx
@@ -117,13 +116,10 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     )
     forces = fo.steady_state(bare, SHAKE, 0.5, 1.0, steps=2).fretting_table()
     table = steady.fretting_table()
-    assert (
-        "condense(..., width=job.areas(pairs[:, 1]))" in forces.attrs["note"]
-        and "condense" not in table.attrs["note"]
-    )
-    assert table["work"].sum() == pytest.approx(steady.dissipation) and np.allclose(
-        table["work_density"] * system.width, table["work"]
-    )
+    assert "condense(..., width=job.areas(pairs[:, 1]))" in forces.attrs["note"]
+    assert "condense" not in table.attrs["note"]
+    assert table["work"].sum() == pytest.approx(steady.dissipation)
+    assert np.allclose(table["work_density"] * system.width, table["work"])
     assert np.allclose(forces["p_mean"], table["pressure_mean"] * system.width, rtol=1e-9)
 
 
@@ -145,9 +141,8 @@ def test_the_command_condenses_with_areas(bricks, tmp_path):
         == 0
     )
     made = fo.ContactSystem.load(tmp_path / "made.npz")
-    assert made.width.sum() == pytest.approx(2.0) and (made.bonded["P"][1]).sum() == pytest.approx(
-        2.0
-    )
+    assert made.width.sum() == pytest.approx(2.0)
+    assert (made.bonded["P"][1]).sum() == pytest.approx(2.0)
 
 
 def test_bad_faces_are_named(flat):

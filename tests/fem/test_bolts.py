@@ -37,7 +37,8 @@ def bar(kind=MeshQuad, low=0, high=None, half=1.0, kinematics=None):
 
 def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=None, element=None):
     """A bar that hangs between a base and a fixed top."""
-    bolt, up = bar(kind, kinematics=kinematics), "xyz"[kind().dim() - 1]
+    bolt = bar(kind, kinematics=kinematics)
+    up = "xyz"[kind().dim() - 1]
     levels = [np.unique(x) for x in bolt.p[:-1]]
     base = kind.init_tensor(*levels, [-1.0, -0.3, 0.0]).with_boundaries(
         {"contact": lambda x: x[-1] == 0, "bottom": lambda x: x[-1] == -1}
@@ -80,36 +81,31 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
     amid edges are cut as corners are."""
     model = stands(kind, kinematics=kinematics, element=element)
     fields, down = (glued(model, F=2.0, down=load) for load in (0.0, 3.0))
-    axial, strain = 1 if kind().dim() == 2 else 3, 20.0 / area / CORK.E
+    axial = 1 if kind().dim() == 2 else 3
+    strain = 20.0 / area / CORK.E
     for body in ("base", "bolt"):
         expected = np.zeros_like(fields.stress[body])
         expected[axial] = 20.0 / area
         assert np.allclose(
             fields.stress[body], expected, atol=1e-12 if element == "linear" else 1e-10
         )
-    u, mesh, whole = (
-        fields.displacement["bolt"][-1],
-        fields.bodies["bolt"].mesh,
-        model.bodies["bolt"].mesh,
-    )
+    u = fields.displacement["bolt"][-1]
+    mesh = fields.bodies["bolt"].mesh
+    whole = model.bodies["bolt"].mesh
     height, section = mesh.p[-1], np.sort(u[mesh.p[-1] == 1.5])
-    assert len(section) == 2 * (whole.p[-1] == 1.5).sum() and np.allclose(
-        section, np.repeat([-1.5 * strain, 2.5 * strain], len(section) // 2)
-    )
-    assert np.allclose(u[height > 1.5], (height[height > 1.5] - 3) * strain) and np.allclose(
-        u[height < 1.5], (height[height < 1.5] + 1) * strain
-    )
+    assert len(section) == 2 * (whole.p[-1] == 1.5).sum()
+    assert np.allclose(section, np.repeat([-1.5 * strain, 2.5 * strain], len(section) // 2))
+    assert np.allclose(u[height > 1.5], (height[height > 1.5] - 3) * strain)
+    assert np.allclose(u[height < 1.5], (height[height < 1.5] + 1) * strain)
     if element == "quadratic":
         assert np.allclose(down.stress["bolt"][axial], 20.0 / area)
     else:
         assert np.allclose(
             u[(height == 1.5).nonzero()[0][len(section) // 2 :]], -1.5 * strain
         )  # the far face comes last
-    assert (
-        fields.p.sum() == pytest.approx(-20.0)
-        and down.p.sum() == pytest.approx(-20.0)
-        and np.allclose(fields.q, 0.0, atol=1e-12)
-    )
+    assert fields.p.sum() == pytest.approx(-20.0)
+    assert down.p.sum() == pytest.approx(-20.0)
+    assert np.allclose(fields.q, 0.0, atol=1e-12)
     assert whole.p.shape[1] < mesh.p.shape[1]
 
 
@@ -117,7 +113,9 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
 def test_the_faces_move_as_multipliers_tie_them(kind):
     """Both halves of the bolt as bodies of their own, and every tie as a row of a saddle-point
     system."""
-    material, d, up = fo.Material(E=2.0, nu=0.3), kind().dim(), "xyz"[kind().dim() - 1]
+    material = fo.Material(E=2.0, nu=0.3)
+    d = kind().dim()
+    up = "xyz"[kind().dim() - 1]
 
     def loads(body):
         parts = [
@@ -128,16 +126,17 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
         return [*parts, fo.Centrifugal(body, 0.1)]
 
     model = stands(kind, {"F": [fo.BoltPreload("bolt", "section", 4.0), *loads("bolt")]}, material)
-    fields, meshes = (
-        glued(model, F=1.0),
-        {"base": model.bodies["base"].mesh, "lower": bar(kind, 0, 3), "upper": bar(kind, 2, None)},
-    )
+    fields = glued(model, F=1.0)
+    meshes = {
+        "base": model.bodies["base"].mesh,
+        "lower": bar(kind, 0, 3),
+        "upper": bar(kind, 2, None),
+    }
     bodies = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}
     whole = Assembled(bodies)
-    K, F = (
-        np.pad(whole.K, (0, 1)),
-        np.r_[np.zeros(len(whole.K)), 4.0],
-    )  # the last unknown is how far the faces come together
+    # The last unknown is how far the faces come together.
+    K = np.pad(whole.K, (0, 1))
+    F = np.r_[np.zeros(len(whole.K)), 4.0]
     for name in ("lower", "upper"):
         for load in loads(name):
             F[whole.first[name] + whole.bases[name].nodal_dofs] += load._forces(
@@ -277,10 +276,8 @@ def test_arguments_of_a_bolt(arguments, message):
 def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
     """A bolt between a base and a fixed top, pushed aside too: its displacements, and its tension
     in the contact at its foot."""
-    base, bolt = (
-        Block(1, lines((-1, 2, 6), (-1, 2, 6), (-1, 0, 2)), 1.0, 0.3, "BASE"),
-        Block(1001, lines((0, 1, 2), (0, 1, 2), (0, 2, 4)), 2.0, 0.2, "BOLT"),
-    )
+    base = Block(1, lines((-1, 2, 6), (-1, 2, 6), (-1, 0, 2)), 1.0, 0.3, "BASE")
+    bolt = Block(1001, lines((0, 1, 2), (0, 1, 2), (0, 2, 4)), 2.0, 0.2, "BOLT")
     on_base = {tuple(point): n for n, point in zip(base.numbers, base.points, strict=True)}
     glue = [(n, on_base[tuple(bolt.points[n - 1001])]) for n in bolt.on(2, 0)]
     above = 1001 + np.flatnonzero((bolt.points[bolt.elements[:, :4], 2] == 1).all(axis=1))
@@ -319,10 +316,8 @@ def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
     model = fo.ContactModel(bodies, held, loads, [fo.Contact("bolt", "base", "foot", "foot")])
     system = model.condense()
     assert system.bonded["F"][1].sum() == pytest.approx(-0.03, rel=1e-12)
-    fields, pushed = (
-        model.recover({"F": 1.0, "push": 1.0}, np.zeros((system.nodes, 2))),
-        loads["push"][0]._forces(bodies["bolt"], "space")[0],
-    )
+    fields = model.recover({"F": 1.0, "push": 1.0}, np.zeros((system.nodes, 2)))
+    pushed = loads["push"][0]._forces(bodies["bolt"], "space")[0]
     number = {tuple(point): n for n, point in zip(bolt.numbers, bolt.points, strict=True)}
     forces = "".join(
         f"{number[tuple(point)]}, 1, {f!r}\n"

@@ -19,7 +19,8 @@ def sparse_problems(draw):
     """A matrix that is positive definite in what is eliminated (any graph: disconnected, dense
     rows, none), fronts in any order, and loads."""
     eliminated, kept = draw(st.integers(0, 25)), draw(st.integers(0, 7))
-    rng, n = np.random.default_rng(draw(st.integers(0, 10**6))), eliminated + kept
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    n = eliminated + kept
     density = draw(st.sampled_from([0.0, 0.05, 0.2, 0.6]))
     A = rng.normal(size=(n, n)) * (rng.random((n, n)) < density)
     if n and draw(st.booleans()):
@@ -30,9 +31,8 @@ def sparse_problems(draw):
     front[own] = np.unique(
         rng.integers(draw(st.integers(1, 12)), size=eliminated), return_inverse=True
     )[1]
-    K[np.ix_(front < 0, front < 0)] -= np.diag(
-        rng.uniform(0, 2e3, size=kept)
-    )  # what is kept may be anything
+    # What is kept may be anything.
+    K[np.ix_(front < 0, front < 0)] -= np.diag(rng.uniform(0, 2e3, size=kept))
     return K, front, rng.normal(size=n)
 
 
@@ -45,11 +45,9 @@ def test_elimination_against_dense_algebra(problem):
     S = K[np.ix_(r, r)] - coupling.T @ np.linalg.solve(inner, coupling)
     found, _ = eliminate(csr_matrix(K), front)
     scale = np.abs(K).max(initial=1.0)
-    assert (
-        found.shape == S.shape
-        and np.allclose(found, S, rtol=1e-9, atol=1e-11 * scale)
-        and np.array_equal(found, found.T)
-    )
+    assert found.shape == S.shape
+    assert np.allclose(found, S, rtol=1e-9, atol=1e-11 * scale)
+    assert np.array_equal(found, found.T)
     u = solve(eliminate(csr_matrix(inner), front[i], keep=True)[1], F[i])
     assert np.allclose(
         u, np.linalg.solve(inner, F[i]), rtol=1e-7, atol=1e-9 * np.abs(u).max(initial=1.0)
@@ -67,10 +65,8 @@ def test_an_indefinite_part_is_refused(seed, n, fronts):
     values[0] = rng.choice(
         [-1e-9 * np.abs(values).max(), -1e-3 * np.abs(values).max(), -np.abs(values).max()]
     )
-    K, front = (
-        vectors * np.r_[values[0], np.abs(values[1:]) + 0.1] @ vectors.T,
-        np.unique(rng.integers(fronts, size=n), return_inverse=True)[1],
-    )
+    K = vectors * np.r_[values[0], np.abs(values[1:]) + 0.1] @ vectors.T
+    front = np.unique(rng.integers(fronts, size=n), return_inverse=True)[1]
     with pytest.raises(LinAlgError) as told:
         eliminate(csr_matrix(K), front)
     order = np.argsort(front, kind="stable")
@@ -96,10 +92,8 @@ def test_a_body_that_comes_apart_is_named_with_its_node():
     for one, two in ((0, 2), (2, 4), (1, 3), (3, 5)):
         K[np.ix_([one, two], [one, two])] += spring
     K[[4, 5], [4, 5]] = -0.9
-    rows, points = (
-        np.vstack([np.arange(6).reshape(3, 2), [-1, -1]]),
-        [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [0.0, 0.0]],
-    )
+    rows = np.vstack([np.arange(6).reshape(3, 2), [-1, -1]])
+    points = [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [0.0, 0.0]]
     with pytest.raises(
         fo.ModelError,
         match=r"stiffness: node [12] of body 0 at \(0, [12]\) has no stiffness .*; support the bodies",
@@ -156,7 +150,8 @@ def test_coincident_nodes_do_not_stop_the_ordering():
 def test_an_element_that_swells_on_one_side_and_shrinks_on_the_other_keeps_its_volume(nu):
     """Energy of u_x = x y on the square of side 2: 2 mu from the shear modulus, and 2 lambda / 3
     from the volume if it is not averaged."""
-    mesh, material = MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0]), Material(E=2.0, nu=nu)
+    mesh = MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0])
+    material = Material(E=2.0, nu=nu)
     lam, mu = 2.0 * nu / ((1 + nu) * (1 - 2 * nu)), 2.0 / (2 * (1 + nu))
     x, y = mesh.p
     for u in (np.r_[x * y, 0 * x], np.r_[0 * x, x * y]):

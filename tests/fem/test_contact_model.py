@@ -126,11 +126,10 @@ def test_a_model_shows_the_units_of_its_bodies():
     told = f"'block': 'E=7e+10, nu=0.25, 2 x 1, {soft.mesh.p.shape[1]} nodes'"
     assert f"'punch': 'E={PUNCH.material.E:g}, nu={PUNCH.material.nu:g}, 2 x 1, 12 nodes'" in repr(
         model
-    ) and told in repr(model)
-    assert (
-        f"block: {told[10:-1]}</td>" in model._repr_html_()
-        and "12 nodes<br>block" in model._repr_html_()
     )
+    assert told in repr(model)
+    assert f"block: {told[10:-1]}</td>" in model._repr_html_()
+    assert "12 nodes<br>block" in model._repr_html_()
 
 
 UNHELD = {
@@ -191,9 +190,8 @@ def test_bad_elements_are_refused():
             fo.Body(MeshQuad(points, square.t, sort_t=False))
     with pytest.raises(fo.ModelError, match="not convex or have no volume"):
         fo.Body(MeshHex(MeshHex().p * [[1.0], [1.0], [0.0]], MeshHex().t))
-    straight = np.array(
-        [[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
-    )  # at a straight corner the map from the square is singular
+    # At a straight corner the map from the square is singular.
+    straight = np.array([[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     for order in ([0, 1, 2, 3], [3, 2, 1, 0]):
         with pytest.raises(
             fo.ModelError, match="mesh: elements that are not convex or have no area: 1,"
@@ -225,14 +223,16 @@ def test_a_punch_in_a_socket_is_accepted():
 @pytest.mark.parametrize("contrast", [1e-6, 1e-3, 1e3, 1e6])
 def test_bodies_of_very_different_stiffness(contrast):
     """Against the equations of both bodies with multipliers."""
-    punch, block = blocks()["punch"], fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))
+    punch = blocks()["punch"]
+    block = fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))
     held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
     model = fo.ContactModel(
         {"punch": punch, "block": block},
         supports=held,
         loads={"tau": [fo.Traction("block", "left", x=1.0)]},
     )
-    found, S = model.condense().S, glued_pairs(model, ("punch", 1, 1.0), ("block", 1, -1.0))
+    found = model.condense().S
+    S = glued_pairs(model, ("punch", 1, 1.0), ("block", 1, -1.0))
     assert np.allclose(found, S, rtol=0, atol=1e-9 * np.abs(S).max())
 
 
@@ -290,10 +290,8 @@ def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
     n)), which is no gap, and a real gap is."""
 
     def fit(gap):
-        shaft, hub = (
-            ring([0.5, 1.0 - gap], elements[0], "bore", "seat"),
-            ring([1.0, 2.0], elements[1], "seat", "rim"),
-        )
+        shaft = ring([0.5, 1.0 - gap], elements[0], "bore", "seat")
+        hub = ring([1.0, 2.0], elements[1], "seat", "rim")
         loads = {"P": [fo.Pressure("hub", "rim", 1.0)]}
         contact = (
             [fo.Contact("shaft", "hub", "seat", "seat")],

@@ -92,15 +92,14 @@ OFTEN = [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (Me
 def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
     """P presses the level faces alone and S the upright one alone; at the corner of the shims
     plates of 3 or 5 elements have no node."""
-    system, d = shims(kind, plate, element).condense(), 2 if kind in (MeshQuad, MeshTri) else 3
+    system = shims(kind, plate, element).condense()
+    d = 2 if kind in (MeshQuad, MeshTri) else 3
     level = np.abs(system.normals[:, 1]) > 0.5
     for load, pressed, area in (("P", level, 4.0), ("S", ~level, 0.75)):
         q, p = system.reaction({load: 1.0})
-        assert (
-            np.abs(q).max() < 1e-12
-            and np.abs(p[~pressed]).max() < 1e-12
-            and p.sum() == pytest.approx(area, rel=1e-12)
-        )
+        assert np.abs(q).max() < 1e-12
+        assert np.abs(p[~pressed]).max() < 1e-12
+        assert p.sum() == pytest.approx(area, rel=1e-12)
         if d == 2 or plate != 4:
             assert p[pressed] == pytest.approx(system.width[pressed], rel=1e-12)
     assert (~level).sum() == (
@@ -114,8 +113,11 @@ def test_shims_side_by_side_against_multipliers(kind, up):
     """Pairs by hand: all of the level faces; of the upright one those within, which take half of
     the width of a corner beside them."""
     force = fo.BodyForce("above", 0.5, -3.0)
-    model, d = shims(kind, up=up, W=[force]), 3 if kind in (MeshHex, MeshTet) else 2
-    system, whole, deep = model.condense(), Assembled(model.bodies), 1 if d == 2 else 4
+    model = shims(kind, up=up, W=[force])
+    d = 3 if kind in (MeshHex, MeshTet) else 2
+    system = model.condense()
+    whole = Assembled(model.bodies)
+    deep = 1 if d == 2 else 4
     joints = [JOINTS[run] for run in np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))]
     partners = []
     for point, (one, two, *_) in zip(system.points, joints, strict=True):
@@ -144,9 +146,8 @@ def test_shims_side_by_side_against_multipliers(kind, up):
     weight[whole.first["above"] :][: len(value)] = value
     S, R = by_multipliers(whole.K, weight[:, None], G, held)
     q, p = system.reaction({"W": 1.0})
-    assert np.linalg.matrix_rank(G) == len(G) and np.allclose(
-        system.S, S, rtol=0, atol=1e-9 * np.abs(S).max()
-    )
+    assert np.linalg.matrix_rank(G) == len(G)
+    assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     assert np.allclose(np.r_[q.ravel(order="F"), p], R[:, 0], rtol=0, atol=1e-9 * np.abs(R).max())
 
 
@@ -178,10 +179,8 @@ def test_the_first_contact_of_the_list_has_the_corner():
     assert f"contacts={counts}" in repr(model)
     system = model.condense()
     _, p = system.reaction({"P": 1.0})
-    assert (
-        p[np.abs(system.normals[:, 1]) > 0.5].sum() == pytest.approx(4.0)
-        and np.ptp(system.width[4:]) > 0
-    )
+    assert p[np.abs(system.normals[:, 1]) > 0.5].sum() == pytest.approx(4.0)
+    assert np.ptp(system.width[4:]) > 0
 
 
 def test_a_face_that_is_all_corners_is_refused():
@@ -222,11 +221,9 @@ def test_a_face_with_two_names_is_one_face(kind, floor, arch):
     one, two = systems
     order = [np.linalg.norm(two.points - point, axis=1).argmin() for point in one.points]
     rows = (np.array(order) + one.nodes * np.arange(one.tangents + 1)[:, None]).ravel()
-    assert (
-        one.nodes == two.nodes
-        and len(set(two.contact)) == 2
-        and np.allclose(two.width[order], one.width, rtol=1e-12)
-    )
+    assert one.nodes == two.nodes
+    assert len(set(two.contact)) == 2
+    assert np.allclose(two.width[order], one.width, rtol=1e-12)
     assert np.allclose(two.frames[order], one.frames, rtol=0, atol=1e-12)
     assert np.allclose(two.S[np.ix_(rows, rows)], one.S, rtol=0, atol=1e-10 * np.abs(one.S).max())
     assert np.allclose(vectors(two)["P"][rows], vectors(one)["P"], rtol=0, atol=1e-10)
@@ -264,9 +261,8 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     v = np.random.default_rng(2).normal(size=6)
     fields = model.recover({"P": 1.0}, v, None)
     q, p = system.reaction({"P": 1.0})
-    assert np.allclose(fields.q, q + system.A @ v, atol=1e-9) and np.allclose(
-        fields.p, p + system.B @ v, atol=1e-9
-    )
+    assert np.allclose(fields.q, q + system.A @ v, atol=1e-9)
+    assert np.allclose(fields.p, p + system.B @ v, atol=1e-9)
 
 
 def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
@@ -337,7 +333,8 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
     )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
     element = ElementVector(whole.elem())
-    basis, held = Basis(whole, element), whole.p[:, (whole.p[0] == 0) & (whole.p[1] <= 0.2)]
+    basis = Basis(whole, element)
+    held = whole.p[:, (whole.p[0] == 0) & (whole.p[1] <= 0.2)]
     loaded = FacetBasis(
         whole, element, facets=whole.facets_satisfying(sides["top"], boundaries_only=True)
     )
@@ -364,22 +361,19 @@ def cracked(kind, material, off=0.0, **traction):
     lower = np.flatnonzero((whole.p[1] == 0) & (whole.p[0] < 0.25))
     copies = np.arange(whole.p.shape[1])
     copies[lower] = len(copies) + np.arange(len(lower))
-    points, above = np.hstack([whole.p, whole.p[:, lower]]), whole.p[1, whole.t].mean(axis=0) > 0
+    points = np.hstack([whole.p, whole.p[:, lower]])
+    above = whole.p[1, whole.t].mean(axis=0) > 0
     points[0, lower] += off * (points[0, lower] > -1)
     mesh = kind(points, np.where(above, copies[whole.t], whole.t))
     outline = mesh.boundary_facets()
-    lips, above = (
-        (mesh.p[1, mesh.facets[:, outline]] == 0).all(axis=0),
-        mesh.p[1, mesh.t[:, mesh.f2t[0, outline]]].mean(axis=0) > 0,
-    )
+    lips = (mesh.p[1, mesh.facets[:, outline]] == 0).all(axis=0)
+    above = mesh.p[1, mesh.t[:, mesh.f2t[0, outline]]].mean(axis=0) > 0
     ends = {"y0": lambda x: x[1] == -1, "y1": lambda x: x[1] == 1}
     mesh = mesh.with_boundaries(
         {"above": outline[lips & above], "below": outline[lips & ~above], **ends}
     )
-    loads, contact = (
-        {"P": [fo.Traction("plate", "y1", **traction)]},
-        fo.Contact("plate", "plate", "above", "below"),
-    )
+    loads = {"P": [fo.Traction("plate", "y1", **traction)]}
+    contact = fo.Contact("plate", "plate", "above", "below")
     return (
         fo.ContactModel(
             {"plate": fo.Body(mesh, material)}, [fo.Support("plate", "y0")], loads, [contact]
@@ -393,7 +387,9 @@ def cracked(kind, material, off=0.0, **traction):
 def test_a_crack_within_a_body_ends_at_its_tip(kind):
     """The last nodes of both lips are one: no pair, and the others are as multipliers hold them."""
     model, upper, lower = cracked(kind, fo.Material(), x=0.2, y=-1.0)
-    system, mesh, n = model.condense(), model.bodies["plate"].mesh, len(lower)
+    system = model.condense()
+    mesh = model.bodies["plate"].mesh
+    n = len(lower)
     basis = Basis(mesh, ElementVector(mesh.elem()))
     F = LinearForm(lambda v, w: 0.2 * v[0] - v[1]).assemble(
         FacetBasis(mesh, ElementVector(mesh.elem()), facets=mesh.boundaries["y1"])
@@ -403,10 +399,8 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
         pair = np.abs(mesh.p[:, upper].T - point).max(axis=1).argmin()
         for axis, (nodes, sign) in product(range(mesh.dim()), ((upper, 1), (lower, -1))):
             G[i::n, basis.nodal_dofs[axis, nodes[pair]]] = sign * system.frames[i, :, axis]
-    K, held = (
-        linear_elasticity(*fo.Material().lame).assemble(basis).toarray(),
-        basis.get_dofs("y0").all(),
-    )
+    K = linear_elasticity(*fo.Material().lame).assemble(basis).toarray()
+    held = basis.get_dofs("y0").all()
     S, r = by_multipliers(K, F[:, None], G, held)
     q, p = system.bonded["P"]
     assert system.nodes == n and np.allclose(system.S, S, rtol=0, atol=1e-10 * np.abs(S).max())
@@ -426,9 +420,9 @@ def test_pictures_show_a_crack_to_its_tip(kind):
         lip.mean(axis=1).round(9).tolist()
     )
     tips = nodes_at(mesh, places[n:].T)
-    assert (
-        len(tips) and np.all(mesh.p[0, tips] == 0.5) and np.allclose(mesh.p[:, tips].T, places[n:])
-    )
+    assert len(tips)
+    assert np.all(mesh.p[0, tips] == 0.5)
+    assert np.allclose(mesh.p[:, tips].T, places[n:])
     assert np.allclose(
         face.point_data["displacement"][n:, : mesh.dim()], fields.displacement["plate"][:, tips].T
     )
@@ -443,7 +437,6 @@ def test_pictures_show_a_crack_to_its_tip(kind):
 def test_a_uniform_pressure_passes_through_a_crack_the_lips_of_which_do_not_match(kind, off):
     model, upper, _ = cracked(kind, fo.Material(nu=0.0), off, y=-1.0)
     system = model.condense()
-    assert system.nodes == len(upper) and np.allclose(
-        system.bonded["P"][1], system.width, rtol=1e-10
-    )
+    assert system.nodes == len(upper)
+    assert np.allclose(system.bonded["P"][1], system.width, rtol=1e-10)
     assert np.abs(system.bonded["P"][0]).max() < 1e-10

@@ -185,7 +185,9 @@ def test_the_frame_does_not_matter():
     bodies = bodies_in(3)
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
-    force, moment, point = np.array([0.3, -0.2, -1.0]), np.array([0.1, 0.5, -0.4]), np.ones(3) * 2
+    force = np.array([0.3, -0.2, -1.0])
+    moment = np.array([0.1, 0.5, -0.4])
+    point = np.ones(3) * 2
     answers = []
     for Q in (np.eye(3), turn):
         moved = {n: fo.Body(turned(b.mesh, Q), b.material) for n, b in bodies.items()}

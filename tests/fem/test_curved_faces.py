@@ -136,9 +136,8 @@ def test_gross_slip_on_an_arc_is_that_of_radial_normals(edges):
         force = np.einsum("nr,nra->na", np.column_stack([q, p]), system.frames)
         resultants[case] = np.r_[force.sum(axis=0), moment(system, case)]
     tangents = np.column_stack([x[:, 1], -x[:, 0]])
-    balance = np.vstack(
-        [np.hstack([tangents.T, x.T]), np.r_[-np.ones(n), np.zeros(n)]]
-    )  # all nodes have the radius 1
+    # All nodes have the radius 1.
+    balance = np.vstack([np.hstack([tangents.T, x.T]), np.r_[-np.ones(n), np.zeros(n)]])
     friction = np.vstack(
         [np.hstack([sign * np.eye(n), -f * np.eye(n), np.zeros((n, 1))]) for sign in (1, -1)]
     )
@@ -260,7 +259,8 @@ def test_beyond_its_friction_a_fit_in_space_slides_off(tetrahedra):
     system = fo.ContactModel(
         parts, [fo.Support("shaft", "bore")], loads, [fo.Contact("hub", "shaft")]
     ).condense()
-    cycle, friction = fo.LoadCycle({"fit": 1.0}, [{"T": 1.0}, {"T": -1.0}]), 0.2
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"T": 1.0}, {"T": -1.0}])
+    friction = 0.2
     most = friction * system.bonded["fit"][1].sum() / abs(moment(system, "T"))
     slide = fo.gross_slip(system, cycle, friction)
     assert slide.bound == np.inf and slide.load_factor == pytest.approx(most, rel=0.05)

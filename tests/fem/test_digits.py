@@ -32,7 +32,8 @@ def fields(x, count):
 def lap(space, written, angle, apart=0.0, **how):
     """Two plates of 1 x 0.2, turned by an angle, with faces that are meshed differently; uniform
     pressure 1 goes through them."""
-    bodies, turn = {}, np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    bodies = {}
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     for name, n, z in (("a", 7, [0.0, 0.1, 0.2]), ("b", 5, [-0.2, -0.1, 0.0])):
         x = np.linspace(0.0, 1.0, n + 1)
         mesh = (

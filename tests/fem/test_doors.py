@@ -28,10 +28,8 @@ def agrees(job, limit):
     """The job has the same matrix by its labels, and the same limit."""
     row = {tuple(label): i for i, label in enumerate(job.labels.tolist())}
     order = [row[tuple(label)] for label in LABELS.tolist()]
-    assert (
-        len(row) == len(LABELS) + len(job.generalised)
-        and abs(job.K[order][:, order] - K).max() < 1e-9 * K.max()
-    )
+    assert len(row) == len(LABELS) + len(job.generalised)
+    assert abs(job.K[order][:, order] - K).max() < 1e-9 * K.max()
     assert joint.limit(job) == pytest.approx(limit, rel=1e-9)
     (face,) = job.matching_faces()
     assert sorted(job.deck.numbers[face].tolist()) == joint.PAIRS.tolist()
@@ -109,9 +107,8 @@ def test_a_substructure_of_abaqus_with_a_rotation_and_modes(tmp_path, deck, limi
     mass = ["*MATRIX,TYPE=MASS", "1.0,", "2.0, 3.0,"]
     (tmp_path / "z1.mtx").write_text(element(*reduced(), unlike=mass))
     job = fo.read_abaqus(tmp_path / "z1.mtx", deck=deck)
-    assert job.labels[job.generalised].tolist() == [[4, 6], [9000, 1001], [9000, 1002]] and set(
-        job.bodies
-    ) == {-1, 0, 1}
+    assert job.labels[job.generalised].tolist() == [[4, 6], [9000, 1001], [9000, 1002]]
+    assert set(job.bodies) == {-1, 0, 1}
     assert joint.limit(job) == pytest.approx(limit, rel=1e-9)
 
 
@@ -198,10 +195,8 @@ def grooved(K, noise, lean=0.5):
     normals, or what is added to them."""
     job = fo.MatrixJob(K, LABELS, joint.POINTS)
     place = {int(n): i for i, n in enumerate(job.deck.numbers)}
-    pairs, top = (
-        np.vectorize(place.get)(joint.PAIRS),
-        np.isin(job.deck.numbers, joint.UPPER.on(2, 1)),
-    )
+    pairs = np.vectorize(place.get)(joint.PAIRS)
+    top = np.isin(job.deck.numbers, joint.UPPER.on(2, 1))
     x = job.points[pairs[:, 0], 0]
     normals = np.column_stack([lean * (1 - x), 0 * x, 1 + 0 * x])
     normals += (
@@ -335,9 +330,8 @@ def test_abaqus_gives_the_same_matrix(flat, tmp_path, part):
     where = job.unknowns[flat.unknowns >= 0]
     order = np.empty(964, dtype=int)
     order[flat.unknowns[flat.unknowns >= 0]] = where
-    assert job.K.shape == (964, 964) and largest(job.K[order][:, order] - flat.K) < 1e-14 * largest(
-        flat.K
-    )
+    assert job.K.shape == (964, 964)
+    assert largest(job.K[order][:, order] - flat.K) < 1e-14 * largest(flat.K)
     assert np.array_equal(job.labels[order], flat.labels)
 
 

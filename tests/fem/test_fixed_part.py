@@ -46,23 +46,18 @@ def in_space(seed):
 @given(seed=seeds)
 def test_both_ends_of_the_safe_load_factors_are_those_of_a_program_with_all_corners(make, seed):
     contact, cycle, f = make(seed)
-    limit, oracle, rel = (
-        fo.shakedown_limit(contact, cycle, f),
-        Oracle(contact, cycle, f),
-        1e-8 if make is fixed_contact else 1e-6,
-    )
+    limit = fo.shakedown_limit(contact, cycle, f)
+    oracle = Oracle(contact, cycle, f)
+    rel = 1e-8 if make is fixed_contact else 1e-6
     assume(not limit.open.any())
     most = oracle.largest()
     if np.isnan(most):
         assert np.isnan(limit.load_factor) and "the mean load with fixed[" in limit.reason
     else:
-        assert limit.load_factor == pytest.approx(most, rel=rel) and limit.bound == pytest.approx(
-            limit.load_factor, rel=1e-8
-        )
-        assert (
-            limit.least == pytest.approx(oracle.least(), rel=10 * rel, abs=rel)
-            and limit.residual <= 1e-9
-        )
+        assert limit.load_factor == pytest.approx(most, rel=rel)
+        assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+        assert limit.least == pytest.approx(oracle.least(), rel=10 * rel, abs=rel)
+        assert limit.residual <= 1e-9
         assert (
             np.isinf(most)
             or fo.safe_slip(contact, cycle, f, 0.5 * (limit.least + limit.load_factor)).exists
@@ -107,9 +102,8 @@ def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(
     assert path.amplitudes[known] @ [contact.bonded[name][1] for name in names] == pytest.approx(
         path.bonded_p[known]
     )
-    assert path.bonded_q[-1] == pytest.approx(loads[0]) and path.bonded_p[-1] == pytest.approx(
-        loads[1]
-    )
+    assert path.bonded_q[-1] == pytest.approx(loads[0])
+    assert path.bonded_p[-1] == pytest.approx(loads[1])
 
 
 @settings(max_examples=few(5))
@@ -137,10 +131,8 @@ def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
         )
         assert event.load_factor <= share or (event.node, event.sense) == (after.node, after.sense)
     for asked in (fo.safe_slip, fo.march, fo.steady_state):
-        known, found = (
-            asked(contact, plain, f, 0.8 * limit.load_factor),
-            asked(contact, moved, f, 0.8 * limit.load_factor - share),
-        )
+        known = asked(contact, plain, f, 0.8 * limit.load_factor)
+        found = asked(contact, moved, f, 0.8 * limit.load_factor - share)
         assert np.asarray(found.slip)[-1] == pytest.approx(
             np.asarray(known.slip)[-1], rel=1e-6, abs=1e-8
         )
@@ -162,7 +154,8 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
     assume(contact.B.any())
     limit = fo.shakedown_limit(contact, cycle, f)
     assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
-    least, (left, right) = limit.load_factor, corner_rows(contact, cycle, f)
+    least = limit.load_factor
+    (left, right) = corner_rows(contact, cycle, f)
     for node, (k, other) in product(
         range(contact.nodes), permutations(range(len(cycle.corners)), 2)
     ):
@@ -175,9 +168,8 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
     assert guaranteed.load_factor == pytest.approx(least, rel=1e-6)
     check(guaranteed)
     every = fo.guaranteed_limit(contact, cycle, f, simplify=False)
-    assert (
-        every.node is None or every.to_frame()["load_factor"].min() == every.load_factor
-    )  # of all pairs of corners of the node
+    # Of all pairs of corners of the node.
+    assert every.node is None or every.to_frame()["load_factor"].min() == every.load_factor
     if guaranteed.node is not None and guaranteed.load_factor > guaranteed.least:
         assert fo.verify(guaranteed, starts=0, moved=1).persists
 
@@ -201,9 +193,8 @@ def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
     assume(1e-3 < fo.shakedown_limit(contact, cycle, f).load_factor < np.inf)
     model = fo.ShakedownModel(contact, cycle)
     limit = model.solve(f, [model.q == model.q])
-    assert model.q.value == pytest.approx(
-        limit.reactions[0], abs=1e-9
-    ) and model.p.value == pytest.approx(limit.reactions[1], abs=1e-9)
+    assert model.q.value == pytest.approx(limit.reactions[0], abs=1e-9)
+    assert model.p.value == pytest.approx(limit.reactions[1], abs=1e-9)
     most = 0.5 * limit.largest_slip
     bounded = model.solve(f, [cp.abs(model.slip) <= most])
     assert bounded.load_factor == pytest.approx(
@@ -215,7 +206,8 @@ def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
 @given(seeds)
 def test_open_nodes_stay_open_at_every_corner(seed):
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(2, 6))), float(rng.uniform(0.2, 1.0))
+    contact = pulled_system(rng, int(rng.integers(2, 6)))
+    friction = float(rng.uniform(0.2, 1.0))
     n = contact.nodes
     contact = contact.with_bonded({"f": (0.2 * rng.normal(size=n), 0.1 * rng.normal(size=n))})
     cycle = fo.LoadCycle(
@@ -252,25 +244,20 @@ def test_which_corner_is_listed_first_is_no_matter(seed):
         f, corners, fixed = 0.6, [{"a": 1.0}, {"a": -1.0}], [{"b": 0.2}, {"b": -0.2}]
     else:
         G = rng.normal(size=(2 * n, 2 * n))
-        S, loads = (
-            G @ G.T + 0.5 * np.eye(2 * n),
-            {name: 0.5 * rng.normal(size=2 * n) for name in "abcdef"},
-        )
+        S = G @ G.T + 0.5 * np.eye(2 * n)
+        loads = {name: 0.5 * rng.normal(size=2 * n) for name in "abcdef"}
         loads |= {"m": np.r_[0.2 * rng.normal(size=n), 0.4 + 0.5 * rng.normal(size=n)]}
-        f, corners, fixed = (
-            0.6,
-            [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}],
-            [{"d": 0.5}, {"e": 0.5}, {"f": 0.5}],
-        )
-    contact, found = fo.ContactSystem(S, [[k, 0] for k in range(n)], loads), list[list[float]]()
+        f = 0.6
+        corners = [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}]
+        fixed = [{"d": 0.5}, {"e": 0.5}, {"f": 0.5}]
+    contact = fo.ContactSystem(S, [[k, 0] for k in range(n)], loads)
+    found = list[list[float]]()
     for k in range(2):
         cycle = fo.LoadCycle({"m": 1.0}, corners[k:] + corners[:k], fixed[k:] + fixed[:k])
         limit = fo.shakedown_limit(contact, cycle, f)
         load_factor = 0.7 * (found[0][0] if found else limit.load_factor)
-        safe, required = (
-            fo.safe_slip(contact, cycle, f, load_factor),
-            fo.required_friction(contact, cycle, load_factor),
-        )
+        safe = fo.safe_slip(contact, cycle, f, load_factor)
+        required = fo.required_friction(contact, cycle, load_factor)
         found.append([limit.load_factor, safe.margin, required.required])
         assert limit.open.any() and safe.exists and required.required < f
     assert np.array(found) == pytest.approx(np.array(found[:1] * len(found)), rel=1e-8, abs=1e-9)
@@ -319,9 +306,8 @@ def test_the_loads_of_corners_and_what_is_said_of_a_cycle():
     assert repr(cycle).endswith(
         "corners=[{'Q': 2.0}, {'P': 0.5}], fixed=[{'P': -0.5}, {'R': 1.0}])"
     )
-    assert pickle.loads(pickle.dumps(cycle)) == cycle and hash(cycle) != hash(
-        fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}])
-    )
+    assert pickle.loads(pickle.dumps(cycle)) == cycle
+    assert hash(cycle) != hash(fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}]))
     assert fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}], [{}]) == fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}])
 
 
@@ -374,9 +360,8 @@ def test_a_node_in_space_that_nothing_presses_at_some_corners():
     }
     pair = fo.ContactSystem(S, [[0.0, 0, 0], [1.0, 0, 0]], loads)
     free = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 1.0}, {"X": -1.0}], [{}, {}, {"N": 9.0}])
-    assert fo.shakedown_limit(pair, free, 0.5).load_factor == pytest.approx(
-        2.25
-    )  # 2 q1 <= 0.5 * 9 at node 0, 2 * 0.2 q1 <= 2 * 0.5 at node 1
+    # 2 q1 <= 0.5 * 9 at node 0, 2 * 0.2 q1 <= 2 * 0.5 at node 1.
+    assert fo.shakedown_limit(pair, free, 0.5).load_factor == pytest.approx(2.25)
     meets = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], [{}, {"Q": 1.0}])
     limit = fo.ShakedownModel(pair, meets).of_set(pose(pair, meets, 0.5))  # node 0 closed
     assert (limit.load_factor, limit.least) == pytest.approx((2.0, 2.0), rel=1e-6)

@@ -73,10 +73,8 @@ def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(
                 ._forces(body, "space" if solid else "plane_strain")[0]
                 .sum()
             )
-            assert (
-                size == pytest.approx(np.pi if solid else 2 * np.pi, rel=1e-3)
-                and sorted(mesh.subdomains)[0] == "BODY"
-            )
+            assert size == pytest.approx(np.pi if solid else 2 * np.pi, rel=1e-3)
+            assert sorted(mesh.subdomains)[0] == "BODY"
 
 
 def cubes(
@@ -156,10 +154,8 @@ def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_i
     """A bar with a slit from one side, under uniform pressure and without lateral strain: each node
     of the slit bears the pressure times its area."""
     with gmsh_with(**{"Mesh.MeshSizeMax": 0.5}) as gmsh:
-        bar, slit = (
-            gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2),
-            gmsh.model.occ.addRectangle(0, 0, 0, 1, 1),
-        )
+        bar = gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2)
+        slit = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
         gmsh.model.occ.fragment([(3, bar)], [(2, slit)])
         gmsh.model.occ.synchronize()
         near = {
@@ -200,12 +196,10 @@ def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_i
     exec(code, known | {"loads": {"P": [fo.Traction("shaft", "high", z=-3.0)]}}, known)
     system = known["model"].condense()
     q, p = system.bonded["P"]
-    assert (
-        np.allclose(p, 3.0 * system.width)
-        and np.allclose(q, 0.0)
-        and np.all(system.points[:, 0] > 0)
-        and np.all(system.points[:, 2] == 0)
-    )
+    assert np.allclose(p, 3.0 * system.width)
+    assert np.allclose(q, 0.0)
+    assert np.all(system.points[:, 0] > 0)
+    assert np.all(system.points[:, 2] == 0)
 
 
 LEFT_OUT = [

@@ -11,12 +11,13 @@ from helpers.cases import ALL_CASES, few
 from helpers.gmsh_files import gmsh_with
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
+# Angle of the flanks, their length, half-width of the neck.
 DOVETAILS = [
     (35, 6.0, 4.0),
     (45, 8.0, 5.0),
     (55, 6.0, 3.0),
     (65, 10.0, 5.0),
-]  # angle of the flanks, their length, half-width of the neck
+]
 STEEL = fo.Material(E=210e3, nu=0.3)
 
 
@@ -95,9 +96,8 @@ def shakes_down_up_to(limit, system, cycle, friction, share, **options):
             system, cycle, friction, ratio * limit.load_factor, initial_slip=limit.slip, **options
         )
         assert steady.outcome.name == outcome
-    assert 0 < limit.load_factor <= limit.bound * (1 + 1e-9) and limit.bound == pytest.approx(
-        limit.load_factor, rel=1e-6
-    )
+    assert 0 < limit.load_factor <= limit.bound * (1 + 1e-9)
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-6)
 
 
 @pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
@@ -105,12 +105,10 @@ def test_a_dovetail_of_gmsh_carries_its_loads_and_has_a_limit(tmp_path, angle, l
     system = dovetail(tmp_path / "dovetail.msh", angle, length, half).condense()
     for name, sign in (("right", -1), ("left", 1)):
         own = system.contact == name
-        assert (
-            np.allclose(
-                system.normals[own], [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))]
-            )
-            and own.sum() >= length - 1
+        assert np.allclose(
+            system.normals[own], [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))]
         )
+        assert own.sum() >= length - 1
     for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
         forces, moments = carried(system, load)
         assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
@@ -131,9 +129,8 @@ def scripted(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
     runpy.run_path(str(TUTORIAL / f"{name}.py"))
     mesh, kept = fo.read_mesh(f"{name}.msh"), fo.read_mesh(TUTORIAL / f"{name}.msh")
-    assert sorted(mesh.subdomains) == sorted(kept.subdomains) and sorted(mesh.boundaries) == sorted(
-        kept.boundaries
-    )
+    assert sorted(mesh.subdomains) == sorted(kept.subdomains)
+    assert sorted(mesh.boundaries) == sorted(kept.boundaries)
     assert np.allclose(
         [mesh.p.min(axis=1), mesh.p.max(axis=1)], [kept.p.min(axis=1), kept.p.max(axis=1)]
     )
@@ -149,7 +146,8 @@ def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
     )
     meshes = [scripted("blade", tmp_path, monkeypatch), fo.read_mesh(TUTORIAL / "blade.msh")]
     runpy.run_path(str(tmp_path / "fine.py"))
-    found, titanium = [], fo.Material(E=115e3, nu=0.33, density=4.4e-9)
+    found = []
+    titanium = fo.Material(E=115e3, nu=0.33, density=4.4e-9)
     for mesh in (*meshes, fo.read_mesh("fine.msh")):
         bodies = fo.split_bodies(
             mesh, dict.fromkeys(("blade", "disc"), titanium), element="quadratic"
@@ -173,18 +171,15 @@ def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
             },
         )
         modes = model.modes(1)
-        system, omega = (
-            model.with_loads({"mode": modes.load(0)}).condense(),
-            2 * np.pi * modes.frequency[0],
-        )
+        system = model.with_loads({"mode": modes.load(0)}).condense()
+        omega = 2 * np.pi * modes.frequency[0]
         factors = np.array([0.4, 0.7, 1.1]) / np.abs(modes.shapes["blade"][0]).max() * omega**2
         cycle = fo.LoadCycle(mean={"spin": 1.0}, corners=[{"mode": 1.0}, {"mode": -1.0}])
         curve = fo.backbone_curve(system, cycle, 0.3, factors, natural_frequency=modes.frequency[0])
         assert modes.frequency[0] > curve.frequency[0] > curve.frequency[1] > curve.frequency[2]
         found.append(curve.damping)
-    assert found[0] == pytest.approx(found[1], rel=1e-2) and found[2][1:] == pytest.approx(
-        found[1][1:], rel=5e-3
-    )
+    assert found[0] == pytest.approx(found[1], rel=1e-2)
+    assert found[2][1:] == pytest.approx(found[1][1:], rel=5e-3)
 
 
 def test_the_flange_of_the_tutorial(tmp_path, monkeypatch, capfd):
@@ -225,17 +220,14 @@ def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
         # bolt and plates may slide together, which opens no gap but for rounding, however far interior
         # points go
     ):
-        asked = {
-            "open": None if ALL_CASES else limit.open
-        }  # these nodes in place of a search, which takes half a minute by the interior point
+        # These nodes in place of a search, which takes half a minute by the interior point.
+        asked = {"open": None if ALL_CASES else limit.open}
         one, other = (
             fo.shakedown_limit(system, cycle, friction, solver=solver, **asked)
             for solver in ("INTERIOR_POINT", "CLARABEL_DIRECT")
         )
-        assert (
-            one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
-            and one.largest_slip < 0.02
-        )
+        assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
+        assert one.largest_slip < 0.02
     forces, moments = carried(system, "preload")
     for name, sign in (("lap", 1), ("head", 1), ("nut", -1)):
         assert forces[name][2] == pytest.approx(sign * 20e3, rel=1e-6)

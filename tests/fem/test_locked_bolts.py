@@ -16,7 +16,8 @@ STEEL = fo.Material(E=3.0, nu=0.3)
 def bars(kind=MeshQuad, force=10.0):
     """A bolt, and a tube on a base beside it, all bars of one section, whose tops a rigid head
     holds together."""
-    up, levels = "xyz"[kind().dim() - 1], [np.array([0.0, 0.4, 1.0])] * (kind().dim() - 1)
+    up = "xyz"[kind().dim() - 1]
+    levels = [np.array([0.0, 0.4, 1.0])] * (kind().dim() - 1)
 
     def bar(aside, low, high, **names):
         mesh = kind.init_tensor(levels[0] + aside, *levels[1:], np.linspace(low, high, 5))
@@ -54,13 +55,12 @@ def test_bars_in_series_and_in_parallel(kind):
     )
     assert system.bolts["bolt"] == pytest.approx((F, F / kb))
     tight = fo.tightened(system, cycle, 0.5)
-    assert (
-        tight.mean["bolt"] * F / kb == pytest.approx(F / kb + F / kc, rel=1e-9)
-        and tight.corners == cycle.corners
-    )
+    assert tight.mean["bolt"] * F / kb == pytest.approx(F / kb + F / kc, rel=1e-9)
+    assert tight.corners == cycle.corners
     states = fo.march(system, tight, 0.5, 1.0, cycles=1)
     known = states.time >= 0
-    tension, pull = states.tension("bolt")[known], -states.displacement("lift")[known]
+    tension = states.tension("bolt")[known]
+    pull = -states.displacement("lift")[known]
     assert pull[0] == pytest.approx(0.0, abs=1e-8) and pull.min() < -1 and opens + 1 < pull.max()
     assert np.allclose(tension, np.where(pull < opens, F + kb / (kb + kc) * pull, pull), rtol=1e-9)
     assert np.array_equal(states.gap[known].min(axis=1) > 1e-9, pull > opens + 1e-9)
@@ -72,9 +72,8 @@ def test_the_range_of_the_tension_over_a_cycle():
     steady = fo.steady_state(system, fo.tightened(system, cycle, 0.5), 0.5, 1.0)
     table = steady.bolt_table()
     assert table.bolt.tolist() == ["bolt"] and table.force.tolist() == [F]
-    assert table.tension_mean[0] == pytest.approx(0.5 * F + 0.5 * kb) and table.tension_amplitude[
-        0
-    ] == pytest.approx(1.5 * kb)
+    assert table.tension_mean[0] == pytest.approx(0.5 * F + 0.5 * kb)
+    assert table.tension_amplitude[0] == pytest.approx(1.5 * kb)
 
 
 RADII, HEAD = np.array([0.0, 0.25, 0.5, 0.6, 1.0, 1.5, 2.2, 3.0]), 1.5
@@ -158,7 +157,8 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
     model, again = flange(**more), flange(locked=False, **more)
     locked, free = model.condense(), again.condense()
     rng = np.random.default_rng(3)
-    v, w = 0.1 * rng.normal(size=locked.nodes), rng.uniform(0.0, 0.1, locked.nodes)
+    v = 0.1 * rng.normal(size=locked.nodes)
+    w = rng.uniform(0.0, 0.1, locked.nodes)
     loads = dict(zip(locked.bonded, rng.normal(size=len(locked.bonded)).tolist(), strict=True))
     tension = locked.tension("bolt", [*loads.values()], v, w).item()
     same = {**loads, "bolt": tension / 20.0}
@@ -168,9 +168,8 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
         for system, asked in ((locked, loads), (free, same))
     ]
     assert np.abs(forces[0] - forces[1]).max() < 1e-11 * np.abs(forces[0]).max()
-    closer = (
-        free.displacements([*same.values()], v, w)[0] / 20.0
-    )  # of a bolt that is not locked: how far its faces have come together
+    # Of a bolt that is not locked: how far its faces have come together.
+    closer = free.displacements([*same.values()], v, w)[0] / 20.0
     assert closer == pytest.approx(loads["bolt"] * locked.bolts["bolt"][1], rel=1e-10)
     moved = [
         one.displacements([*asked.values()], v, w)[1:]
@@ -198,9 +197,8 @@ def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked
         for system, asked in ((locked, tight), (free, cycle))
     )
     start = [int(np.flatnonzero(states.time >= 0)[0]) for states in (one, other)]
-    assert one.gap[start[0]].any() and np.allclose(
-        one.gap[start[0]], other.gap[start[1]], atol=1e-9
-    )
+    assert one.gap[start[0]].any()
+    assert np.allclose(one.gap[start[0]], other.gap[start[1]], atol=1e-9)
     assert one.tension("bolt")[start[0]] == pytest.approx(16.0, rel=1e-9)
     assert other.displacement("bolt")[start[1]] / 20.0 == pytest.approx(
         tight.mean["bolt"] * locked.bolts["bolt"][1], rel=1e-8
@@ -213,12 +211,12 @@ def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked
 
 def clamped(force=(5.0, 8.0)):
     """Two plane plates that a clamp holds at either end: a bolt with arms for a head and a nut."""
-    x, y = (
-        np.array([-1.8, -1.4, -1.2, -1.0, -0.6, -0.2]),
-        np.array([-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0]),
-    )
+    x = np.array([-1.8, -1.4, -1.2, -1.0, -0.6, -0.2])
+    y = np.array([-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0])
     clamp = without(MeshQuad.init_tensor(x[:5], y), lambda x, y: (x > -1.4) & (abs(y) < 0.6))
-    bodies, contacts, loads = {}, [fo.Contact("upper", "lower", "joint", "joint")], {}
+    bodies = {}
+    contacts = [fo.Contact("upper", "lower", "joint", "joint")]
+    loads = {}
     for name, (low, high) in {"upper": (0.0, 0.6), "lower": (-0.6, 0.0)}.items():
         mesh = MeshQuad.init_tensor(np.r_[x[2:], -x[:1:-1]], y[(low <= y) & (y <= high)])
         sides = {
@@ -267,11 +265,9 @@ def test_several_bolts_have_their_forces_together(shares, pull, friction):
     states = fo.march(system, tight, friction, 1.0, cycles=1)
     mean = int(np.flatnonzero(states.time >= 0)[0])
     found = [states.tension(name)[mean] for name in ("left", "right")]
-    assert (
-        np.allclose(found, np.array(shares) * [5.0, 8.0], rtol=1e-9)
-        and (states.gap[mean] > 0).any()
-        and (states.slip[mean] != 0).any()
-    )
+    assert np.allclose(found, np.array(shares) * [5.0, 8.0], rtol=1e-9)
+    assert (states.gap[mean] > 0).any()
+    assert (states.slip[mean] != 0).any()
 
 
 def tighten(system=None, mean=None, friction=0.3):
@@ -339,11 +335,9 @@ def test_an_archive_keeps_the_bolts(tmp_path):
     system = clamped().condense()
     system.save(tmp_path / "joint.npz")
     again = fo.ContactSystem.load(tmp_path / "joint.npz")
-    assert (
-        again.bolts == system.bolts
-        and len(again.bolts) == 2
-        and again.bonded.keys() == system.bonded.keys()
-    )
+    assert again.bolts == system.bolts
+    assert len(again.bolts) == 2
+    assert again.bonded.keys() == system.bonded.keys()
 
 
 RING = [0, 2, 4, 1, 3, 6, 7, 5]  # corners of a hexahedron of scikit-fem in the order of CalculiX
@@ -370,11 +364,9 @@ def deck_of(bodies, first):
 def bolted():
     """Two plates in space with a square hole, a bolt with square head and nut, and a pull at one
     end of the upper plate."""
-    x, y, z = (
-        np.array([-3.5, -2.5, -1.5, -1.0, 1.0, 1.5, 2.5, 3.5]),
-        np.array([-2.5, -1.5, -1.0, 1.0, 1.5, 2.5]),
-        np.arange(-3.0, 4.0),
-    )
+    x = np.array([-3.5, -2.5, -1.5, -1.0, 1.0, 1.5, 2.5, 3.5])
+    y = np.array([-2.5, -1.5, -1.0, 1.0, 1.5, 2.5])
+    z = np.arange(-3.0, 4.0)
     near = (abs(x) < 3, abs(y) < 3)
     bolt = without(
         MeshHex.init_tensor(x[near[0]], y, z),
@@ -472,19 +464,17 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
             for n, f in enumerate(force.tolist())
             if pull * f
         )
-        deck, loads = (
-            frame + ties + section,
-            f"*BOUNDARY\n{given}" + (f"*CLOAD\n{loads}" if loads else ""),
-        )
+        deck = frame + ties + section
+        loads = f"*BOUNDARY\n{given}" + (f"*CLOAD\n{loads}" if loads else "")
         locked = displacements(
             tmp_path, deck, f"{loads}*BOUNDARY\n99999, 1, 1, {shortening:.11e}\n"
         )
+        # Anew, to the tension seen.
         tightened = displacements(
             tmp_path, deck, f"{loads}*CLOAD\n99999, 1, {states.tension('bolt')[i]:.11e}\n"
-        )  # anew, to the tension seen
-        assert tightened[99999][0] == pytest.approx(
-            shortening, rel=1e-6
-        )  # CalculiX prints seven digits
+        )
+        # CalculiX prints seven digits.
+        assert tightened[99999][0] == pytest.approx(shortening, rel=1e-6)
         fields = model.recover(
             {"bolt": tight.mean["bolt"], "pull": pull}, states.slip[i], states.gap[i]
         )

@@ -41,20 +41,16 @@ def test_the_faces_of_a_deck_are_the_pairs_of_its_sets(flat):
 
 def test_the_face_of_a_deck_in_space(cube):
     (face,) = cube.matching_faces()
-    assert (
-        len(face) == 9
-        and np.array_equal(cube.points[face[:, 0]], cube.points[face[:, 1]])
-        and not cube.points[face[:, 0], 2].any()
-    )
+    assert len(face) == 9
+    assert np.array_equal(cube.points[face[:, 0]], cube.points[face[:, 1]])
+    assert not cube.points[face[:, 0], 2].any()
 
 
 def test_three_bodies_meet_two_by_two(tmp_path):
     """Two punches side by side on a block: a corner belongs to three faces; body 1, the one that
     comes first, is on the left of each way."""
-    left, right = (
-        block(1, (0, 1, 2), (0, 2, 2), name="LEFT"),
-        block(51, (1, 2, 1), (0, 2, 2), name="RIGHT"),
-    )
+    left = block(1, (0, 1, 2), (0, 2, 2), name="LEFT")
+    right = block(51, (1, 2, 1), (0, 2, 2), name="RIGHT")
     base = Block(
         101, [np.array([-1.0, 0.0, 0.5, 1.0, 2.0, 3.0]), np.array([-1.0, 0.0])], 1000.0, 0.3, "BASE"
     )
@@ -119,9 +115,8 @@ def pair_in_space():
 def test_a_matrix_of_points_alone_has_faces_in_space(pair_in_space):
     K, labels, points, pairs = pair_in_space
     job = fo.MatrixJob(K, labels, points)
-    assert np.array_equal(
-        job.points, list(points.values())
-    ) and job.unknowns.ravel().tolist() == list(range(len(labels)))
+    assert np.array_equal(job.points, list(points.values()))
+    assert job.unknowns.ravel().tolist() == list(range(len(labels)))
     (face,) = job.matching_faces()
     assert np.array_equal(job.deck.numbers[face], pairs)
     top = np.flatnonzero(job.points[:, 2] == 1)
@@ -141,11 +136,9 @@ def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
     joined = np.block([[K.toarray(), row[:, None]], [row[None], np.eye(1)]])
     for label in ((0, 1), (-3, 2), (101, 4)):
         job = fo.MatrixJob(joined, np.vstack([labels, label]), points)
-        assert (
-            job.generalised.tolist() == [n]
-            and set(job.bodies) == {0}
-            and "generalised=1" in repr(job)
-        )
+        assert job.generalised.tolist() == [n]
+        assert set(job.bodies) == {0}
+        assert "generalised=1" in repr(job)
         assert job.unknowns.max() == n - 1
     assert set(fo.MatrixJob(K, labels, points).bodies) == {0, 1}
 

@@ -77,10 +77,8 @@ def scene(seed, tangents=2, *, planes=None):
     gap = 0.2 * scalar(rng.uniform(size=n)) if seed % 4 == 0 else None
     swing, one = rng.normal(size=2)
     corners = [{"swing": swing, "one": one}, {"swing": -swing, "one": one}, {"one": rng.normal()}]
-    friction, most = (
-        scalar(rng.uniform(0.1, 0.8, n)),
-        scalar(rng.uniform(0.1, 2.0, n)) if seed % 5 == 1 else None,
-    )
+    friction = scalar(rng.uniform(0.1, 0.8, n))
+    most = scalar(rng.uniform(0.1, 2.0, n)) if seed % 5 == 1 else None
     if tangents == 1:
         friction *= scalar(rng.random(n)) > 0.2  # a node in space without friction leaves no limit
     return (
@@ -111,7 +109,9 @@ def image(contact, friction, most, plane, rng):
 def uneven(seed, tangents):
     """A contact without symmetry: the symmetric one with other stiffness, loads, friction."""
     contact, cycle, friction, most, _ = scene(seed, tangents)
-    rng, m, n = np.random.default_rng(seed), len(contact.S), contact.nodes
+    rng = np.random.default_rng(seed)
+    m = len(contact.S)
+    n = contact.nodes
     G = rng.normal(size=(m, m))
     more = {
         name: np.r_[rng.normal(size=m - n), 0.3 * rng.normal(size=n)] for name in contact.bonded
@@ -138,7 +138,8 @@ def test_the_image_of_a_contact_has_the_same_limits_and_the_image_of_a_safe_slip
             fo.shakedown_limit(*asked, slip_bound=m)
             for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
         )
-        assert own.kind is other.kind and [own.load_factor, own.bound, own.least] == pytest.approx(
+        assert own.kind is other.kind
+        assert [own.load_factor, own.bound, own.least] == pytest.approx(
             [other.load_factor, other.bound, other.least], rel=1e-7, abs=1e-9, nan_ok=True
         )
         assert (
@@ -166,13 +167,10 @@ def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_th
 ):
     contact, cycle, friction, most = uneven(seed, tangents)
     mirrored, f, bound, P = image(contact, friction, most, 0, np.random.default_rng(seed))
-    own, other = (
-        fo.guaranteed_limit(contact, cycle, friction, slip_bound=most),
-        fo.guaranteed_limit(mirrored, cycle, f, slip_bound=bound),
-    )
-    assert own.kind is other.kind and own.load_factor == pytest.approx(
-        other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True
-    )
+    own = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most)
+    other = fo.guaranteed_limit(mirrored, cycle, f, slip_bound=bound)
+    assert own.kind is other.kind
+    assert own.load_factor == pytest.approx(other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
     if own.node is not None:
         assert P[-contact.nodes + other.node, -contact.nodes + own.node] == 1.0
 
@@ -183,10 +181,8 @@ def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_hal
     """Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as
     safe as it."""
     contact, cycle, friction, most, mirrors = scene(seed, tangents)
-    limit, task = (
-        fo.shakedown_limit(contact, cycle, friction, slip_bound=most),
-        pose(contact, cycle, friction, slip_bound=most),
-    )
+    limit = fo.shakedown_limit(contact, cycle, friction, slip_bound=most)
+    task = pose(contact, cycle, friction, slip_bound=most)
     if limit.kind is not fo.LimitKind.FINITE or limit.open.any():
         return
     size = contact.nodes * tangents
@@ -214,10 +210,8 @@ def test_a_bound_holds_a_node_on_a_mirror_plane_once():
 
 def test_frictions_of_different_symmetry_in_one_model():
     """Each row of a sweep is the limit of that friction alone."""
-    contact, cycle = (
-        fo.scenes.SquarePunch(elements=2, growth=2.0).condense(),
-        fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
-    )
+    contact = fo.scenes.SquarePunch(elements=2, growth=2.0).condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     x, y = (np.sign(contact.points[:, axis]) for axis in (0, 1))
     frictions = [np.full(9, 0.4), 0.4 + 0.1 * x, 0.4 + 0.1 * y, 0.4 + 0.1 * x + 0.05 * y]
     swept = fo.ShakedownModel(contact, cycle).sweep(frictions)

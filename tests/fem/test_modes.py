@@ -28,10 +28,8 @@ LENGTH, HIGH = 10.0, 1.0
 def bars(kind, cells, across=2, height=HIGH, nu=0.0, low=0.0, **options):
     """A bar of two bodies of the same length that meet in its middle; it lies along x, from 0 to
     10, and is `height` high and thick."""
-    x, sides = (
-        np.linspace(0.0, LENGTH, cells + 1),
-        [np.linspace(0.0, height, across + 1) + low] * (dimensions(kind) - 1),
-    )
+    x = np.linspace(0.0, LENGTH, cells + 1)
+    sides = [np.linspace(0.0, height, across + 1) + low] * (dimensions(kind) - 1)
     steel, middle, bodies = fo.Material(E, nu, RHO), x[cells // 2], {}
     for name, part, end in (("right", x[cells // 2 :], LENGTH), ("left", x[: cells // 2 + 1], 0.0)):
         mesh = kind.init_tensor(part, *sides)
@@ -71,9 +69,8 @@ def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, 
     numbers, h = np.arange(4), LENGTH / 20
     modes = free.modes(4)
     assert modes.frequency == pytest.approx(of_elements(numbers * np.pi / LENGTH, h), rel=1e-9)
-    assert modes.frequency[0] == 0 and modes.frequency[1:] == pytest.approx(
-        numbers[1:] * SPEED / (2 * LENGTH), rel=1e-2
-    )
+    assert modes.frequency[0] == 0
+    assert modes.frequency[1:] == pytest.approx(numbers[1:] * SPEED / (2 * LENGTH), rel=1e-2)
     assert modes.mass == pytest.approx(RHO * LENGTH * HIGH ** (dimensions(kind) - 1))
     assert modes.modal_mass[1] == pytest.approx(modes.mass / 2, rel=1e-2)
     clamped = replace(free, supports=[*straight(kind), fo.Support("left", "end")]).modes(3)
@@ -81,10 +78,8 @@ def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, 
         of_elements((numbers[:3] + 0.5) * np.pi / LENGTH, h), rel=1e-9
     )
     share = 2 / ((numbers[:3] + 0.5) * np.pi) ** 2  # of the mass, in each mode
-    assert (
-        clamped.effective_mass[:, 0] == pytest.approx(share * modes.mass, rel=2e-2)
-        and not clamped.effective_mass[:, 1:].any()
-    )
+    assert clamped.effective_mass[:, 0] == pytest.approx(share * modes.mass, rel=2e-2)
+    assert not clamped.effective_mass[:, 1:].any()
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3])
@@ -106,12 +101,10 @@ def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
     assert modes.frequency == pytest.approx(
         of_elements(np.arange(3) * np.pi / LENGTH, LENGTH / 20), rel=1e-9 if nu == 0 else 2e-2
     )
-    assert modes.mass == pytest.approx(RHO * np.pi * LENGTH) and modes.effective_mass[
-        0
-    ] == pytest.approx([0.0, modes.mass])
-    assert not modes.participation[:, 0].any() and (
-        np.abs(modes.shapes["up"][:, 0]).max(axis=1) > 1e-3
-    ).tolist() == [False, *[nu > 0] * 2]
+    assert modes.mass == pytest.approx(RHO * np.pi * LENGTH)
+    assert modes.effective_mass[0] == pytest.approx([0.0, modes.mass])
+    assert not modes.participation[:, 0].any()
+    assert (np.abs(modes.shapes["up"][:, 0]).max(axis=1) > 1e-3).tolist() == [False, *[nu > 0] * 2]
 
 
 def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
@@ -123,11 +116,9 @@ def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
     fine = bars(
         MeshQuad, 40, 2, height, element="quadratic", kinematics="plane_stress", supports=root
     ).modes(3)
-    assert (
-        fine.frequency == pytest.approx(beam, rel=1e-2)
-        and (fine.frequency < beam).all()
-        and fine.frequency[0] == pytest.approx(beam[0], rel=2e-3)
-    )
+    assert fine.frequency == pytest.approx(beam, rel=1e-2)
+    assert (fine.frequency < beam).all()
+    assert fine.frequency[0] == pytest.approx(beam[0], rel=2e-3)
     errors = [
         bars(MeshQuad, cells, cells // 40, height, kinematics="plane_stress", supports=root)
         .modes(1)
@@ -143,12 +134,10 @@ def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
 def test_a_free_body_has_its_rigid_motions_and_pairs_of_bending_modes():
     modes = bars(MeshHex, 12, 2, nu=0.3).modes(10)
     assert not modes.frequency[:6].any() and modes.frequency[6] > 0.1 * SPEED * HIGH / LENGTH**2
-    assert modes.frequency[[6, 8]] == pytest.approx(
-        modes.frequency[[7, 9]], rel=1e-9
-    )  # a square section
-    assert modes.effective_mass.sum(axis=0) == pytest.approx(
-        [modes.mass] * 3
-    ) and modes.mass == pytest.approx(RHO * LENGTH)
+    # A square section.
+    assert modes.frequency[[6, 8]] == pytest.approx(modes.frequency[[7, 9]], rel=1e-9)
+    assert modes.effective_mass.sum(axis=0) == pytest.approx([modes.mass] * 3)
+    assert modes.mass == pytest.approx(RHO * LENGTH)
 
 
 def dense(bodies, joined, held):
@@ -202,18 +191,16 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
     assert np.allclose(own @ M @ own.T, np.eye(5), atol=1e-9)
     distinct = np.diff(squares[:6]) > 1e-6 * squares[0]
     single = np.r_[True, distinct[:-1]] & distinct
-    assert single.any() and np.allclose(
+    assert single.any()
+    assert np.allclose(
         np.abs(np.einsum("ki,ik->k", own @ M, shapes[:, :5]))[single], 1.0, rtol=0, atol=1e-9
     )
-    assert np.allclose(modes.participation, own @ M @ along, atol=1e-9) and np.allclose(
-        modes.effective_mass, modes.participation**2
-    )
+    assert np.allclose(modes.participation, own @ M @ along, atol=1e-9)
+    assert np.allclose(modes.effective_mass, modes.participation**2)
     table = modes.to_frame()
-    assert (
-        table["effective_mass_y"].tolist() == modes.effective_mass[:, 1].tolist()
-        and len(table) == 5
-        and (modes.open == open_nodes).all()
-    )
+    assert table["effective_mass_y"].tolist() == modes.effective_mass[:, 1].tolist()
+    assert len(table) == 5
+    assert (modes.open == open_nodes).all()
 
 
 def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
@@ -229,20 +216,16 @@ def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
     merge = np.kron(number[:, None] == np.flatnonzero(points[:, 0] > 0), np.eye(2))
     pushed = merge.T @ M @ along
     taken = np.sum(pushed * np.linalg.solve(merge.T @ M @ merge, pushed), axis=0)
-    assert (
-        modes.effective_mass.sum(axis=0) == pytest.approx(taken, rel=5e-3)
-        and (taken < 0.95 * modes.mass).all()
-    )
+    assert modes.effective_mass.sum(axis=0) == pytest.approx(taken, rel=5e-3)
+    assert (taken < 0.95 * modes.mass).all()
 
 
 def test_bars_that_touch_nowhere_vibrate_by_themselves():
     """The one is free, n c / L of its length L / 2, the other clamped, (n + 1/2) c / L, but for the
     elements."""
     model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.Support("left", "end")])
-    apart, steady = (
-        model.modes(5, open=[True, True]),
-        fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0]),
-    )
+    apart = model.modes(5, open=[True, True])
+    steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
     waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
     assert apart.frequency == pytest.approx(of_elements(waves, LENGTH / 20), rel=1e-9)
     assert np.array_equal(
@@ -286,12 +269,10 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
     shaken = model.with_loads({f"mode {k}": modes.load(k) for k in range(3)})
     system = shaken.condense()
     omega = 2 * np.pi * modes.frequency
-    assert (
-        np.allclose(
-            system.compliance[1:, 1:] * np.outer(omega, omega), np.eye(3), rtol=0, atol=1e-7
-        )
-        and next(iter(system.bonded)) == "P"
+    assert np.allclose(
+        system.compliance[1:, 1:] * np.outer(omega, omega), np.eye(3), rtol=0, atol=1e-7
     )
+    assert next(iter(system.bonded)) == "P"
     fields = shaken.recover(
         {"mode 1": omega[1] ** 2}, np.zeros((system.nodes, 2)[: dimensions(kind) - 1])
     )
@@ -366,11 +347,11 @@ def test_the_section_of_a_bolt_moves_together(name, element):
         {"preload": [fo.BoltPreload(name, "section")]}
     )
     modes, whole = bolted.modes(4), model.modes(4)
-    assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9) and np.allclose(
-        np.abs(modes.participation), np.abs(whole.participation)
-    )
+    assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9)
+    assert np.allclose(np.abs(modes.participation), np.abs(whole.participation))
     n, twice = mesh.p.shape[1], 5 if element == "quadratic" else 3
-    assert modes.shapes[name].shape == (4, 2, n + twice) and (
+    assert modes.shapes[name].shape == (4, 2, n + twice)
+    assert (
         modes.bodies[name].mesh.p.shape[1],
         modes.mass,
     ) == (
@@ -512,9 +493,8 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
     bodies = two_boxes(
         {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3, 1.0), bulge=None
     )
-    sizes = np.array(
-        [[1.0], [1.4], [1.0]]
-    )  # of different sides: CalculiX may miss one of two modes of one frequency
+    # Of different sides: CalculiX may miss one of two modes of one frequency.
+    sizes = np.array([[1.0], [1.4], [1.0]])
     bodies = {
         name: replace(body, mesh=replace(body.mesh, doflocs=sizes * body.mesh.p))
         for name, body in bodies.items()
@@ -548,17 +528,17 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
             vibration, "basis_of", lambda mesh: Basis(mesh, mesh.elem(), intorder=2)
         )
     modes = model.modes(5)
-    assert modes.frequency == pytest.approx(
-        frequencies[:5], rel=tolerance
-    ) and exact.frequency == pytest.approx(modes.frequency, rel=5e-4)
+    assert modes.frequency == pytest.approx(frequencies[:5], rel=tolerance)
+    assert exact.frequency == pytest.approx(modes.frequency, rel=5e-4)
     moving = {
         name: body.mesh.p[2] > body.mesh.p[2].min() * (name == "lower") - (name == "upper")
         for name, body in bodies.items()
     }
+    # CalculiX moves what is free.
     sums = {
         name: vibration.body_mass(name, body, "space") @ moving[name]
         for name, body in bodies.items()
-    }  # CalculiX moves what is free
+    }
     taken = sum(modes.shapes[name] @ sums[name] for name in bodies) ** 2
     assert np.allclose(taken, masses[:5], rtol=0, atol=tolerance * modes.mass)
     assert np.allclose(
@@ -570,14 +550,14 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(kind, opened):
     """Held along x and y, and turned, held along the normals."""
-    side, angle, d = np.array([0.0, 5.0, 10.0]), 0.6, 2 if kind is MeshQuad else 3
+    side = np.array([0.0, 5.0, 10.0])
+    angle = 0.6
+    d = 2 if kind is MeshQuad else 3
     turn = np.eye(d)
     turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    grid, axis, steel = (
-        kind.init_tensor(*[side] * d),
-        "xyz",
-        fo.Material(210e3, 0.3, density=7.85e-9),
-    )
+    grid = kind.init_tensor(*[side] * d)
+    axis = "xyz"
+    steel = fo.Material(210e3, 0.3, density=7.85e-9)
 
     def model(turned):
         faces = {name: (lambda x, k=k: x[k] == 0) for k, name in enumerate(axis[:d])}

@@ -77,11 +77,12 @@ def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
 @pytest.mark.parametrize("exchanged", [False, True])
 @pytest.mark.parametrize(
     ("n", "m", "start", "hole", "near"),
+    # Elements that are no parallelograms are integrated otherwise.
     [
         (12, 12, 0.0, 1.0, 5e-4),
         (28, 22, 0.1, 1.0, 2e-3),
         (28, 22, 0.1, 1.02, 2e-2),
-    ],  # elements that are no parallelograms are integrated otherwise
+    ],
 )
 def test_concentric_cylinders_have_the_contact_of_the_plane(n, m, start, hole, near, exchanged):
     """The plane projects from node to edge, space along the normal of each facet: over a gap the
@@ -90,9 +91,8 @@ def test_concentric_cylinders_have_the_contact_of_the_plane(n, m, start, hole, n
     both = (
         np.linalg.norm(plane.points[:, None] - space.points[None, :, :2], axis=2) < 1e-9
     ).astype(float)
-    assert np.allclose(both @ space.width, THICK * plane.width) and np.allclose(
-        both.T @ plane.normals, space.normals[:, :2]
-    )
+    assert np.allclose(both @ space.width, THICK * plane.width)
+    assert np.allclose(both.T @ plane.normals, space.normals[:, :2])
     turn = np.einsum("na,nta->nt", both.T @ plane.frames[:, 0], space.frames[:, :2, :2])
     for case in plane.bonded:
         (q, p), (shear, pressure) = plane.bonded[case], space.bonded[case]
@@ -162,9 +162,8 @@ def test_a_sphere_is_pressed_on_a_block_as_hertz_says(cells):
         system, fo.LoadCycle({"P": 1.0}, [{"P": 0.01}, {}]), 0.3, 1.0, cycles=1, steps=1
     ).p[-1]
     radius = np.sqrt(2.5 * (p @ np.sum(system.points[:, :2] ** 2, axis=1)) / p.sum())
-    assert p.sum() == pytest.approx(P, rel=1e-6) and radius == pytest.approx(
-        (1.5 * P * R * (1 - 0.3**2)) ** (1 / 3), rel=0.05
-    )
+    assert p.sum() == pytest.approx(P, rel=1e-6)
+    assert radius == pytest.approx((1.5 * P * R * (1 - 0.3**2)) ** (1 / 3), rel=0.05)
 
 
 @pytest.mark.parametrize("lean", [0.0, 0.4])

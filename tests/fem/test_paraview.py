@@ -86,25 +86,22 @@ def test_a_cycle_of_the_plane(tmp_path, punch, every):
         assert whole.keys() == ["punch", "block", "contact"]
         face = check_state({name: whole[name] for name in whole.keys()}, "punch", "block")
         total = face.integrate_data()
-        assert np.allclose(total["pressure"], 2.0) and np.allclose(
-            total["shear"], 0.0, atol=1e-9
-        )  # the mean pressure over 2, and nothing along x
-        assert (
-            face.n_cells == 8
-            and np.array_equal(face["status"] == 1, face["work"] > before + 1e-12)
-            and set(face["status"]) <= {0, 1}
-        )
+        # The mean pressure over 2, and nothing along x.
+        assert np.allclose(total["pressure"], 2.0)
+        assert np.allclose(total["shear"], 0.0, atol=1e-9)
+        assert face.n_cells == 8
+        assert np.array_equal(face["status"] == 1, face["work"] > before + 1e-12)
+        assert set(face["status"]) <= {0, 1}
         before = face["work"]
         work.append(face["work"].sum())
         assert np.allclose(face.integrate_data()["work_density"], work[-1])
-    assert (
-        work[0] == 0.0
-        and np.diff(work).min() >= 0
-        and work[-1] == pytest.approx(steady.dissipation)
-    )
+    assert work[0] == 0.0
+    assert np.diff(work).min() >= 0
+    assert work[-1] == pytest.approx(steady.dissipation)
     part = meshio.read(tmp_path / "punch" / "0001" / "0_punch.vtu")
     mesh = model.bodies["punch"].mesh
-    assert np.allclose(part.points[:, :2].T, mesh.p) and part.point_data["stress"].shape == (
+    assert np.allclose(part.points[:, :2].T, mesh.p)
+    assert part.point_data["stress"].shape == (
         mesh.p.shape[1],
         6,
     )
@@ -130,21 +127,16 @@ def test_a_state_in_space(tmp_path, kind):
     slip, gap = 1e-3 * rng.normal(size=(16, 2)), np.zeros(16)
     fo.write_paraview(tmp_path / "state.vtm", model, model.recover({"P": 1.0, "Q": 1.0}, slip, gap))
     blocks = opened(tmp_path / "state.vtm")
-    face, stress = (
-        check_state(blocks, "upper part", "lower"),
-        blocks["upper part"].integrate_data()["stress"][0],
-    )
-    assert np.allclose(
-        stress[[5, 4, 2]], [0.5, -0.25, -3.0], atol=0.01
-    )  # over its height of 1 the stress is the traction, in the mean
+    face = check_state(blocks, "upper part", "lower")
+    stress = blocks["upper part"].integrate_data()["stress"][0]
+    # Over its height of 1 the stress is the traction, in the mean.
+    assert np.allclose(stress[[5, 4, 2]], [0.5, -0.25, -3.0], atol=0.01)
     corners, areas = face.cells.reshape(face.n_cells, -1)[:, 1:], face.compute_cell_sizes()["Area"]
-    share = np.bincount(
-        corners.ravel(), np.repeat(areas / corners.shape[1], corners.shape[1])
-    )  # of each node, the cells being equal
+    # Of each node, the cells being equal.
+    share = np.bincount(corners.ravel(), np.repeat(areas / corners.shape[1], corners.shape[1]))
     assert np.isclose(share.sum(), 1.0) and face.n_cells == (9 if kind is MeshHex else 18)
-    assert np.allclose(share @ face["pressure"], 3.0) and np.allclose(
-        share @ face["shear"], [-0.5, 0.25, 0.0]
-    )
+    assert np.allclose(share @ face["pressure"], 3.0)
+    assert np.allclose(share @ face["shear"], [-0.5, 0.25, 0.0])
     assert "status" not in face.point_data and not list(tmp_path.glob("state/* *"))
 
 
@@ -169,9 +161,10 @@ def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element,
     for name, body in bodies.items():
         block, mesh = blocks[name], body.mesh
         assert block.compute_cell_sizes()["Volume" if d == 3 else "Area"].min() > 0
+        # One place in each element.
         whole = Basis(
             mesh, mesh.elem(), quadrature=(np.array([[0.2], [0.3], [0.1]])[:d], np.ones(1))
-        )  # one place in each element
+        )
         inside = np.asarray(whole.global_coordinates())[..., 0].T
         found = pyvista.PolyData(np.pad(inside, ((0, 0), (0, 3 - d)))).sample(block)[
             "displacement"
@@ -210,10 +203,8 @@ def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides(tmp_path):
     )
     fields = model.recover({"P": 1.0}, np.random.default_rng(0).normal(size=(8, 2)))
     fo.write_paraview(tmp_path / "slit.vtm", model, fields)
-    face, facets = (
-        opened(tmp_path / "slit.vtm")["contact"],
-        slit.facets[:, slit.boundaries["contact"]],
-    )
+    face = opened(tmp_path / "slit.vtm")["contact"]
+    facets = slit.facets[:, slit.boundaries["contact"]]
     for facet in facets.T:
         cell = (
             np.abs(face.cell_centers().points - slit.p[:, facet].mean(axis=1)).max(axis=1).argmin()
@@ -251,9 +242,8 @@ def test_each_contact_has_its_facets(tmp_path):
     assert face["contact"].tolist() == [0, 0, 1, 1, 2, 2] and face.n_points == system.nodes
     assert np.allclose(face.compute_cell_sizes()["Length"], 0.5)
     middles = face.cell_centers().points
-    assert np.allclose(np.sort(middles[:4, 0]), [0.25, 0.75, 1.25, 1.75]) and np.allclose(
-        middles[4:, 0], 1.0
-    )
+    assert np.allclose(np.sort(middles[:4, 0]), [0.25, 0.75, 1.25, 1.75])
+    assert np.allclose(middles[4:, 0], 1.0)
 
 
 def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):

@@ -59,9 +59,8 @@ def area(corners):
 
 def test_the_faces_cover_the_bodies_and_the_contact(drawn):
     axes, polygons, _ = drawn
-    assert sum(map(area, polygons["contact"])) == pytest.approx(4.0) and np.all(
-        polygons["contact"][:, :, 2] == 0
-    )
+    assert sum(map(area, polygons["contact"])) == pytest.approx(4.0)
+    assert np.all(polygons["contact"][:, :, 2] == 0)
     areas = {"punch": 2 * 4.0 + 4 * 2 * 1.5, "block": 2 * 64.0 + 4 * 8 * 3.0}
     for name, expected in areas.items():
         (color,) = [line.get_color() for line in axes.lines if line.get_label() == name]
@@ -147,10 +146,8 @@ def test_fields_show_the_von_mises_stress_on_the_surfaces():
     axes = model.recover({"P": 1.0}, np.zeros((9, 2))).plot()
     (faces,) = axes.collections
     assert len(faces.get_array()) == 48 and np.allclose(faces.get_array(), 3.0)
-    assert (
-        axes.figure.axes[1].get_ylabel() == "von Mises stress (force per area)"
-        and axes.get_zlabel() == "$z$ (length)"
-    )
+    assert axes.figure.axes[1].get_ylabel() == "von Mises stress (force per area)"
+    assert axes.get_zlabel() == "$z$ (length)"
     axes.figure.draw_without_rendering()
     axes = column(
         loads=load, supports=[fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))]
@@ -194,7 +191,8 @@ def test_body_forces_are_named_and_given_axes_must_be_in_space():
     weight = {"weight": [fo.BodyForce("punch", z=-1.0)]}
     heavy = fo.ContactModel(model.bodies, model.supports, weight, model.contacts)
     given = plt.figure().add_subplot(projection="3d")
-    assert heavy.plot(given) is given and "load weight (body force)" in [
+    assert heavy.plot(given) is given
+    assert "load weight (body force)" in [
         text.get_text() for text in given.get_legend().get_texts()
     ]
     with pytest.raises(fo.ModelError, match=r"^ax: .* projection='3d'"):

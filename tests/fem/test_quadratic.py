@@ -34,11 +34,9 @@ def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
     system = model.condense()
     fields = model.recover({"P": 1.0}, np.zeros(system.nodes if d == 2 else (system.nodes, 2)))
     rounding = max(1e-12, 1e-15 / (1 - 2 * nu))  # forces have that of the bulk modulus
-    assert (
-        np.allclose(fields.p, system.width, rtol=0, atol=rounding)
-        and np.abs(fields.q).max() < rounding
-        and system.width.min() > 0.02
-    )
+    assert np.allclose(fields.p, system.width, rtol=0, atol=rounding)
+    assert np.abs(fields.q).max() < rounding
+    assert system.width.min() > 0.02
     uniform = [-1.0, -1.0, 0.0, -1.0, 0.0, 0.0] if d == 3 else [-1.0, -1.0, 0.0, -2 * nu]
     for name in bodies:
         assert (
@@ -61,7 +59,8 @@ def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
     ]
     system = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"F": pull}).condense()
     assert np.ptp(system.points[:, -1]) > 0.05
-    arms, turns = system.points, [(a, b) for a in range(d) for b in range(a)]
+    arms = system.points
+    turns = [(a, b) for a in range(d) for b in range(a)]
     motions = [np.tile(direction, (system.nodes, 1)) for direction in np.eye(d)]
     motions += [arms[:, [a]] * np.eye(d)[b] - arms[:, [b]] * np.eye(d)[a] for a, b in turns]
     load = pull[0]._forces(bodies["upper"], "space")
@@ -71,9 +70,8 @@ def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
     reaction = np.r_[np.ravel(q, order="F"), p]
     for motion, work in zip(motions, works, strict=True):
         z = np.einsum("nra,na->rn", system.frames, motion).ravel()
-        assert np.abs(system.S @ z).max() < 1e-11 * np.abs(
-            system.S
-        ).max() and reaction @ z == pytest.approx(-work, abs=1e-11)
+        assert np.abs(system.S @ z).max() < 1e-11 * np.abs(system.S).max()
+        assert reaction @ z == pytest.approx(-work, abs=1e-11)
 
 
 def bent(kind, nu, element):
@@ -109,10 +107,8 @@ def test_pure_bending_is_exact_without_lateral_strain(kind):
     for name, body in model.bodies.items():
         x, y = body.mesh.p[:2]
         assert np.allclose(fields.displacement[name][:2], [x * y, -(x**2) / 2], rtol=0, atol=1e-10)
-        assert (
-            np.allclose(fields.stress[name][0], 3 * y, atol=1e-9)
-            and np.abs(fields.stress[name][1:3]).max() < 1e-9
-        )
+        assert np.allclose(fields.stress[name][0], 3 * y, atol=1e-9)
+        assert np.abs(fields.stress[name][1:3]).max() < 1e-9
         assert np.allclose(fields.strain[name][0], y, atol=1e-9)
 
 
@@ -151,11 +147,9 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
         fo.Material(2.0, 0.3),
     )
     x, up = body.mesh.p[0], body.mesh.p[-1]
-    kinematics, top, name = (
-        ("space" if d == 3 else "plane_strain"),
-        ("z1" if d == 3 else "y1"),
-        "xyz"[d - 1],
-    )
+    kinematics = "space" if d == 3 else "plane_strain"
+    top = "z1" if d == 3 else "y1"
+    name = "xyz"[d - 1]
     c = HUMP
     area = 2 * (1 + 2 * c / 3)
     high = (2 + 8 * c / 3 + 16 * c**2 / 15) / 2  # integral of the height
@@ -164,39 +158,31 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
     def forces(load):
         return load._forces(body, kinematics)
 
-    pressed = forces(
-        fo.Pressure("body", top, lambda x, *others: x**2)
-    )  # its normal lies along (2 c x, 1) dx
-    assert pressed[-1].sum() == pytest.approx(-2 / 3 * thick, rel=1e-12) and pressed[
-        0
-    ] @ x == pytest.approx(-4 * c / 5 * thick, rel=1e-12)
+    # Its normal lies along (2 c x, 1) dx.
+    pressed = forces(fo.Pressure("body", top, lambda x, *others: x**2))
+    assert pressed[-1].sum() == pytest.approx(-2 / 3 * thick, rel=1e-12)
+    assert pressed[0] @ x == pytest.approx(-4 * c / 5 * thick, rel=1e-12)
     pressed = forces(fo.Pressure("body", top))
-    assert pressed[0] @ up - pressed[-1] @ x == pytest.approx(0.0, abs=1e-12) and pressed[
-        0
-    ] @ x == pytest.approx(-4 * c / 3 * thick, rel=1e-12)
+    assert pressed[0] @ up - pressed[-1] @ x == pytest.approx(0.0, abs=1e-12)
+    assert pressed[0] @ x == pytest.approx(-4 * c / 3 * thick, rel=1e-12)
     weight = forces(fo.BodyForce("body", **{name: -3.0}))
-    assert weight[-1].sum() == pytest.approx(-3 * area * thick, rel=1e-12) and weight[
-        -1
-    ] @ up == pytest.approx(-3 * high * thick, rel=1e-12)
+    assert weight[-1].sum() == pytest.approx(-3 * area * thick, rel=1e-12)
+    assert weight[-1] @ up == pytest.approx(-3 * high * thick, rel=1e-12)
     spin = forces(
         fo.Centrifugal(
             "body", 2.0, 1.5, (0.0,) * d, axis=(0.0, 0.0, 2.0) if d == 2 else (0.0, 2.0, 0.0)
         )
     )
     assert d == 2 or np.abs(spin[1]).max() < 1e-12
-    assert spin[-1].sum() == pytest.approx(4.5 * high * thick, rel=1e-12) and spin[
-        0
-    ] @ x == pytest.approx(4.5 * square * thick, rel=1e-10)
+    assert spin[-1].sum() == pytest.approx(4.5 * high * thick, rel=1e-12)
+    assert spin[0] @ x == pytest.approx(4.5 * square * thick, rel=1e-10)
     hot = forces(fo.Expansion("body", lambda x, *others: 0.01 * x**2))
     tension = 2.0 / (1 - 2 * 0.3) * 0.01  # E / (1 - 2 nu) times the strain
-    assert (
-        hot[0] @ x == pytest.approx(tension * square * thick, rel=1e-10)
-        and np.abs(hot.sum(axis=1)).max() < 1e-14
-    )
+    assert hot[0] @ x == pytest.approx(tension * square * thick, rel=1e-10)
+    assert np.abs(hot.sum(axis=1)).max() < 1e-14
     pulled = forces(fo.Traction("body", "x1", x=lambda x, *others: others[-1]))
-    assert pulled[0].sum() == pytest.approx(thick / 2, rel=1e-12) and pulled[
-        0
-    ] @ up == pytest.approx(thick / 3, rel=1e-12)
+    assert pulled[0].sum() == pytest.approx(thick / 2, rel=1e-12)
+    assert pulled[0] @ up == pytest.approx(thick / 3, rel=1e-12)
 
 
 def test_a_curved_body_of_one_mesh_is_split_as_it_is():
@@ -206,17 +192,14 @@ def test_a_curved_body_of_one_mesh_is_split_as_it_is():
     )
     bodies = fo.split_bodies(whole, {"left": fo.Material(), "right": fo.Material()})
     kept = {tuple(point) for body in bodies.values() for point in body.mesh.p.T}
-    assert kept == set(map(tuple, whole.p.T)) and {body.element for body in bodies.values()} == {
-        "quadratic"
-    }
+    assert kept == set(map(tuple, whole.p.T))
+    assert {body.element for body in bodies.values()} == {"quadratic"}
     weights = [
         fo.BodyForce(name, y=1.0)._forces(body, "plane_strain")[1].sum()
         for name, body in bodies.items()
     ]
-    assert (
-        np.allclose(weights, 1 + 2 * HUMP / 3, rtol=1e-12)
-        and bodies["left"].boundary_nodes("right", "cut").size == 5
-    )
+    assert np.allclose(weights, 1 + 2 * HUMP / 3, rtol=1e-12)
+    assert bodies["left"].boundary_nodes("right", "cut").size == 5
 
 
 FILED = {  # kind -> names of its elements, linear and quadratic, in files
@@ -230,14 +213,15 @@ FILED = {  # kind -> names of its elements, linear and quadratic, in files
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", SECOND)
 def test_fields_go_to_vectors_and_to_files_with_all_nodes(kind, element, tmp_path):
-    d, material, far = dimensions(kind), fo.Material(2.0, 0.3), ("far", "far")
+    d = dimensions(kind)
+    material = fo.Material(2.0, 0.3)
+    far = ("far", "far")
     bodies = two_boxes(kind, material)
     if element == "linear":
-        meshes, up = two_blocks((kind, kind), (2,) * (d - 1), (2,) * (d - 1)), "xyz"[d - 1]
-        bodies, far = (
-            {name: fo.Body(mesh, material) for name, mesh in meshes.items()},
-            (f"{up}-", f"{up}+"),
-        )
+        meshes = two_blocks((kind, kind), (2,) * (d - 1), (2,) * (d - 1))
+        up = "xyz"[d - 1]
+        bodies = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}
+        far = (f"{up}-", f"{up}+")
     model = fo.ContactModel(
         bodies,
         [fo.Support("lower", far[0])],
@@ -245,24 +229,21 @@ def test_fields_go_to_vectors_and_to_files_with_all_nodes(kind, element, tmp_pat
     )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
     fields.save(tmp_path / "upper.vtu", "upper")
-    read, mesh = meshio.read(tmp_path / "upper.vtu"), bodies["upper"].mesh
+    read = meshio.read(tmp_path / "upper.vtu")
+    mesh = bodies["upper"].mesh
     (cells,) = read.cells
     assert cells.type == FILED[kind][element == "quadratic"] and len(cells.data) == mesh.t.shape[1]
-    assert np.allclose(read.points[:, :d].T, mesh.p) and np.allclose(
-        read.point_data["displacement"][:, :d].T, fields.displacement["upper"]
-    )
-    for place, row in zip(
-        (0, 1, 3, 2, 5, 4), fields.stress["upper"], strict=False
-    ):  # VTK: xx, yy, zz, xy, yz, xz
+    assert np.allclose(read.points[:, :d].T, mesh.p)
+    assert np.allclose(read.point_data["displacement"][:, :d].T, fields.displacement["upper"])
+    # VTK: xx, yy, zz, xy, yz, xz.
+    for place, row in zip((0, 1, 3, 2, 5, 4), fields.stress["upper"], strict=False):
         assert np.allclose(read.point_data["stress"][:, place], row)
     assert d == 3 or not read.point_data["stress"][:, 4:].any()
-    if (
-        cells.type == "hexahedron"
-    ):  # the order of VTK: a base, and above each of its nodes one of the other face
+    # The order of VTK: a base, and above each of its nodes one of the other face.
+    if cells.type == "hexahedron":
         lifts = read.points[cells.data[:, 4:8]] - read.points[cells.data[:, :4]]
-        assert (np.abs(lifts - lifts[:, :1]).max(axis=(1, 2)) < 0.3).all() and (
-            np.linalg.norm(lifts, axis=2) > 0.2
-        ).all()
+        assert (np.abs(lifts - lifts[:, :1]).max(axis=(1, 2)) < 0.3).all()
+        assert (np.linalg.norm(lifts, axis=2) > 0.2).all()
     basis, u = vector_field(mesh, fields.displacement["upper"])
     forces = linear_elasticity(*material.lame).assemble(basis) @ u
     assert (
@@ -275,7 +256,8 @@ def off(by):
     """Two boxes of quadrilaterals, the midside nodes of the contact of the upper one moved."""
     bodies = two_boxes(MeshQuad, fo.Material())
     mesh = bodies["upper"].mesh
-    points, face = mesh.p.copy(), mesh.dofs.facet_dofs[0, mesh.boundaries["contact"]]
+    points = mesh.p.copy()
+    face = mesh.dofs.facet_dofs[0, mesh.boundaries["contact"]]
     points[:, face] += np.array(by)[:, None]
     return bodies | {"upper": fo.Body(replace(mesh, doflocs=points))}
 

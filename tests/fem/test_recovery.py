@@ -37,10 +37,8 @@ def test_recovered_reactions_are_those_of_the_state(name):
     w = system.gap + np.abs(w)
     fields = model.recover(loads, v, w)
     q, p = system.reaction(loads)
-    q, p = (
-        q + system.A @ v + system.B.T @ (w - system.gap),
-        p + system.B @ v + system.C @ (w - system.gap),
-    )
+    q = q + system.A @ v + system.B.T @ (w - system.gap)
+    p = p + system.B @ v + system.C @ (w - system.gap)
     assert np.abs([fields.q - q, fields.p - p]).max() < 1e-9 * np.abs([q, p]).max()
 
 
@@ -50,7 +48,9 @@ def test_the_field_of_a_rounded_punch_is_that_of_its_states():
     scene = fo.scenes.RoundedPunch(
         radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)
     )
-    system, model, loads = scene.condense(), scene.model(), {"P": 0.004, "Q": -0.0002}
+    system = scene.condense()
+    model = scene.model()
+    loads = {"P": 0.004, "Q": -0.0002}
     path = fo.march(
         system, fo.LoadCycle({"P": 0.004}, [{"Q": 0.0002}, {"Q": -0.0002}]), 0.5, 1.0, cycles=1
     )
@@ -127,9 +127,8 @@ def test_stress_along_the_interface():
     scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
     fields = scene.model().recover({"sigma": 2.0}, np.zeros(9))
     stress, strain = fields.at_contact(2)
-    assert np.allclose(stress[2:-2], 2.0, rtol=0.02) and np.allclose(
-        strain[2:-2], 2.0 * (1 - 0.3**2), rtol=0.02
-    )
+    assert np.allclose(stress[2:-2], 2.0, rtol=0.02)
+    assert np.allclose(strain[2:-2], 2.0 * (1 - 0.3**2), rtol=0.02)
     soft, same = fields.at_contact(1)
     assert np.abs(soft).max() < 1e-4 and np.allclose(same[2:-2], strain[2:-2], rtol=0.02)
 
@@ -168,10 +167,8 @@ def test_mean_dilatation_has_its_own_stress():
     )
     fields = scene.model().recover({"P": 1.0}, np.zeros(9))
     top = scene.model().bodies["punch"].mesh.p[1] > 1.5
-    assert (
-        np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2)
-        and np.abs(fields.stress["block"]).max() < 5.0
-    )
+    assert np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2)
+    assert np.abs(fields.stress["block"]).max() < 5.0
 
 
 @pytest.mark.parametrize(
@@ -185,10 +182,8 @@ def test_a_steady_state_is_recovered_at_its_last_corner(name, mean, corner):
     fields, states = model.recover(steady), steady.states()
     force = np.abs(states.p[-1]).max()
     assert steady.outcome.name == "CYCLIC_SLIP"
-    assert (
-        np.abs(fields.q - states.q[-1]).max() < 1e-8 * force
-        and np.abs(fields.p - states.p[-1]).max() < 1e-8 * force
-    )
+    assert np.abs(fields.q - states.q[-1]).max() < 1e-8 * force
+    assert np.abs(fields.p - states.p[-1]).max() < 1e-8 * force
     with pytest.raises(fo.ModelError, match="slip, gap: a steady state includes them"):
         model.recover(steady, steady.slip)
 

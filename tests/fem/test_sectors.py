@@ -81,7 +81,8 @@ def waves(count, turn, centre, body, face):
             own = np.tensordot(
                 turn.T, np.array(x) - np.reshape(centre, (-1, *[1] * np.ndim(x[0]))), 1
             )
-            radius, angle = np.hypot(*own[:2]), count * np.arctan2(own[1], own[0])
+            radius = np.hypot(*own[:2])
+            angle = count * np.arctan2(own[1], own[0])
             push, drag = 0.02 * np.cos(angle - 0.7), 0.01 * np.cos(angle - 0.2)
             forces = (
                 (push * own[0] - drag * own[1]) / radius,
@@ -126,7 +127,8 @@ def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
         "shaft": polar(MeshQuad, [0.4, 0.7, 1.0], count, 1, {"bore": 0.4, "contact": 1.0}),
         "hub": polar(MeshQuad, [1.0, 1.3, 1.8], count, 1, {"contact": 1.0, "outside": 1.8}),
     }
-    held, load = [fo.Support("shaft", "bore")], {"P": [fo.Pressure("hub", "outside", 1.0)]}
+    held = [fo.Support("shaft", "bore")]
+    load = {"P": [fo.Pressure("hub", "outside", 1.0)]}
     model = joined(sectors, count, False, np.eye(2), centre, (0, 0, 1), held, load)
     system = model.condense()
     radial = np.asarray(system.points) - np.array(centre)
@@ -176,12 +178,10 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
     same = np.array(
         [np.linalg.norm(whole.points - point, axis=1).argmin() for point in system.points]
     )
-    assert whole.nodes == count * system.nodes and np.allclose(
-        whole.points[same], system.points, atol=1e-9
-    )
-    assert np.allclose(whole.normals[same], system.normals, atol=1e-9) and np.allclose(
-        whole.width[same], system.width, rtol=1e-9
-    )
+    assert whole.nodes == count * system.nodes
+    assert np.allclose(whole.points[same], system.points, atol=1e-9)
+    assert np.allclose(whole.normals[same], system.normals, atol=1e-9)
+    assert np.allclose(whole.width[same], system.width, rtol=1e-9)
     assert count * system.width.sum() == pytest.approx(whole.width.sum(), rel=1e-9)
     assert np.allclose(
         count * system.compliance,
@@ -197,21 +197,17 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
     limits = [fo.shakedown_limit(each, cycle, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
     gross = [fo.gross_slip(each, cycle, FRICTION) for each in (whole, system)]
-    fits = (
-        gross[0].self_stress is not None
-    )  # then transients are followed, to a relative 2e-3 in space
-    assert (
-        gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8)
-        and (gross[1].self_stress is not None) is fits
-    )
+    # Then transients are followed, to a relative 2e-3 in space.
+    fits = gross[0].self_stress is not None
+    assert gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8)
+    assert (gross[1].self_stress is not None) is fits
     assert gross[0].load_factor == pytest.approx(gross[1].load_factor, rel=5e-3 if fits else 1e-8)
     steady = [
         fo.steady_state(each, cycle, FRICTION, load_factor * limits[0], **steps)
         for each in (whole, system)
     ]
-    assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(
-        count * steady[1].dissipation, rel=1e-9
-    )
+    assert steady[0].dissipation > 0
+    assert steady[0].dissipation == pytest.approx(count * steady[1].dissipation, rel=1e-9)
     assert np.allclose(
         steady[1].slip, steady[0].slip[same], rtol=0, atol=1e-9 * np.abs(steady[0].slip).max()
     )
@@ -301,17 +297,17 @@ def test_modes_of_a_sector_are_those_of_the_whole_that_repeat(count):
     one, part = (thick_model(count, whole) for whole in (True, False))
     modes, found = part.modes(4), one.modes(25)
     same = [int(np.abs(found.frequency - frequency).argmin()) for frequency in modes.frequency]
-    assert np.allclose(found.frequency[same], modes.frequency, rtol=1e-9) and same[:2] == [
+    # Four between them do not repeat.
+    assert np.allclose(found.frequency[same], modes.frequency, rtol=1e-9)
+    assert same[:2] == [
         0,
         5,
-    ]  # four between them do not repeat
+    ]
     assert np.allclose(
         count * modes.effective_mass, found.effective_mass[same], rtol=0, atol=1e-8 * found.mass
     )
-    assert (
-        count * modes.mass == pytest.approx(found.mass)
-        and modes.effective_mass.max() > 0.1 * modes.mass
-    )
+    assert count * modes.mass == pytest.approx(found.mass)
+    assert modes.effective_mass.max() > 0.1 * modes.mass
 
 
 def repeated(whole, system, count, turn):
@@ -335,14 +331,13 @@ def repeated(whole, system, count, turn):
 def flange(whole):
     """The flange of the tutorial with its four bolts, the whole or a quarter, twisted and
     pulled."""
-    steel, turn = (
-        fo.Material(210e3, 0.3),
-        Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round(),
-    )
+    steel = fo.Material(210e3, 0.3)
+    turn = Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round()
     parts = fo.split_bodies(
         fo.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel)
     )
-    bodies, bolts = {name: parts[name] for name in ("upper", "lower")}, {"bolt": parts["bolt"]}
+    bodies = {name: parts[name] for name in ("upper", "lower")}
+    bolts = {"bolt": parts["bolt"]}
     supports = [fo.Support("lower", "bottom")]
     if whole:
         bodies = {name: fo.Body(around(body.mesh, 4, turn), steel) for name, body in bodies.items()}
@@ -370,7 +365,8 @@ def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
     (one, turn), (part, _) = flange(True), flange(False)
     whole, system = one.condense(), part.condense()
     T = repeated(whole, system, 4, turn)
-    assert np.allclose(T.T @ T, 4 * np.eye(len(system.S)), atol=1e-12) and (
+    assert np.allclose(T.T @ T, 4 * np.eye(len(system.S)), atol=1e-12)
+    assert (
         whole.nodes,
         system.nodes,
     ) == (564, 141)
@@ -385,17 +381,14 @@ def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
         )
         assert np.allclose(r, T @ s, rtol=0, atol=1e-9 * np.abs(r).max())
     same = np.abs(T[-whole.nodes :, -system.nodes :]).argmax(axis=1)
-    assert (
-        np.allclose(whole.width, system.width[same], rtol=1e-9)
-        and (system.contact == "flange").sum() == 93
-    )
+    assert np.allclose(whole.width, system.width[same], rtol=1e-9)
+    assert (system.contact == "flange").sum() == 93
     cycle = fo.LoadCycle({"bolts": 1.0, "pull": 0.5}, [{"twist": 1.0}, {"twist": -1.0}])
     states = [
         fo.march(each, cycle, 0.15, load_factor=20.0, cycles=1, steps=1) for each in (whole, system)
     ]
-    assert states[0].work[-1].sum() > 0 and states[0].work[-1].sum() == pytest.approx(
-        4 * states[1].work[-1].sum(), rel=1e-9
-    )
+    assert states[0].work[-1].sum() > 0
+    assert states[0].work[-1].sum() == pytest.approx(4 * states[1].work[-1].sum(), rel=1e-9)
     opened = states[1].gap[-1] > 0
     limits = [
         fo.shakedown_limit(each, cycle, 0.15, open=nodes).load_factor
@@ -435,7 +428,8 @@ def discs(count, cells, height):
 
 @pytest.mark.parametrize(("height", "turn"), [(0.0, np.eye(2)), (0.5, np.eye(3)), (0.5, SPACE)])
 def test_a_sector_may_reach_the_axis(height, turn):
-    centre, axis = (0.2, 0.1, -0.4)[: len(turn)], tuple(turn[:, 2]) if height else (0, 0, 1)
+    centre = (0.2, 0.1, -0.4)[: len(turn)]
+    axis = tuple(turn[:, 2]) if height else (0, 0, 1)
     loads = {
         "fit": [fo.Interference("contact", 0.02)],
         "waves": waves(4, turn, centre, "hub", "outside"),
@@ -473,10 +467,8 @@ def unlike(low, high, around_it, height=0.0, count=5):
     """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around,
     and a pad on a part of its rim; in space if high."""
     angle = 2 * np.pi / count
-    line, inner = (
-        np.linspace(0, angle, around_it + 1),
-        np.linspace(0, 1, (low + high) // 2 + 1)[1:-1],
-    )
+    line = np.linspace(0, angle, around_it + 1)
+    inner = np.linspace(0, 1, (low + high) // 2 + 1)[1:-1]
     edges = [
         (1 + np.linspace(0, 1, low + 1), 0 * np.ones(low + 1)),
         (1 + np.linspace(0, 1, high + 1), angle * np.ones(high + 1)),
@@ -539,7 +531,8 @@ def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high
     assert (model._assembly.sector.copies >= 0).any() == (low == high)
     system = model.condense()
     mesh = model.bodies["pad"].mesh
-    pushed, nodes = np.zeros(mesh.p.T.shape), mesh.facets[:, mesh.boundaries["contact"]]
+    pushed = np.zeros(mesh.p.T.shape)
+    nodes = mesh.facets[:, mesh.boundaries["contact"]]
     a, *others = mesh.p[:, nodes].transpose(1, 2, 0)
     areas = (
         np.cross(others[0] - a, others[1] - a) / 2 if height else (others[0] - a)[:, ::-1] * [1, -1]
@@ -576,10 +569,8 @@ def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, cou
     """A ring of two bodies in sectors, of which some part is wrong; `hub` has more boundaries of
     that body, or is its mesh."""
     model = ring_model(count, False, centre=(0.0, 0.0))
-    bodies, cuts = (
-        dict(model.bodies),
-        [support for support in model.supports if isinstance(support, fo.Cyclic)],
-    )
+    bodies = dict(model.bodies)
+    cuts = [support for support in model.supports if isinstance(support, fo.Cyclic)]
     if hub:
         bodies["hub"] = fo.Body(
             bodies["hub"].mesh.with_boundaries(hub) if isinstance(hub, dict) else hub, ALLOY
@@ -593,13 +584,11 @@ def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, cou
 def uneven():
     """A hub whose nodes match those of the shaft at one cut, and not at the other one."""
     mesh = polar(MeshQuad, [1.0, 1.3, 1.8], 3, 5, {"contact": 1.0, "outside": 1.8})
-    radius, angle = (
-        np.hypot(*mesh.p),
-        np.interp(
-            np.arctan2(*mesh.p[::-1]),
-            np.linspace(0, 2 * np.pi / 3, 6),
-            np.radians([0, 30, 60, 80, 100, 120]),
-        ),
+    radius = np.hypot(*mesh.p)
+    angle = np.interp(
+        np.arctan2(*mesh.p[::-1]),
+        np.linspace(0, 2 * np.pi / 3, 6),
+        np.radians([0, 30, 60, 80, 100, 120]),
     )
     return MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), mesh.t).with_boundaries(
         mesh.boundaries
@@ -783,11 +772,9 @@ def test_a_contact_may_reach_the_axis(count, element):
     one, part = (stacked(count, whole, element) for whole in (True, False))
     whole, system = one.condense(), part.condense()
     middle = np.flatnonzero(np.hypot(*system.points[:, :2].T) < 1e-9)
-    assert (
-        len(middle) == 1
-        and whole.nodes == count * (system.nodes - 1) + 1
-        and system.normals[middle[0]].tolist() == [0.0, 0.0, 1.0]
-    )
+    assert len(middle) == 1
+    assert whole.nodes == count * (system.nodes - 1) + 1
+    assert system.normals[middle[0]].tolist() == [0.0, 0.0, 1.0]
     assert np.allclose(
         count * system.compliance,
         whole.compliance,
@@ -805,8 +792,6 @@ def test_a_contact_may_reach_the_axis(count, element):
 
 def test_a_picture_of_a_model_marks_its_cuts_and_what_is_held_along_normals():
     lines = {line.get_label(): line for line in thick_model(3, False).plot().get_lines()}
-    assert (
-        lines["cut of a sector"].get_marker() == "o"
-        and lines["held along normals"].get_marker() == "D"
-    )
+    assert lines["cut of a sector"].get_marker() == "o"
+    assert lines["held along normals"].get_marker() == "D"
     assert lines["held in x, y, z"].get_marker() == "s"

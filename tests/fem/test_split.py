@@ -36,9 +36,8 @@ def test_one_mesh_gives_the_same_contact_as_two():
         uniform_loads(),
         [fo.Contact("punch", "block", "block", "punch", name="contact")],
     ).condense()
-    assert np.allclose(one.S, two.S, atol=1e-14) and np.allclose(
-        one.bonded["tau"], two.bonded["tau"], atol=1e-14
-    )
+    assert np.allclose(one.S, two.S, atol=1e-14)
+    assert np.allclose(one.bonded["tau"], two.bonded["tau"], atol=1e-14)
 
 
 def test_materials_elements_and_three_bodies():
@@ -54,12 +53,10 @@ def test_materials_elements_and_three_bodies():
     bodies = fo.split_bodies(
         mesh, {"left": stiff, "right": ONE, "block": ONE}, element="mean_dilatation"
     )
-    assert bodies["left"].material == stiff and {body.element for body in bodies.values()} == {
-        "mean_dilatation"
-    }
-    assert sorted(bodies["left"].mesh.boundaries) == ["block", "right"] and sorted(
-        bodies["block"].mesh.boundaries
-    ) == ["left", "right"]
+    assert bodies["left"].material == stiff
+    assert {body.element for body in bodies.values()} == {"mean_dilatation"}
+    assert sorted(bodies["left"].mesh.boundaries) == ["block", "right"]
+    assert sorted(bodies["block"].mesh.boundaries) == ["left", "right"]
     assert np.allclose(
         bodies["right"].mesh.p[0, bodies["right"].boundary_nodes("left", "left")], 0.1
     )

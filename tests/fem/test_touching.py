@@ -81,14 +81,10 @@ def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
             "base": lambda x: x[1] == -1,
         }
     )
-    bodies, load = (
-        {"block": fo.Body(block), "corner": fo.Body(corner)},
-        {"P": [fo.Traction("block", "top", y=-1.0)]},
-    )
-    floor, wall = (
-        fo.Contact("block", "corner", "below", "floor"),
-        fo.Contact("block", "corner", "left", "wall"),
-    )
+    bodies = {"block": fo.Body(block), "corner": fo.Body(corner)}
+    load = {"P": [fo.Traction("block", "top", y=-1.0)]}
+    floor = fo.Contact("block", "corner", "below", "floor")
+    wall = fo.Contact("block", "corner", "left", "wall")
     assert (
         fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor, wall])
         .condense()
@@ -106,12 +102,13 @@ def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
 
 def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
     square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
+    # The last: two bodies in one place.
     for by in (
         [2.0, 2.0],
         [0.0, 2.0 + 1e-6],
         [3.0, 0.0],
         [0.0, 0.0],
-    ):  # the last: two bodies in one place
+    ):
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated(by))}, {})
     with pytest.raises(fo.ModelError, match=r"around \(2, 1.5\)"):
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated([2.0, 1.0]))}, {})
@@ -167,9 +164,8 @@ def test_facets_far_away_have_normals_as_exact_as_their_corners():
         [[[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.0], [0.0, 1.0, 0.0]]]
     ) @ turn.T + [100.0, -200.0, 300.0]
     normal = turn[:, 2] * np.linalg.det(turn)
-    assert np.allclose(normals_of(corners), normal, atol=1e-7) and np.allclose(
-        normals_of(corners[:, :3]), normal, atol=1e-7
-    )
+    assert np.allclose(normals_of(corners), normal, atol=1e-7)
+    assert np.allclose(normals_of(corners[:, :3]), normal, atol=1e-7)
 
 
 @pytest.mark.parametrize("axes", [2, 3])

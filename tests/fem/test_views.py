@@ -43,13 +43,12 @@ def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
     assert title(scene) == "von Mises stress (MPa)"
     upper, lower = scene.meshes
     assert all(np.allclose(grid[title(scene)], 3.0) for grid in (upper, lower))
-    assert upper.bounds[4:] == pytest.approx((-0.3, 1 - 0.6)) and lower.bounds[4:] == pytest.approx(
-        (-1.0, -0.3)
-    )  # 3 of strain, a tenth of it
+    # 3 of strain, a tenth of it.
+    assert upper.bounds[4:] == pytest.approx((-0.3, 1 - 0.6))
+    assert lower.bounds[4:] == pytest.approx((-1.0, -0.3))
     moved = model.view(fields, "displacement").meshes
-    assert [grid["displacement (mm)"].max() for grid in moved] == pytest.approx(
-        [6.0, 3.0]
-    ) and moved[0].bounds[5] == 1.0
+    assert [grid["displacement (mm)"].max() for grid in moved] == pytest.approx([6.0, 3.0])
+    assert moved[0].bounds[5] == 1.0
 
 
 def test_colours_of_all_bodies_are_from_the_least_to_the_largest_value():
@@ -74,7 +73,8 @@ def test_fields_of_a_contact_are_seen_through_the_bodies():
         scene = model.view(fields, show)
         face, *bodies = scene.meshes
         assert face.integrate_data()[title(scene)].item() == pytest.approx(whole, abs=1e-12), show
-        assert len(bodies) == 2 and [
+        assert len(bodies) == 2
+        assert [
             actor.prop.opacity
             for actor in scene.actors.values()
             if isinstance(actor, pyvista.Actor)

@@ -27,10 +27,11 @@ def opposed(case, mean):
 def test_the_element_of_jenkins():
     """A mass on a spring k0, and on a spring k_t that slides at mu N."""
     k0, kt, mu, N, m = 3.0, 5.0, 0.4, 2.0, 0.7
+    # The mode is 1 / sqrt(m), its load m times that.
     one = {
         "N": ([0.0], [1.0]),
         "mode": ([-np.sqrt(m)], [0.0]),
-    }  # the mode is 1 / sqrt(m), its load m times that
+    }
     hard = fo.ContactSystem.from_blocks(
         [[k0]], [[0.0]], [[1.0]], [0.0], one, width=[1.0], compliance=np.zeros((2, 2))
     )
@@ -62,13 +63,13 @@ def test_the_element_of_jenkins():
         == curve.guaranteed_limit
     )
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
+    # Its square is 0.
     least = fo.backbone_curve(
         system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural
-    )  # its square is 0
-    assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
-    assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(
-        curve.most_frequency, curve.frequency
     )
+    assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
+    assert np.array_equal(curve.least_damping, curve.damping)
+    assert np.array_equal(curve.most_frequency, curve.frequency)
 
 
 def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
@@ -79,31 +80,25 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     pair = fo.ContactSystem.from_blocks(
         A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
     )
-    cycle, friction, starts = (
-        opposed("Q", {"P": 1.0}),
-        [0.5, 0.4],
-        3.0 * np.random.default_rng(1).normal(size=(20, 2)),
-    )
+    cycle = opposed("Q", {"P": 1.0})
+    friction = [0.5, 0.4]
+    starts = 3.0 * np.random.default_rng(1).normal(size=(20, 2))
     curve = fo.backbone_curve(pair, cycle, friction, [0.7], range=True)
     seen = [
         fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q")
         for start in starts
     ]
     damping = [loop.area / (np.pi * 0.7 * np.ptp(loop.displacement)) for loop in seen]
-    rest, found = (
-        fo.steady_state(pair, cycle, friction, 0.05),
-        fo.backbone_curve(pair, cycle, friction, [0.05]).displacement[0],
-    )
-    assert (
-        rest.outcome is fo.Outcome.SHAKEDOWN
-        and rest.open.any()
-        and abs(found / (2 * 0.05) - 1) > 1e-3
-    )  # softer than the glued one
+    rest = fo.steady_state(pair, cycle, friction, 0.05)
+    found = fo.backbone_curve(pair, cycle, friction, [0.05]).displacement[0]
+    # Softer than the glued one.
+    assert rest.outcome is fo.Outcome.SHAKEDOWN
+    assert rest.open.any()
+    assert abs(found / (2 * 0.05) - 1) > 1e-3
     assert found == pytest.approx(np.ptp(rest.loop("Q").displacement) / 2)
     assert 0.7 < 0.9 * curve.guaranteed_limit and curve.damping[0] < 0.5 * max(damping)
-    assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(
-        damping
-    ) * (1 - 1e-9)
+    assert curve.least_damping[0] <= min(damping) + 1e-12
+    assert curve.most_damping[0] >= max(damping) * (1 - 1e-9)
 
 
 def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
@@ -116,9 +111,9 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
     )
     asked = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
     rest = fo.backbone_curve(*asked, [1e-3])
-    assert (
-        rest.outcome == ("SHAKEDOWN",) and rest.displacement[0] > 1.05 * 2 * 1e-3
-    )  # softer than the glued contact
+    # Softer than the glued contact.
+    assert rest.outcome == ("SHAKEDOWN",)
+    assert rest.displacement[0] > 1.05 * 2 * 1e-3
     softer, glued = (1 / (2 * np.pi * np.sqrt(soft)) for soft in (rest.displacement[0] / 1e-3, 2.0))
     assert fo.backbone_curve(*asked, [1e-3], natural_frequency=softer).frequency == pytest.approx(
         softer, rel=1e-9
@@ -145,13 +140,10 @@ def test_a_node_without_friction_slides_where_the_others_rest():
         natural_frequency=1 / (2 * np.pi),
         range=True,
     )
-    assert (
-        curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor)
-        and not curve.work.any()
-    )
-    assert np.array_equal(curve.least_frequency, curve.frequency) and np.array_equal(
-        curve.most_frequency, curve.frequency
-    )
+    assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor)
+    assert not curve.work.any()
+    assert np.array_equal(curve.least_frequency, curve.frequency)
+    assert np.array_equal(curve.most_frequency, curve.frequency)
 
 
 def oscillator():
@@ -207,9 +199,8 @@ def test_a_published_oscillator(monkeypatch):
         (row,) = np.flatnonzero(curve.load_factor == factor)
         assert curve.least_damping[row] <= 1.01 * least and curve.most_damping[row] >= 0.99 * most
         assert curve.least_damping[row] <= curve.damping[row] <= curve.most_damping[row]
-    assert curve.least_frequency[0] <= 1.001 * 47.01 and curve.most_frequency[0] == pytest.approx(
-        49.42, abs=0.01
-    )
+    assert curve.least_frequency[0] <= 1.001 * 47.01
+    assert curve.most_frequency[0] == pytest.approx(49.42, abs=0.01)
     assert curve.least_frequency[2] <= 1.001 * 42.93 and curve.most_frequency[2] >= 0.999 * 43.24
     same = fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
@@ -219,15 +210,12 @@ def test_a_published_oscillator(monkeypatch):
         np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all()
         for name in ("frequency", "least_frequency", "most_frequency")
     )
-    assert unsaid.stiffness == pytest.approx(
-        (2 * np.pi * curve.frequency[1:2]) ** 2
-    ) and "least_frequency" not in repr(unsaid)
+    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[1:2]) ** 2)
+    assert "least_frequency" not in repr(unsaid)
     assert "no frequency: it needs the load of a mode" in unsaid.note
     assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
-    assert (
-        same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency
-        and np.isnan(same.most_damping).all()
-    )
+    assert same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency
+    assert np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
     assert fo.backbone_curve(
         bare, twice, 0.9, [400.0], natural_frequency=stuck / 2
@@ -286,19 +274,17 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
 def test_a_load_that_is_no_mode_has_no_frequency():
     """A frequency of it would be the root of a stiffness per load factor, in no unit of a
     frequency."""
-    punch, cycle = fo.scenes.PunchOnHalfPlane(elements=24).condense(), opposed("sigma", {"P": 1.0})
+    punch = fo.scenes.PunchOnHalfPlane(elements=24).condense()
+    cycle = opposed("sigma", {"P": 1.0})
     curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], range=True)
     assert np.isnan(
         [curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]
     ).all()
-    assert (
-        np.isfinite([*curve.stiffness, *curve.most_damping]).all()
-        and curve.to_frame()["frequency"].isna().all()
-    )
+    assert np.isfinite([*curve.stiffness, *curve.most_damping]).all()
+    assert curve.to_frame()["frequency"].isna().all()
     _, _, above, _ = curve.plot()
-    assert "stiffness" in above.get_ylabel() and np.array_equal(
-        above.get_lines()[0].get_ydata(), curve.stiffness
-    )
+    assert "stiffness" in above.get_ylabel()
+    assert np.array_equal(above.get_lines()[0].get_ydata(), curve.stiffness)
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
@@ -340,81 +326,72 @@ def test_two_sliders_in_space_contact_by_contact():
     way, work = (
         np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
     )
-    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3) and curve.slipping.tolist() == [
+    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3)
+    assert curve.slipping.tolist() == [
         0.0,
         0.25,
         0.25,
         1.0,
     ]
-    assert curve.work == pytest.approx(work.sum(axis=1)) and curve.slip_range == pytest.approx(
-        way.max(axis=1)
-    )
+    assert curve.work == pytest.approx(work.sum(axis=1))
+    assert curve.slip_range == pytest.approx(way.max(axis=1))
     table = curve.by_contact
-    assert table["contact"].tolist() == NAMES * 4 and np.array(
-        table["load_factor"]
-    ) == pytest.approx(np.repeat(loads, 2))
-    assert np.array(table["work"]) == pytest.approx(work.ravel()) and np.array(
-        table["slip_range"]
-    ) == pytest.approx(way.ravel())
+    assert table["contact"].tolist() == NAMES * 4
+    assert np.array(table["load_factor"]) == pytest.approx(np.repeat(loads, 2))
+    assert np.array(table["work"]) == pytest.approx(work.ravel())
+    assert np.array(table["slip_range"]) == pytest.approx(way.ravel())
     assert np.array(table["slipping"]) == pytest.approx((way > 0).ravel().astype(float))
-    assert (
-        curve.displacement == pytest.approx(np.array(loads) + (way / 2).sum(axis=1))
-        and curve.gross_slip == np.inf
-    )
+    assert curve.displacement == pytest.approx(np.array(loads) + (way / 2).sum(axis=1))
+    assert curve.gross_slip == np.inf
     assert np.isnan(
         [*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]
     ).all()
     half = curve.load_at(work=2.0, progress=False)
-    assert 1.4 < half.load_factor < 2.0 and half.dissipation == pytest.approx(
-        by_hand(half.load_factor, f)[1].sum()
-    ) == pytest.approx(2.0, rel=0.3)
+    assert 1.4 < half.load_factor < 2.0
+    assert (
+        half.dissipation
+        == pytest.approx(by_hand(half.load_factor, f)[1].sum())
+        == pytest.approx(2.0, rel=0.3)
+    )
     assert curve.load_at(work=curve.work[1]).load_factor == pytest.approx(0.75)
     third = curve.load_at(slipping=1 / 3)
-    assert (
-        third.load_factor == pytest.approx(1.4 + 0.6 / 9) and third.slipping_share == 0.25
-    )  # what is seen there
+    # What is seen there.
+    assert third.load_factor == pytest.approx(1.4 + 0.6 / 9)
+    assert third.slipping_share == 0.25
     turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
     other = fo.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
-    assert (
-        other.work == pytest.approx(curve.work)
-        and np.isnan([other.displacement, other.stiffness, other.damping]).all()
-    )
-    assert (
-        "two opposed corners" in other.note
-        and "two opposed corners" in repr(other)
-        and other.to_frame().attrs["note"] == other.note
-    )
+    assert other.work == pytest.approx(curve.work)
+    assert np.isnan([other.displacement, other.stiffness, other.damping]).all()
+    assert "two opposed corners" in other.note
+    assert "two opposed corners" in repr(other)
+    assert other.to_frame().attrs["note"] == other.note
 
 
 def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
     """Slip comes as far as the end force over the friction of a length; work is a closed form for
     whole numbers of nodes."""
+    # Free to lift off.
     rod = fo.ContactSystem.from_blocks(
         **fo.reference.foundation_rod(nodes=20, EA=2.0, h=0.1) | {"C": np.zeros((20, 20))}
-    )  # free to lift off
-    cycle, reach = (
-        fo.LoadCycle({"pressure": 2.0}, [{"force": 1.0}, {"force": -1.0}]),
-        np.array([2, 4, 8, 16]),
     )
+    cycle = fo.LoadCycle({"pressure": 2.0}, [{"force": 1.0}, {"force": -1.0}])
+    reach = np.array([2, 4, 8, 16])
     curve = fo.backbone_curve(rod, cycle, 0.5, 0.1 * reach)
     exact = [fo.reference.rod_dissipation(force, 2.0, 1.0, 0.1) for force in 0.1 * reach]
-    assert curve.work == pytest.approx(exact, rel=1e-9) and curve.slipping == pytest.approx(
-        (reach - 1) / 20
-    )  # the last node rests
-    assert (
-        curve.gross_slip == pytest.approx(2.0)
-        and "no compliance" in curve.note
-        and "of the nodes" in curve.note
-    )
+    # The last node rests.
+    assert curve.work == pytest.approx(exact, rel=1e-9)
+    assert curve.slipping == pytest.approx((reach - 1) / 20)
+    assert curve.gross_slip == pytest.approx(2.0)
+    assert "no compliance" in curve.note
+    assert "of the nodes" in curve.note
     default = fo.backbone_curve(rod, cycle, 0.5)
     assert default.load_factor[[0, -1]] == pytest.approx([0.1, 1.9])
     half, work = curve.load_at(slipping=0.5), curve.load_at(work=0.1)
     assert half.load_factor == pytest.approx(0.8 + 0.8 * 3 / 8) and half.slipping_share == 0.5
-    assert (
-        work.dissipation
-        == pytest.approx(fo.reference.rod_dissipation(work.load_factor, 2.0, 1.0, 0.1))
-        and 0.1 < work.dissipation < 0.102
+    assert work.dissipation == pytest.approx(
+        fo.reference.rod_dissipation(work.load_factor, 2.0, 1.0, 0.1)
     )
+    assert 0.1 < work.dissipation < 0.102
     for name, value, said in (
         ("slipping", 0.9, r"0\.05 to 0\.75 at the load factors 0\.2 to 1\.6"),
         ("work", 1e-9, "work: 1e-09"),
@@ -437,20 +414,18 @@ def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
         compliance=np.eye(2),
     )
     curve = fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [1.0, 1.9, 2.1])
-    assert curve.gross_slip == pytest.approx(2.0) and curve.outcome == (
+    assert curve.gross_slip == pytest.approx(2.0)
+    assert curve.outcome == (
         "SHAKEDOWN",
         "SHAKEDOWN",
         "SLIDES_OFF",
     )
-    assert (
-        curve.work.tolist()[:2] == [0.0, 0.0]
-        and np.isnan(
-            [getattr(curve, name)[2] for name in ("work", "slipping", "displacement")]
-        ).all()
-    )
-    assert "load factors 2.1: above it no state of rest exists" in curve.note and set(
-        curve.by_contact["load_factor"]
-    ) == {1.0, 1.9}
+    assert curve.work.tolist()[:2] == [0.0, 0.0]
+    assert np.isnan(
+        [getattr(curve, name)[2] for name in ("work", "slipping", "displacement")]
+    ).all()
+    assert "load factors 2.1: above it no state of rest exists" in curve.note
+    assert set(curve.by_contact["load_factor"]) == {1.0, 1.9}
     with pytest.raises(fo.NoContinuation, match="the body may slide or open as a whole"):
         fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [2.1, 3.0])
 
@@ -458,15 +433,11 @@ def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
 def test_a_contact_that_ratchets_has_work_and_no_displacement():
     system, cycle, f, factor = WALKING
     curve = fo.backbone_curve(replace(system, compliance=np.eye(3)), cycle, f, [0.1, factor])
-    assert (
-        curve.outcome == ("SHAKEDOWN", "RATCHETING")
-        and curve.work[1] == fo.steady_state(*WALKING).dissipation > 0
-    )
-    assert (
-        np.isfinite(curve.displacement[0])
-        and np.isnan(curve.displacement[1])
-        and np.isnan(curve.damping[1])
-    )
+    assert curve.outcome == ("SHAKEDOWN", "RATCHETING")
+    assert curve.work[1] == fo.steady_state(*WALKING).dissipation > 0
+    assert np.isfinite(curve.displacement[0])
+    assert np.isnan(curve.displacement[1])
+    assert np.isnan(curve.damping[1])
     assert f"load factor {factor:g}: the contact ratchets" in curve.note
 
 
@@ -488,13 +459,11 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
         other = fo.backbone_curve(
             heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **asked
         )
-        assert other.damping == pytest.approx(
-            curve.damping, rel=1e-12
-        ) and other.displacement == pytest.approx(curve.displacement, rel=1e-12)
+        assert other.damping == pytest.approx(curve.damping, rel=1e-12)
+        assert other.displacement == pytest.approx(curve.displacement, rel=1e-12)
     small = fo.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
-    assert small.damping == pytest.approx(
-        right[1].damping, rel=1e-9
-    ) and small.displacement == pytest.approx(right[1].displacement * 1e-9)
+    assert small.damping == pytest.approx(right[1].damping, rel=1e-9)
+    assert small.displacement == pytest.approx(right[1].displacement * 1e-9)
     pulled = replace(
         system,
         bonded={**system.bonded, "back": system.bonded["mode"]},
@@ -508,7 +477,8 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
 
 
 def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
-    question, left = import_module("frictopt.joints.curve_question"), [1, 2]
+    question = import_module("frictopt.joints.curve_question")
+    left = [1, 2]
 
     def followed(*asked, **options):
         if not left:
@@ -518,10 +488,8 @@ def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
     monkeypatch.setattr(question, "steady_state", followed)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
-    assert (
-        interrupt.value.curve.load_factor.tolist() == [0.4, 0.75]
-        and "2 of 3 load factors" in interrupt.value.__notes__[0]
-    )
+    assert interrupt.value.curve.load_factor.tolist() == [0.4, 0.75]
+    assert "2 of 3 load factors" in interrupt.value.__notes__[0]
 
 
 def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
@@ -592,10 +560,8 @@ def test_the_load_of_a_mode():
     n = 12
     root = rng.normal(size=(n, n))
     bodies = np.repeat([0, 1], 6)
-    K, M = (
-        (root @ root.T + np.eye(n)) * np.equal.outer(bodies, bodies),
-        np.diag(rng.uniform(0.5, 2.0, n)),
-    )
+    K = (root @ root.T + np.eye(n)) * np.equal.outer(bodies, bodies)
+    M = np.diag(rng.uniform(0.5, 2.0, n))
     unknowns = np.arange(n).reshape(6, 2)
     glue = np.delete(np.eye(n), [6, 7], axis=1)
     glue[[6, 7], [0, 1]] = 1.0  # node 3 lies on node 0
@@ -657,10 +623,11 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
     system = model.condense()
     system.save(tmp_path / "pads.npz")
     assert fo.ContactSystem.load(tmp_path / "pads.npz").load_size == system.load_size
+    # 5 MPa on 20 mm.
     assert system.load_size == {
         "P": pytest.approx(2000.0),
         "Q": pytest.approx(100.0),
-    }  # 5 MPa on 20 mm
+    }
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}])
     curve = fo.backbone_curve(system, cycle, 0.9, load_factors=[0.5, 1.0])
     assert curve.outcome == ("SHAKEDOWN", "SHAKEDOWN")
@@ -679,10 +646,8 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
     assert curve.to_frame()["motion"].tolist() == curve.motion.tolist()
     bare = replace(system, load_size={})
     assert np.isnan(fo.backbone_curve(bare, cycle, 0.9, load_factors=[1.0]).motion).all()
-    assert (
-        "P" not in system.with_interference({"P": 0.1}).load_size
-        and "Q" not in system.with_bonded({"Q": system.bonded["Q"]}).load_size
-    )
+    assert "P" not in system.with_interference({"P": 0.1}).load_size
+    assert "Q" not in system.with_bonded({"Q": system.bonded["Q"]}).load_size
 
 
 def test_a_steady_cycle_beyond_friction_moves_its_load_further():

@@ -161,9 +161,10 @@ def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve(curve):
     assert far["amplitude"].agg(["min", "max"]).tolist() == pytest.approx([row.least, row.most])
     assert "a sweep from rest does not reach the detached curve" in answer.note
     strongest = 11 * viscous * knee
+    # Between load factors the knee is round.
     assert saturated.largest_force(
         amplitude=curve.displacement[-1] / 2, damping=ratio
-    ) == pytest.approx(strongest, rel=3e-3)  # between load factors the knee is round
+    ) == pytest.approx(strongest, rel=3e-3)
     shorter = replace(
         saturated,
         **{

@@ -32,11 +32,9 @@ def test_small_steps_by_archards_law_give_the_same(coarse):
         )
     plain = contact.gap - COARSE[0].gap
     history = fo.wear(*COARSE, coefficient=1e-3, cycles=cycles)
-    assert (
-        history.cycles[-1] == cycles
-        and history.reason == "6000 cycles are over"
-        and not history.worn_in
-    )
+    assert history.cycles[-1] == cycles
+    assert history.reason == "6000 cycles are over"
+    assert not history.worn_in
     assert np.abs(history.depth[-1] - plain).max() < 0.01 * plain.max()
     assert plain.max() > 0.3 * coarse.depth[-1].max()
 
@@ -50,18 +48,14 @@ def test_wear_that_takes_off_no_pressure_is_coefficient_times_work_over_friction
     f, k = np.linspace(0.4, 0.6, 5), np.linspace(1e-4, 2e-4, 5)
     steady = fo.steady_state(rod, cycle, f, 1.0)
     history = fo.wear(rod, cycle, f, 1.0, coefficient=k, cycles=1e4)
-    assert (
-        history.volume == pytest.approx(1e4 * (k / f) @ steady.dissipation_per_node, rel=1e-9)
-        and steady.slipping.sum() > 2
-    )
+    assert history.volume == pytest.approx(1e4 * (k / f) @ steady.dissipation_per_node, rel=1e-9)
+    assert steady.slipping.sum() > 2
     assert np.allclose(history.depth[-1], 1e4 * plain_rate(steady, k), rtol=1e-9)
     assert history.to_frame()["volume"].iloc[-1] == history.volume
     endless = fo.wear(rod, cycle, f, 1.0, coefficient=k)
-    assert (
-        len(endless.depth) == 1
-        and "constant rates, which do not change any pressure" in endless.reason
-        and not endless.worn_in
-    )
+    assert len(endless.depth) == 1
+    assert "constant rates, which do not change any pressure" in endless.reason
+    assert not endless.worn_in
 
 
 def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
@@ -69,37 +63,30 @@ def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
     cycle = fo.LoadCycle({"P": 2.0}, [{"motion": 1.0}, {"motion": -1.0}])
     history = fo.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3)
     assert history.pressure[0].max() > 1.9 and np.abs(history.pressure[-1] - 1.0).max() < 0.02
-    assert (
-        "constant rates, which do not change any pressure" in history.reason
-        and not history.worn_in
-        and history.steady.slipping.all()
-    )
+    assert "constant rates, which do not change any pressure" in history.reason
+    assert not history.worn_in
+    assert history.steady.slipping.all()
     late = fo.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3, cycles=1e6)
     assert np.abs(late.pressure[-1] - 1.0).max() < 1e-4
     ways = late.steady.sliding_distance
     rate = np.diff(late.to_frame()["volume"].iloc[-2:]) / np.diff(late.cycles[-2:])
-    assert np.ptp(ways) < 1e-4 * ways.max() and rate == pytest.approx(
-        1e-3 * 2.0 * ways.mean(), rel=1e-4
-    )
+    assert np.ptp(ways) < 1e-4 * ways.max()
+    assert rate == pytest.approx(1e-3 * 2.0 * ways.mean(), rel=1e-4)
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_the_table_says_what_the_arrays_say(coarse):
     table, width = coarse.to_frame(), COARSE[0].width
     assert len(table) == len(coarse.depth) == len(coarse.cycles) == len(coarse.pressure)
-    assert np.allclose(table["largest_depth"], coarse.depth.max(axis=1)) and np.allclose(
-        table["volume"], coarse.depth @ width
-    )
-    assert (
-        np.allclose(coarse.pressure @ width, 1.0, atol=1e-12) and (coarse.pressure >= -1e-12).all()
-    )
+    assert np.allclose(table["largest_depth"], coarse.depth.max(axis=1))
+    assert np.allclose(table["volume"], coarse.depth @ width)
+    assert np.allclose(coarse.pressure @ width, 1.0, atol=1e-12)
+    assert (coarse.pressure >= -1e-12).all()
     assert np.allclose(coarse.system.gap, COARSE[0].gap + coarse.depth[-1], rtol=1e-14)
     first = fo.steady_state(*COARSE)
-    assert (
-        table["work"][0] == first.dissipation
-        and table["slipping"][0] == first.slipping.sum()
-        and table["outcome"][0] == "CYCLIC_SLIP"
-    )
+    assert table["work"][0] == first.dissipation
+    assert table["slipping"][0] == first.slipping.sum()
+    assert table["outcome"][0] == "CYCLIC_SLIP"
     stuck = np.abs(COARSE[0].x) < 0.7
     assert np.allclose(table["stick_width"], width[stuck].sum()), (
         "the stick zone of a contact under constant force stays"
@@ -121,11 +108,9 @@ def test_the_table_says_what_the_arrays_say(coarse):
     # Also a constant work is inside the axes.
     assert work.get_ylim()[0] == 0.0
     assert work.get_ylim()[1] > 1.05 * table["work"].max()
-    assert (
-        coarse.worn_in
-        and table["work"].iloc[-1] <= 1e-3 * table["work"].max()
-        and coarse.residual <= 1e-9
-    )
+    assert coarse.worn_in
+    assert table["work"].iloc[-1] <= 1e-3 * table["work"].max()
+    assert coarse.residual <= 1e-9
 
 
 def test_a_history_goes_on_from_its_state():
@@ -156,12 +141,10 @@ def test_a_history_goes_on_from_its_state():
 )
 def test_a_coupled_contact_wears_until_it_rests(scene, cycle, load_factor):
     history = fo.wear(scene.condense(), cycle, 0.5, load_factor, coefficient=1e-3)
-    assert (
-        history.worn_in
-        and history.reason.startswith("worn in")
-        and history.residual < 1e-9
-        and history.volume > 0
-    )
+    assert history.worn_in
+    assert history.reason.startswith("worn in")
+    assert history.residual < 1e-9
+    assert history.volume > 0
     again = fo.steady_state(history.system, cycle, 0.5, load_factor, initial_state=history.state)
     assert again.dissipation == pytest.approx(history.steady.dissipation, rel=1e-6, abs=1e-12)
 
@@ -172,11 +155,9 @@ def test_where_nothing_slips_nothing_wears():
     )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     history = fo.wear(contact, cycle, 0.5, 0.2, coefficient=1.0, cycles=10)
-    assert (
-        history.reason == "the contact does not slip, and does not wear"
-        and history.worn_in
-        and history.volume == 0 == history.cycles[-1]
-    )
+    assert history.reason == "the contact does not slip, and does not wear"
+    assert history.worn_in
+    assert history.volume == 0 == history.cycles[-1]
     none = fo.wear(*COARSE, coefficient=0.0)
     assert none.reason.startswith("no node that slips") and none.volume == 0 and not none.worn_in
 
@@ -192,15 +173,11 @@ def test_the_plane_contact_in_space_wears_alike():
     solid = embedded(flat, np.random.default_rng(1))[0]
     solid = fo.ContactSystem(solid.S, solid.points, solid.bonded, gap=solid.gap, width=flat.width)
     options = {"coefficient": 1e-3, "cycles": 2e3, "tolerance": 0.05}
-    plane, space = (
-        fo.wear(flat, cycle, f, load_factor, **options),
-        fo.wear(solid, cycle, f, load_factor, steps=1, **options),
-    )
+    plane = fo.wear(flat, cycle, f, load_factor, **options)
+    space = fo.wear(solid, cycle, f, load_factor, steps=1, **options)
     assert np.allclose(space.depth[-1], plane.depth[-1], rtol=0, atol=1e-6 * plane.depth[-1].max())
-    assert (
-        np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"])
-        and len(space.depth) > 4
-    )
+    assert np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"])
+    assert len(space.depth) > 4
 
 
 def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump(
@@ -209,11 +186,9 @@ def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_l
     contact, *asked = cylinder(8)
     options = {"coefficient": 1e-3, "cycles": 3e2, "tolerance": 0.05, "steps": 2}
     done = fo.wear(contact, *asked, **options)
-    assert (
-        0 < done.steady.step_error < 1
-        and done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0
-        and len(done.depth) > 2
-    )
+    assert 0 < done.steady.step_error < 1
+    assert done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0
+    assert len(done.depth) > 2
 
     def stops(*_args, **_options):
         raise KeyboardInterrupt
@@ -221,10 +196,8 @@ def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_l
     monkeypatch.setattr(import_module("frictopt.joints.wear"), "steady_state", stops)
     with pytest.raises(KeyboardInterrupt) as caught:
         fo.wear(contact, *asked, **options)
-    assert (
-        np.array_equal(caught.value.history.depth, done.depth)
-        and caught.value.history.steady.step_error == np.inf
-    )
+    assert np.array_equal(caught.value.history.depth, done.depth)
+    assert caught.value.history.steady.step_error == np.inf
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])
@@ -248,12 +221,10 @@ def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
     with pytest.raises(error) as caught:
         fo.wear(*COARSE, coefficient=1e-3)
     history = caught.value.history
-    assert (
-        4 < len(history.depth) < 11
-        and 0 < history.cycles[-1]
-        and history.reason == f"{error.__name__}: stop"
-        and not history.worn_in
-    )
+    assert 4 < len(history.depth) < 11
+    assert 0 < history.cycles[-1]
+    assert history.reason == f"{error.__name__}: stop"
+    assert not history.worn_in
     assert history.residual == 5e-10  # the largest of all its states
     assert "`history`" in caught.value.__notes__[0]
     monkeypatch.undo()

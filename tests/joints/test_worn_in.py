@@ -28,12 +28,10 @@ def worn_pressure(x, Q0):
 def test_the_closed_form_of_the_cylinder_has_the_tabled_values(share, depth, place, reach, volume):
     x = np.linspace(0.0, 1.6, 1_600_001)
     h = CONTACT.worn_depth(x, share * F)
-    assert h.max() == pytest.approx(depth, rel=1e-8) and x[h.argmax()] == pytest.approx(
-        place, abs=2e-4
-    )
-    assert x[h > 0].max() == pytest.approx(reach, abs=2e-6) and 2 * h.sum() * 1e-6 == pytest.approx(
-        volume, rel=1e-6
-    )
+    assert h.max() == pytest.approx(depth, rel=1e-8)
+    assert x[h.argmax()] == pytest.approx(place, abs=2e-4)
+    assert x[h > 0].max() == pytest.approx(reach, abs=2e-6)
+    assert 2 * h.sum() * 1e-6 == pytest.approx(volume, rel=1e-6)
     inner = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 20001)[1:-1]) * CONTACT.stick_half_width(
         share * F
     )
@@ -44,12 +42,10 @@ def test_the_closed_form_of_the_sphere_has_the_tabled_values():
     ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
     r = np.linspace(0.0, 1.3, 130_001)
     h = ball.worn_depth(r, F / 3)
-    assert h.max() == pytest.approx(0.094485, rel=1e-5) and r[h.argmax()] == pytest.approx(
-        0.9064, abs=1e-4
-    )
-    assert r[h > 0].max() == pytest.approx(1.136090606, abs=2e-5) and 2 * np.pi * (
-        r * h
-    ).sum() * 1e-5 == pytest.approx(0.132157733, rel=1e-4)
+    assert h.max() == pytest.approx(0.094485, rel=1e-5)
+    assert r[h.argmax()] == pytest.approx(0.9064, abs=1e-4)
+    assert r[h > 0].max() == pytest.approx(1.136090606, abs=2e-5)
+    assert 2 * np.pi * (r * h).sum() * 1e-5 == pytest.approx(0.132157733, rel=1e-4)
     with pytest.raises(fo.ModelError, match="Q: "):
         ball.worn_depth(1.0, F)
 
@@ -63,11 +59,9 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
         end = fo.worn_in(*on_edges(count, 1.1 + 0.5 * share, share))
         x, width = end.system.x, end.system.width
         form = CONTACT.worn_depth(x, share * F)
-        assert (
-            end.proven
-            and end.stick.sum() == 2 * count
-            and np.array_equal(end.stick, np.abs(x) < CONTACT.stick_half_width(share * F))
-        )
+        assert end.proven
+        assert end.stick.sum() == 2 * count
+        assert np.array_equal(end.stick, np.abs(x) < CONTACT.stick_half_width(share * F))
         p = end.system.reaction({"P": 1.0, "Q": 0.0})[1] + end.system.C @ (
             end.state.gap - end.system.gap
         )
@@ -78,15 +72,12 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
             [end.depth.max() / form.max() - 1, end.depth @ width / (form @ width) - 1, pressure]
         )
     drawn = {line.get_label(): line.get_ydata() for line in end.plot().get_lines()}
-    assert np.array_equal(drawn["depth worn off"], end.depth) and np.array_equal(
-        np.isfinite(drawn["never slips"]), end.stick
-    )
+    assert np.array_equal(drawn["depth worn off"], end.depth)
+    assert np.array_equal(np.isfinite(drawn["never slips"]), end.stick)
     coarse, fine = np.array(errors)
-    assert (
-        np.all(fine < (0.012 if share > 0.2 else 0.02))
-        and np.all(fine < 0.6 * coarse)
-        and np.all(fine > 0)
-    )
+    assert np.all(fine < (0.012 if share > 0.2 else 0.02))
+    assert np.all(fine < 0.6 * coarse)
+    assert np.all(fine > 0)
 
 
 def test_the_worn_cylinder_is_at_its_limit():
@@ -155,14 +146,13 @@ def test_the_sphere_in_space_converges_to_the_closed_form():
     errors = []
     for count in (32, 64):
         contact, cycle, f, load_factor = sphere_of_rings(count)
-        end, r = fo.worn_in(contact, cycle, f, load_factor), contact.points[:, 0]
+        end = fo.worn_in(contact, cycle, f, load_factor)
+        r = contact.points[:, 0]
         assert contact.tangents == 2 and end.proven and end.stick.sum() == count
         form, far = ball.worn_depth(r, load_factor), r[end.depth > 0].max()
         errors.append([end.depth.max() / 0.094485 - 1, end.depth @ contact.width / 0.132157733 - 1])
-        assert (
-            far == pytest.approx(1.1361, rel=0.01)
-            and np.abs(end.depth - form)[r > 0.85].max() < 0.06 * form.max()
-        )
+        assert far == pytest.approx(1.1361, rel=0.01)
+        assert np.abs(end.depth - form)[r > 0.85].max() < 0.06 * form.max()
     coarse, fine = np.array(errors)
     assert np.all(fine < 0.03) and np.all(fine > 0) and np.all(fine < 0.6 * coarse)
 
@@ -201,9 +191,8 @@ SEESAW = contact(
 BOTH_WAYS = contact(
     [[1.1, -0.1, -0.5], [-0.1, 0.4, -0.2], [-0.5, -0.2, 1.0]], [1.2, 0.4, 0.5], [0.9, 0.4, -0.5]
 )
-IN_PHASE = fo.LoadCycle(
-    {"P": 1.0}, [{"Q": 0.4, "P": 1.0}, {"Q": -0.4, "P": -1.0}]
-)  # sticks everywhere, and does not wear
+# Sticks everywhere, and does not wear.
+IN_PHASE = fo.LoadCycle({"P": 1.0}, [{"Q": 0.4, "P": 1.0}, {"Q": -0.4, "P": -1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
 
 

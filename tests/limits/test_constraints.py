@@ -44,27 +44,31 @@ def on(found, forces):
     ("text", "labels", "moved"),
     [
         ("*EQUATION\n2\n3, 2, 1., 2, 2, -1.\n", ["2.2", "4.2"], {"2.2": 1.0, "4.2": 1.0}),
+        # Over two lines.
         (
             "*EQUATION\n3\n3, 2, 2., 2, 2, -1.\n4, 2, 3.D0\n",
             ["2.2", "4.2"],
             {"2.2": 0.5, "4.2": -0.5},
-        ),  # over two lines
+        ),
+        # A chain.
         (
             "*EQUATION\n2\n3,2,1., 4,2,-1.\n2\n4,2,1., 1,2,-1.\n",
             ["1.2", "2.2"],
             {"1.2": 2.0},
-        ),  # a chain
+        ),
+        # And in the other order.
         (
             "*EQUATION\n2\n4,2,1., 1,2,-1.\n2\n3,2,1., 4,2,-1.\n",
             ["1.2", "2.2"],
             {"1.2": 2.0},
-        ),  # and in the other order
+        ),
         ("*EQUATION\n2\nTOP, 2, 1., 2, 2, -1.\n", ["2.2"], {"2.2": 2.0}),  # a set in the first term
+        # A held term.
         (
             "*BOUNDARY\n1, 1, 2\n*EQUATION\n3\n3, 2, 1., 1, 2, -1., 2, 2, -0.5\n",
             ["2.2", "4.2"],
             {"2.2": 0.5, "4.2": 1.0},
-        ),  # a held term
+        ),
         ("*BOUNDARY\nTOP, 2\n", ["2.2"], {}),
         ("*BOUNDARY\nTOP, 2, , 0.\n", ["2.2"], {}),
         ("*BOUNDARY\nTOP, YSYMM\n", ["2.2"], {}),
@@ -86,10 +90,11 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
         ),
         ("*TIE, NAME=T\nA, B\n*MPC\nPLANE, 1, 2, 3\n", "the deck has \\*TIE, \\*MPC"),
         ("*DISTRIBUTING COUPLING, ELSET=M\n1, 1.\n", "the deck has \\*DISTRIBUTINGCOUPLING"),
+        # A circle.
         (
             "*EQUATION\n2\n3, 2, 1., 4, 2, -1.\n2\n4, 2, 1., 3, 2, -1.\n",
             "node 3, direction 2",
-        ),  # a circle
+        ),
         (
             "*EQUATION\n2\n3, 2, 1., 2, 6, -1.\n",
             "a block \\*EQUATION that cannot be read here: directions beyond 3",
@@ -143,11 +148,11 @@ def test_a_rotation_of_a_rigid_part_is_a_generalised_coordinate(tmp_path):
         [20, 4],
         [20, 5],
         [20, 6],
-    ] and found.generalised.tolist() == [15, 16, 17]
+    ]
+    assert found.generalised.tolist() == [15, 16, 17]
     assert np.allclose(found.K.toarray(), K)
-    y = random.normal(
-        size=18
-    )  # displacements of nodes 1 to 4, displacement and rotation of the reference
+    # Displacements of nodes 1 to 4, displacement and rotation of the reference.
+    y = random.normal(size=18)
     arms = dict(zip(found.deck.numbers.tolist(), found.points - found.points[8], strict=True))
     u = {node: y[12:15] + np.cross(y[15:], arms[node]) for node in (5, 6, 7, 8)}
     forces = random.normal(size=(4, 3))
@@ -184,11 +189,9 @@ def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
     K = np.diag([*np.ones(15), 0.0])  # CalculiX writes the rotation about z too
     coupling = "*SURFACE, NAME=S, TYPE=NODE\nTOP, 1.\n*COUPLING, REF NODE=20, SURFACE=S, CONSTRAINT NAME=C\n*KINEMATIC\n3\n"
     found = job(tmp_path, CUBE.replace("21, 0.5, 0.5, 2.\n", "") + coupling, labels, K)
-    assert (
-        len(found.labels) == 15
-        and found.labels[:, 0].max() == 20
-        and np.linalg.matrix_rank(found.K.toarray()) == 15
-    )
+    assert len(found.labels) == 15
+    assert found.labels[:, 0].max() == 20
+    assert np.linalg.matrix_rank(found.K.toarray()) == 15
 
 
 def test_a_rigid_part_whose_reference_follows_hands_its_forces_on(tmp_path):
@@ -230,11 +233,9 @@ def test_keyword_lines_go_on_after_a_comma(tmp_path):
     deck = job(
         tmp_path, "\ufeff" + text + "*NSET, NSET=ALL,\nGENERATE\n1, 4\n", ["1.1", "2.2"]
     ).deck
-    assert (
-        deck.numbers.tolist() == [1, 2, 3, 4]
-        and deck.elements[0][0] == "CPE4"
-        and list(deck.element_sets) == ["E"]
-    )
+    assert deck.numbers.tolist() == [1, 2, 3, 4]
+    assert deck.elements[0][0] == "CPE4"
+    assert list(deck.element_sets) == ["E"]
     for name in ("TOP", "ALL"):
         assert deck.nodes(name).tolist() == plain.nodes(name).tolist()
 

@@ -51,11 +51,9 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
     found, rel = 0, 1e-7 if tangents == 1 else 1e-6
     for seed in range(12, 60) if part else range(few(12, 4)):
         rng = np.random.default_rng(seed)
-        nodes, bolts, profile = (
-            int(rng.integers(1, 5)),
-            ["a", "b"][: seed % 3],
-            bool(seed % 3 == 0 or seed % 2),
-        )
+        nodes = int(rng.integers(1, 5))
+        bolts = ["a", "b"][: seed % 3]
+        profile = bool(seed % 3 == 0 or seed % 2)
         contact = (
             random_contact(rng, nodes)
             if tangents == 2
@@ -78,11 +76,9 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
                     {name: rng.uniform(0.7, 1.2) for name in bolts},
                 )
             )
-        depth, budget, weights = (
-            rng.uniform(0.01, 0.3),
-            rng.uniform(0.05, 0.5),
-            rng.uniform(0.5, 1.5, len(bolts)),
-        )
+        depth = rng.uniform(0.01, 0.3)
+        budget = rng.uniform(0.05, 0.5)
+        weights = rng.uniform(0.5, 1.5, len(bolts))
 
         def own(b, g, bolts=bolts, profile=profile, depth=depth, budget=budget, weights=weights):
             held = (
@@ -94,7 +90,8 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
             )
             return held + ([cp.abs(g) <= depth] if profile else [])
 
-        value, friction = best(contact, scenarios, bolts, profile, own), scenarios[0][1]
+        value = best(contact, scenarios, bolts, profile, own)
+        friction = scenarios[0][1]
         model = fo.DesignModel(
             contact, scenarios[0][0], preloads=bolts, profile=profile, scenarios=scenarios[1:]
         )
@@ -104,11 +101,10 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
             ):
                 model.solve(friction, own(model.preload, model.profile))
             continue
-        design, found = model.solve(friction, own(model.preload, model.profile)), found + 1
-        assert (
-            design.load_factor == pytest.approx(value, rel=rel, abs=rel / 10)
-            and design.residual <= 1e-9
-        )
+        design = model.solve(friction, own(model.preload, model.profile))
+        found = found + 1
+        assert design.load_factor == pytest.approx(value, rel=rel, abs=rel / 10)
+        assert design.residual <= 1e-9
         assert design.bound == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8)
         anew = [
             fo.shakedown_limit(design.system, cycle, f).load_factor for cycle, f in design.scenarios
@@ -124,25 +120,20 @@ def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
     system = fo.scenes.PunchOnHalfPlane(elements=64).condense()
     model = fo.DesignModel(system, PULL, profile=True)
     design = model.solve(0.5, [model.profile <= 0.1, model.profile >= -0.1])
-    assert (
-        round(fo.shakedown_limit(system, PULL, 0.5).load_factor, 3) == 0.970
-        and round(design.load_factor, 3) == 1.508
-    )
+    assert round(fo.shakedown_limit(system, PULL, 0.5).load_factor, 3) == 0.970
+    assert round(design.load_factor, 3) == 1.508
     shapes, c = system.x[:, None] ** [2, 4, 6], cp.Variable(3)
     design = model.solve(0.5, [model.profile == shapes @ c, cp.abs(model.profile) <= 1.0])
     assert round(design.load_factor, 3) == 1.686
-    assert design.profile == pytest.approx(shapes @ c.value, abs=1e-9) and np.abs(
-        design.profile
-    ).max() == pytest.approx(1.0, abs=1e-9)
+    assert design.profile == pytest.approx(shapes @ c.value, abs=1e-9)
+    assert np.abs(design.profile).max() == pytest.approx(1.0, abs=1e-9)
     assert model.profile.value == pytest.approx(design.profile, abs=1e-12)
     again = fo.shakedown_limit(design.system, design.cycle, 0.5)
     assert again.load_factor == pytest.approx(design.load_factor, rel=1e-10)
     q, p = design.reactions
-    assert (
-        model.q.value == pytest.approx(q, abs=1e-9)
-        and model.p.value == pytest.approx(p, abs=1e-9)
-        and p.min() >= -1e-9
-    )
+    assert model.q.value == pytest.approx(q, abs=1e-9)
+    assert model.p.value == pytest.approx(p, abs=1e-9)
+    assert p.min() >= -1e-9
 
 
 def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
@@ -169,10 +160,8 @@ def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
     bolts = fo.DesignModel(system, replace(PULL, mean={}), preloads=list(strips))
     force = np.array([system.bonded[name][1].sum() for name in strips])
     design = bolts.solve(0.5, [bolts.preload >= 0, force @ bolts.preload == force.sum()])
-    assert (
-        round(design.load_factor, 5) == 0.99092
-        and design.preload[["P1", "P2", "P3"]].abs().max() < 1e-9
-    )
+    assert round(design.load_factor, 5) == 0.99092
+    assert design.preload[["P1", "P2", "P3"]].abs().max() < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -199,17 +188,15 @@ def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
 
 def test_the_best_profile_under_shear_carries_gross_slip():
     hard = punch(40, 0.02)
-    free, K = np.kron(np.eye(2), np.ones((40, 1))), np.linalg.inv(collocation(40, 0.02)[2])
+    free = np.kron(np.eye(2), np.ones((40, 1)))
+    K = np.linalg.inv(collocation(40, 0.02)[2])
     shear = (K @ free @ np.linalg.inv(free.T @ K @ free))[:, 0]
-    system, cycle = (
-        hard.with_bonded({"Q": shear}),
-        fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]),
-    )
+    system = hard.with_bonded({"Q": shear})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     model = fo.DesignModel(system, cycle, profile=True)
     design = model.solve(0.3, [cp.abs(model.profile) <= 3.0])
-    assert fo.shakedown_limit(
-        system, cycle, 0.3
-    ).load_factor < 0.295 and design.load_factor == pytest.approx(0.3, rel=1e-8)
+    assert fo.shakedown_limit(system, cycle, 0.3).load_factor < 0.295
+    assert design.load_factor == pytest.approx(0.3, rel=1e-8)
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
@@ -229,9 +216,8 @@ def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_ref
         model.load_factor >= 0.9 * fo.shakedown_limit(large, spatial_cycle(), 0.6).load_factor,
     ]
     design = model.solve(0.6, bounds, objective=-cp.sum(model.preload))
-    assert design.preload["idle"] == pytest.approx(
-        -0.2, abs=1e-7
-    ) and design.bound == pytest.approx(-design.preload.sum(), abs=1e-7)
+    assert design.preload["idle"] == pytest.approx(-0.2, abs=1e-7)
+    assert design.bound == pytest.approx(-design.preload.sum(), abs=1e-7)
     for left in (1e-20, 1e-11):
         with pytest.raises(
             fo.ModelError,
@@ -262,40 +248,36 @@ def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():
     design = model.solve(
         f, [(cp.sum(model.preload) <= budget).set_label("budget"), model.preload >= 0]
     )
-    assert design.load_factor == pytest.approx(
-        f * budget * np.sqrt(2) / 1.4, rel=1e-8
-    )  # the circle through both points has half their distance
+    # The circle through both points has half their distance.
+    assert design.load_factor == pytest.approx(f * budget * np.sqrt(2) / 1.4, rel=1e-8)
     assert design.preload.to_numpy() == pytest.approx(budget * shears / 1.4, rel=1e-6)
     assert float(design.prices["budget"]) == pytest.approx(f * np.sqrt(2) / 1.4, rel=1e-6)
-    assert design.prices["constraints[1]"] == pytest.approx([0.0, 0.0], abs=1e-8) and list(
-        design.preload.index
-    ) == ["one", "two"]
+    assert design.prices["constraints[1]"] == pytest.approx([0.0, 0.0], abs=1e-8)
+    assert list(design.preload.index) == ["one", "two"]
     assert design.slip == pytest.approx(
         -design.load_factor / 2 * np.column_stack([shears, shears]), abs=1e-6
     )
     least = model.solve(
         f, [model.load_factor == 1.0, model.preload >= 0], objective=-cp.sum(model.preload)
     )
-    assert least.preload.sum() == pytest.approx(
-        1.4 / f / np.sqrt(2), rel=1e-7
-    ) and least.bound == pytest.approx(least.objective, rel=1e-8)
+    assert least.preload.sum() == pytest.approx(1.4 / f / np.sqrt(2), rel=1e-7)
+    assert least.bound == pytest.approx(least.objective, rel=1e-8)
 
 
 def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
     contact = random_system(np.random.default_rng(4), 4)
     cycle = fo.LoadCycle({}, CYCLE.corners)
-    model, most = fo.DesignModel(contact, cycle, preloads=["mean"]), cp.Parameter(nonneg=True)
+    model = fo.DesignModel(contact, cycle, preloads=["mean"])
+    most = cp.Parameter(nonneg=True)
     limits = []
     for most.value in (1.0, 2.5, 7.0):
         limits.append(model.solve(0.5, [model.preload <= most]).load_factor / most.value)
     assert limits == pytest.approx([limits[0]] * 3, rel=1e-9)
     least = model.solve(0.5, [model.load_factor >= 3.0], objective=-model.preload[0])
-    assert least.preload["mean"] == pytest.approx(
-        3.0 / limits[0], rel=1e-9
-    ) and least.objective == pytest.approx(-3.0 / limits[0], rel=1e-9)
-    assert least.bound == pytest.approx(least.objective, rel=1e-8) and least.prices[
-        "constraints[0]"
-    ] == pytest.approx(1 / limits[0], rel=1e-8)
+    assert least.preload["mean"] == pytest.approx(3.0 / limits[0], rel=1e-9)
+    assert least.objective == pytest.approx(-3.0 / limits[0], rel=1e-9)
+    assert least.bound == pytest.approx(least.objective, rel=1e-8)
+    assert least.prices["constraints[0]"] == pytest.approx(1 / limits[0], rel=1e-8)
 
 
 @pytest.mark.parametrize("mean", [1.0, 1e-12])
@@ -364,10 +346,8 @@ def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():
     contact = random_system(np.random.default_rng(6), 3)
     model = fo.DesignModel(contact.with_gap([0.0, 0.02, 0.0]), CYCLE, profile=True)
     design = model.solve(0.4, [model.profile == np.array([0.05, -0.01, -0.03])])
-    assert (
-        design.system.gap.tolist() == pytest.approx([0.05, 0.01, 0.0])
-        and design.cycle.mean["profile"] == 1.0
-    )
+    assert design.system.gap.tolist() == pytest.approx([0.05, 0.01, 0.0])
+    assert design.cycle.mean["profile"] == 1.0
     q, p = contact.reaction({"mean": 1.0})
     total = np.array([0.05, 0.01, -0.03])
     assert design.system.closed_reaction(design.cycle.mean)[0] == pytest.approx(
@@ -393,16 +373,15 @@ def test_more_friction_never_lowers_the_load_factor_and_a_fixed_part_and_a_slip_
         slip_bound=0.1,
         scenarios=[(cycle, 0.6), (CYCLE, 0.7)],
     )
-    bounds, last = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.05], 0.0
+    bounds = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.05]
+    last = 0.0
     for f in sorted(few([0.3, 0.55, 0.4, 0.5])):
         design = model.solve(f, bounds)
         anew = [
             fo.shakedown_limit(design.system, one, friction, slip_bound=0.1).load_factor
             for one, friction in design.scenarios
         ]
-        assert (
-            min(anew) == pytest.approx(design.load_factor, rel=1e-8)
-            and design.load_factor >= last - 1e-9
-        )
+        assert min(anew) == pytest.approx(design.load_factor, rel=1e-8)
+        assert design.load_factor >= last - 1e-9
         assert len(design.slips) == 3 and all(np.abs(slip).max() <= 0.1 for slip in design.slips)
         last = design.load_factor

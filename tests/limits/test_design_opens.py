@@ -22,15 +22,14 @@ MOST, DEPTH = 0.6, 0.1
 def best(contact, friction, opened):
     """Largest load factor of a plain program in which some nodes are open at all corners, with
     slips and gaps of their own at each; nan: none."""
-    n, t, lam, b, g = (
-        contact.nodes,
-        contact.tangents,
-        cp.Variable(),
-        cp.Variable(),
-        cp.Variable(contact.nodes),
-    )
+    n = contact.nodes
+    t = contact.tangents
+    lam = cp.Variable()
+    b = cp.Variable()
+    g = cp.Variable(contact.nodes)
     mean = joined(*CYCLE.mean_reaction(contact))
-    slip, rows = cp.Variable((n, t)), [lam >= 0, cp.abs(b) <= MOST, cp.abs(g) <= DEPTH]
+    slip = cp.Variable((n, t))
+    rows = [lam >= 0, cp.abs(b) <= MOST, cp.abs(g) <= DEPTH]
     for cyclic in map(joined, *CYCLE.corner_reactions(contact)):
         v, w, q, p = cp.Variable((n, t)), cp.Variable(n), cp.Variable((n, t)), cp.Variable(n)
         moved = cp.hstack([cp.vec(v, order="F"), w - g])
@@ -64,10 +63,8 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
             for opened in product([False, True], repeat=contact.nodes)
             if not all(opened)
         }
-        model, most = (
-            fo.DesignModel(contact, CYCLE, preloads=["c"], profile=True),
-            max(np.nan_to_num([*every.values()], nan=-1.0)),
-        )
+        model = fo.DesignModel(contact, CYCLE, preloads=["c"], profile=True)
+        most = max(np.nan_to_num([*every.values()], nan=-1.0))
         within = [cp.abs(model.preload) <= MOST, cp.abs(model.profile) <= DEPTH]
         if most < 0:
             with pytest.raises(fo.ModelError, match="no design is safe"):
@@ -76,26 +73,21 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
         try:
             design = model.solve(friction, within)
         except fo.ModelError as error:  # it did not find the open nodes with which one is safe
-            assert np.isnan(every[(False,) * contact.nodes]) and "with all nodes closed" in str(
-                error
-            )
+            assert np.isnan(every[(False,) * contact.nodes])
+            assert "with all nodes closed" in str(error)
             continue
         (opened,) = design.opens
-        assert (
-            design.load_factor == pytest.approx(every[tuple(opened)], rel=rel, abs=rel)
-            and design.residual <= 1e-9
-        )
+        assert design.load_factor == pytest.approx(every[tuple(opened)], rel=rel, abs=rel)
+        assert design.residual <= 1e-9
         assert design.load_factor >= np.nan_to_num(every[(False,) * contact.nodes]) * (1 - rel)
         assert fo.shakedown_limit(
             design.system, design.cycle, friction
         ).load_factor == pytest.approx(design.load_factor, rel=1e-7, abs=1e-7)
         q, p = design.reactions
-        assert (
-            np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - friction * p
-        ).max() <= 1e-8 and np.abs(p[:, opened]).max(initial=0.0) <= 1e-12
-        assert (
-            "with other nodes open a design may be better" in design.reason
-        ) == opened.any() and (opened == design.open).all()
+        assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - friction * p).max() <= 1e-8
+        assert np.abs(p[:, opened]).max(initial=0.0) <= 1e-12
+        assert ("with other nodes open a design may be better" in design.reason) == opened.any()
+        assert (opened == design.open).all()
         found += opened.any()
     assert found >= few(12) // 6
 
@@ -117,10 +109,8 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
     )
     design = model.solve(0.5, [model.preload >= 0, model.preload <= 1.0, model.load_factor >= 0.5])
     assert design.load_factor == pytest.approx(0.6) and design.open.tolist() == [True, False, False]
-    assert (
-        design.slips[0][0] == pytest.approx(0.0)
-        and model.q[0].value[0] == model.p[0].value[0] == 0.0
-    )
+    assert design.slips[0][0] == pytest.approx(0.0)
+    assert model.q[0].value[0] == model.p[0].value[0] == 0.0
     assert design.reason.startswith(
         "with 1 of 3 nodes open: no design within the constraints is better"
     )
@@ -167,9 +157,8 @@ def test_scenarios_have_open_nodes_of_their_own():
         contact, cycle, preloads=["bolt"], scenarios=[(cycle, 0.5, {"bolt": 0.5})]
     )
     design = model.solve(0.5, [model.preload >= 0.0, model.preload <= 0.8])
-    assert design.load_factor == pytest.approx(0.7) and [
-        opened.tolist() for opened in design.opens
-    ] == [[False] * 3, [True, False, False]]
+    assert design.load_factor == pytest.approx(0.7)
+    assert [opened.tolist() for opened in design.opens] == [[False] * 3, [True, False, False]]
 
 
 def test_a_design_under_whose_mean_load_other_nodes_open_is_none(monkeypatch):
@@ -182,10 +171,8 @@ def test_a_design_under_whose_mean_load_other_nodes_open_is_none(monkeypatch):
     within = [cp.abs(model.preload) <= 0.11, cp.abs(model.profile) <= 357.0]
     for rows in few([[*within, model.load_factor >= 2.0], within], 1):
         design = model.solve(friction, rows)
-        assert (
-            design.open.nonzero()[0].tolist() == [2, 4]
-            and design.bound > 2.4 > design.load_factor > 2.0
-        )
+        assert design.open.nonzero()[0].tolist() == [2, 4]
+        assert design.bound > 2.4 > design.load_factor > 2.0
         assert fo.shakedown_limit(
             design.system, design.cycle, friction
         ).load_factor == pytest.approx(design.load_factor, rel=1e-7)

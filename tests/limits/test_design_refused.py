@@ -51,10 +51,8 @@ def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow(
 
 def test_designs_that_cannot_be_name_the_constraints_that_contradict():
     model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
-    low, high = (
-        (model.preload[0] <= 1.0).set_label("strength"),
-        (model.preload[0] >= 2.0).set_label("seal"),
-    )
+    low = (model.preload[0] <= 1.0).set_label("strength")
+    high = (model.preload[0] >= 2.0).set_label("seal")
     with pytest.raises(fo.ModelError, match=r"^strength, seal: they contradict each other"):
         model.solve(0.5, [low, model.preload[1] <= 5.0, high])
     with pytest.raises(
@@ -120,9 +118,8 @@ def test_designs_in_space_that_cannot_be_are_named():
             ],
         )
     shaped = fo.DesignModel(contact, cycle(), profile=True)
-    none = shaped.solve(
-        [0.5, 0.0], [cp.abs(shaped.profile) <= 0.1]
-    )  # node 1 has no friction, and the cyclic load shears it
+    # Node 1 has no friction, and the cyclic load shears it.
+    none = shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])
     assert max(none.load_factor, none.bound) < 1e-9 and none.residual <= 1e-9
 
 
@@ -143,10 +140,8 @@ def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
 )
 def test_a_design_beyond_its_rows_or_without_its_bound_is_no_answer(which, monkeypatch):
     """Safe at the right load factor all the same."""
-    model, told = (
-        fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"]),
-        [],
-    )
+    model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
+    told = []
     rows = [model.preload >= 0.0, cp.sum(model.preload) <= 3.0]
     assert model.solve(0.5, rows).load_factor == pytest.approx(1.0)
 

@@ -39,10 +39,8 @@ def with_a_bolt(seed, nodes):
 def test_the_search_begins_without_a_design_too(seed):
     """All nodes closed have a design, a worse one. Whatever the bound, no design obeys it."""
     system = pulled_open(seed)
-    model, least = (
-        fo.DesignModel(system, CYCLE, preloads=["cyclic"]),
-        fo.shakedown_limit(system, CYCLE, 0.5).load_factor,
-    )
+    model = fo.DesignModel(system, CYCLE, preloads=["cyclic"])
+    least = fo.shakedown_limit(system, CYCLE, 0.5).load_factor
     for most in (0.01, 1.0, 100.0):
         design = model.solve(0.5, [cp.abs(model.preload) <= most])
         assert design.load_factor >= least * (1 - 1e-6)
@@ -81,7 +79,8 @@ def test_without_a_bound_there_is_a_design_where_a_bounded_one_is():
     loads = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0, 0])}
     system = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], loads)
     asked = 0.5 * fo.shakedown_limit(system, CYCLE, 0.6, slip_bound=10.0).load_factor
-    model, found = fo.DesignModel(system, CYCLE, preloads=["cyclic"], slip_bound=10.0), []
+    model = fo.DesignModel(system, CYCLE, preloads=["cyclic"], slip_bound=10.0)
+    found = []
     for most in (20.0, 50.0, 1e4):
         design = model.solve(
             0.6,
@@ -109,18 +108,15 @@ def test_the_multiplier_of_an_own_row_is_its_price():
         "b": ([0.7], [-0.9]),
     }
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.6]], [[1.0]], [0.0], loads)
-    model, budget = (
-        fo.DesignModel(
-            node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), preloads=["one", "two"]
-        ),
-        cp.Parameter(value=1.0),
+    model = fo.DesignModel(
+        node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), preloads=["one", "two"]
     )
+    budget = cp.Parameter(value=1.0)
     row = cp.sum(model.preload) <= budget
     design = model.solve(0.8, [row, model.preload >= 0])
     dual, preload = float(row.dual_value), model.preload.value
     budget.value += 1e-5
     rate = (model.solve(0.8, [row, model.preload >= 0]).load_factor - design.load_factor) / 1e-5
-    assert dual == pytest.approx(rate, rel=1e-3) and float(
-        design.prices["constraints[0]"]
-    ) == pytest.approx(dual, rel=1e-9)
+    assert dual == pytest.approx(rate, rel=1e-3)
+    assert float(design.prices["constraints[0]"]) == pytest.approx(dual, rel=1e-9)
     assert preload == pytest.approx(design.preload.to_numpy(), abs=1e-12)

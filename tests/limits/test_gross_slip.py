@@ -26,9 +26,8 @@ def proves(found, system, friction, r0, r1):
     give the bound."""
     *v, w = found.phi
     assert np.abs(system.S @ found.phi.ravel()).max() <= 1e-9 * np.abs(system.S).max()
-    assert (w >= friction * np.linalg.norm(v, axis=0) - 1e-8).all() and np.linalg.norm(
-        found.phi, axis=0
-    ).max() == pytest.approx(1.0)
+    assert (w >= friction * np.linalg.norm(v, axis=0) - 1e-8).all()
+    assert np.linalg.norm(found.phi, axis=0).max() == pytest.approx(1.0)
     assert found.phi.ravel() @ r1 < 0
     assert -(found.phi.ravel() @ r0) / (found.phi.ravel() @ r1) == pytest.approx(
         found.load_factor, rel=1e-7
@@ -53,30 +52,24 @@ def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
         *(joined(*system.reaction(load)) for load in ({"P": 3.0}, {"Q": -2.0})),
     )
     (row,) = found.motion.to_dict("records")
-    assert ("by a turn about" in found.reason) is turns and (
-        "along (-1, 0" in found.reason
-    ) is not turns
+    assert ("by a turn about" in found.reason) is turns
+    assert ("along (-1, 0" in found.reason) is not turns
     if turns:
-        assert row["at_x"] == pytest.approx(-1.0, abs=1e-6) and abs(row["turn"]) == pytest.approx(
-            0.5, rel=1e-6
-        )
+        assert row["at_x"] == pytest.approx(-1.0, abs=1e-6)
+        assert abs(row["turn"]) == pytest.approx(0.5, rel=1e-6)
         assert row["turn"] > 0 if axes == 2 else row["turn"] * row["y"] < 0
     else:
-        assert (
-            row["x"] == pytest.approx(-1.0)
-            and row["lift"] == pytest.approx(friction * row["slide"])
-            and row["turn"] == 0
-        )
+        assert row["x"] == pytest.approx(-1.0)
+        assert row["lift"] == pytest.approx(friction * row["slide"])
+        assert row["turn"] == 0
 
 
 def two_blocks(rng, **more):
     """Two blocks side by side, each with its own weight; the push is on the second."""
     one, other = block(rng), block(rng)
     n = one.nodes
-    S, loads = (
-        np.zeros((2, 2 * n, 2, 2 * n)),
-        {name: np.zeros((2, 2 * n)) for name in ("P1", "P2", "Q")},
-    )
+    S = np.zeros((2, 2 * n, 2, 2 * n))
+    loads = {name: np.zeros((2, 2 * n)) for name in ("P1", "P2", "Q")}
     for at, system, names in (
         (slice(n), one, {"P1": "P"}),
         (slice(n, None), other, {"P2": "P", "Q": "Q"}),
@@ -98,15 +91,11 @@ def two_blocks(rng, **more):
 def test_of_two_blocks_the_one_that_is_pushed_slides():
     system = two_blocks(np.random.default_rng(1))
     found = fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3)
-    assert (
-        found.load_factor == pytest.approx(2.1)
-        and found.motion["contact"].tolist() == ["right"]
-        and found.motion["nodes"].tolist() == [5]
-    )
-    assert (
-        "body 1 moves at right along (1, 0)" in found.reason
-        and np.abs(found.phi[:, :5]).max() < 1e-9
-    )
+    assert found.load_factor == pytest.approx(2.1)
+    assert found.motion["contact"].tolist() == ["right"]
+    assert found.motion["nodes"].tolist() == [5]
+    assert "body 1 moves at right along (1, 0)" in found.reason
+    assert np.abs(found.phi[:, :5]).max() < 1e-9
     assert found.to_frame().equals(found.motion)
     for pushed in (["right"], ["left", "right"]):
         assert fo.gross_slip(
@@ -115,10 +104,8 @@ def test_of_two_blocks_the_one_that_is_pushed_slides():
     alone = fo.gross_slip(
         system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=["left"]
     )
-    assert (
-        alone.load_factor == pytest.approx(0.0, abs=1e-9)
-        and "with friction at left alone" in alone.reason
-    )
+    assert alone.load_factor == pytest.approx(0.0, abs=1e-9)
+    assert "with friction at left alone" in alone.reason
 
 
 @pytest.mark.parametrize("axes", few([3, 2], 1))
@@ -126,16 +113,18 @@ def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes)
     """A plate between two flat faces: each holds f P, whether the force P clamps it or rigid jaws
     do, whose pressure statics cannot know."""
     n, frames, under = 3, np.eye(axes), np.arange(6) < 3
+    # The upper face presses downwards.
     both = np.where(
         under[:, None, None], frames, frames * np.r_[-1.0, np.ones(axes - 2), -1.0][:, None]
-    )  # the upper face presses downwards
+    )
     points = np.zeros((2 * n, axes))
     points[:, 0], points[n:, -1] = np.tile([-1.0, 0.0, 1.0], 2), 1.0
     along, up = (np.einsum("nak,k->an", both, axis) for axis in (frames[0], frames[-1]))
     press = np.einsum("nak,nk->an", both, both[:, -1]).ravel() / n
     for jaws, motions in ((True, (along, up)), (False, (along, up * under, up * ~under))):
         free = np.column_stack([motion.ravel() for motion in motions])
-        S, names = np.eye(len(free)) - free @ np.linalg.pinv(free), np.repeat(["under", "over"], n)
+        S = np.eye(len(free)) - free @ np.linalg.pinv(free)
+        names = np.repeat(["under", "over"], n)
         system = fo.ContactSystem(
             S, points, {"P": press, "Q": -along.ravel() / (2 * n)}, frames=both, contact=names
         )
@@ -173,9 +162,8 @@ def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_l
     if held:
         assert forces[1] == pytest.approx([0.5, 0.5], abs=1e-6)
         along = np.einsum("an,nak->nk", forces, system.frames)
-        assert along[0] == pytest.approx(-along[1], abs=1e-5) and along[0, 1] == pytest.approx(
-            0.0, abs=1e-5
-        )
+        assert along[0] == pytest.approx(-along[1], abs=1e-5)
+        assert along[0, 1] == pytest.approx(0.0, abs=1e-5)
 
 
 def test_what_has_no_forces_in_balance_is_asked_no_transients(monkeypatch):
@@ -211,11 +199,9 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
     pressure = 210e3 * interference / (2 * 10.0) * (1 - 10.0**2 / 25.0**2)
     force = friction * pressure * 2 * np.pi * 10.0 * 60.0
     assert 1000.0 * found.load_factor == pytest.approx(force, rel=0.1)
-    assert (
-        found.bound == np.inf
-        and "equilibrium does not determine the pressure of the fit" in found.reason
-        and "finds no continuation above" in found.reason
-    )
+    assert found.bound == np.inf
+    assert "equilibrium does not determine the pressure of the fit" in found.reason
+    assert "finds no continuation above" in found.reason
     *q, p = found.self_stress
     assert p.sum() == pytest.approx(1.0) and (np.abs(q) <= friction * p + 1e-6).all()
     below, above = (found.load_factor * (1 + way * 5e-4) for way in (-1, 1))
@@ -226,10 +212,8 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
 
 def test_the_scene_of_a_press_fit_slides_off():
     """The value of transients of one cycle each, in a bisection of their own."""
-    system, cycle = (
-        fo.scenes.PressFit(elements=20).condense(),
-        fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]),
-    )
+    system = fo.scenes.PressFit(elements=20).condense()
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
     low, high = 1.0, 2.0
     for _ in range(11):
         middle = (low + high) / 2
@@ -244,9 +228,10 @@ def test_the_scene_of_a_press_fit_slides_off():
         system, fo.LoadCycle({"fit": 1.0}, [{"tension": 1.0}, {"tension": -1.0}]), 0.3
     )
     assert tension.load_factor == np.inf and tension.self_stress is None  # which drives no motion
+    # A collar that is loose.
     assert np.isnan(
         fo.gross_slip(system, fo.LoadCycle({"fit": -1.0}, cycle.corners), 0.3).load_factor
-    )  # a collar that is loose
+    )
     assert fo.shakedown_limit(system, cycle, 0.3).bound_for_all == np.inf  # from any start
 
 
@@ -282,7 +267,8 @@ def test_random_faces_in_the_plane_agree_with_scipy():
         x = np.sort(rng.uniform(-1, 1, n))
         points, normals = np.column_stack([x, 0.3 * x**2]), np.column_stack([-0.6 * x, np.ones(n)])
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        friction, motions = rng.uniform(0.0, 0.8, n), rigid(points, normals)[0]
+        friction = rng.uniform(0.0, 0.8, n)
+        motions = rigid(points, normals)[0]
         loads = {
             name: rng.normal(size=2 * n) + press * np.repeat([0.0, 1.0], n)
             for name, press in (("m", 1.5), ("a", 0.2), ("b", 0.0), ("c", 0.0))
@@ -293,10 +279,8 @@ def test_random_faces_in_the_plane_agree_with_scipy():
             [{"a": 1.0}, {"b": 1.0}],
             fixed=None if seed % 2 else [{"c": 0.2}, {"c": -0.2}],
         )
-        found, r0 = (
-            fo.gross_slip(system, cycle, friction),
-            [joined(*system.reaction(load)) for load in cycle.unscaled] * 2,
-        )
+        found = fo.gross_slip(system, cycle, friction)
+        r0 = [joined(*system.reaction(load)) for load in cycle.unscaled] * 2
         r1 = [joined(*system.reaction(load)) for load in cycle.corners]
         most, least = (
             np.array(
@@ -305,21 +289,16 @@ def test_random_faces_in_the_plane_agree_with_scipy():
             for low in (False, True)
         )
         if np.isnan(most).any() or least.max() > most.min():
-            assert (
-                np.isnan(found.load_factor)
-                and np.isnan(found.least)
-                and "no load factor has a state of rest" in found.reason
-            )
+            assert np.isnan(found.load_factor)
+            assert np.isnan(found.least)
+            assert "no load factor has a state of rest" in found.reason
             kinds.append("none" if np.isnan(most).any() else "apart")
             if np.isnan(most).any():
-                assert (
-                    found.phi.ravel() @ r0[found.corner] < 0
-                    and found.phi.ravel() @ r1[found.corner] < 1e-9
-                )
+                assert found.phi.ravel() @ r0[found.corner] < 0
+                assert found.phi.ravel() @ r1[found.corner] < 1e-9
             continue
-        assert found.load_factor == pytest.approx(
-            most.min(), rel=1e-7
-        ) and found.least == pytest.approx(least.max(), rel=1e-7, abs=1e-9)
+        assert found.load_factor == pytest.approx(most.min(), rel=1e-7)
+        assert found.least == pytest.approx(least.max(), rel=1e-7, abs=1e-9)
         assert (found.least > 0) is ("; below" in found.reason)
         kinds.append(
             "inf" if found.load_factor == np.inf else "from 0" if found.least == 0 else "interval"
@@ -334,16 +313,16 @@ def test_random_faces_in_space_agree_with_the_program_of_the_motions():
     for seed in range(few(20)):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(3, 8))
-        points, normals = (
-            rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2],
-            rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1],
-        )
+        points = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2]
+        normals = rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        motions, friction = rigid(points, normals)[0], rng.uniform(0.1, 0.6, n)
+        motions = rigid(points, normals)[0]
+        friction = rng.uniform(0.1, 0.6, n)
         press = np.repeat([0.0, 0.0, 1.0], n)
         system = body(rng, points, normals, {"P": 2 * press, "Q": rng.normal(size=3 * n)})
         found = fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), friction)
-        y, (r0, r1) = cp.Variable(6), (joined(*system.bonded[name]) for name in "PQ")
+        y = cp.Variable(6)
+        (r0, r1) = (joined(*system.bonded[name]) for name in "PQ")
         v1, v2, w = (motions[at * n : (at + 1) * n] @ y for at in range(3))
         rows = [
             cp.norm(cp.vstack([v1, v2]), axis=0) <= cp.multiply(1 / friction, w),
@@ -430,20 +409,17 @@ def test_guided_bodies_slide_off_at_the_same_load_whatever_the_size_of_its_unit(
 def test_held_bodies_never_slide_off():
     system = fo.scenes.PinInPlate(elements=8).condense()
     held = replace(PUNCH, S=PUNCH.S + np.eye(len(PUNCH.S)))
-    free = fo.gross_slip(
-        PUNCH, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5
-    )  # which pulls the block alone
+    # Which pulls the block alone.
+    free = fo.gross_slip(PUNCH, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5)
     for found in (
         fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5),
         fo.gross_slip(system, fo.LoadCycle({}, [{"Fx": 1.0}]), 0.5),
         free,
     ):
-        assert (
-            found.load_factor == found.bound == np.inf
-            and not found.phi.any()
-            and found.motion.empty
-            and found.corner == -1
-        )
+        assert found.load_factor == found.bound == np.inf
+        assert not found.phi.any()
+        assert found.motion.empty
+        assert found.corner == -1
     assert (
         "supports hold the bodies"
         in fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5).reason
@@ -501,9 +477,10 @@ def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
 def test_a_punch_rests_just_below_it_and_has_no_state_just_above(friction):
     cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
     found = fo.gross_slip(PUNCH, cycle, friction)
+    # f P / Q.
     assert found.load_factor == pytest.approx(
         friction * PUNCH.bonded["P"][1].sum() / abs(PUNCH.bonded["Q"][0].sum()), rel=1e-9
-    )  # f P / Q
+    )
     assert fo.march(PUNCH, cycle, friction, 0.999 * found.load_factor, cycles=1).residual <= 1e-9
     with pytest.raises(fo.NoContinuation):
         fo.march(PUNCH, cycle, friction, 1.001 * found.load_factor, cycles=1)
@@ -616,7 +593,8 @@ def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
     """And a flat punch that changes no pressure slips as soon as it slides off: its limit is that
     of all states."""
     rng = np.random.default_rng(seed)
-    contact, cycle = block(rng, nodes=4, axes=2 + seed % 2), fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
+    contact = block(rng, nodes=4, axes=2 + seed % 2)
+    cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
     limit = fo.shakedown_limit(contact, cycle, float(rng.uniform(0.1, 0.6)))
     assert not limit.load_factor > limit.bound_for_all * (1 + 1e-9)
     assert limit.proven == (limit.load_factor >= limit.bound_for_all * (1 - 2e-6))
@@ -625,11 +603,9 @@ def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
 def test_limits_of_all_states_and_of_some():
     held = fo.scenes.PinInPlate(elements=8).condense()
     limit = fo.shakedown_limit(held, fo.LoadCycle({"fit": 1.0}, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.5)
-    assert (
-        limit.bound_for_all == np.inf
-        and not limit.proven
-        and "with all nodes closed" in limit.covers
-    )
+    assert limit.bound_for_all == np.inf
+    assert not limit.proven
+    assert "with all nodes closed" in limit.covers
     rigid = fo.ContactSystem.from_blocks(
         np.zeros((2, 2)),
         np.zeros((2, 2)),

@@ -65,17 +65,16 @@ def test_published_instances(data, friction, lower, upper, simplify):
 )
 def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, f, most):
     rng = np.random.default_rng(seed)
-    contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b")), random_cycle(rng, corners)
+    contact = random_system(rng, nodes, loads=("mean", "a", "b"))
+    cycle = random_cycle(rng, corners)
     friction = f * rng.uniform(0.5, 1.5, nodes)
     status, shakedown = linprog_limit(contact, cycle, friction, most)
     if status == 2:
         limit = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most)
-        assert (
-            np.isnan(limit.load_factor)
-            and not limit.proven
-            and np.isnan(limit.reactions).all()
-            and limit.kind is fo.LimitKind.NO_SAFE_SLIP
-        )
+        assert np.isnan(limit.load_factor)
+        assert not limit.proven
+        assert np.isnan(limit.reactions).all()
+        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
         return
     least = least_by_node(contact, cycle, friction, most)
     for simplify in (True, False):
@@ -108,12 +107,11 @@ def test_bounds_of_the_nodes_hold_on_a_finer_mesh(punch, paper_cycle, friction):
     check(every)
     assert np.all(limit.to_frame().load_factor <= every.to_frame().load_factor * (1 + 1e-8) + 1e-12)
     assert len(limit.record.attempts) < len(every.record.attempts)
-    how, left_out = limit.to_frame().how, " ".join(limit.record.left_out)
-    assert (
-        (how == "left out by its bound").any()
-        and "lower bound" in left_out
-        and "lower bound" not in " ".join(every.record.left_out)
-    )
+    how = limit.to_frame().how
+    left_out = " ".join(limit.record.left_out)
+    assert (how == "left out by its bound").any()
+    assert "lower bound" in left_out
+    assert "lower bound" not in " ".join(every.record.left_out)
 
 
 def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper_cycle):
@@ -129,20 +127,15 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
         check(limit)
         assert np.abs(limit.slip).max() <= most
     assert limits[0] == pytest.approx(free.load_factor, rel=1e-8)
-    assert (
-        np.all(np.diff(limits) >= -1e-9)
-        and limits[2] > 1.05 * free.load_factor
-        and limits[-1] <= free.shakedown.load_factor
-    )
-    nothing = fo.guaranteed_limit(
-        contact, paper_cycle, 0.5, slip_bound=0.0
-    )  # some nodes slip under P alone
-    assert (
-        nothing.kind is fo.LimitKind.NO_SAFE_SLIP
-        and not nothing.proven
-        and np.isnan(nothing.load_factor)
-        and np.isnan(nothing.reactions).all()
-    )
+    assert np.all(np.diff(limits) >= -1e-9)
+    assert limits[2] > 1.05 * free.load_factor
+    assert limits[-1] <= free.shakedown.load_factor
+    # Some nodes slip under P alone.
+    nothing = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=0.0)
+    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP
+    assert not nothing.proven
+    assert np.isnan(nothing.load_factor)
+    assert np.isnan(nothing.reactions).all()
     only = np.where(np.arange(17) == 8, 0.0, 1e3)
     assert fo.guaranteed_limit(
         contact, paper_cycle, 0.5, slip_bound=only
@@ -153,9 +146,8 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_each_solver_alone_is_named(punch, paper_cycle, ask, solver):
     limit = ask(punch(16), paper_cycle, 0.5, solver=solver)
-    assert limit.record.solver == solver and {
-        attempt.solver for attempt in limit.record.attempts
-    } == {solver}
+    assert limit.record.solver == solver
+    assert {attempt.solver for attempt in limit.record.attempts} == {solver}
     assert limit.load_factor == pytest.approx(
         ask(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8
     )
@@ -165,15 +157,13 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
     right = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
     lying(monkeypatch, sloppy(1e-6))
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-    assert limit.record.attempts[
-        -1
-    ].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(
-        right.load_factor, rel=1e-8
-    )
+    assert limit.record.attempts[-1].outcome == "refined on the vertex"
+    assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
+    # Those of nodes have equations.
     lying(
         monkeypatch,
         lambda program, *_: "infeasible" if program.zero and not is_excess(program) else None,
-    )  # those of nodes have equations
+    )
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
 
@@ -204,11 +194,9 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     ]
     text, node = explained(second), second.node
     assert f"critical_q: q0[{node}] + q_r[{node}] == load_factor * c\n" in text
-    assert (
-        f"critical_p: p0[{node}] + p_r[{node}] == load_factor * rho\n" in text
-        and "rows bind" in text
-        and f"{second.load_factor:.12g}" in text
-    )
+    assert f"critical_p: p0[{node}] + p_r[{node}] == load_factor * rho\n" in text
+    assert "rows bind" in text
+    assert f"{second.load_factor:.12g}" in text
 
 
 def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):

@@ -90,9 +90,8 @@ def test_the_mixed_integer_program_against_enumeration(seed):
     limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
     found = lower_bound(contact, CYCLE, 0.4, 3 * limit.shakedown.load_factor, witnessed=True)
     expected = least_by_enumeration(contact, CYCLE, 0.4)
-    assert found.load_factor == pytest.approx(expected, rel=1e-6) and found.found == pytest.approx(
-        expected, rel=1e-6
-    )
+    assert found.load_factor == pytest.approx(expected, rel=1e-6)
+    assert found.found == pytest.approx(expected, rel=1e-6)
     assert limit.load_factor == pytest.approx(expected, rel=1e-6)
 
 
@@ -105,10 +104,8 @@ def test_every_state_lies_within_the_derived_bounds(least_friction):
     for _ in range(12):
         contact = random_system(rng, 3)
         friction = rng.uniform(least_friction, 12 * least_friction)
-        bounds, (force, length) = (
-            periodic_bounds(contact, CYCLE, friction, 5.0),
-            oracles.units(contact, CYCLE),
-        )
+        bounds = periodic_bounds(contact, CYCLE, friction, 5.0)
+        (force, length) = oracles.units(contact, CYCLE)
         for load_factor in (0.0, 2.5, 5.0):
             path = fo.march(
                 contact,
@@ -119,11 +116,9 @@ def test_every_state_lies_within_the_derived_bounds(least_friction):
                 cycles=3,
             )
             corner = (path.time >= 0) & (path.time == np.round(path.time))
-            slip, gap, p = (
-                path.slip[corner] / length,
-                path.gap[corner] / length,
-                path.p[corner] / force,
-            )
+            slip = path.slip[corner] / length
+            gap = path.gap[corner] / length
+            p = path.p[corner] / force
             assert (slip >= bounds.slip_low).all() and (slip <= bounds.slip_high).all()
             assert (gap <= bounds.gap_high).all() and (p <= bounds.pressure_high).all()
             tight = min(tight, float((bounds.pressure_high / p.max(axis=0)).min()))

@@ -15,9 +15,8 @@ from helpers.guaranteed import check
 from helpers.spatial import random_contact
 from validation.followed import random_contact as centred
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore:Solution may be inaccurate"
-)  # of the cone programs that are compared with
+# Of the cone programs that are compared with.
+pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 
 TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
 
@@ -33,11 +32,9 @@ def state_of(q1, p1, f):
 def least_of_node(contact, loads, f, node, *, most=None, own=()):
     """The least load factor at which a node is critical, by a cone program over raw slips; inf
     where it never is, or only lifts off."""
-    (q0, p0), (q1, p1), n = (
-        loads.mean_reaction(contact),
-        loads.corner_reactions(contact),
-        contact.nodes,
-    )
+    (q0, p0) = loads.mean_reaction(contact)
+    (q1, p1) = loads.corner_reactions(contact)
+    n = contact.nodes
     rho, c = state_of(q1[:, node], p1[:, node], f[node])
     if rho <= (-p1[:, node]).max() + 1e-8:
         return np.inf
@@ -80,34 +77,26 @@ def test_one_cone_program_for_each_node(seed):
 def test_one_node_that_its_equations_fix(seed):
     """Three equations give its critical slip and its load factor; nothing else is free in the
     program, whose solver may leave few digits of them."""
-    S, m, a = (
-        [[1.76, 0.21, 0.26], [0.21, 1.07, 0.52], [0.26, 0.52, 0.74]],
-        [0.7, -0.8, -0.3],
-        [-0.2, 0.1, -1.6],
-    )
+    S = [[1.76, 0.21, 0.26], [0.21, 1.07, 0.52], [0.26, 0.52, 0.74]]
+    m = [0.7, -0.8, -0.3]
+    a = [-0.2, 0.1, -1.6]
     rng = np.random.default_rng(seed)
     m, a = (np.array(load) + (0.1 * rng.normal(size=3) if seed else 0.0) for load in (m, a))
-    node, loads = (
-        fo.ContactSystem(S, [[0, 0, 0]], {"m": m, "a": a}),
-        fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}]),
-    )
+    node = fo.ContactSystem(S, [[0, 0, 0]], {"m": m, "a": a})
+    loads = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
     f, shear = 0.1, np.linalg.norm(a[:2])
-    needs = np.r_[
-        f * a[2] * a[:2] / shear, shear / f
-    ]  # c and rho: `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`
+    # C and rho: `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`.
+    needs = np.r_[f * a[2] * a[:2] / shear, shear / f]
     slip, lam = np.split(np.linalg.solve(np.c_[np.array(S)[:, :2], -needs], -m), [2])
     limit = fo.guaranteed_limit(node, loads, f)
     if lam > 0:
-        assert (
-            limit.node == 0
-            and limit.load_factor == pytest.approx(lam[0], rel=1e-6)
-            and limit.slip[0] == pytest.approx(slip, rel=1e-6)
-        )
+        assert limit.node == 0
+        assert limit.load_factor == pytest.approx(lam[0], rel=1e-6)
+        assert limit.slip[0] == pytest.approx(slip, rel=1e-6)
         check(limit)
     else:
-        assert limit.node is None and np.isnan(limit.load_factor) == np.isnan(
-            limit.shakedown.load_factor
-        )
+        assert limit.node is None
+        assert np.isnan(limit.load_factor) == np.isnan(limit.shakedown.load_factor)
 
 
 @settings(max_examples=few(10))
@@ -123,10 +112,8 @@ def test_one_node_and_two_corners_in_closed_form(seed):
     loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}])
     (q0, p0), (q1, _) = loads.mean_reaction(contact), loads.corner_reactions(contact)
     reach = np.linalg.solve(contact.A, contact.B[0])
-    lift, drop = (
-        p0[0] - reach @ q0[0],
-        np.linalg.norm(q1[0, 0] - q1[1, 0]) / (2 * f) + reach @ (q1[0, 0] + q1[1, 0]) / 2,
-    )
+    lift = p0[0] - reach @ q0[0]
+    drop = np.linalg.norm(q1[0, 0] - q1[1, 0]) / (2 * f) + reach @ (q1[0, 0] + q1[1, 0]) / 2
     limit = fo.guaranteed_limit(contact, loads, f)
     critical = lift / drop if drop > 0 and lift > 0 else np.inf
     if limit.node is not None:
@@ -140,7 +127,8 @@ def test_one_node_and_two_corners_in_closed_form(seed):
 @pytest.mark.parametrize("apart", [0.0, 0.3, 3.0])
 def test_the_smallest_disc_around_discs(corners, apart):
     rng = np.random.default_rng([corners, int(10 * apart)])
-    centres, radii = rng.normal(size=(40, corners, 2)), apart * rng.normal(size=(40, corners))
+    centres = rng.normal(size=(40, corners, 2))
+    radii = apart * rng.normal(size=(40, corners))
     middle, size = smallest_discs(centres, radii)
     assert (
         np.abs(
@@ -153,9 +141,8 @@ def test_the_smallest_disc_around_discs(corners, apart):
     ]:
         if apart == 0 and corners < 8:
             known = smallest_circle(one)
-            assert radius == pytest.approx(known[1], abs=1e-12) and found == pytest.approx(
-                known[0], abs=1e-9
-            )
+            assert radius == pytest.approx(known[1], abs=1e-12)
+            assert found == pytest.approx(known[0], abs=1e-9)
         elif apart > 0:
             assert radius == pytest.approx(state_of(-one, -around, 1.0)[0], rel=1e-7)
 
@@ -204,18 +191,14 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
     most = 0.7 * free.largest_slip
     limit = fo.guaranteed_limit(contact, loads, f, slip_bound=most)
     least = min(least_of_node(contact, loads, f, node, most=most) for node in range(contact.nodes))
-    assert (
-        limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6)
-        and limit.load_factor > free.load_factor
-    )
+    assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6)
+    assert limit.load_factor > free.load_factor
     model = fo.GuaranteedModel(contact, loads)
     own = model.solve(f, [model.slip[0, 0] >= free.slip[0, 0] + 0.1])
     rows = [lambda slip: slip[0, 0] >= free.slip[0, 0] + 0.1]
     least = min(least_of_node(contact, loads, f, node, own=rows) for node in range(contact.nodes))
-    assert (
-        own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6)
-        and own.constraints
-    )
+    assert own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6)
+    assert own.constraints
 
 
 def test_it_is_verified_from_a_load_inside_the_cycle():
@@ -223,11 +206,9 @@ def test_it_is_verified_from_a_load_inside_the_cycle():
     contact, _, f = centred(2, most=3)
     outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
     found = fo.verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)
-    assert (
-        found.dies_out
-        and found.persists
-        and found.starts.shape == (len(found.runs), contact.nodes, 2)
-    )
+    assert found.dies_out
+    assert found.persists
+    assert found.starts.shape == (len(found.runs), contact.nodes, 2)
     assert set(found.runs["start"]) == {
         "witness",
         "moved witness",
@@ -240,22 +221,18 @@ def test_it_is_verified_from_a_load_inside_the_cycle():
 def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
     contact, loads, f = centred(192, most=4)
     limit = fo.guaranteed_limit(contact, loads, f)
-    assert (
-        limit.load_factor == 0
-        and f"residual slip of up to {limit.largest_slip:.3g}" in limit.reason
-        and "after_overload" in limit.reason
-    )
+    assert limit.load_factor == 0
+    assert f"residual slip of up to {limit.largest_slip:.3g}" in limit.reason
+    assert "after_overload" in limit.reason
     q, p = limit.reactions
     assert np.abs(q[:, limit.node]).max() < 1e-8 and np.abs(p[:, limit.node]).max() < 1e-8
     after = fo.after_overload(limit)
     left = np.linalg.norm(
         fo.march(contact, loads, f, limit.shakedown.load_factor, cycles=1).slip[-1], axis=1
     ).max()
-    assert (
-        left < limit.largest_slip
-        and after.load_factor > 0
-        and after.largest_slip <= left * (1 + 1e-9)
-    )
+    assert left < limit.largest_slip
+    assert after.load_factor > 0
+    assert after.largest_slip <= left * (1 + 1e-9)
     assert after.load_factor == pytest.approx(
         fo.guaranteed_limit(contact, loads, f, slip_bound=left).load_factor, rel=1e-7
     )

@@ -41,10 +41,8 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, s
     assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node is None
     if own:
         assert limit.to_frame().how[0] == "only at the least safe load factor"
-        assert (
-            not limit.proven
-            and "; 1 node is critical only at the least safe load factor 0" in limit.reason
-        )
+        assert not limit.proven
+        assert "; 1 node is critical only at the least safe load factor 0" in limit.reason
     for load_factor in (1e-3, 0.1, 1.0, 3.0):
         for size in (1e-6, 1e-3, 0.1, 1.0):
             slip = size * load_factor * rng.normal(size=2)
@@ -59,28 +57,24 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     of +- lam / 2: it slips to and fro by lam / 2."""
     contact = two_nodes(0.0, other)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
-    assert (
-        limit.load_factor == 0
-        and limit.node == 0
-        and limit.shakedown.load_factor > 1
-        and not limit.proven
-    )
+    assert limit.load_factor == 0
+    assert limit.node == 0
+    assert limit.shakedown.load_factor > 1
+    assert not limit.proven
     for load_factor in (1e-3, 1e-2):
         steady = follow(contact, PRESSED, 1.0, load_factor, [0.0, -0.75 * load_factor / other])
-        assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
-            load_factor**2 / 4, rel=1e-6
-        )
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+        assert steady.dissipation == pytest.approx(load_factor**2 / 4, rel=1e-6)
     at, witness = limit.witness_above_least(1e-2)
-    assert (
-        0 < at <= 1e-2
-        and oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
-    )
+    assert 0 < at <= 1e-2
+    assert oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
     assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
     outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
+    # Of a load that presses, less is worse.
     assert outcomes == [
         fo.Outcome.CYCLIC_SLIP,
         fo.Outcome.SHAKEDOWN,
-    ]  # of a load that presses, less is worse
+    ]
     assert fo.verify(limit, starts=0, moved=0).persists
 
 

@@ -71,11 +71,9 @@ def test_two_uncoupled_nodes_by_hand(contact, simplify):
     limit = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify, open=closed)
     assert (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3), rel=1e-12)
     assert limit.record.solver == "HIGHS"
-    assert (
-        "no slip is safe below 1.25: " in limit.reason
-        and "no residual slip is safe above it" in limit.reason
-        and "least=1.25" in repr(limit)
-    )
+    assert "no slip is safe below 1.25: " in limit.reason
+    assert "no residual slip is safe above it" in limit.reason
+    assert "least=1.25" in repr(limit)
     for load_factor, safe in ((1.2, False), (1.3, True), (1.6, True), (1.7, False)):
         assert fo.steady_state(contact, PRESSING, 0.5, load_factor).outcome.name == (
             "SHAKEDOWN" if safe else "CYCLIC_SLIP"
@@ -86,11 +84,9 @@ def test_two_uncoupled_nodes_by_hand(contact, simplify):
 @pytest.mark.parametrize("solver", [None, "HIGHS", "CLARABEL", "HIGHS_IPM"])
 def test_one_node_without_a_largest_load_factor(solver):
     limit = fo.shakedown_limit(NODE, PULL, 0.5, solver=solver)  # 0.1 lam <= 0.5 (lam - 1)
-    assert (
-        limit.kind is fo.LimitKind.UNBOUNDED
-        and limit.least == pytest.approx(1.25, rel=1e-9)
-        and limit.residual <= 1e-9
-    )
+    assert limit.kind is fo.LimitKind.UNBOUNDED
+    assert limit.least == pytest.approx(1.25, rel=1e-9)
+    assert limit.residual <= 1e-9
     assert limit.reason.startswith(
         "the shakedown limit is infinite: every load factor from 1.25 on has a safe residual slip; at no node does the cyclic"
     )
@@ -123,10 +119,8 @@ def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f,
             assert limit.least <= least * (1 + 1e-7) + 1e-8
             assert limit.load_factor >= largest * (1 - 1e-7) - 1e-8
             continue
-        assert (
-            limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
-            and limit.residual <= 1e-9
-        )
+        assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
+        assert limit.residual <= 1e-9
         assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
@@ -135,9 +129,8 @@ def test_constraints_may_leave_no_small_load_factor():
     whole = model.solve(0.4)
     assert whole.least == 0
     limit = model.solve(0.4, [(model.load_factor >= 0.25 * whole.load_factor).set_label("more")])
-    assert limit.least == pytest.approx(0.25 * whole.load_factor) and limit.reason.endswith(
-        f"no slip is safe below {limit.least:.6g}"
-    )
+    assert limit.least == pytest.approx(0.25 * whole.load_factor)
+    assert limit.reason.endswith(f"no slip is safe below {limit.least:.6g}")
     chosen = model.solve(
         0.4, [model.load_factor == 0.5 * whole.load_factor], objective=-cp.norm1(model.slip)
     )
@@ -153,9 +146,8 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
     printed = explained(limit)
     assert "values      none here" not in printed
     rows = {row.label: row.dual_value for row in limit.problem.constraints}
-    assert rows["load_factor"] == pytest.approx(
-        0.0, abs=1e-9
-    ) and limit.problem.value == pytest.approx(limit.load_factor, rel=1e-9)
+    assert rows["load_factor"] == pytest.approx(0.0, abs=1e-9)
+    assert limit.problem.value == pytest.approx(limit.load_factor, rel=1e-9)
     q, p = limit.reactions
     names = [
         row.label
@@ -164,10 +156,8 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
     ]
     for name in names:  # the multipliers are those of the limit
         corner = int(name[len("stuck[") : -1])
-        assert (
-            np.abs((0.5 * p - np.abs(q))[corner] * rows[name]).max() < 1e-9
-            and (rows[name] >= -1e-9).all()
-        )
+        assert np.abs((0.5 * p - np.abs(q))[corner] * rows[name]).max() < 1e-9
+        assert (rows[name] >= -1e-9).all()
     assert names and np.sum([np.sum(rows[name]) for name in names]) > 0.1
 
 
@@ -218,18 +208,14 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
     assert limit.proven and (limit.least, limit.load_factor) == pytest.approx((0.0, 1.0))
     check = fo.verify(limit, starts=20, moved=0)
     runs = check.runs
-    assert (
-        check.dies_out
-        and check.persists
-        and set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {0.98}
-    )
+    assert check.dies_out
+    assert check.persists
+    assert set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {0.98}
     endless = fo.guaranteed_limit(NODE, PULL, 0.5)
-    assert (
-        endless.proven
-        and endless.least == pytest.approx(1.25)
-        and endless.load_factor == np.inf
-        and "from 1.25 on" in endless.reason
-    )
+    assert endless.proven
+    assert endless.least == pytest.approx(1.25)
+    assert endless.load_factor == np.inf
+    assert "from 1.25 on" in endless.reason
 
 
 def least_on_both_bounds(contact, cycle, f, least):
@@ -264,10 +250,8 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     if limit.load_factor > 1.001 * least:
         for share in (0.02, 0.5):
             load_factor = least + share * (min(limit.load_factor, 3 * least) - least)
-            about, slip = (
-                about_its_middle(cycle, load_factor),
-                rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5),
-            )
+            about = about_its_middle(cycle, load_factor)
+            slip = rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5)
             steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
             if steady.outcome is not fo.Outcome.SHAKEDOWN:
                 path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
@@ -294,9 +278,9 @@ def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": -0.3, "sway": -0.3}] * 2)
     f = 0.6994592257251427 * (1 + 2e-6)
     limit = fo.shakedown_limit(contact, cycle, f)
-    assert limit.load_factor == np.inf and (
-        limit.least == 0
-        or (np.isnan(limit.least) and "rounding hides the load factor" in limit.reason)
+    assert limit.load_factor == np.inf
+    assert limit.least == 0 or (
+        np.isnan(limit.least) and "rounding hides the load factor" in limit.reason
     )
     if np.isnan(limit.least):
         with pytest.raises(fo.SolverError, match="rounding hides"):
@@ -334,17 +318,14 @@ def test_one_node_by_the_smallest_circle_around_its_corners():
     """Slip moves the centre of the shears, so that the node sticks if their smallest circle, of
     radius r, fits: r lam <= f (lam - 1)."""
     node, cycle = node_and_cycle()
-    centre = (0.3**2 - 0.1**2 - 0.2**2) / (
-        2 * (0.3 + 0.1)
-    )  # on the axis, as far from (0.3, 0) as from (-0.1, 0.2)
+    # On the axis, as far from (0.3, 0) as from (-0.1, 0.2).
+    centre = (0.3**2 - 0.1**2 - 0.2**2) / (2 * (0.3 + 0.1))
     radius = 0.3 - centre
     assert np.hypot(-0.1 - centre, 0.2) == pytest.approx(radius)
     limit = fo.shakedown_limit(node, cycle, 0.5)
-    assert (
-        limit.kind is fo.LimitKind.UNBOUNDED
-        and limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9)
-        and limit.residual <= 1e-9
-    )
+    assert limit.kind is fo.LimitKind.UNBOUNDED
+    assert limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9)
+    assert limit.residual <= 1e-9
     for said in (
         "every load factor from {} on has a safe residual slip",
         "no slip is safe below {}",
@@ -363,17 +344,14 @@ def test_in_space_it_is_that_of_the_plane(seed):
     rng = np.random.default_rng(seed)
     flat, cycle = pressing_cycle(rng, int(rng.integers(1, 5)), 1 + seed % 2)
     shear, press = flat.bonded["mean"]
-    flat = flat.with_bonded(
-        {**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])}
-    )  # which mostly slips as it comes, and often settles
+    # Which mostly slips as it comes, and often settles.
+    flat = flat.with_bonded({**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])})
     least, largest = oracle(flat, cycle, 0.4)
     limit = fo.shakedown_limit(
         embedded(flat, rng, across=flat.A)[0], cycle, 0.4, open=np.zeros(flat.nodes, dtype=bool)
     )
-    assert (
-        limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
-        and limit.residual <= 1e-9
-    )
+    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
+    assert limit.residual <= 1e-9
     assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 

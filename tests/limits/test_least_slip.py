@@ -24,7 +24,8 @@ def test_one_node_slips_as_much_as_the_closed_form_says():
     f, one = 0.4, system(**NODE)
     limit = fo.shakedown_limit(one, CYCLE, f)
     for ratio in (1.1, 1.5):
-        lam, (A, B, q0, p0, q1, p1) = ratio * limit.load_factor, NODE.values()
+        lam = ratio * limit.load_factor
+        (A, B, q0, p0, q1, p1) = NODE.values()
         forward = (-(q0 + f * p0) + lam * abs(q1 + f * p1)) / (A + f * B)
         backward = (f * p0 - q0 - lam * abs(q1 - f * p1)) / (A - f * B)
         least = limit.least_slip(lam)
@@ -53,22 +54,18 @@ def test_units_cancel():
         contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded
     )
     one, other = (fo.shakedown_limit(each, CYCLE, 0.6).least_slip(1.0) for each in (contact, soft))
-    assert other.total == pytest.approx(7 * one.total, rel=1e-9) and other.bound == pytest.approx(
-        one.bound, rel=1e-9
-    )
+    assert other.total == pytest.approx(7 * one.total, rel=1e-9)
+    assert other.bound == pytest.approx(one.bound, rel=1e-9)
 
 
 def test_a_contact_that_only_lifts_off_has_no_closed_cycle_above_its_limit():
-    limit = fo.shakedown_limit(
-        system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4
-    )  # one corner rules both bounds
+    # One corner rules both bounds.
+    limit = fo.shakedown_limit(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4)
     least = limit.least_slip(1.2 * limit.load_factor)
-    assert (
-        least.total == np.inf
-        and not least.weight.any()
-        and not len(least.to_frame())
-        and least.residual <= 1e-9
-    )
+    assert least.total == np.inf
+    assert not least.weight.any()
+    assert not len(least.to_frame())
+    assert least.residual <= 1e-9
     slip, gap = corners(
         system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4, least.load_factor, None, 5
     )
@@ -78,11 +75,9 @@ def test_a_contact_that_only_lifts_off_has_no_closed_cycle_above_its_limit():
 def test_below_the_limit_it_says_nothing_and_keeps_its_sign():
     limit = fo.shakedown_limit(system(*FIRST_PAIR), CYCLE, 0.6)
     least = limit.least_slip(0.5 * limit.load_factor)
-    assert (
-        least.bound == pytest.approx(-0.5 * limit.load_factor)
-        and least.total == 0.0
-        and not least.to_frame()["alone"].any()
-    )
+    assert least.bound == pytest.approx(-0.5 * limit.load_factor)
+    assert least.total == 0.0
+    assert not least.to_frame()["alone"].any()
 
 
 def test_limits_that_prove_nothing_are_refused():

@@ -19,17 +19,13 @@ def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
         fo.steady_state(contact, cycle, 0.7, 2.6, steps=steps)
         for cycle, steps in ((sampled, None), (turns, None), (sampled, 8))
     )
-    assert (
-        "corners: 5 of 8" in lean.record.left_out[-1]
-        and same.record.left_out == ()
-        and lean.dissipation > 0
-    )
-    assert lean.slip == pytest.approx(
-        same.slip, abs=1e-9
-    ) and lean.dissipation_per_node == pytest.approx(same.dissipation_per_node, abs=1e-9)
-    assert lean.outcome is stops.outcome and lean.dissipation == pytest.approx(
-        stops.dissipation, rel=5 * stops.step_error
-    )
+    assert "corners: 5 of 8" in lean.record.left_out[-1]
+    assert same.record.left_out == ()
+    assert lean.dissipation > 0
+    assert lean.slip == pytest.approx(same.slip, abs=1e-9)
+    assert lean.dissipation_per_node == pytest.approx(same.dissipation_per_node, abs=1e-9)
+    assert lean.outcome is stops.outcome
+    assert lean.dissipation == pytest.approx(stops.dissipation, rel=5 * stops.step_error)
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e7, 1e15])

@@ -19,7 +19,8 @@ from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system, system
 from validation.fuzz.embedded import embedded
 
-PIN, MOST = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}]), 30.0
+PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
+MOST = 30.0
 
 
 @pytest.fixture(scope="module")
@@ -49,19 +50,14 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
 ):
     """The table of the theory page."""
     contact = pin(elements)
-    limit, closed = (
-        fo.shakedown_limit(contact, PIN, friction, events=True),
-        of_sets(contact, PIN, friction),
-    )
+    limit = fo.shakedown_limit(contact, PIN, friction, events=True)
+    closed = of_sets(contact, PIN, friction)
     assert (closed.load_factor, limit.load_factor) == pytest.approx((all_closed, told), abs=5e-4)
-    assert limit.load_factor > 1.2 * closed.load_factor and limit.bound == pytest.approx(
-        limit.load_factor, rel=1e-9
-    )
-    assert (
-        len(limit.events) == opening
-        and limit.events["way"].is_monotonic_increasing
-        and not limit.open.any()
-    )
+    assert limit.load_factor > 1.2 * closed.load_factor
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9)
+    assert len(limit.events) == opening
+    assert limit.events["way"].is_monotonic_increasing
+    assert not limit.open.any()
     start, events, _ = limit._question.order
     assert largest_in_order(contact, PIN, friction, start, events, MOST) == pytest.approx(
         limit.load_factor, rel=1e-7
@@ -72,8 +68,8 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
         number_of(opening, "node that opens and closes", "nodes that open and close")
         + " in this order"
         in limit.reason
-        and "another order" in limit.covers
     )
+    assert "another order" in limit.covers
     assert (
         fo.steady_state(
             contact, PIN, friction, limit.load_factor * (1 - 1e-6), initial_state=limit.state
@@ -88,7 +84,8 @@ def test_a_finer_pin_rests_so_too(pin):
     limit = fo.shakedown_limit(pin(32), PIN, 0.9, events=True)
     assert (of_sets(pin(32), PIN, 0.9).load_factor, limit.load_factor) == pytest.approx(
         (2.513, 3.547), abs=5e-4
-    ) and len(limit.events) == 18
+    )
+    assert len(limit.events) == 18
     assert rests(pin(32), PIN, 0.9, 0.9999 * limit.load_factor, initial_slip=limit.slip)
     assert not rests(pin(32), PIN, 0.9, 1.001 * limit.load_factor, initial_slip=limit.slip)
 
@@ -147,13 +144,10 @@ def test_small_contacts_against_every_order(draw, nodes, seeds):
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
     limit = fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
-    assert limit.kind is fo.LimitKind.UNBOUNDED and of_sets(
-        contact, CYCLE, 0.5
-    ).load_factor == pytest.approx(2.0)
-    assert (
-        limit.events[["node", "event"]].values.tolist() == [[0, "closes"]]
-        and "every load factor" in limit.reason
-    )
+    assert limit.kind is fo.LimitKind.UNBOUNDED
+    assert of_sets(contact, CYCLE, 0.5).load_factor == pytest.approx(2.0)
+    assert limit.events[["node", "event"]].values.tolist() == [[0, "closes"]]
+    assert "every load factor" in limit.reason
     assert (
         fo.limit_after_protocol(contact, CYCLE, 0.5, start=np.zeros(1), up_to=100.0).upper == np.inf
     )
@@ -243,32 +237,29 @@ def test_which_corner_comes_first_units_and_copies_change_nothing(pin):
     )
     small = pulled_system(np.random.default_rng(20), 3)
     loads = {name: np.ravel(part) * 1e6 for name, part in small.bonded.items()}
-    scaled, known = (
-        fo.ContactSystem(small.S * 1e9, small.points, loads, gap=small.gap * 1e-3),
-        fo.shakedown_limit(small, CYCLE, 0.5, events=True),
+    scaled = fo.ContactSystem(small.S * 1e9, small.points, loads, gap=small.gap * 1e-3)
+    known = fo.shakedown_limit(small, CYCLE, 0.5, events=True)
+    assert not known.events.empty
+    assert fo.shakedown_limit(scaled, CYCLE, 0.5, events=True).load_factor == pytest.approx(
+        known.load_factor, rel=1e-7
     )
-    assert not known.events.empty and fo.shakedown_limit(
-        scaled, CYCLE, 0.5, events=True
-    ).load_factor == pytest.approx(known.load_factor, rel=1e-7)
     copy = pickle.loads(pickle.dumps(limit))
-    assert copy.events.equals(limit.events) and copy.problem.value == pytest.approx(
-        limit.load_factor, rel=1e-12
-    )
+    assert copy.events.equals(limit.events)
+    assert copy.problem.value == pytest.approx(limit.load_factor, rel=1e-12)
 
 
 def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):
     contact, none = pin(8), np.zeros(8, dtype=bool)
-    closed, model = of_sets(contact, PIN, 0.8).load_factor, fo.ShakedownModel(contact, PIN)
+    closed = of_sets(contact, PIN, 0.8).load_factor
+    model = fo.ShakedownModel(contact, PIN)
     for limit in (
         fo.shakedown_limit(contact, PIN, 0.8),
         fo.shakedown_limit(contact, PIN, 0.8, open=none),
         model.solve(0.8, open=none),
     ):
-        assert (
-            limit.events.empty
-            and limit.load_factor == pytest.approx(closed, rel=1e-12)
-            and not limit.open_share.any()
-        )
+        assert limit.events.empty
+        assert limit.load_factor == pytest.approx(closed, rel=1e-12)
+        assert not limit.open_share.any()
     assert len(model.solve(0.8, events=True).events) == 6 and model.solve(0.8).events.empty
 
 
@@ -326,12 +317,10 @@ def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_orde
     )
     assert carried > 1e-3 and replace(question, way=later).violation(*state) >= carried
     assert replace(question, way=back).violation(*state) >= 10.0
-    monkeypatch.setattr(
-        Question, "violation", lambda *_: 0.0
-    )  # the law alone sees most events in no order
-    assert question.violation(*state) < 1e-9 and replace(question, way=back).violation(
-        *state
-    ) == pytest.approx(10.0)
+    # The law alone sees most events in no order.
+    monkeypatch.setattr(Question, "violation", lambda *_: 0.0)
+    assert question.violation(*state) < 1e-9
+    assert replace(question, way=back).violation(*state) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("programs", [2, 3])
@@ -357,7 +346,6 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
     with pytest.raises(KeyboardInterrupt, match="attribute `limit`") as caught:
         fo.shakedown_limit(contact, PIN, 1.0, events=True)
     limit = caught.value.limit
-    assert 2.5871 < limit.load_factor < 4.7303 and rests(
-        contact, PIN, 1.0, 0.999 * limit.load_factor, initial_slip=limit.slip
-    )
+    assert 2.5871 < limit.load_factor < 4.7303
+    assert rests(contact, PIN, 1.0, 0.999 * limit.load_factor, initial_slip=limit.slip)
     assert counts["events"] == (programs, f"at least {limit.load_factor:.4g} so far")

@@ -72,8 +72,8 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
         )
         assert (
             f"open and close in each cycle: {safe.events['node'].nunique()} (events)" in safe.reason
-            and (safe.open_share > 0).any()
         )
+        assert (safe.open_share > 0).any()
     assert fo.steady_state(pin, PIN, 0.8, load_factor, initial_state=safe.state).dissipation < 1e-9
     assert rests(pin, PIN, 0.8, load_factor, initial_slip=safe.slip)
 
@@ -151,7 +151,8 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
             continue
         safe = fo.safe_slip(contact, CYCLE, 0.5, 0.95 * limit.load_factor, events=True)
         starts = 2 * rng.normal(size=(3, 3))
-        assert safe.margin > 0 and all(
+        assert safe.margin > 0
+        assert all(
             rests(contact, CYCLE, 0.5, safe.load_factor, initial_slip=start) for start in starts
         )
         assert not any(
@@ -165,10 +166,8 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
 @pytest.mark.slow
 @pytest.mark.parametrize("load_factor", few([2.0, 3.0, 4.0]))
 def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor, pin):
-    required, closed = (
-        fo.required_friction(pin, PIN, load_factor, events=True),
-        fo.required_friction(pin, PIN, load_factor),
-    )
+    required = fo.required_friction(pin, PIN, load_factor, events=True)
+    closed = fo.required_friction(pin, PIN, load_factor)
     reached = [
         fo.shakedown_limit(pin, PIN, f, events=True).load_factor
         for f in (required.required, required.bound)
@@ -196,9 +195,8 @@ def test_a_plane_contact_has_the_same_safe_slip_in_space():
         plane, space = (
             fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid)
         )
-        assert bool(plane._question.events) == bool(
-            space._question.events
-        ) and plane.margin == pytest.approx(space.margin, abs=1e-6)
+        assert bool(plane._question.events) == bool(space._question.events)
+        assert plane.margin == pytest.approx(space.margin, abs=1e-6)
 
 
 def test_questions_without_events_are_refused(pin):

@@ -32,7 +32,9 @@ def is_critical(program):
 
 def largest(program):
     """The x of a linear program of a least load factor with the largest one, by scipy."""
-    matrix, zero, n = program.matrix.toarray(), program.zero, len(program.cost)
+    matrix = program.matrix.toarray()
+    zero = program.zero
+    n = len(program.cost)
     free = {"bounds": [(None, None)] * n}
     return linprog(
         -program.cost,
@@ -74,10 +76,8 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     q, p = limit.reactions
     (first, last), node = limit.corners, limit.node
-    assert (
-        abs(q[first, node] + 0.6 * p[first, node]) < 1e-8
-        and abs(q[last, node] - 0.6 * p[last, node]) < 1e-8
-    )
+    assert abs(q[first, node] + 0.6 * p[first, node]) < 1e-8
+    assert abs(q[last, node] - 0.6 * p[last, node]) < 1e-8
     assert "refined on the vertex" in [attempt.outcome for attempt in limit.record.attempts]
 
 
@@ -121,11 +121,9 @@ def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch
     unpolished(monkeypatch)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(contact, CYCLE, 0.6)
-    assert (
-        len(told) >= len(policy.LP_SOLVERS)
-        and right > 0
-        and all(abs(gap) < 1e-6 * value for gap, value in told)
-    )
+    assert len(told) >= len(policy.LP_SOLVERS)
+    assert right > 0
+    assert all(abs(gap) < 1e-6 * value for gap, value in told)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1 - 1e-7])
@@ -156,13 +154,12 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
     """Friction so large that the bounds of some nodes would be wrong."""
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(2, 5))
-    contact, cycle = (
-        random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0),
-        random_cycle(rng, 2),
-    )
+    contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0)
+    cycle = random_cycle(rng, 2)
     friction = np.full(nodes, rng.uniform(0.3, 3))
     question = pose(contact, cycle, friction)
-    bounds, least = load_factor_bounds(question), least_by_node(contact, cycle, friction)
+    bounds = load_factor_bounds(question)
+    least = least_by_node(contact, cycle, friction)
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 
@@ -270,18 +267,17 @@ def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
     )
     assert (limit.load_factor, limit.shakedown.load_factor) == pytest.approx(
         (0.45, 15 / 28), rel=1e-8
-    ) and not limit.proven
+    )
+    assert not limit.proven
 
 
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e14, 1e16])
 def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
     """A pair with symmetric loads and B, but A_11 = 1 and A_22 = 3, between two nodes that carry
     the more: the limits of the pair alone."""
-    A, B, bonded = (
-        np.diag([1.0, 3.0]),
-        np.array([[0.3, 0.1], [-0.1, -0.3]]),
-        {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])},
-    )
+    A = np.diag([1.0, 3.0])
+    B = np.array([[0.3, 0.1], [-0.1, -0.3]])
+    bonded = {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])}
     pair = fo.ContactSystem.from_blocks(A, B, 2 * np.eye(2), [0.0, 1.0], bonded)
     wide = [np.diag([stiff, 0.0, 0.0, stiff]), np.zeros((4, 4)), np.diag([stiff, 0.0, 0.0, stiff])]
     for whole, part in zip(wide, (A, B, 2 * np.eye(2)), strict=True):
@@ -357,11 +353,10 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
     ]
     contact = system(alone, np.pad(B, ((0, 1), (0, 1))), *pressed)
     right = ask(contact, CYCLE, 0.6)
-    assert (
-        right.load_factor
-        == pytest.approx(ask(system(*FIRST_PAIR), CYCLE, 0.6).load_factor, rel=1e-8)
-        and right.residual < 1e-9
+    assert right.load_factor == pytest.approx(
+        ask(system(*FIRST_PAIR), CYCLE, 0.6).load_factor, rel=1e-8
     )
+    assert right.residual < 1e-9
 
     def lie(compiled, z, multipliers):
         if ("rho" in compiled.problem.param_dict) == (ask is fo.guaranteed_limit):
@@ -376,7 +371,8 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
 def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(sense, monkeypatch):
     """A shear of 3 is above a friction bound of 0.5, and slip one way does work on it: but a
     residual slip takes it up, for stiffness resists."""
-    contact, cycle = single(), fo.LoadCycle({"P": 1.0, "X": 3.0}, [{"X": 1.0}, {"X": -1.0}])
+    contact = single()
+    cycle = fo.LoadCycle({"P": 1.0, "X": 3.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == pytest.approx(0.5)
 
     def slips_one_way(program, name, x, y):
@@ -431,9 +427,8 @@ def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_th
     has more of its own friction bound to spare."""
     one, pressing = np.eye(2), [[0.0, 0.0], [0.5, 0.0]]
     loads = {"P": ([0.0, 0.0], [1.0, -0.05]), "Q": ([0.1, 0.0], [0.0, 0.0])}
-    opened = fo.ContactSystem.from_blocks(
-        one, [[0.0, 0.0], [0.02, 0.0]], one, [0.0, 1.0], loads
-    )  # too little to press node 1
+    # Too little to press node 1.
+    opened = fo.ContactSystem.from_blocks(one, [[0.0, 0.0], [0.02, 0.0]], one, [0.0, 1.0], loads)
     found, moved = of_moved_slip(monkeypatch, opened, 0.5, 0.1)
     assert found < 1e-9 and moved > 1e-3
     little = fo.ContactSystem.from_blocks(

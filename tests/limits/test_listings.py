@@ -129,16 +129,16 @@ def test_a_least_load_above_zero_in_a_bare_script(tangents):
         + script.stuck
         + script.listing.within(script.x, script.listing.constant(np.full(2, 0.01), "slip_bound"))
     )
-    assert limit.least > 0.01 and script.solved(script.listing.least_load(script.x, rows)) == near(
-        limit.least, tangents
-    )
+    assert limit.least > 0.01
+    assert script.solved(script.listing.least_load(script.x, rows)) == near(limit.least, tangents)
 
 
 @BOTH
 @pytest.mark.parametrize("load_factor", [0.2, 3.0])
 def test_the_margin_in_a_bare_script(tangents, load_factor):
     contact, cycle = asked(tangents)
-    script, margin = Script(contact, cycle, 0.5, load_factor), cp.Variable(name="margin")
+    script = Script(contact, cycle, 0.5, load_factor)
+    margin = cp.Variable(name="margin")
     force = contact.reaction(cycle.mean)[1].mean()
     spare, press = (dict.fromkeys(script.corners, margin * unit) for unit in (0.5 * force, force))
     rows = script.rest + script.listing.inside(
@@ -154,10 +154,8 @@ def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
     """By the vertices of a program of raw slips, the same by hand."""
     contact, cycle = asked(tangents)
     direction = np.random.default_rng(1).normal(size=len(contact.A))
-    script, way = (
-        Script(contact, cycle, 0.5, 0.2),
-        cp.Parameter(len(direction), name="direction", value=direction),
-    )
+    script = Script(contact, cycle, 0.5, 0.2)
+    way = cp.Parameter(len(direction), name="direction", value=direction)
     found = script.solved(script.listing.furthest(script.x, way, script.rest + script.stuck))
     model = fo.ShakedownModel(contact, cycle)
     goal = direction @ (contact.A @ cp.vec(model.slip, order="F"))
@@ -208,20 +206,17 @@ def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
     )
     rows = script.rest + script.listing.stuck(script.x, script.f, script.corners, loose)
     found = script.solved(script.listing.critical(script.x, node, load, needed, cp.Minimize, rows))
-    assert 0 < limit.load_factor < limit.shakedown.load_factor and found == near(
-        limit.load_factor, tangents
-    )
+    assert 0 < limit.load_factor < limit.shakedown.load_factor
+    assert found == near(limit.load_factor, tangents)
 
 
 @BOTH
 def test_the_best_preload_in_a_bare_script(tangents):
     contact, cycle = asked(tangents)
     model = fo.DesignModel(contact, cycle, preloads=["mean"])
-    best, script, preload = (
-        model.solve(0.5, [model.preload <= 0.4]),
-        Script(contact, cycle, 0.5),
-        cp.Variable(name="preload"),
-    )
+    best = model.solve(0.5, [model.preload <= 0.4])
+    script = Script(contact, cycle, 0.5)
+    preload = cp.Variable(name="preload")
     q, p = contact.reaction({"mean": 1.0})
     rows = (
         script.listing.rest(
@@ -233,10 +228,8 @@ def test_the_best_preload_in_a_bare_script(tangents):
         + script.stuck
     )
     found = script.solved(script.listing.shakedown(script.x, [*rows, preload <= 0.4]))
-    assert (
-        found == near(best.load_factor, tangents)
-        and found > 1.1 * fo.shakedown_limit(contact, cycle, 0.5).load_factor
-    )
+    assert found == near(best.load_factor, tangents)
+    assert found > 1.1 * fo.shakedown_limit(contact, cycle, 0.5).load_factor
 
 
 @cache
@@ -245,11 +238,9 @@ def answers():
     contact, cycle = asked(1)
     lift = contact.with_gap([0.0, 0.0, 8.0])
     model = fo.DesignModel(contact, cycle, preloads=["mean"], profile=True)
-    own, chosen, little = (
-        fo.ShakedownModel(contact, cycle),
-        fo.ShakedownModel(contact, cycle),
-        cp.Constant(0.1, name="little"),
-    )
+    own = fo.ShakedownModel(contact, cycle)
+    chosen = fo.ShakedownModel(contact, cycle)
+    little = cp.Constant(0.1, name="little")
     lower, space = fo.guaranteed_limit(contact, cycle, 0.6), asked(2)
     apart, round_trip = (
         fo.ShakedownModel(one.with_gap([0.0, 0.0, 8.0]), turns) for one, turns in (asked(1), space)
@@ -334,10 +325,8 @@ def test_a_listing_is_a_few_lines_of_names(name):
         and "[[" not in printed
         and "..." not in printed.replace("k = 0, 1, ..., 23", "")
     ), printed
-    assert (
-        answer.problem.value == pytest.approx(value, rel=1e-12, abs=1e-12)
-        and answer.problem.status == "optimal"
-    )
+    assert answer.problem.value == pytest.approx(value, rel=1e-12, abs=1e-12)
+    assert answer.problem.status == "optimal"
 
 
 @EACH
@@ -358,7 +347,8 @@ def test_plain_cvxpy_finds_the_same_value(name):
 def test_a_copy_has_a_problem_of_its_own_with_the_same_values(way, name):
     answer = answers()[name][0]
     again = way(answer).problem
-    assert str(again) == str(answer.problem) and (again.value, again.status) == (
+    assert str(again) == str(answer.problem)
+    assert (again.value, again.status) == (
         answer.problem.value,
         "optimal",
     )

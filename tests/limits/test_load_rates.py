@@ -46,9 +46,8 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
         [dict(corner) for corner in cycle.corners],
     )
     limit = asked(contact, *parts[0], *parts[1:])
-    same = (
-        {"open": limit.open} if ask is fo.shakedown_limit else {}
-    )  # the rates are those of the limit with these open nodes
+    # The rates are those of the limit with these open nodes.
+    same = {"open": limit.open} if ask is fo.shakedown_limit else {}
     assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
     own = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
     own += [
@@ -195,11 +194,9 @@ def test_there_are_none_without_a_finite_limit():
     pressing = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), 0.5)
     pulled = fo.shakedown_limit(contact, fo.LoadCycle({"mean": -1.0}, [{"cyclic": 1.0}]), 0.5)
     for limit in (pressing, pulled):
-        assert (
-            not np.isfinite(limit.load_factor)
-            and np.isnan(limit.interference_rate).all()
-            and limit.load_rates["rate"].isna().all()
-        )
+        assert not np.isfinite(limit.load_factor)
+        assert np.isnan(limit.interference_rate).all()
+        assert limit.load_rates["rate"].isna().all()
     unloaded = fo.guaranteed_limit(
         random_system(np.random.default_rng(9), 3, coupling=1.0), CYCLE, 1.0
     )

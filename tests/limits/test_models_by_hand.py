@@ -72,7 +72,8 @@ def test_friction_of_a_guaranteed_problem_changed_by_hand(contact, cycle):
     limit = fo.guaranteed_limit(system, cycle, 0.6)
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
     of_node = limit.multipliers.query("row.str.startswith('critical')")
-    assert set(of_node.node) == {limit.node} and of_node.component.tolist() == [
+    assert set(of_node.node) == {limit.node}
+    assert of_node.component.tolist() == [
         *range(system.tangents),
         0,
     ]
@@ -100,10 +101,8 @@ def test_friction_of_a_guaranteed_problem_with_a_fixed_part_changed_by_hand():
     cycle = fo.LoadCycle(
         {"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}], fixed=[{"still": 0.1}, {}]
     )
-    limit, again = (
-        fo.guaranteed_limit(system, cycle, 0.5),
-        fo.guaranteed_limit(system, cycle, 0.501),
-    )
+    limit = fo.guaranteed_limit(system, cycle, 0.5)
+    again = fo.guaranteed_limit(system, cycle, 0.501)
     assert limit.node is not None and (limit.node, limit.corners) == (again.node, again.corners)
     limit.problem.param_dict["f"].value = np.full(3, 0.501)
     assert limit.problem.solve(solver="HIGHS") == pytest.approx(again.load_factor, rel=1e-7)
@@ -131,11 +130,9 @@ def test_own_rows_where_nothing_is_safe_without_them():
     row = model.slip <= 1.0
     row.dual_variables[0].save_value(np.ones(1))
     limit = model.solve(friction, [row])
-    assert (
-        np.isnan(limit.load_factor)
-        and limit.problem.status == "infeasible"
-        and row.dual_value.tolist() == [0.0]
-    )
+    assert np.isnan(limit.load_factor)
+    assert limit.problem.status == "infeasible"
+    assert row.dual_value.tolist() == [0.0]
 
 
 @pytest.mark.parametrize("seed", [1, 6])

@@ -26,15 +26,12 @@ from helpers.meshes import RUBBER, THICK
 from helpers.refused import refused
 from helpers.spatial import vectors
 
-X, UP, DOWN = (
-    np.array([-1.0, -0.4, 0.1, 1.0]),
-    np.array([0.0, 0.3, 1.0]),
-    np.array([-1.0, -0.6, 0.0]),
-)
-WIDE, FINE = (
-    np.r_[-2.0, X, 2.0],
-    np.array([-2.0, -1.0, -0.55, 0.3, 0.8, 1.0, 2.0]),
-)  # whose nodes match those of X, and do not
+X = np.array([-1.0, -0.4, 0.1, 1.0])
+UP = np.array([0.0, 0.3, 1.0])
+DOWN = np.array([-1.0, -0.6, 0.0])
+# Whose nodes match those of X, and do not.
+WIDE = np.r_[-2.0, X, 2.0]
+FINE = np.array([-2.0, -1.0, -0.55, 0.3, 0.8, 1.0, 2.0])
 FACES = {
     "contact": lambda x: (x[1] == 0) & (abs(x[0]) < 1),
     "top": lambda x: x[1] == 1,
@@ -93,10 +90,8 @@ def models(element="linear", x_block=WIDE):
 
 def free_across(name, mesh):
     """Nodes of a strip that follow no others."""
-    face, midside = (
-        (mesh.p[1] == 0) & (abs(mesh.p[0]) <= 1),
-        np.arange(mesh.p.shape[1]) >= mesh.nvertices,
-    )
+    face = (mesh.p[1] == 0) & (abs(mesh.p[0]) <= 1)
+    midside = np.arange(mesh.p.shape[1]) >= mesh.nvertices
     return ~(face & ((name == "punch") | midside))
 
 
@@ -124,17 +119,15 @@ def test_a_strip_in_plane_strain_has_the_contact_of_the_plane(element, x_block):
     for case in flat.bonded:
         (q, p), (shear, pressure) = flat.bonded[case], solid.bonded[case]
         scale = np.abs([q, p]).max()
-        assert np.allclose(
-            both @ shear[:, 0], THICK * q, rtol=0, atol=1e-12 * scale
-        ) and np.allclose(both @ shear[:, 1], 0.0, atol=1e-12 * scale)
+        assert np.allclose(both @ shear[:, 0], THICK * q, rtol=0, atol=1e-12 * scale)
+        assert np.allclose(both @ shear[:, 1], 0.0, atol=1e-12 * scale)
         assert np.allclose(both @ pressure, THICK * p, rtol=0, atol=1e-12 * scale)
     along = np.kron([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], both)
     assert np.allclose(
         along @ solid.S @ along.T, THICK * flat.S, rtol=0, atol=1e-12 * np.abs(flat.S).max()
     )
-    assert np.allclose(solid.gap @ both.T / 2, flat.gap) and np.allclose(
-        both @ solid.width, THICK * flat.width
-    )
+    assert np.allclose(solid.gap @ both.T / 2, flat.gap)
+    assert np.allclose(both @ solid.width, THICK * flat.width)
     assert set(solid.contact) == {"joint"} and solid.E_star == flat.E_star
 
 
@@ -143,36 +136,26 @@ def test_a_strip_in_plane_strain_has_the_fields_of_the_plane(element, x_block):
     plane, space = models(element, x_block)
     flat, solid = plane.condense(), space.condense()
     both, rng = onto_the_plane(flat.points, solid.points), np.random.default_rng(0)
-    v, w, loads = (
-        rng.normal(size=4),
-        flat.gap + rng.random(4),
-        {case: float(rng.normal()) for case in plane.loads},
-    )
-    one, two = (
-        plane.recover(loads, v),
-        space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)])),
-    )
+    v = rng.normal(size=4)
+    w = flat.gap + rng.random(4)
+    loads = {case: float(rng.normal()) for case in plane.loads}
+    one = plane.recover(loads, v)
+    two = space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]))
     with pytest.warns(fo.ModelWarning, match="is open by"):  # any gap will do here
-        one, two = (
-            plane.recover(loads, v, w),
-            space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]), both.T @ w),
-        )
-    assert np.allclose(both @ two.q[:, 0], THICK * one.q) and np.allclose(
-        both @ two.p, THICK * one.p
-    )
+        one = plane.recover(loads, v, w)
+        two = space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]), both.T @ w)
+    assert np.allclose(both @ two.q[:, 0], THICK * one.q)
+    assert np.allclose(both @ two.p, THICK * one.p)
     for body in plane.bodies:
         p, s = plane.bodies[body].mesh.p, space.bodies[body].mesh.p
         place = np.array([np.linalg.norm(p - at[:, None], axis=0).argmin() for at in s[:2].T])
-        assert np.allclose(
-            two.displacement[body][:2], one.displacement[body][:, place]
-        ) and np.allclose(two.displacement[body][2], 0.0, atol=1e-12)
+        assert np.allclose(two.displacement[body][:2], one.displacement[body][:, place])
+        assert np.allclose(two.displacement[body][2], 0.0, atol=1e-12)
         for field in ("stress", "strain"):
             thick, thin = getattr(two, field)[body], getattr(one, field)[body]
-            assert (
-                thick.shape[0] == 6
-                and np.allclose(thick[:4], thin[:, place])
-                and np.allclose(thick[4:], 0.0, atol=1e-9 * np.abs(thin).max())
-            )
+            assert thick.shape[0] == 6
+            assert np.allclose(thick[:4], thin[:, place])
+            assert np.allclose(thick[4:], 0.0, atol=1e-9 * np.abs(thin).max())
     for side in (1, 2):
         for thick, thin in zip(two.at_contact(side), one.at_contact(side), strict=True):
             assert thick.shape == (8, 2, 2) and np.allclose(thick[:, 0, 0], both.T @ thin)

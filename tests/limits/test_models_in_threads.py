@@ -39,9 +39,8 @@ def test_threads_that_ask_one_model_each_get_the_answer_to_their_friction(name):
     with ThreadPoolExecutor(4) as threads:
         answers = list(threads.map(lambda f: ask(model, f), asked))
     for f, answer in zip(asked, answers, strict=True):
-        assert answer.friction == pytest.approx(f) and told(answer) == pytest.approx(
-            right[f], rel=1e-7, abs=1e-9
-        )
+        assert answer.friction == pytest.approx(f)
+        assert told(answer) == pytest.approx(right[f], rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -173,7 +173,8 @@ def test_a_measured_history_of_one_load_may_have_events():
     cycle = fo.LoadCycle.from_history(history, mean={"mean": 1.0})
     two = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 0.8}, {"cyclic": -1.0}])
     limit = fo.shakedown_limit(system, cycle, 0.5, events=True)
-    assert len(cycle.corners) > 2 and limit.load_factor == pytest.approx(
+    assert len(cycle.corners) > 2
+    assert limit.load_factor == pytest.approx(
         fo.shakedown_limit(system, two, 0.5, events=True).load_factor, rel=1e-9
     )
 
@@ -201,12 +202,10 @@ def test_load_factors_below_a_limit_round_a_cycle_are_safe_from_the_least_one_on
             safe = fo.safe_slip(system, cycle, friction, load_factor, events=True)
             if safe.exists:
                 assert rests(system, cycle, friction, load_factor, initial_state=safe.state)
-        assert (
-            safe.exists
-            and not fo.safe_slip(
-                system, cycle, friction, 1.01 * limit.load_factor, events=True
-            ).exists
-        )
+        assert safe.exists
+        assert not fo.safe_slip(
+            system, cycle, friction, 1.01 * limit.load_factor, events=True
+        ).exists
 
 
 def test_required_friction_round_a_cycle():

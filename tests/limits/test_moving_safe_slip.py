@@ -44,10 +44,8 @@ def test_the_required_friction_of_static_shear_and_of_loads_in_phase():
 def test_with_a_phase_no_friction_is_enough():
     system = cylinder(16, 1.6)
     required = fo.required_friction(system, out_of_phase(45.0), 0.05)
-    assert (
-        required.required == np.inf
-        and "closes and opens under different shear loads" in required.reason
-    )
+    assert required.required == np.inf
+    assert "closes and opens under different shear loads" in required.reason
     assert not fo.safe_slip(system, out_of_phase(45.0), 50.0, 0.05).exists
     assert fo.safe_slip(system, out_of_phase(45.0), F, 0.0).exists
 
@@ -69,7 +67,9 @@ def test_one_node_with_scaled_normal_loads_by_hand():
 def test_the_margin_is_the_reserve_over_the_mean_bound_of_the_whole_contact(friction_in_the_air):
     """By hand: node 0 keeps 1 - 0.9, and alone has to; node 1 opens and closes without shear; node
     2 never closes, so that its friction counts in the mean bound alone."""
-    one, f, p = np.eye(3), np.array([0.5, 0.5, friction_in_the_air]), np.array([2.0, 1.0, -1.0])
+    one = np.eye(3)
+    f = np.array([0.5, 0.5, friction_in_the_air])
+    p = np.array([2.0, 1.0, -1.0])
     loads = {"mean": (0 * p, p), "P": (0 * p, [0.0, 2.0, 0.0]), "Q": ([1.0, 0.0, 0.0], 0 * p)}
     system = fo.ContactSystem.from_blocks(one, 0 * one, one, [0.0, 1.0, 2.0], loads)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"P": 1.0, "Q": 0.9}, {"P": -1.0, "Q": -0.9}])

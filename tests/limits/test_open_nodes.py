@@ -62,19 +62,15 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     contact, friction, limit = open_contact(seed, most_nodes=4)
     solid, _ = embedded(contact, np.random.default_rng(seed))
     found = fo.shakedown_limit(solid, CYCLE, friction)
-    assert (
-        found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
-        and found.open.tolist() == limit.open.tolist()
-    )
+    assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
+    assert found.open.tolist() == limit.open.tolist()
     plane, space = (
         fo.safe_slip(system, CYCLE, friction, 3 * limit.load_factor) for system in (contact, solid)
     )
     assert space.margin == pytest.approx(plane.margin, rel=1e-6)
     plane, space = (fo.guaranteed_limit(system, CYCLE, friction) for system in (contact, solid))
-    assert (
-        space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8)
-        and (space.to_frame()["how"][space.open] == "open").all()
-    )
+    assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8)
+    assert (space.to_frame()["how"][space.open] == "open").all()
 
 
 @settings(max_examples=few(5))
@@ -83,18 +79,18 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
     contact, friction, limit = open_contact(seed, most_nodes=4)
     for share in (0.5, 0.999):
         safe = fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor)
-        assert (
-            safe.exists and ("and the others open" in safe.reason) == safe.open.any()
-        )  # at less load, other nodes may be open
+        # At less load, other nodes may be open.
+        assert safe.exists
+        assert ("and the others open" in safe.reason) == safe.open.any()
         rests = fo.steady_state(
             contact, CYCLE, friction, share * limit.load_factor, initial_state=safe.state
         )
         assert rests.outcome is fo.Outcome.SHAKEDOWN
     beyond = fo.safe_slip(contact, CYCLE, friction, 1.001 * limit.load_factor)
+    assert not beyond.exists
+    assert beyond.certificate is not None
     assert (
-        not beyond.exists
-        and beyond.certificate is not None
-        and f"open nodes that the search finds ({limit.open.sum()}); with other nodes open a slip may be safe"
+        f"open nodes that the search finds ({limit.open.sum()}); with other nodes open a slip may be safe"
         in beyond.reason
     )
 
@@ -177,16 +173,13 @@ def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
     """Table, copy and picture name the open nodes; a bound on the slip lowers the limit."""
     contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
-    assert (
-        limit.to_frame()["open"].tolist() == limit.open.tolist()
-        and limit.open[[0, -1]].all()
-        and not limit.open[4]
-    )
+    assert limit.to_frame()["open"].tolist() == limit.open.tolist()
+    assert limit.open[[0, -1]].all()
+    assert not limit.open[4]
     assert f"nodes: {int(limit.open.sum())} of 9 stay open" in limit.record.left_out
     bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
-    assert 0 < bounded.load_factor < limit.load_factor and np.abs(
-        bounded.slip[~bounded.open]
-    ).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
+    assert 0 < bounded.load_factor < limit.load_factor
+    assert np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
     assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
 
 
@@ -200,24 +193,21 @@ def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
     of_witness(limit)
     check = fo.verify(limit, starts=10, moved=1)
     above = check.runs[check.runs["start"] == "witness"]
-    assert (
-        limit.open.any()
-        and limit.node is not None
-        and check.persists
-        and above["outcome"].tolist() == ["CYCLIC_SLIP"]
-    )
-    assert (
-        check.dies_out
-        and not check.undecided
-        and check.residual <= 1e-9
-        and set(check.runs["start"]) == {"witness", "moved witness", "random"}
-    )
+    assert limit.open.any()
+    assert limit.node is not None
+    assert check.persists
+    assert above["outcome"].tolist() == ["CYCLIC_SLIP"]
+    assert check.dies_out
+    assert not check.undecided
+    assert check.residual <= 1e-9
+    assert set(check.runs["start"]) == {"witness", "moved witness", "random"}
 
 
 @pytest.mark.parametrize("seed", [14, 15])
 def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed_limit(seed):
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(2, 7))), float(rng.uniform(0.1, 1.0))
+    contact = pulled_system(rng, int(rng.integers(2, 7)))
+    friction = float(rng.uniform(0.1, 1.0))
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
     assert not fo.verify(limit, starts=60, moved=1).dies_out
     assert limit.reason.endswith(
@@ -246,17 +236,13 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(see
     and the cyclic one none."""
     contact, cycle, limit = open_in_space(seed)
     claim = fo.ShakedownModel(contact, cycle, solver=solver).of_set(pose(contact, cycle, 0.6))
-    motion, (q0, p0), (q1, p1) = (
-        claim._motion,
-        contact.closed_reaction(cycle.mean),
-        cycle.corner_reactions(contact),
-    )
-    assert (
-        limit.open.any()
-        and claim.kind is fo.LimitKind.NO_SAFE_SLIP
-        and claim.residual <= 1e-9
-        and not claim.open.any()
-    )
+    motion = claim._motion
+    (q0, p0) = contact.closed_reaction(cycle.mean)
+    (q1, p1) = cycle.corner_reactions(contact)
+    assert limit.open.any()
+    assert claim.kind is fo.LimitKind.NO_SAFE_SLIP
+    assert claim.residual <= 1e-9
+    assert not claim.open.any()
     work = [
         float((motion.moves[:, :-1].swapaxes(1, 2) * q).sum() + (motion.moves[:, -1] * p).sum())
         for q, p in ((q0, p0), (q1, p1))
@@ -265,23 +251,19 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(see
     assert (
         np.abs(contact.S[: -contact.nodes] @ motion.moves.sum(axis=0).ravel()).max()
         <= 1e-7 * motion.size.sum()
-        and motion.opening.min() >= 0
     )
+    assert motion.opening.min() >= 0
 
 
 def test_nodes_that_open_beyond_a_jump_are_left_out():
     """Friction is above its critical value at the first node: the exact path under the mean load
     ends at a jump, beyond which the node is open."""
-    A, B, C = (
-        [[1.351, 2.040], [2.040, 7.362]],
-        [[-2.027, -3.535], [0.386, 0.939]],
-        [[7.626, -2.224], [-2.224, 1.063]],
-    )
+    A = [[1.351, 2.040], [2.040, 7.362]]
+    B = [[-2.027, -3.535], [0.386, 0.939]]
+    C = [[7.626, -2.224], [-2.224, 1.063]]
     bonded = {"mean": ([-0.201, 0.0592], [0.0, 1.568]), "cyclic": ([1.0, 0.5], [0.5, 0.1])}
-    contact, friction = (
-        fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], bonded),
-        np.array([0.727, 0.558]),
-    )
+    contact = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], bonded)
+    friction = np.array([0.727, 0.558])
     with pytest.raises(fo.NoContinuation, match="would jump"):
         fo.steady_state(contact, CYCLE, friction, 0.0)
     limit = fo.shakedown_limit(contact, CYCLE, friction)
@@ -304,8 +286,10 @@ def test_a_closed_node_without_friction_is_named_where_others_are_open():
 
 
 def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe_does(monkeypatch):
-    contact, friction = pulled_system(np.random.default_rng(6), 4), 0.5
-    told, margin = fo.safe_slip(contact, CYCLE, friction, 0.1), fo.SafeSlipModel.of_set
+    contact = pulled_system(np.random.default_rng(6), 4)
+    friction = 0.5
+    told = fo.safe_slip(contact, CYCLE, friction, 0.1)
+    margin = fo.SafeSlipModel.of_set
 
     def without(model, question, *rest):
         if not question.open_nodes.any():

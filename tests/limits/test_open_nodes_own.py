@@ -33,16 +33,13 @@ def of_model(model):
 def own_rows(limit, seed):
     """Rows on the slips of all nodes, the load factor, and the forces of a node, which some slip
     obeys at half the limit, as a function of these."""
-    rng, half = (
-        np.random.default_rng(seed),
-        fo.safe_slip(limit.system, limit.cycle, limit.friction, 0.5 * limit.load_factor),
-    )
-    weights, node, (q, p) = (
-        rng.normal(size=limit.slip.shape),
-        rng.choice(np.flatnonzero(~limit.open)),
-        half.reactions,
-    )
-    at, share = (weights * half.slip).sum(), 0.05 + np.linalg.norm(q[-1, node]) / p[-1, node]
+    rng = np.random.default_rng(seed)
+    half = fo.safe_slip(limit.system, limit.cycle, limit.friction, 0.5 * limit.load_factor)
+    weights = rng.normal(size=limit.slip.shape)
+    node = rng.choice(np.flatnonzero(~limit.open))
+    (q, p) = half.reactions
+    at = (weights * half.slip).sum()
+    share = 0.05 + np.linalg.norm(q[-1, node]) / p[-1, node]
 
     def rows(of):
         shear = of.q[-1][node] if limit.slip.ndim == 1 else cp.norm(of.q[-1][node])
@@ -59,11 +56,9 @@ def own_rows(limit, seed):
 def agrees(contact, cycle, f, limit, seed):
     """Limit and a chosen slip under rows of one's own; returns the model, the rows, and the limit
     under them."""
-    model, oracle, rows = (
-        fo.ShakedownModel(contact, cycle),
-        Oracle(contact, cycle, f, limit.open),
-        own_rows(limit, seed),
-    )
+    model = fo.ShakedownModel(contact, cycle)
+    oracle = Oracle(contact, cycle, f, limit.open)
+    rows = own_rows(limit, seed)
     assert oracle.largest() == pytest.approx(limit.load_factor, rel=1e-6)
     own, same = rows(of_model(model)), rows(oracle)
     goal = [
@@ -71,18 +66,14 @@ def agrees(contact, cycle, f, limit, seed):
         for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))
     ]
     chosen = model.solve(f, own, objective=goal[0])
-    assert (
-        chosen.objective == pytest.approx(oracle.largest(same, goal[1]), rel=1e-5, abs=1e-7)
-        and chosen.residual <= 1e-9
-    )
+    assert chosen.objective == pytest.approx(oracle.largest(same, goal[1]), rel=1e-5, abs=1e-7)
+    assert chosen.residual <= 1e-9
     found = model.solve(f, own)
-    assert found.load_factor == pytest.approx(
-        oracle.largest(same), rel=1e-6
-    ) and found.bound == pytest.approx(found.load_factor, rel=1e-8)
+    assert found.load_factor == pytest.approx(oracle.largest(same), rel=1e-6)
+    assert found.bound == pytest.approx(found.load_factor, rel=1e-8)
     assert found.open.tolist() == limit.open.tolist() and found.residual <= 1e-9
-    assert 0.5 * limit.load_factor <= found.load_factor * (
-        1 + 1e-9
-    ) and found.load_factor <= limit.load_factor * (1 + 1e-9)
+    assert 0.5 * limit.load_factor <= found.load_factor * (1 + 1e-9)
+    assert found.load_factor <= limit.load_factor * (1 + 1e-9)
     assert max(np.max(row.violation()) for row in own) <= 1e-8
     return model, own, found
 
@@ -120,17 +111,13 @@ def test_the_limit_in_space_under_rows_on_all_nodes(seed):
 def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
     """Also where rows that all pressures obey contradict each other with all nodes closed."""
     contact, f, limit = open_contact(seed)
-    rows, model, safe = (
-        own_rows(limit, seed),
-        fo.ShakedownModel(contact, CYCLE),
-        fo.SafeSlipModel(contact, CYCLE),
-    )
+    rows = own_rows(limit, seed)
+    model = fo.ShakedownModel(contact, CYCLE)
+    safe = fo.SafeSlipModel(contact, CYCLE)
     most = model.solve(f, [*rows(of_model(model)), model.p >= 0]).load_factor
     own = [*rows(of_model(safe)), safe.p >= 0]
-    below, beyond = (
-        safe.solve(f, most * (1 - 1e-5), own),
-        safe.solve(f, 0.5 * limit.load_factor, [*own, safe.margin <= -0.3]),
-    )
+    below = safe.solve(f, most * (1 - 1e-5), own)
+    beyond = safe.solve(f, 0.5 * limit.load_factor, [*own, safe.margin <= -0.3])
     assert below.exists and below.residual <= 1e-9 and below.open.tolist() == limit.open.tolist()
     assert beyond.margin == pytest.approx(-0.3)
     assert safe.slip.value == pytest.approx(beyond.slip) and not safe.p.value[:, limit.open].any()
@@ -145,14 +132,13 @@ def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
 @given(seeds)
 def test_a_guaranteed_limit_under_rows_is_the_least_with_a_closed_node_on_both_bounds(seed):
     contact, f, limit = open_contact(seed)
-    flat, shut, most = (
-        fo.GuaranteedModel(contact, CYCLE),
-        np.flatnonzero(~limit.open),
-        0.7 * np.abs(limit.slip[~limit.open]).max(),
-    )
+    flat = fo.GuaranteedModel(contact, CYCLE)
+    shut = np.flatnonzero(~limit.open)
+    most = 0.7 * np.abs(limit.slip[~limit.open]).max()
     found = flat.solve(f, [cp.abs(flat.slip[shut]) <= most])
     assume(found.kind is fo.LimitKind.FINITE and found.shakedown.open.any())
-    oracle, least = Oracle(contact, CYCLE, f, limit.open), found.shakedown.load_factor
+    oracle = Oracle(contact, CYCLE, f, limit.open)
+    least = found.shakedown.load_factor
     assert least == pytest.approx(oracle.largest([cp.abs(oracle.slip[shut]) <= most]), rel=1e-6)
     for node in shut:
         for k in (0, 1):
@@ -183,14 +169,11 @@ def test_rows_that_nothing_obeys_are_named_and_open_no_node_of_a_closed_contact(
             (model.load_factor >= 1.01 * limit.load_factor).set_label("service load"),
         ],
     )
-    assert refused.kind is fo.LimitKind.NO_SAFE_SLIP and refused.reason.startswith(
-        f"with {limit.open.sum()} of {contact.nodes} nodes open"
-    )
-    assert (
-        "obeys service load:" in refused.reason
-        and np.isnan(refused.slip).all()
-        and model.slip.value is None
-    )
+    assert refused.kind is fo.LimitKind.NO_SAFE_SLIP
+    assert refused.reason.startswith(f"with {limit.open.sum()} of {contact.nodes} nodes open")
+    assert "obeys service load:" in refused.reason
+    assert np.isnan(refused.slip).all()
+    assert model.slip.value is None
     shut = contact.with_bonded(
         {"mean": (contact.bonded["mean"][0], np.ones(contact.nodes))}
     ).with_gap(np.zeros(contact.nodes))

@@ -52,10 +52,8 @@ def test_a_model_says_what_it_asks():
 def agrees(limit, value, rel=1e-7):
     """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an
     end."""
-    assert (
-        limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
-        and limit.residual <= 1e-9
-    )
+    assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
+    assert limit.residual <= 1e-9
     if limit.kind is fo.LimitKind.FINITE:
         assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-8)
 
@@ -65,9 +63,8 @@ def agrees(limit, value, rel=1e-7):
 @given(
     seed=SEEDS,
     f=st.floats(0.1, 1.0),
-    coupling=st.sampled_from(
-        [0.0, 0.5]
-    ),  # without any, a limit has a closed form, but not under constraints
+    # Without any, a limit has a closed form, but not under constraints.
+    coupling=st.sampled_from([0.0, 0.5]),
     at=st.sampled_from([0.0, 0.1, 3.0]),
     cost=st.sampled_from([0.0, 0.3, 3.0]),
     simplify=st.booleans(),
@@ -79,16 +76,13 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
 ):
     """`free`: in the plane, of a body that nothing holds against a slide; not for one solver
     alone."""
-    rng, rel = np.random.default_rng(seed), 1e-7 if tangents == 1 else 1e-6
-    contact, weights = (
-        contact_of(rng, 3, tangents, coupling),
-        rng.normal(size=(3, tangents)).squeeze(),
-    )
+    rng = np.random.default_rng(seed)
+    rel = 1e-7 if tangents == 1 else 1e-6
+    contact = contact_of(rng, 3, tangents, coupling)
+    weights = rng.normal(size=(3, tangents)).squeeze()
     contact = freed(contact) if free and tangents == 1 and solver is None else contact
-    model, oracle = (
-        fo.ShakedownModel(contact, TURNS, simplify=simplify, solver=solver),
-        Oracle(contact, TURNS, f),
-    )
+    model = fo.ShakedownModel(contact, TURNS, simplify=simplify, solver=solver)
+    oracle = Oracle(contact, TURNS, f)
 
     def own(slip, lam, q, p):
         return [
@@ -99,10 +93,8 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
             cp.norm(q[2][1]) <= 0.8 * f * p[2][1],
         ]
 
-    mine, same = (
-        own(model.slip, model.load_factor, model.q, model.p),
-        own(oracle.slip, oracle.lam, oracle.q, oracle.p),
-    )
+    mine = own(model.slip, model.load_factor, model.q, model.p)
+    same = own(oracle.slip, oracle.lam, oracle.q, oracle.p)
     limit = model.solve(f, mine)
     agrees(limit, oracle.largest(same), rel)
     if limit.kind is fo.LimitKind.FINITE:
@@ -120,15 +112,13 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
         assert chosen.objective == pytest.approx(
             oracle.largest(same, goals[1]), rel=rough, abs=rough / 10
         )
-        assert chosen.bound == pytest.approx(
-            chosen.objective, rel=1e-7, abs=1e-8
-        ) and f"objective={chosen.objective:.6g}" in repr(chosen)
+        assert chosen.bound == pytest.approx(chosen.objective, rel=1e-7, abs=1e-8)
+        assert f"objective={chosen.objective:.6g}" in repr(chosen)
         assert 2 * chosen.load_factor - cost * np.abs(chosen.slip).sum() == pytest.approx(
             chosen.objective, abs=1e-8
         )
-        assert (
-            chosen.load_factor <= limit.load_factor * (1 + 1e-8) and "not a limit" in chosen.reason
-        )
+        assert chosen.load_factor <= limit.load_factor * (1 + 1e-8)
+        assert "not a limit" in chosen.reason
 
 
 @BOTH
@@ -136,17 +126,14 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
     contact = contact_of(np.random.default_rng(2), 3, tangents)
     model, safe = fo.ShakedownModel(contact, TURNS), fo.SafeSlipModel(contact, TURNS)
     above = model.solve(0.4).load_factor * 1.01
-    harmless, impossible = (
-        model.slip <= 10.0,
-        (model.load_factor >= above).set_label("service load"),
-    )
+    harmless = model.slip <= 10.0
+    impossible = (model.load_factor >= above).set_label("service load")
     limit = model.solve(0.4, [harmless, impossible])
-    assert (
-        limit.kind is fo.LimitKind.NO_SAFE_SLIP
-        and np.isnan(limit.load_factor)
-        and np.isnan(limit.slip).all()
-    )
-    assert "obeys service load:" in limit.reason and limit.constraints == (
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
+    assert np.isnan(limit.load_factor)
+    assert np.isnan(limit.slip).all()
+    assert "obeys service load:" in limit.reason
+    assert limit.constraints == (
         "constraints[0]",
         "service load",
     )
@@ -160,10 +147,8 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
             f"answer      {limit.load_factor:.12g}",
         )
     )
-    low, high = (
-        (cp.sum(safe.slip[0]) <= 0.1).set_label("low"),
-        (cp.sum(safe.slip[0]) >= 0.2).set_label("high"),
-    )
+    low = (cp.sum(safe.slip[0]) <= 0.1).set_label("low")
+    high = (cp.sum(safe.slip[0]) >= 0.2).set_label("high")
     with pytest.raises(
         fo.ModelError,
         match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3",
@@ -173,10 +158,8 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
 
 
 def test_all_forms_of_a_constraint_say_the_same():
-    model, own = (
-        fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE),
-        cp.Variable(3),
-    )
+    model = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE)
+    own = cp.Variable(3)
     bounds = (
         [model.slip <= 0.05],
         [cp.NonNeg(0.05 - model.slip)],
@@ -191,17 +174,18 @@ def test_all_forms_of_a_constraint_say_the_same():
     sums = [cp.norm1(model.slip) <= 0.06], *own_sums  # with variables of one's own
     for forms in (bounds, sums):
         limits = [model.solve(0.4, form).load_factor for form in forms]
-        assert (
-            limits == pytest.approx([limits[0]] * len(limits), rel=1e-9)
-            and limits[0] < 0.99 * model.solve(0.4).load_factor
-        )
+        assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9)
+        assert limits[0] < 0.99 * model.solve(0.4).load_factor
 
 
 def test_dense_equations_say_the_same_however_they_are_scaled():
     """y = M slip in several ways, with entries of y bounded so that they limit the load."""
     rng, n = np.random.default_rng(3), 6
-    contact, M, shift = random_system(rng, n), rng.normal(size=(n, n)), rng.normal(size=n)
-    twice, some = sp.diags_array(np.full(n, 2.0)), np.eye(n)[[4, 0, 2]]
+    contact = random_system(rng, n)
+    M = rng.normal(size=(n, n))
+    shift = rng.normal(size=n)
+    twice = sp.diags_array(np.full(n, 2.0))
+    some = np.eye(n)[[4, 0, 2]]
     model, y = fo.ShakedownModel(contact, CYCLE), cp.Variable(n, name="y")
     free = model.solve(0.5)
     most = 0.9 * np.abs(M @ free.slip)
@@ -222,10 +206,8 @@ def test_dense_equations_say_the_same_however_they_are_scaled():
 
 
 def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost():
-    contact, cycle = (
-        mirrored(np.random.default_rng(3), 4),
-        fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}]),
-    )
+    contact = mirrored(np.random.default_rng(3), 4)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
     model = fo.ShakedownModel(contact, cycle)
     most = 0.5 * model.solve(0.5).slip[0]
     row = np.eye(4)[0] * np.sign(most)
@@ -258,9 +240,8 @@ def test_units_do_not_matter_and_the_value_of_the_problem_is_the_load_factor():
         model = fo.ShakedownModel(changed, CYCLE)
         limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
         base = base or limit.load_factor
-        assert limit.load_factor == pytest.approx(base, rel=1e-8) and np.abs(
-            limit.slip
-        ).max() <= 0.05 * load / stiff * (1 + 1e-8)
+        assert limit.load_factor == pytest.approx(base, rel=1e-8)
+        assert np.abs(limit.slip).max() <= 0.05 * load / stiff * (1 + 1e-8)
         assert limit.problem.value == pytest.approx(limit.load_factor, rel=1e-10)
     assert base < fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 0.999
 
@@ -281,19 +262,16 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
 def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
     """One node under a shear alone: with `|q| <= c` below `f p` the limit is c over the shear, and
     more friction changes nothing."""
-    zero, loads = (
-        [0.0] * (tangents - 1),
-        {"P": [0.0] * tangents + [1.0], "Q": [1.0] + [0.0] * tangents},
-    )
+    zero = [0.0] * (tangents - 1)
+    loads = {"P": [0.0] * tangents + [1.0], "Q": [1.0] + [0.0] * tangents}
     contact = fo.ContactSystem(np.eye(tangents + 1), [[0.0, *zero, 0.0]], loads)
     model = fo.ShakedownModel(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
     sizes = [
         cp.abs(model.q[k]) if tangents == 1 else cp.norm(model.q[k], 2, axis=1) for k in (0, 1)
     ]
     limit = model.solve(0.5, [size <= 0.3 for size in sizes])
-    assert limit.load_factor == pytest.approx(0.3) and limit.friction_rate == pytest.approx(
-        [0.0], abs=1e-9
-    )
+    assert limit.load_factor == pytest.approx(0.3)
+    assert limit.friction_rate == pytest.approx([0.0], abs=1e-9)
     assert model.solve(0.2, [size <= 0.3 for size in sizes]).friction_rate == pytest.approx([1.0])
 
 
@@ -383,9 +361,8 @@ def test_each_constraint_has_a_name_of_its_own_and_holds(label):
     ]
     limit = model.solve(0.4, rows)
     assert limit.load_factor == pytest.approx(0.01, rel=1e-9) and len(set(limit.constraints)) == 3
-    assert limit.constraints[1:] == ("constraints[1]", "constraints[2]") and limit.constraints[
-        0
-    ] == ("mine" if label == "mine" else "constraints[0]")
+    assert limit.constraints[1:] == ("constraints[1]", "constraints[2]")
+    assert limit.constraints[0] == ("mine" if label == "mine" else "constraints[0]")
 
 
 def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold():
@@ -429,18 +406,16 @@ def test_variables_with_a_sign_bounds_or_symmetry_bound_the_slip_as_their_rows_d
     tangents, own, rest
 ):
     contact = contact_of(np.random.default_rng(0), 3, tangents)
-    model, variable = (
-        fo.ShakedownModel(contact, TURNS),
-        cp.Variable(**{"shape": 3, "name": "own", **rest}),
-    )
+    model = fo.ShakedownModel(contact, TURNS)
+    variable = cp.Variable(**{"shape": 3, "name": "own", **rest})
     size = cp.abs(model.slip) if tangents == 1 else cp.norm(model.slip, axis=1)
     rows = [size <= own(variable)] + (
         [] if "symmetric" not in rest else [cp.diag(variable) <= 0.02, variable <= 0.02]
     )
-    limit, plain = model.solve(0.4, rows), fo.shakedown_limit(contact, TURNS, 0.4, slip_bound=0.02)
-    assert limit.load_factor == pytest.approx(
-        plain.load_factor, rel=1e-7
-    ) and limit.bound == pytest.approx(plain.load_factor, rel=1e-7)
+    limit = model.solve(0.4, rows)
+    plain = fo.shakedown_limit(contact, TURNS, 0.4, slip_bound=0.02)
+    assert limit.load_factor == pytest.approx(plain.load_factor, rel=1e-7)
+    assert limit.bound == pytest.approx(plain.load_factor, rel=1e-7)
     assert (size.value <= own(variable).value + 1e-9).all()
     if "symmetric" in rest:
         assert np.array_equal(variable.value, variable.value.T)
@@ -498,6 +473,7 @@ def test_one_model_answers_questions_in_every_order(kind, cycle, tangents):
 
     right = {name: alone(name) for name in ("plain", "own", "none")}
     model, own = kind(contact, cycle), cp.Variable(2)
+    # Each after each.
     for name in (
         "plain",
         "plain",
@@ -509,7 +485,7 @@ def test_one_model_answers_questions_in_every_order(kind, cycle, tangents):
         "none",
         "own",
         "plain",
-    ):  # each after each
+    ):
         found, factor = asked(model, own, name)
         assert found is right[name][0] and factor == pytest.approx(
             right[name][1], rel=1e-7, abs=1e-9, nan_ok=True
@@ -563,10 +539,10 @@ def test_rows_of_your_own_are_printed_by_the_names_of_the_model_and_have_multipl
         "q",
         "p",
         "p[1, 2]",
-    ] and "Concatenate" not in limit.explain()
-    assert {"q[0, 0:3]", "p", "slip[0]", "q[all]"} <= set(
-        limit.multipliers.row
-    ) and "           0.01 <= p\n" in str(limit.problem)
+    ]
+    assert "Concatenate" not in limit.explain()
+    assert {"q[0, 0:3]", "p", "slip[0]", "q[all]"} <= set(limit.multipliers.row)
+    assert "           0.01 <= p\n" in str(limit.problem)
     assert (limit.multipliers[limit.multipliers.row == "p"].corner == -1).all()
 
 
@@ -579,11 +555,9 @@ def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_lea
         fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]),
     )
     limit = model.solve(0.5, [cp.abs(model.slip) <= 1.0])
-    assert (
-        limit.kind is fo.LimitKind.UNBOUNDED
-        and limit.load_factor == np.inf
-        and "constraints[0]" in limit.reason
-    )
+    assert limit.kind is fo.LimitKind.UNBOUNDED
+    assert limit.load_factor == np.inf
+    assert "constraints[0]" in limit.reason
     assert model.solve(0.5, [model.load_factor <= 7.0]).load_factor == pytest.approx(7.0, rel=1e-9)
 
 
@@ -606,17 +580,14 @@ def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that
         expected = np.nanmin(
             [*on_both_bounds(contact, CYCLE, f, upper=upper)[:, 0], limit.shakedown.load_factor]
         )
-        assert limit.load_factor == pytest.approx(
-            expected, rel=1e-7, abs=1e-8
-        ) and limit.constraints == ("constraints[0]",)
+        assert limit.load_factor == pytest.approx(expected, rel=1e-7, abs=1e-8)
+        assert limit.constraints == ("constraints[0]",)
         assert limit.slip.max() <= size + 1e-9 and limit.residual <= 1e-9
-        assert model.slip.value == pytest.approx(
-            limit.slip, abs=1e-9
-        ) and model.load_factor.value == pytest.approx(limit.load_factor, abs=1e-9)
+        assert model.slip.value == pytest.approx(limit.slip, abs=1e-9)
+        assert model.load_factor.value == pytest.approx(limit.load_factor, abs=1e-9)
         q, p = limit.reactions
-        assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(
-            p, abs=1e-9
-        )
+        assert model.q.value == pytest.approx(q, abs=1e-9)
+        assert model.p.value == pytest.approx(p, abs=1e-9)
 
 
 def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_node():
@@ -651,11 +622,9 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
 )
 def test_the_margin_under_constraints(seed, f, factor, size):
     contact = random_system(np.random.default_rng(seed), 3)
-    (q0, p0), (q1, p1), tilted = (
-        CYCLE.mean_reaction(contact),
-        CYCLE.corner_reactions(contact),
-        np.array([0.2, -0.3, 0.1]),
-    )
+    (q0, p0) = CYCLE.mean_reaction(contact)
+    (q1, p1) = CYCLE.corner_reactions(contact)
+    tilted = np.array([0.2, -0.3, 0.1])
     upper = [*((row, 0.0, size) for row in np.eye(3)), (tilted, 0.0, 0.01)]
     if f < 0.01:  # then pressures are in the margin, too
         upper += [
@@ -668,18 +637,13 @@ def test_the_margin_under_constraints(seed, f, factor, size):
     assert [safe.margin, safe.bound] == pytest.approx(
         [linprog_margin(contact, CYCLE, f, factor, upper=upper)] * 2, rel=1e-7, abs=1e-8
     )
-    assert (
-        safe.exists is (safe.margin >= -1e-9)
-        and safe.certificate is None
-        and safe.slip.max() <= size + 1e-9
-    )
-    assert model.slip.value == pytest.approx(
-        safe.slip, abs=1e-9
-    ) and model.margin.value == pytest.approx(safe.margin)
-    assert (
-        model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9)
-        and model.load_factor.value == factor
-    )
+    assert safe.exists is (safe.margin >= -1e-9)
+    assert safe.certificate is None
+    assert safe.slip.max() <= size + 1e-9
+    assert model.slip.value == pytest.approx(safe.slip, abs=1e-9)
+    assert model.margin.value == pytest.approx(safe.margin)
+    assert model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9)
+    assert model.load_factor.value == factor
 
 
 def test_the_rate_of_an_objective_is_its_slope():
@@ -700,11 +664,9 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
     small = cp.norm(model.slip, 2, axis=1) <= 0.1
     for own in ([], [small]):
         none = model.solve([0.5, 0.0], own)
-        assert (
-            none.load_factor == 0.0
-            and abs(none.bound) < 1e-12
-            and "node 1 has no friction, and the cyclic load shears it" in none.reason
-        )
+        assert none.load_factor == 0.0
+        assert abs(none.bound) < 1e-12
+        assert "node 1 has no friction, and the cyclic load shears it" in none.reason
     never = model.solve([0.5, 0.0], [(model.load_factor >= 0.1).set_label("service load")])
     assert never.kind is fo.LimitKind.NO_SAFE_SLIP and "obeys service load" in never.reason
     limit = model.solve([0.5, 0.3], [small])
@@ -718,14 +680,10 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
 def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe():
     """Or why there is no answer, where circles that end in their apex leave a solver too few
     digits."""
-    contact, alternating = (
-        random_contact(np.random.default_rng(0), 3),
-        fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}]),
-    )
-    model, one_solver = (
-        fo.ShakedownModel(contact, alternating),
-        fo.ShakedownModel(contact, alternating, solver="CLARABEL"),
-    )
+    contact = random_contact(np.random.default_rng(0), 3)
+    alternating = fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}])
+    model = fo.ShakedownModel(contact, alternating)
+    one_solver = fo.ShakedownModel(contact, alternating, solver="CLARABEL")
     assert model.solve(0.4).load_factor == 0.0
     for asked in (model, one_solver):
         for own, objective in few(
@@ -741,15 +699,14 @@ def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe(
             else:
                 limit = asked.solve(0.4, own, objective)
                 assert max(limit.load_factor, limit.bound, limit.largest_slip) < 1e-9
+    # Nor at load factor 0: an answer, as in the plane.
     for own in (
         model.load_factor >= 1,
         model.slip[0, 0] >= 0.1,
-    ):  # nor at load factor 0: an answer, as in the plane
+    ):
         limit = model.solve(0.4, [own])
-        assert (
-            limit.kind is fo.LimitKind.NO_SAFE_SLIP
-            and "obeys constraints[0]: drop or relax" in limit.reason
-        )
+        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
+        assert "obeys constraints[0]: drop or relax" in limit.reason
 
 
 @pytest.mark.parametrize("simplify", [True, False])

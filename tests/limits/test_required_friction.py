@@ -65,10 +65,8 @@ def brute_force(contact, cycle, load_factor, bound=None):
 )
 def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=coupling)
-    required, expected = (
-        fo.required_friction(contact, CYCLE, factor, slip_bound=most),
-        brute_force(contact, CYCLE, factor, most),
-    )
+    required = fo.required_friction(contact, CYCLE, factor, slip_bound=most)
+    expected = brute_force(contact, CYCLE, factor, most)
     assert required.residual <= 1e-9
     if required.open.any():  # which no row of the brute force knows
         assert required.required <= expected * (1 + 1e-5)
@@ -94,10 +92,8 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
     assert make is fixed_contact or required.required <= f * (1 + 1e-5)
     enough = fo.shakedown_limit(contact, cycle, required.required * (1 + 1e-4))
     less = fo.shakedown_limit(contact, cycle, required.required * (1 - 1e-4))
-    assert (
-        enough.least <= factor <= enough.load_factor
-        and not less.least <= factor <= less.load_factor
-    )
+    assert enough.least <= factor <= enough.load_factor
+    assert not less.least <= factor <= less.load_factor
     assert required.reactions[1].min() >= -1e-9
 
 
@@ -115,11 +111,10 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
 )
 def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, factor, most):
     """Where it leaves some node no pressure, no friction is enough."""
-    contact, least = make(np.random.default_rng(seed), nodes, coupling=1.0), cp.Variable()
-    bound, v = (
-        None if most is None else np.full(nodes, most),
-        cp.Variable((nodes, contact.tangents)),
-    )
+    contact = make(np.random.default_rng(seed), nodes, coupling=1.0)
+    least = cp.Variable()
+    bound = None if most is None else np.full(nodes, most)
+    v = cp.Variable((nodes, contact.tangents))
     pressed = best_pressed(contact, cycle, factor, bound)[0]
     p0, p1 = cycle.mean_reaction(contact)[1], cycle.corner_reactions(contact)[1]
     rows = [p0 + factor * p + contact.B @ cp.vec(v, order="F") >= p0.mean() * least for p in p1]
@@ -127,11 +122,9 @@ def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, fact
     value = cp.Problem(cp.Maximize(least), rows).solve(
         solver="CLARABEL", tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9
     )
-    assert (
-        pressed.least == pytest.approx(value, abs=1e-7)
-        and pressed.impossible == (value < 0)
-        and pressed.residual <= 1e-9
-    )
+    assert pressed.least == pytest.approx(value, abs=1e-7)
+    assert pressed.impossible == (value < 0)
+    assert pressed.residual <= 1e-9
     if pressed.least < -1e-6:
         answer = fo.required_friction(contact, cycle, factor, slip_bound=bound)
         assert answer.required == np.inf and len(answer.mechanism)
@@ -215,9 +208,8 @@ def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_fact
     next to the best one of these."""
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
     required = fo.required_friction(fir, cycle, load_factor)
-    assert (
-        required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
-    )
+    assert required.open.any()
+    assert required.required * (1 - 1e-5) < required.bound < required.required
     below, above = (
         fo.shakedown_limit(fir, cycle, required.required * share).load_factor
         for share in (1 - 1e-4, 1 + 1e-6)
@@ -266,19 +258,15 @@ def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load
 def test_faces_that_lock_themselves_need_slips_without_bound():
     """Pushed from below, a dovetail is held by friction alone, of the cotangent of its angle: with
     it the slip has no bound."""
-    contact, cot = (
-        fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense(),
-        1 / np.tan(np.radians(50)),
-    )
+    contact = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense()
+    cot = 1 / np.tan(np.radians(50))
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
     free = fo.required_friction(contact, cycle, 1.5)
     assert free.required == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
     held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e4)]
     assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e4])
-    assert (
-        held[0].required > held[1].required > free.required
-        and "within the slip bound" in held[0].reason
-    )
+    assert held[0].required > held[1].required > free.required
+    assert "within the slip bound" in held[0].reason
     for required, most in few([*zip(held, (1e2, 1e4), strict=True)], 1):
         less, more = (
             fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor
@@ -327,7 +315,8 @@ def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
 def test_it_is_proven_from_both_sides(punch, paper_cycle):
     contact = punch(40)
     required = fo.required_friction(contact, paper_cycle, 1.5)
-    (q0, p0), (q1, p1) = paper_cycle.mean_reaction(contact), paper_cycle.corner_reactions(contact)
+    (q0, p0) = paper_cycle.mean_reaction(contact)
+    (q1, p1) = paper_cycle.corner_reactions(contact)
     q, p = q0 + 1.5 * q1 + contact.A @ required.slip, p0 + 1.5 * p1 + contact.B @ required.slip
     assert (np.abs(q) <= required.required * p + 1e-12 * p.mean()).all()
     less, table = required.bound, required.mechanism
@@ -362,14 +351,11 @@ def test_where_no_friction_is_enough():
     assert required.required == np.inf and np.isnan(required.slip).all()
     assert "no friction is enough" in required.reason and "x = 1" in required.reason
     table = required.mechanism
-    assert (
-        set(table["direction"]) == {0}
-        and dict(zip(table["node"], table["corner"], strict=True))[1] == 0
-    )
+    assert set(table["direction"]) == {0}
+    assert dict(zip(table["node"], table["corner"], strict=True))[1] == 0
     assert np.isfinite(fo.required_friction(pulled, CYCLE, 0.6).required)
-    opened = fo.required_friction(
-        pulled, CYCLE, 1.0
-    )  # a slip of 8 keeps node 1 open, and node 0 sticks
+    # A slip of 8 keeps node 1 open, and node 0 sticks.
+    opened = fo.required_friction(pulled, CYCLE, 1.0)
     assert opened.open.tolist() == [False, True] and opened.required == pytest.approx(1.6, rel=1e-6)
     assert rests(pulled, CYCLE, opened.required * 1.001, 1.0, initial_state=opened.state)
 
@@ -394,13 +380,10 @@ def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_marg
     light = 1e-6
     contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, light), (0.1, 0.5 * light), 0.0)
     required = fo.required_friction(contact, CYCLE, 1.0)
-    assert (
-        required.required == pytest.approx(0.5, rel=1e-5)
-        and required.required * (1 - 1e-5) < required.bound < required.required
-    )
-    assert not fo.safe_slip(contact, CYCLE, required.bound, 1.0).exists and set(
-        required.mechanism["node"]
-    ) == {1}
+    assert required.required == pytest.approx(0.5, rel=1e-5)
+    assert required.required * (1 - 1e-5) < required.bound < required.required
+    assert not fo.safe_slip(contact, CYCLE, required.bound, 1.0).exists
+    assert set(required.mechanism["node"]) == {1}
 
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
@@ -411,10 +394,8 @@ def test_where_the_mean_load_pulls_more_load_needs_less_friction():
     assert [each.required for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
     for each in required[1:]:
         least = fo.shakedown_limit(NODE, cycle, each.required).least
-        assert (
-            least == pytest.approx(each.load_factor, rel=1e-4)
-            and fo.shakedown_limit(NODE, cycle, each.bound).least > each.load_factor
-        )
+        assert least == pytest.approx(each.load_factor, rel=1e-4)
+        assert fo.shakedown_limit(NODE, cycle, each.bound).least > each.load_factor
 
 
 def by_slips(S, loads, node, slips):
@@ -438,10 +419,8 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
             [-0.6, 0.5, -0.2, 1.4],
         ]
     )
-    mean, corners = (
-        np.array([-0.1, 0.1, 1.2, 1.0]),
-        np.array([[1.5, -0.2, -0.4, 0.2], [-0.5, 0.5, -0.2, 0.1], [-0.9, 0.4, -0.1, -0.1]]),
-    )
+    mean = np.array([-0.1, 0.1, 1.2, 1.0])
+    corners = np.array([[1.5, -0.2, -0.4, 0.2], [-0.5, 0.5, -0.2, 0.1], [-0.9, 0.4, -0.1, -0.1]])
     contact = fo.ContactSystem(
         S,
         [[0, 0], [1, 0]],
@@ -459,11 +438,9 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
         == "no residual slip is safe with less, 1 node open and the others closed: see the mechanism"
     )
     opened, pressed = (fo.shakedown_limit(contact, cycle, f) for f in (0.25, 0.3))
-    assert (
-        opened.load_factor < pressed.load_factor
-        and pressed.open.tolist() == [False, True]
-        and mean[3] < 1.2 * S[3, 3]
-    )
+    assert opened.load_factor < pressed.load_factor
+    assert pressed.open.tolist() == [False, True]
+    assert mean[3] < 1.2 * S[3, 3]
 
 
 def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
@@ -477,10 +454,8 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
             [-0.35, -0.26, -0.13, 0.87],
         ]
     )
-    mean, corners = (
-        np.array([1.53, 0.36, 0.29, 0.08]),
-        np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]]),
-    )
+    mean = np.array([1.53, 0.36, 0.29, 0.08])
+    corners = np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]])
     contact = fo.ContactSystem(
         S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}
     )

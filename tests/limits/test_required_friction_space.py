@@ -18,15 +18,12 @@ def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shea
     )
     for load_factor, expected in ((1.0, 0.5), (0.5, 0.25)):
         required = fo.required_friction(node, cycle, load_factor)
-        assert (
-            required.required == pytest.approx(expected, rel=1e-5)
-            and required.bound < required.required
-        )
+        assert required.required == pytest.approx(expected, rel=1e-5)
+        assert required.bound < required.required
         q, p = required.reactions
         assert (np.hypot(q[..., 0], q[..., 1]) <= required.required * p * (1 + 1e-9)).all()
-    assert required.slip.shape == (1, 2) and {"slip1", "slip2"} <= set(required.to_frame()) & set(
-        required.mechanism
-    )
+    assert required.slip.shape == (1, 2)
+    assert {"slip1", "slip2"} <= set(required.to_frame()) & set(required.mechanism)
 
 
 def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
@@ -46,15 +43,14 @@ def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
 def test_a_rigid_body_has_no_normal_stiffness_beyond_rounding(corners):
     """Three nodes or two that statics decides: pushed evenly by 0.1 and pressed by 1, they need a
     friction of 0.1, whatever the sign of rounding."""
-    points, n = np.column_stack([np.array(corners, float), np.zeros(len(corners))]), len(corners)
+    points = np.column_stack([np.array(corners, float), np.zeros(len(corners))])
+    n = len(corners)
     axes = [(axis, np.zeros(3)) for axis in np.eye(3)] + [(np.zeros(3), axis) for axis in np.eye(3)]
     motions = np.array([(shift + np.cross(turn, points)).T.ravel() for shift, turn in axes]).T
     basis, size, _ = np.linalg.svd(motions, full_matrices=False)
     basis = basis[:, size > 1e-9]
     loads = {"P": np.r_[np.zeros(2 * n), np.ones(n)], "Q": np.r_[np.ones(n), np.zeros(2 * n)]}
-    body, cycle = (
-        fo.ContactSystem(np.eye(3 * n) - basis @ basis.T, points, loads),
-        fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]),
-    )
+    body = fo.ContactSystem(np.eye(3 * n) - basis @ basis.T, points, loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     assert fo.safe_slip(body, cycle, 0.3, 0.1).margin == pytest.approx((0.3 - 0.1) / 0.3)
     assert fo.required_friction(body, cycle, 0.1).required == pytest.approx(0.1, rel=1e-5)

@@ -65,13 +65,11 @@ def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):
     assert len(region.mechanisms) == len(region.sides) == len(region.vertices) - 1
     ways = np.diff(region.vertices, axis=0)
     assert (ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0] > 0).all()
-    (q0, p0), units = (
-        contact.reaction(MEAN),
-        [
-            region.cycle(1.0, 0.0).corner_reactions(contact),
-            region.cycle(0.0, 1.0).corner_reactions(contact),
-        ],
-    )
+    (q0, p0) = contact.reaction(MEAN)
+    units = [
+        region.cycle(1.0, 0.0).corner_reactions(contact),
+        region.cycle(0.0, 1.0).corner_reactions(contact),
+    ]
     for side, table in zip(region.sides.itertuples(), region.mechanisms, strict=True):
         node, corner, sense, share = (
             table[name].to_numpy() for name in ("node", "corner", "direction", "share")
@@ -90,12 +88,10 @@ def test_without_a_mean_load_only_zero_is_safe():
     region = fo.safe_region(
         random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b")), {}, ["a", "b"], 0.5
     )
-    assert (
-        np.array_equal(region.vertices, np.zeros((2, 2)))
-        and region.contains(0.0, 0.0)
-        and not region.contains(1e-6, 0.0)
-        and region.reason.startswith("no amplitudes above 0 are safe: ")
-    )
+    assert np.array_equal(region.vertices, np.zeros((2, 2)))
+    assert region.contains(0.0, 0.0)
+    assert not region.contains(1e-6, 0.0)
+    assert region.reason.startswith("no amplitudes above 0 are safe: ")
 
 
 def test_a_load_without_room_leaves_the_other_one_its_limit():
@@ -110,11 +106,9 @@ def test_a_load_without_room_leaves_the_other_one_its_limit():
     )
     region = fo.safe_region(contact, {"P": 1.0}, ["a", "b"], 0.5)
     assert region.vertices == pytest.approx(np.array([[0.0, 0.0], [0.0, 0.5]]), abs=1e-9)
-    assert (
-        region.contains(0.0, 0.49)
-        and not region.contains(0.0, 0.51)
-        and not region.contains(1e-6, 0.1)
-    )
+    assert region.contains(0.0, 0.49)
+    assert not region.contains(0.0, 0.51)
+    assert not region.contains(1e-6, 0.1)
 
 
 @pytest.mark.parametrize("tolerance", [0.1, 1e-3])
@@ -126,15 +120,12 @@ def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
     size = [1.0, 2.0]  # of both shears, across each other
     assert np.linalg.norm(region.vertices * size, axis=1) == pytest.approx(1.0, abs=1e-8)
     beyond = np.linalg.norm(region.outer * size, axis=1)
-    assert (
-        beyond.min() > 1 - 1e-8
-        and beyond.max() <= 1 / (1 - tolerance)
-        and 0 < region.gap <= tolerance
-    )
+    assert beyond.min() > 1 - 1e-8
+    assert beyond.max() <= 1 / (1 - tolerance)
+    assert 0 < region.gap <= tolerance
     normals = region.sides[["a", "b"]].to_numpy() / size
-    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-8) and region.sides[
-        "bound"
-    ].to_numpy() == pytest.approx(1.0)
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-8)
+    assert region.sides["bound"].to_numpy() == pytest.approx(1.0)
     assert len(region.outer) == len(region.sides) + 1 == len(region.vertices) + 1
     for angle in np.linspace(0, np.pi / 2, 7):
         ray = np.array([np.cos(angle), np.sin(angle)]) / size
@@ -196,32 +187,26 @@ def test_directions_without_a_limit_are_named():
     loads = {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
-    assert (
-        region.unlimited == ("idle",)
-        and np.allclose(region.vertices, [[np.inf, 0.5]])
-        and np.allclose(region.sides, [[0.0, 2.0, 1.0]])
-    )
+    assert region.unlimited == ("idle",)
+    assert np.allclose(region.vertices, [[np.inf, 0.5]])
+    assert np.allclose(region.sides, [[0.0, 2.0, 1.0]])
     assert region.contains(1e9, 0.49) and not region.contains(0.0, 0.51)
     for loads, name in (["idle", "Q"], "y"), (["Q", "idle"], "x"):
         drawn = fo.safe_region(contact, {"P": 1.0}, loads, 0.5)
         ax = drawn.plot()
         assert "'idle' has no limit" in drawn.reason
         (side,) = ax.get_lines()
-        assert (
-            getattr(side, f"get_{name}data")() == pytest.approx([0.5, 0.5])
-            and side.get_label() == "side 0: node 0, $x = 0$, slips most"
-        )
+        assert getattr(side, f"get_{name}data")() == pytest.approx([0.5, 0.5])
+        assert side.get_label() == "side 0: node 0, $x = 0$, slips most"
         (inside,) = ax.patches
         reach = np.ptp(
             inside.get_extents().transformed(ax.transData.inverted()).get_points(), axis=0
         )
         assert reach == pytest.approx([1.0, 0.5] if name == "y" else [0.5, 1.0])
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "other"], 0.5)
-    assert (
-        region.unlimited == ("idle", "other")
-        and region.contains(1e9, 1e9)
-        and np.isinf(region.vertices).all()
-    )
+    assert region.unlimited == ("idle", "other")
+    assert region.contains(1e9, 1e9)
+    assert np.isinf(region.vertices).all()
 
 
 def test_a_mean_load_at_the_bound_leaves_amplitude_zero():
@@ -229,11 +214,9 @@ def test_a_mean_load_at_the_bound_leaves_amplitude_zero():
         [[0.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.5], [1]), "Q": ([1], [0]), "N": ([0], [1])}
     )
     region = fo.safe_region(contact, {"P": 1.0}, ["Q", "N"], 0.5)
-    assert (
-        np.allclose(region.vertices, 0.0, atol=1e-9)
-        and region.contains(0.0, 0.0)
-        and not region.contains(1e-3, 0.0)
-    )
+    assert np.allclose(region.vertices, 0.0, atol=1e-9)
+    assert region.contains(0.0, 0.0)
+    assert not region.contains(1e-3, 0.0)
 
 
 @refused(

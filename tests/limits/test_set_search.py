@@ -59,11 +59,9 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
     best = fo.shakedown_limit(contact, paper_cycle, 0.6)
     assert best.load_factor == pytest.approx(limit, abs=1e-8)
     ends = (np.arange(contact.nodes) < count) | (np.arange(contact.nodes) >= contact.nodes - count)
-    assert (
-        np.array_equal(best.open, ends)
-        and best.residual < 1e-9
-        and best.largest_slip == np.abs(best.slip[~ends]).max()
-    )
+    assert np.array_equal(best.open, ends)
+    assert best.residual < 1e-9
+    assert best.largest_slip == np.abs(best.slip[~ends]).max()
     assert best.bound == pytest.approx(limit, abs=1e-7)
     assert rests(contact, paper_cycle, 0.6, 0.999 * limit, initial_slip=best.slip)
     assert not rests(contact, paper_cycle, 0.6, 1.001 * limit, initial_slip=best.slip)
@@ -87,11 +85,9 @@ def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
         np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, -0.2], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]]
     )
     limit = fo.shakedown_limit(contact, CYCLE, 0.5)
-    assert (
-        limit.load_factor == pytest.approx(0.15)
-        and limit.open.tolist() == [True, False]
-        and "only residual slip presses" not in limit.reason
-    )
+    assert limit.load_factor == pytest.approx(0.15)
+    assert limit.open.tolist() == [True, False]
+    assert "only residual slip presses" not in limit.reason
 
 
 @pytest.mark.parametrize(
@@ -101,10 +97,8 @@ def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
 )
 def test_small_contacts_against_every_set_of_open_nodes(seed, cycle, most):
     contact, friction = random_question(seed, 1, most)
-    limit, best = (
-        fo.shakedown_limit(contact, cycle, friction),
-        best_of_all_sets(contact, cycle, friction),
-    )
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    best = best_of_all_sets(contact, cycle, friction)
     assert min(limit.load_factor, MOST) == pytest.approx(best, rel=1e-6, nan_ok=True)
 
 
@@ -138,14 +132,11 @@ def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(pa
     together, as the mean load does with less."""
     flat = fo.scenes.PunchOnHalfPlane(elements=12).condense()
     contact = flat.with_gap(2.0 * flat.x**4)
-    model, limit = (
-        fo.ShakedownModel(contact, paper_cycle),
-        fo.shakedown_limit(contact, paper_cycle, 0.9),
-    )
+    model = fo.ShakedownModel(contact, paper_cycle)
+    limit = fo.shakedown_limit(contact, paper_cycle, 0.9)
     closed = model.of_set(pose(contact, paper_cycle, 0.9))
-    assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor and np.flatnonzero(
-        limit.open
-    ).tolist() == [0, 1, 2, 10, 11, 12]
+    assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor
+    assert np.flatnonzero(limit.open).tolist() == [0, 1, 2, 10, 11, 12]
     assert (
         np.diff(limits_by_friction(contact, paper_cycle, np.linspace(0.1, 1.2, few(6, 4)))).min()
         > 0
@@ -162,9 +153,8 @@ def test_the_limit_never_falls_as_friction_grows(seed):
 def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, paper_cycle):
     contact = punch(12).with_gap(2.0 * punch(12).x ** 4)
     required = fo.required_friction(contact, paper_cycle, load_factor)
-    assert (
-        required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
-    )
+    assert required.open.any()
+    assert required.required * (1 - 1e-5) < required.bound < required.required
     below, above = (
         fo.shakedown_limit(contact, paper_cycle, required.required * (1 + sign * 1e-4)).load_factor
         for sign in (-1, 1)
@@ -188,17 +178,14 @@ def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
         "0": [-0.76, 1.11, 0.61, -0.2],
         "1": [-0.69, 0.35, 0.71, 0.42],
     }
-    contact, cycle = (
-        fo.ContactSystem(S, [[0, 0], [1, 0]], loads),
-        fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]),
-    )
-    limit, low = fo.shakedown_limit(contact, cycle, 0.3), fo.safe_slip(contact, cycle, 0.3, 0.05)
-    assert (
-        limit.least > 0.3
-        and not limit.open.any()
-        and low.exists
-        and low.open.tolist() == [True, False]
-    )
+    contact = fo.ContactSystem(S, [[0, 0], [1, 0]], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}])
+    limit = fo.shakedown_limit(contact, cycle, 0.3)
+    low = fo.safe_slip(contact, cycle, 0.3, 0.05)
+    assert limit.least > 0.3
+    assert not limit.open.any()
+    assert low.exists
+    assert low.open.tolist() == [True, False]
     assert rests(contact, cycle, 0.3, 0.05, initial_state=low.state)
     both = fo.safe_slip(contact, cycle, 0.3, 1.5)
     assert both.exists and not both.open.any()
@@ -207,7 +194,8 @@ def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
 @pytest.mark.parametrize("seed", few([2, 5, 10], 1))
 def test_order_of_nodes_units_and_repeats_change_nothing(seed):
     contact, friction = random_question(seed, 4, 6)
-    limit, n = fo.shakedown_limit(contact, CYCLE, friction), contact.nodes
+    limit = fo.shakedown_limit(contact, CYCLE, friction)
+    n = contact.nodes
     again = fo.shakedown_limit(contact, CYCLE, friction)
     assert (again.load_factor, again.open.tolist(), again.slip.tolist()) == (
         limit.load_factor,
@@ -215,10 +203,8 @@ def test_order_of_nodes_units_and_repeats_change_nothing(seed):
         limit.slip.tolist(),
     )
     order = np.random.default_rng(seed).permutation(n)
-    both, loads = (
-        np.r_[order, n + order],
-        {name: np.r_[contact.bonded[name]].ravel() for name in contact.bonded},
-    )
+    both = np.r_[order, n + order]
+    loads = {name: np.r_[contact.bonded[name]].ravel() for name in contact.bonded}
     mixed = fo.ContactSystem(
         contact.S[np.ix_(both, both)],
         contact.points,
@@ -234,10 +220,8 @@ def test_order_of_nodes_units_and_repeats_change_nothing(seed):
             contact.S * force / length, contact.points * length, scaled, gap=contact.gap * length
         )
         found = fo.shakedown_limit(other, CYCLE, friction)
-        assert (
-            found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
-            and found.open.tolist() == limit.open.tolist()
-        )
+        assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
+        assert found.open.tolist() == limit.open.tolist()
 
 
 @pytest.mark.parametrize("seed", few(range(3)))
@@ -247,16 +231,15 @@ def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_l
 ):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", large)
     rng = np.random.default_rng(seed)
-    contact, opened = spatial.random_contact(rng, 6), np.arange(6) < seed % 3
+    contact = spatial.random_contact(rng, 6)
+    opened = np.arange(6) < seed % 3
     cases = {
         name: r + (name == "mean") * np.r_[np.zeros(12), -5.0 * opened]
         for name, r in spatial.vectors(contact).items()
     }
     contact = fo.ContactSystem(contact.S, contact.points, cases)
-    model, question = (
-        fo.ShakedownModel(contact, spatial.cycle()),
-        with_open(pose(contact, spatial.cycle(), 0.6), opened),
-    )
+    model = fo.ShakedownModel(contact, spatial.cycle())
+    question = with_open(pose(contact, spatial.cycle(), 0.6), opened)
     limit = model.of_set(question)
     assert 0 < limit.load_factor < np.inf
     for share in (0.5, 0.999, 1 - 1e-7):
@@ -272,11 +255,9 @@ def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_l
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", 1)
-    contact, steps, honest = (
-        spatial.random_contact(np.random.default_rng(2), 6),
-        [],
-        interior_point._solved,
-    )
+    contact = spatial.random_contact(np.random.default_rng(2), 6)
+    steps = []
+    honest = interior_point._solved
     cases = {
         name: r * (1.0 if name == "mean" else scale) for name, r in spatial.vectors(contact).items()
     }
@@ -288,10 +269,8 @@ def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
         return found
 
     monkeypatch.setattr(interior_point, "_solved", counted)
-    model, question = (
-        fo.ShakedownModel(contact, spatial.cycle()),
-        pose(contact, spatial.cycle(), 0.6),
-    )
+    model = fo.ShakedownModel(contact, spatial.cycle())
+    question = pose(contact, spatial.cycle(), 0.6)
     limit = model.of_set(question)
     assert (
         model.of_set(question, above=0.999 * limit.load_factor).record.attempts[0].residual <= 1e-9
@@ -305,13 +284,10 @@ def test_what_is_said_of_it(rounded):
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     limit = fo.shakedown_limit(rounded, cycle, 0.6)
     count = int(limit.open.sum())
-    assert limit.kind is fo.LimitKind.FINITE and limit.reason.startswith(
-        f"with {count} of 25 nodes open: no"
-    )
-    assert (
-        f"{count} nodes open (`open`) and the others closed" in limit.covers
-        and limit.reason in explained(limit)
-    )
+    assert limit.kind is fo.LimitKind.FINITE
+    assert limit.reason.startswith(f"with {count} of 25 nodes open: no")
+    assert f"{count} nodes open (`open`) and the others closed" in limit.covers
+    assert limit.reason in explained(limit)
     table = limit.to_frame()
     assert list(table.columns) == [
         "node",
@@ -319,16 +295,13 @@ def test_what_is_said_of_it(rounded):
         "slip",
         "open",
         "traction_ratio",
-    ] and np.array_equal(table["open"], limit.open)
+    ]
+    assert np.array_equal(table["open"], limit.open)
     settled = fo.march(rounded, cycle, 0.6, 0.0, cycles=1).slip[-1]
-    assert (
-        limit.apart == pytest.approx(np.abs(settled - limit.slip).max(), rel=1e-6)
-        and limit.apart > 0
-    )
-    loads, sides = (
-        {name: np.r_[r].ravel() for name, r in rounded.bonded.items()},
-        ["left" if x < 0 else "right" for x in rounded.x],
-    )
+    assert limit.apart == pytest.approx(np.abs(settled - limit.slip).max(), rel=1e-6)
+    assert limit.apart > 0
+    loads = {name: np.r_[r].ravel() for name, r in rounded.bonded.items()}
+    sides = ["left" if x < 0 else "right" for x in rounded.x]
     named = fo.ContactSystem(rounded.S, rounded.points, loads, gap=rounded.gap, contact=sides)
     assert (
         f"nodes open (left {count // 2} of 12, right {count // 2} of 13): "
@@ -340,21 +313,18 @@ def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
     limit = fo.shakedown_limit(
         punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6
     )
-    assert (
-        np.isnan(limit.load_factor)
-        and limit.state is None
-        and not limit.open.any()
-        and np.isnan(limit.slip).all()
-    )
+    assert np.isnan(limit.load_factor)
+    assert limit.state is None
+    assert not limit.open.any()
+    assert np.isnan(limit.slip).all()
     assert "the mean load pulls the bodies apart" in limit.reason and limit.reason in repr(limit)
 
 
 def test_a_contact_whose_nodes_are_all_open_for_ever_is_none():
     contact = system(1.0, 0.0, 0.2, -1.0, 0.5, 0.5, C=[[1.0]])  # open as long as 0.5 lam <= 1
     limit = fo.shakedown_limit(contact, CYCLE, 0.5)
-    assert (
-        limit.kind is fo.LimitKind.NO_SAFE_SLIP and "compression must be positive" in limit.reason
-    )
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
+    assert "compression must be positive" in limit.reason
 
 
 @pytest.mark.parametrize("shear", [0.3, 0.0])
@@ -368,19 +338,16 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
     }
     contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
-    first, opened = fo.shakedown_limit(contact, cycle, 0.5), np.array([True, False, False])
-    assert (first.load_factor, first.least) == pytest.approx(
-        (1.0, 0.0)
-    ) and first.open.tolist() == [True, True, False]
-    limit = fo.ShakedownModel(contact, cycle).of_set(
-        with_open(pose(contact, cycle, 0.5), opened)
-    )  # between them none is safe
-    assert limit.load_factor == pytest.approx(
-        5 / 3 if shear else np.inf
-    ) and limit.least == pytest.approx(1.25)
-    assert limit.open.tolist() == [True, False, False] and (
-        "from 1.25 on" in limit.reason or "no slip is safe below 1.25" in limit.reason
-    )
+    first = fo.shakedown_limit(contact, cycle, 0.5)
+    opened = np.array([True, False, False])
+    assert (first.load_factor, first.least) == pytest.approx((1.0, 0.0))
+    assert first.open.tolist() == [True, True, False]
+    # Between them none is safe.
+    limit = fo.ShakedownModel(contact, cycle).of_set(with_open(pose(contact, cycle, 0.5), opened))
+    assert limit.load_factor == pytest.approx(5 / 3 if shear else np.inf)
+    assert limit.least == pytest.approx(1.25)
+    assert limit.open.tolist() == [True, False, False]
+    assert "from 1.25 on" in limit.reason or "no slip is safe below 1.25" in limit.reason
     for load_factor, at_rest in ((1.1, False), (1.2, False), (1.26, True), (1.66, True)):
         assert rests(contact, cycle, 0.5, load_factor) == at_rest
     assert [
@@ -407,10 +374,8 @@ def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed,
     """Of one set of open nodes or another: loads that nearly stand still open nodes which only much
     load holds open."""
     rng = np.random.default_rng(seed)
-    contact, f = (
-        random_system(rng, int(rng.integers(2, 5)), coupling=1.0),
-        float(rng.uniform(0.2, 1.5)),
-    )
+    contact = random_system(rng, int(rng.integers(2, 5)), coupling=1.0)
+    f = float(rng.uniform(0.2, 1.5))
     (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
     contact = contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": other}])
@@ -427,11 +392,9 @@ def test_a_static_load_opens_no_node_for_a_higher_limit():
     B = np.diag([0.0, 0.01])
     pair = system(np.eye(2), B, 0.0, [2.0, 1.0], [0.5, 0.6], [0.0, -1.0])
     limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5)
-    assert (
-        limit.load_factor == pytest.approx(1 / 1.006)
-        and not limit.open.any()
-        and "until a body slides off" in limit.reason
-    )
+    assert limit.load_factor == pytest.approx(1 / 1.006)
+    assert not limit.open.any()
+    assert "until a body slides off" in limit.reason
     assert (
         fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome
         is fo.Outcome.SHAKEDOWN

@@ -19,18 +19,14 @@ def test_pressure_must_stay_where_there_is_no_friction():
     pulled = fo.ContactSystem.from_blocks(
         one, 0 * one, one, [0], {"mean": ([0.0], [-1.0]), "cyclic": ([0.0], [0.0])}
     )
-    assert (
-        np.isnan(fo.shakedown_limit(pulled, CYCLE, 0.0).load_factor)
-        and not fo.safe_slip(pulled, CYCLE, 0.0, 1.0).exists
-    )
+    assert np.isnan(fo.shakedown_limit(pulled, CYCLE, 0.0).load_factor)
+    assert not fo.safe_slip(pulled, CYCLE, 0.0, 1.0).exists
     loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([0.1, 0.0], [0.0, -1.0])}
     half = fo.ContactSystem.from_blocks(np.eye(2), 0.1 * np.eye(2), np.eye(2), [0, 1], loads)
     limit = fo.shakedown_limit(half, CYCLE, [0.5, 0.0])
     assert limit.load_factor == pytest.approx(1.0, rel=1e-9) and 0 in set(limit.mechanism.direction)
-    assert (
-        fo.safe_slip(half, CYCLE, [0.5, 0.0], 0.99).exists
-        and not fo.safe_slip(half, CYCLE, [0.5, 0.0], 1.01).exists
-    )
+    assert fo.safe_slip(half, CYCLE, [0.5, 0.0], 0.99).exists
+    assert not fo.safe_slip(half, CYCLE, [0.5, 0.0], 1.01).exists
 
 
 @pytest.mark.parametrize(
@@ -43,9 +39,10 @@ def test_pressure_must_stay_where_there_is_no_friction():
 )
 def test_a_limit_of_zero(contact, friction):
     for simplify in (True, False):
+        # All nodes closed.
         limit = fo.ShakedownModel(contact, CYCLE, simplify=simplify).of_set(
             pose(contact, CYCLE, friction, simplify=simplify)
-        )  # all nodes closed
+        )
         assert limit.load_factor == pytest.approx(0.0, abs=1e-10) and limit.load_factor >= 0
 
 
@@ -124,10 +121,8 @@ def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
 
 def test_normal_forces_that_drown_in_the_shear_of_the_mean_load_are_refused():
     """Fuzzed seed 552: a mean shear of 1e10 mean pressures, at which HiGHS did not come back."""
-    contact, loads = (
-        system(0.6, 0.0, 0.016, 1e-12, 1.5, 0.3),
-        {"mean": [0.0096, 0.0128, 1e-12], "cyclic": [1.0, 0.0, 0.0]},
-    )
+    contact = system(0.6, 0.0, 0.016, 1e-12, 1.5, 0.3)
+    loads = {"mean": [0.0096, 0.0128, 1e-12], "cyclic": [1.0, 0.0, 0.0]}
     for node in (contact, fo.ContactSystem(np.eye(3), [[0, 0, 0]], loads)):
         for ask in (fo.shakedown_limit, lambda *args: fo.safe_slip(*args, 0.0)):
             with pytest.raises(
@@ -164,7 +159,6 @@ def test_a_node_without_friction_is_named_where_it_leaves_no_limit(coupling):
         np.diag([2.0, 5.0]), [[0.0, coupling], [-coupling, 0.0]], np.eye(2), [0.0, 1.0], loads
     )
     limit = fo.shakedown_limit(pair, CYCLE, [0.0, 0.5])
-    assert limit.load_factor == 0 and limit.reason.endswith(
-        "node 0 has no friction, and the cyclic load shears it"
-    )
+    assert limit.load_factor == 0
+    assert limit.reason.endswith("node 0 has no friction, and the cyclic load shears it")
     assert fo.steady_state(pair, CYCLE, [0.0, 0.5], 0.5).outcome is fo.Outcome.SHAKEDOWN

@@ -100,7 +100,8 @@ def test_explain_does_not_mix_two_solves(punch, paper_cycle):
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
     lying(monkeypatch, lambda _, name, x, y: "stopped" if name == "HIGHS" else None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    assert limit.record.solver == "CLARABEL" and [a.outcome for a in limit.record.attempts] == [
+    assert limit.record.solver == "CLARABEL"
+    assert [a.outcome for a in limit.record.attempts] == [
         "stopped",
         "optimal",
     ]
@@ -152,11 +153,9 @@ def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeyp
 def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     problem = limit.problem
-    assert (
-        problem.status == cp.OPTIMAL
-        and problem.is_dpp()
-        and problem.value == pytest.approx(limit.load_factor, rel=1e-12)
-    )
+    assert problem.status == cp.OPTIMAL
+    assert problem.is_dpp()
+    assert problem.value == pytest.approx(limit.load_factor, rel=1e-12)
     assert set(problem.var_dict) == {
         "load_factor",
         "slip",
@@ -166,7 +165,8 @@ def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
         "q[1]",
         "p[0]",
         "p[1]",
-    } and set(problem.param_dict) == {"f"}
+    }
+    assert set(problem.param_dict) == {"f"}
     labels = [row.label for row in problem.constraints]
     assert labels == [
         "q_r",

@@ -43,11 +43,10 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
     tangents, seed, nodes, corners, f, coupling, free, size, simplify
 ):
     """`free`: in the plane, of a body that nothing holds against a slide."""
-    rng, rel = np.random.default_rng(seed), 1e-8 if tangents == 1 else 1e-6
-    f, most = (
-        f * rng.uniform(0.5, 1.5, nodes),
-        None if size is None else size * rng.uniform(0.5, 1.5, nodes),
-    )
+    rng = np.random.default_rng(seed)
+    rel = 1e-8 if tangents == 1 else 1e-6
+    f = f * rng.uniform(0.5, 1.5, nodes)
+    most = None if size is None else size * rng.uniform(0.5, 1.5, nodes)
     contact = (partial(random_system, loads=("mean", *"abc")) if tangents == 1 else random_contact)(
         rng, nodes, coupling=coupling
     )
@@ -58,13 +57,10 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
     )
     value = Oracle(contact, cycle, f, most=most).largest()
     options = {"slip_bound": most, "simplify": simplify}
-    limit = fo.ShakedownModel(contact, cycle, **options).of_set(
-        pose(contact, cycle, f, **options)
-    )  # all nodes closed
-    assert (
-        limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
-        and limit.residual <= 1e-9
-    )
+    # All nodes closed.
+    limit = fo.ShakedownModel(contact, cycle, **options).of_set(pose(contact, cycle, f, **options))
+    assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
+    assert limit.residual <= 1e-9
     if limit.kind is not fo.LimitKind.FINITE:
         return
     guaranteed = fo.guaranteed_limit(contact, cycle, f, **options)
@@ -104,20 +100,15 @@ def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(
     """With a bound on the slip and without: by a linear program over raw slips with the margin in
     place of the load factor."""
     rng = np.random.default_rng(seed)
-    contact, most = (
-        random_system(rng, nodes),
-        None if size is None else size * rng.uniform(0.5, 1.5, nodes),
-    )
+    contact = random_system(rng, nodes)
+    most = None if size is None else size * rng.uniform(0.5, 1.5, nodes)
     contact = freed(contact) if free else contact
     safe = fo.safe_slip(contact, CYCLE, f, factor, slip_bound=most, simplify=simplify)
-    (q0, p0), (q1, p1), best = (
-        CYCLE.mean_reaction(contact),
-        CYCLE.corner_reactions(contact),
-        linprog_margin(contact, CYCLE, f, factor, most),
-    )
-    assert [safe.margin, safe.bound] == pytest.approx(
-        [best] * 2, rel=1e-7, abs=1e-8
-    ) and safe.residual <= 1e-9
+    (q0, p0) = CYCLE.mean_reaction(contact)
+    (q1, p1) = CYCLE.corner_reactions(contact)
+    best = linprog_margin(contact, CYCLE, f, factor, most)
+    assert [safe.margin, safe.bound] == pytest.approx([best] * 2, rel=1e-7, abs=1e-8)
+    assert safe.residual <= 1e-9
     assert most is None or (np.abs(safe.slip) <= most).all()
     q, p = q0 + factor * q1, p0 + factor * p1
     assert (f * (p + contact.B @ safe.slip) - np.abs(q + contact.A @ safe.slip)).min() / (
@@ -128,7 +119,8 @@ def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(
         return
     assert safe.exists == (factor < limit)
     if not safe.exists:
-        table, stress = safe.certificate, np.abs(stress_of(contact, safe.certificate, f))
+        table = safe.certificate
+        stress = np.abs(stress_of(contact, safe.certificate, f))
         work = (
             table.share
             * (table.direction * q[table.corner, table.node] + f * p[table.corner, table.node])
@@ -182,7 +174,8 @@ def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, s
     contact = fo.ContactSystem.from_blocks(
         A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded
     )
-    cycle, bound = fo.LoadCycle({"P": 1.0}, [{}, {"Q": 1.0}]), [*most, 1.0] / forces
+    cycle = fo.LoadCycle({"P": 1.0}, [{}, {"Q": 1.0}])
+    bound = [*most, 1.0] / forces
     assert fo.shakedown_limit(contact, cycle, 1.0, slip_bound=bound).load_factor == pytest.approx(
         1.5, rel=1e-8
     )
@@ -196,9 +189,8 @@ def test_a_bound_is_a_circle_whatever_the_directions_of_the_tangents():
         {"P": 1.0}, [{"X": 2 * np.cos(turned), "Y": 2 * np.sin(turned)}, {"P": 0.0}]
     )
     limit = fo.shakedown_limit(single(), pull, 0.5, slip_bound=0.25)
-    assert limit.load_factor == pytest.approx(
-        (0.5 + 0.25) / 2, rel=1e-8
-    ) and limit.largest_slip == pytest.approx(0.25, rel=1e-8)
+    assert limit.load_factor == pytest.approx((0.5 + 0.25) / 2, rel=1e-8)
+    assert limit.largest_slip == pytest.approx(0.25, rel=1e-8)
     printed = explained(limit)
     assert "slip_bound" in printed and "1 of 1 rows bind" in printed
 
@@ -266,11 +258,10 @@ def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does
 
 
 def test_the_referee_counts_a_slide_that_nothing_resists_but_the_bound():
-    contact, bound = freed(random_system(np.random.default_rng(4), 3)), 10.0
-    limit, question = (
-        fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound),
-        pose(contact, CYCLE, 0.5, slip_bound=bound),
-    )
+    contact = freed(random_system(np.random.default_rng(4), 3))
+    bound = 10.0
+    limit = fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound)
+    question = pose(contact, CYCLE, 0.5, slip_bound=bound)
     assert question.violation(limit.load_factor, limit.slip) < 1e-9
     assert question.violation(limit.load_factor, limit.slip + 4 * bound) > 0.5
     assert pose(contact, CYCLE, 0.5).violation(limit.load_factor, limit.slip + 4 * bound) < 1e-9

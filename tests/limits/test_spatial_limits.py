@@ -71,9 +71,8 @@ def test_corners_within_the_hull_of_others_are_left_out_and_change_nothing():
 def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idle):
     contact = random_contact(np.random.default_rng(4), 3)
     share = ~np.isin(np.arange(3), idle)
-    pressed = np.r_[
-        0.1 * share, 0.2 * share, share
-    ]  # no slip keeps a node without cyclic load at rest, and any slip shears it
+    # No slip keeps a node without cyclic load at rest, and any slip shears it.
+    pressed = np.r_[0.1 * share, 0.2 * share, share]
     contact = contact.with_bonded({"press": pressed})
     limit = fo.shakedown_limit(
         contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"press": 0.5}]), 0.5
@@ -129,9 +128,8 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     assert below.exists and not above.exists and below.margin > 0 > above.margin
     assert fo.safe_slip(contact, cycle(), 0.5, limit.load_factor).exists
     q, p = at_corners(contact, cycle(), limit.load_factor, limit.slip)
-    assert (
-        np.linalg.norm(q, axis=2) - 0.5 * p
-    ).max() < 1e-14  # within all circles but for rounding, where solvers leave 1e-12 and more
+    # Within all circles but for rounding, where solvers leave 1e-12 and more.
+    assert (np.linalg.norm(q, axis=2) - 0.5 * p).max() < 1e-14
     march = fo.march(
         contact, cycle(), 0.5, limit.load_factor, cycles=2, initial_slip=limit.slip, steps=2
     )
@@ -142,14 +140,10 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
 def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_of_soft_slips(seed):
     """Little but its spring resists that the whole body slides; half of the nodes stick whatever
     the load."""
-    contact, slides = (
-        random_contact(np.random.default_rng(seed), 12),
-        np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12),
-    )
-    held, loaded = (
-        np.eye(36) - slides @ slides.T,
-        np.tile(np.where(np.arange(12) < 6, 1e-4, 1.0), 3),
-    )
+    contact = random_contact(np.random.default_rng(seed), 12)
+    slides = np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12)
+    held = np.eye(36) - slides @ slides.T
+    loaded = np.tile(np.where(np.arange(12) < 6, 1e-4, 1.0), 3)
     S = held @ contact.S @ held + 1e-6 * slides @ slides.T
     cases = {name: r if name == "mean" else r * loaded for name, r in vectors(contact).items()}
     soft = fo.ContactSystem((S + S.T) / 2, contact.points, cases)

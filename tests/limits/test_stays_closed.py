@@ -22,7 +22,8 @@ def least_pressures(contact, cycle, friction, load_factor):
     """(N,) least normal force of each node over all slips that friction holds, and all means of the
     mean load and the corners, by scipy."""
     n, corners = contact.nodes, len(cycle.corners)
-    (q0, p0), (q1, p1) = contact.closed_reaction(cycle.mean), cycle.corner_reactions(contact)
+    (q0, p0) = contact.closed_reaction(cycle.mean)
+    (q1, p1) = cycle.corner_reactions(contact)
     shear, normal = np.hstack([contact.A, q1.T]), np.hstack([contact.B, p1.T])
     less = np.vstack(
         [sign * shear - friction * normal for sign in (1, -1)]
@@ -53,9 +54,8 @@ def test_it_is_said_where_the_least_pressure_is_positive_and_nowhere_else(
     limit = fo.shakedown_limit(contact, THREE, f)
     assume(limit.kind is fo.LimitKind.FINITE and limit.load_factor > 0 and not limit.open.any())
     least = least_pressures(contact, THREE, f, more * limit.load_factor).min()
-    assume(
-        not 1e-10 < least < 1e-7
-    )  # it is 0 where some slip takes all pressure off a node, for friction holds none below
+    # It is 0 where some slip takes all pressure off a node, for friction holds none below.
+    assume(not 1e-10 < least < 1e-7)
     assert limit.stays_closed(more * limit.load_factor) == (least > 1e-7)
 
 
@@ -95,7 +95,8 @@ def test_a_pin_stays_closed_up_to_a_load_that_falls_with_friction(f, limit, up_t
 @pytest.mark.parametrize("share", [0.3, 1.2])
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_in_space_it_is_that_of_cone_programs_written_out(seed, share):
-    contact, cycle = spatial.random_contact(np.random.default_rng(seed), 3), spatial.cycle()
+    contact = spatial.random_contact(np.random.default_rng(seed), 3)
+    cycle = spatial.cycle()
     limit = fo.shakedown_limit(contact, cycle, 0.4)
     load_factor, n = share * limit.load_factor, contact.nodes
     r0, *r1 = (
@@ -114,11 +115,9 @@ def test_in_space_it_is_that_of_cone_programs_written_out(seed, share):
         )
         for i in range(n)
     )
-    assert (
-        not 1e-7 < least < 1e-3
-        and not limit.open.any()
-        and limit.stays_closed(load_factor) == (least > 1e-3)
-    )
+    assert not 1e-7 < least < 1e-3
+    assert not limit.open.any()
+    assert limit.stays_closed(load_factor) == (least > 1e-3)
 
 
 def test_each_corner_may_open_a_node():

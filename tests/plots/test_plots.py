@@ -88,42 +88,36 @@ def test_a_shakedown_limit_shows_the_safe_slip_and_circles_the_mechanism(contact
     swing = contact.reaction(cycle.corners[-1])[0]
     assert np.allclose(q[-1], mean + limit.load_factor * swing + contact.A @ limit.slip)
     check_mechanism(ax, limit.mechanism)
-    assert (
-        f"{limit.load_factor:.5g}" in ax.get_title()
-        and limit.system is contact
-        and np.allclose(limit.friction, F)
-    )
+    assert f"{limit.load_factor:.5g}" in ax.get_title()
+    assert limit.system is contact
+    assert np.allclose(limit.friction, F)
 
 
 def test_a_guaranteed_limit_circles_the_node_on_both_its_bounds():
     limit = fo.guaranteed_limit(PAIR, CYCLE, F)
     ax = limit.plot()
     check_ratio(ax, PAIR, *limit.reactions, CYCLE.corner_names)
-    assert limit.node == 0 and sorted(map(tuple, circles(ax)[:, :2].round(9))) == [
+    assert limit.node == 0
+    assert sorted(map(tuple, circles(ax)[:, :2].round(9))) == [
         (0.0, -1.0),
         (0.0, 1.0),
     ]
-    for line in (
-        labelled(ax)[name] for name in CYCLE.corner_names
-    ):  # the circle is on the line of its colour
+    # The circle is on the line of its colour.
+    for line in (labelled(ax)[name] for name in CYCLE.corner_names):
         (marks,) = [
             one
             for one in ax.collections
             if to_hex(one.get_edgecolor()[0]) == line.get_color().lower()
         ]
         assert np.allclose(marks.get_offsets(), [(line.get_xdata()[0], line.get_ydata()[0])])
-    assert (
-        f"{limit.load_factor:.5g}" in ax.get_title()
-        and f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
-    )
+    assert f"{limit.load_factor:.5g}" in ax.get_title()
+    assert f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
     q, p = limit.reactions
     forward, backward = (
         CYCLE.corner_names[int(np.argmin(sense * q[:, 0] - F * p[:, 0]))] for sense in (1, -1)
     )
-    assert (
-        "node 0, $x = 0$" in ax.get_title()
-        and f"forward slip at {forward}\nand of backward slip at {backward}" in ax.get_title()
-    )
+    assert "node 0, $x = 0$" in ax.get_title()
+    assert f"forward slip at {forward}\nand of backward slip at {backward}" in ax.get_title()
     alone = fo.guaranteed_limit(system(1.0, 0.0, 0.0, 1.0, 0.5, 0.0), CYCLE, F)
     assert alone.node is None and not len(circles(alone.plot()))
 
@@ -140,13 +134,11 @@ def test_a_safe_slip_shows_its_reactions_and_its_slip(contact, cycle, share):
         (F * p - np.abs(q)).min() / (F * contact.bonded["mean"][1]).mean(), safe.margin, atol=1e-8
     )
     drawn = [line for line in lower.get_lines() if line.get_marker() == "."]
-    assert np.array_equal(np.concatenate([line.get_ydata() for line in drawn]), safe.slip) and len(
-        drawn
-    ) == parts(contact)
+    assert np.array_equal(np.concatenate([line.get_ydata() for line in drawn]), safe.slip)
+    assert len(drawn) == parts(contact)
     assert lower.get_xlabel().endswith("$x$ (length)")
-    assert lower.get_ylabel() == "slip $v$ (length)" and upper.get_title().startswith(
-        "safe slip" if share < 1 else "no slip is safe"
-    )
+    assert lower.get_ylabel() == "slip $v$ (length)"
+    assert upper.get_title().startswith("safe slip" if share < 1 else "no slip is safe")
 
 
 SLIDING = fo.ContactSystem.from_blocks(
@@ -156,11 +148,9 @@ SLIDING = fo.ContactSystem.from_blocks(
     x=[0, 1],
     bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])},
 )
-PULLED, PRESSED, CENTRED = (
-    system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0),
-    system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0),
-    system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1),
-)
+PULLED = system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0)
+PRESSED = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+CENTRED = system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1)
 NODE = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"mean": [0.0, 0.0, 1.0]})
 PRESSING, UP, DOWN = (
     fo.LoadCycle({"mean": sign}, [{name: 1.0}])
@@ -194,9 +184,8 @@ def test_an_answer_without_a_border_says_why_in_place_of_lines(name):
     answer = ask()
     ax = answer.plot()
     assert not ax.get_lines() and not ax.collections and not ax.patches and title in ax.get_title()
-    assert " ".join(ax.texts[0].get_text().split()) == answer.reason and (
-        title or answer.reason.startswith(name)
-    )
+    assert " ".join(ax.texts[0].get_text().split()) == answer.reason
+    assert title or answer.reason.startswith(name)
     reactions = getattr(answer, "reactions", [np.nan])
     assert all(np.isnan(part).all() == (name != "no friction is needed") for part in reactions)
 
@@ -232,22 +221,19 @@ def test_a_steady_state_shows_slip_range_traction_and_work(contact, cycle):
     )
     slip, force, work = steady.plot()
     width = np.ones(contact.nodes) if contact.width is None else contact.width
-    path = fo.march(
-        contact, cycle, F, steady.load_factor, initial_slip=None, cycles=200
-    )  # another way to the steady cycle
+    # Another way to the steady cycle.
+    path = fo.march(contact, cycle, F, steady.load_factor, initial_slip=None, cycles=200)
     last = path.time >= 199 * len(cycle.corners)
     closed = path.gap[last] <= 0
     most, least = (np.where(closed, path.slip[last], outside).T for outside in (-np.inf, np.inf))
-    slid = [
-        max(high.max() - low.min(), 0) for high, low in zip(most, least, strict=True)
-    ]  # a node that stays open does not slip
+    # A node that stays open does not slip.
+    slid = [max(high.max() - low.min(), 0) for high, low in zip(most, least, strict=True)]
     drawn = [
         np.concatenate([line.get_ydata() for line in ax.get_lines() if line.get_marker() == "."])
         for ax in (slip, work)
     ]
-    assert np.allclose(drawn[0], slid, atol=1e-7) and (drawn[0].max() > 0.01) == (
-        len(cycle.corners) > 1
-    )
+    assert np.allclose(drawn[0], slid, atol=1e-7)
+    assert (drawn[0].max() > 0.01) == (len(cycle.corners) > 1)
     assert np.array_equal(drawn[1], steady.dissipation_per_node)
     for corner in range(len(cycle.corners)):
         state = np.flatnonzero(path.time <= 199 * len(cycle.corners) + corner + 1)[-1]
@@ -258,9 +244,8 @@ def test_a_steady_state_shows_slip_range_traction_and_work(contact, cycle):
                 atol=1e-7,
             )
     assert force.get_ylabel().startswith("nodal force" if contact.width is None else "traction")
-    assert slip.get_ylabel() == "slip range (length)" and work.get_ylabel().endswith(
-        "(force times length per depth)"
-    )
+    assert slip.get_ylabel() == "slip range (length)"
+    assert work.get_ylabel().endswith("(force times length per depth)")
     assert work.get_xlabel().endswith("(length)")
     assert (
         slip.get_title()
@@ -276,7 +261,8 @@ def test_the_tractions_of_a_steady_state_of_many_corners_are_two_bands():
     assert [label for label in labels if not label.startswith("_")] == [
         "$q$, all 20 corners",
         "$p$, all 20 corners",
-    ] and len(labels) == 4
+    ]
+    assert len(labels) == 4
     colours = {tuple(band.get_facecolor()[0]) for band in force.collections}
     assert len(colours) == 2 and not [name for name in labelled(force) if "corner" in name]
 
@@ -290,19 +276,17 @@ def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, c
     most = sorted(range(contact.nodes), key=lambda node: -path.work[-1, node])[:3]
     for number, node in enumerate(most):
         line = labelled(upper)[f"node {node}, $x = {contact.x[node]:.4g}$"]
-        assert np.array_equal(line.get_xdata(), path.slip[:, node]) and np.array_equal(
-            line.get_ydata(), path.q[:, node]
-        )
+        assert np.array_equal(line.get_xdata(), path.slip[:, node])
+        assert np.array_equal(line.get_ydata(), path.q[:, node])
         assert np.array_equal(lower.get_lines()[number].get_ydata(), path.slip[:, node])
         assert np.array_equal(lower.get_lines()[number].get_xdata(), path.time)
-    assert (
-        upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)"
-        and upper.get_ylabel() == "shear force $q$ (force per depth)"
-    )
+    assert upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)"
+    assert upper.get_ylabel() == "shear force $q$ (force per depth)"
+    # Without the artificial load before the mean load.
     assert lower.get_xlim() == (
         0,
         2 * len(cycle.corners),
-    )  # without the artificial load before the mean load
+    )
     ends = [line.get_xdata()[0] for line in lower.get_lines()[len(most) :]]
     assert ends == [cycle_number * len(cycle.corners) for cycle_number in range(3)]
 
@@ -346,14 +330,11 @@ def test_a_study_has_a_mark_for_each_run():
         assert np.array_equal(
             y[rows["dissipation"] > 0], rows.loc[rows["dissipation"] > 0, "dissipation"]
         )
-        assert (y[rows["dissipation"] == 0] < low).all() and (
-            rows.loc[rows["dissipation"] > 0, "dissipation"] > low
-        ).all()
-    assert (
-        "force times length per depth" in ax.get_ylabel()
-        and ax.get_yscale() == "log"
-        and not ax.get_title()
-    )
+        assert (y[rows["dissipation"] == 0] < low).all()
+        assert (rows.loc[rows["dissipation"] > 0, "dissipation"] > low).all()
+    assert "force times length per depth" in ax.get_ylabel()
+    assert ax.get_yscale() == "log"
+    assert not ax.get_title()
 
 
 def test_runs_without_work_do_not_hide_each_other():
@@ -402,9 +383,8 @@ def test_columns_split_a_study_into_panels_colours_and_places():
     table = split_study()
     table["bolts"] = table["cycle"].map({"quick": 2, "slow": 4})
     panels = fo.plot_study(table, x="cycle", colour="load_factor", rows="friction")
-    assert [ax.get_title() for ax in panels] == [f"friction: {F:.4g}", "friction: 0.7"] and panels[
-        -1
-    ].get_xlabel() == "load cycle"
+    assert [ax.get_title() for ax in panels] == [f"friction: {F:.4g}", "friction: 0.7"]
+    assert panels[-1].get_xlabel() == "load cycle"
     assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["quick", "slow"]
     drawn = [
         [line for line in ax.get_lines() if line.get_marker() == "o" and len(line.get_xdata())]
@@ -419,12 +399,11 @@ def test_columns_split_a_study_into_panels_colours_and_places():
     colours = [[line.get_color() for line in lines] for lines in drawn]
     assert colours[0] == colours[1] and len(set(colours[0])) == 3
     named = [text.get_text() for text in panels[0].get_legend().get_texts()]
-    assert (
-        named == ["no slip", "0.6", "1.5", "2.5"]
-        and "load factor" in panels[0].get_legend().get_title().get_text()
-    )
+    assert named == ["no slip", "0.6", "1.5", "2.5"]
+    assert "load factor" in panels[0].get_legend().get_title().get_text()
     by_bolts = fo.plot_study(table, x="bolts")
-    assert by_bolts.get_xlabel() == "bolts" and set(
+    assert by_bolts.get_xlabel() == "bolts"
+    assert set(
         np.concatenate(
             [line.get_xdata() for line in by_bolts.get_lines() if line.get_mfc() == "none"]
         )
@@ -471,11 +450,9 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
     ]
     assert {tuple(point) for point in held} <= {tuple(point) for point in np.concatenate(nodes)}
     assert {label.split()[1] for label in named if label.startswith("load ")} == set(model.loads)
-    assert (
-        ax.get_aspect() == 1
-        and ax.get_xlabel() == "$x$ (length)"
-        and ax.get_ylabel() == "$y$ (length)"
-    )
+    assert ax.get_aspect() == 1
+    assert ax.get_xlabel() == "$x$ (length)"
+    assert ax.get_ylabel() == "$y$ (length)"
     texts = {text.get_text() for text in ax.texts}
     assert {contact.name for contact in model.contacts} <= texts or len(model.contacts) == 1
 
@@ -493,9 +470,8 @@ def test_arrows_press_on_the_boundary_or_begin_there():
     assert len(pressing) == 4 and all(tip[1] == top < tail[1] for tail, tip in pressing)
     side = scene.block_half_width
     pulling = [(tail, tip) for tail, tip in steps if abs(tail[0]) == side and tail[1] <= 0]
-    assert pulling and all(
-        abs(tip[0]) > side and tip[1] == pytest.approx(tail[1]) for tail, tip in pulling
-    )
+    assert pulling
+    assert all(abs(tip[0]) > side and tip[1] == pytest.approx(tail[1]) for tail, tip in pulling)
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
@@ -523,9 +499,8 @@ def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
         begin, step = np.asarray(drawn.XY), np.column_stack([drawn.U, drawn.V])
     else:
         (drawn,) = (one for one in axes.collections if isinstance(one, Line3DCollection))
-        ends = np.asarray(drawn._segments3d)[
-            : len(drawn._segments3d) // 3
-        ]  # the shafts, before the halves of the heads
+        # The shafts, before the halves of the heads.
+        ends = np.asarray(drawn._segments3d)[: len(drawn._segments3d) // 3]
         begin, step = ends[:, 1], ends[:, 0] - ends[:, 1]
     assert len(begin) == (3 if d == 2 else 9) and np.allclose(begin[:, 0], 1.0)
     assert np.allclose(step / np.linalg.norm(step, axis=1)[:, None], way / np.linalg.norm(way))
@@ -554,10 +529,8 @@ def test_fields_show_the_von_mises_stress_of_all_bodies():
             sides.prod()
         ), "triangles fill the body"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert (
-        bar.get_ylabel() == "von Mises stress (force per area)"
-        and ax.get_xlabel() == "$x$ (length)"
-    )
+    assert bar.get_ylabel() == "von Mises stress (force per area)"
+    assert ax.get_xlabel() == "$x$ (length)"
 
 
 DRAWN = {
@@ -586,9 +559,8 @@ def test_pictures_are_drawn_in_given_axes_and_other_numbers_of_axes_are_refused(
     plt.close("all")
     given = plt.subplots(panels)[1]
     returned = result.plot(given)
-    assert list(np.ravel(returned)) == list(np.ravel(given)) and all(
-        ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:]
-    )
+    assert list(np.ravel(returned)) == list(np.ravel(given))
+    assert all(ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:])
     assert len(plt.get_fignums()) == 1
     for wrong in (plt.subplots(panels + 1)[1], 5, [None] * panels, "axes"):
         with pytest.raises(fo.ModelError, match=r"^ax: "):
@@ -600,9 +572,8 @@ def test_letters_of_a_new_picture_are_those_of_the_figures_and_large_enough(name
     figure = np.ravel(drawn(name).plot())[0].figure
     figure.draw_without_rendering()  # outside the context, as a user's savefig
     texts = [text for text in figure.findobj(Text) if text.get_text().strip()]
-    assert {text.get_fontfamily()[0] for text in texts} == {"STIXGeneral"} and min(
-        text.get_fontsize() for text in texts
-    ) > 9
+    assert {text.get_fontfamily()[0] for text in texts} == {"STIXGeneral"}
+    assert min(text.get_fontsize() for text in texts) > 9
     assert plt.rcParams["font.size"] == plt.rcParamsDefault["font.size"]
     width, height = figure.get_size_inches() * figure.dpi
     for ax in figure.axes:

@@ -44,9 +44,8 @@ def marks(ax, label):
 def test_a_limit_with_open_nodes_shows_the_corners_of_the_path_from_its_state_and_marks_them():
     limit = fo.shakedown_limit(ROUNDED, PULL, F)
     ax = limit.plot()
-    path = fo.march(
-        ROUNDED, PULL, F, limit.load_factor, initial_state=limit.state, cycles=1
-    )  # what the state does
+    # What the state does.
+    path = fo.march(ROUNDED, PULL, F, limit.load_factor, initial_state=limit.state, cycles=1)
     rows = [np.flatnonzero(path.time == corner)[-1] for corner in (1, 2)]
     q, p = path.q[rows], path.p[rows]
     for corner, closed in enumerate(path.gap[rows] <= 0):
@@ -55,11 +54,9 @@ def test_a_limit_with_open_nodes_shows_the_corners_of_the_path_from_its_state_an
         assert np.allclose(ratio[closed], q[corner, closed] / (F * p[corner, closed]), atol=1e-9)
     assert ax.get_ylabel() == "$q / (f p)$"
     shear, pressure = limit.reactions
-    assert (
-        np.allclose(shear, q, atol=1e-9)
-        and np.allclose(pressure, p, atol=1e-9)
-        and not pressure[:, limit.open].any()
-    )
+    assert np.allclose(shear, q, atol=1e-9)
+    assert np.allclose(pressure, p, atol=1e-9)
+    assert not pressure[:, limit.open].any()
     always = (path.gap[rows] > 0).all(axis=0)
     assert always.any() and marks(ax, "open").tolist() == [[x, 0.0] for x in ROUNDED.x[always]]
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
@@ -78,23 +75,20 @@ def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
         x, drawn = joined(work, f"{name} work found", parts(contact))
         assert np.array_equal(x, contact.x) and np.array_equal(drawn, state.dissipation_per_node)
         assert np.isclose(drawn.sum(), getattr(found, name))
-        path = fo.march(
-            contact, CYCLE, F, factor, initial_slip=start, cycles=300
-        )  # another way to the steady cycle
+        # Another way to the steady cycle.
+        path = fo.march(contact, CYCLE, F, factor, initial_slip=start, cycles=300)
         last = path.slip[path.time >= 299 * 2]
         assert np.allclose(
             joined(slip, f"{name} work found", parts(contact))[1], np.ptp(last, axis=0), atol=1e-6
         )
+    assert found.most >= found.least
     assert (
-        found.most >= found.least
-        and f"from {found.least:.4g} to {found.most:.4g} (force times length per depth) per cycle"
+        f"from {found.least:.4g} to {found.most:.4g} (force times length per depth) per cycle"
         in slip.get_title()
     )
-    assert (
-        f"{factor:.4g}" in slip.get_title()
-        and slip.get_ylabel() == "slip range (length)"
-        and work.get_xlabel().endswith("(length)")
-    )
+    assert f"{factor:.4g}" in slip.get_title()
+    assert slip.get_ylabel() == "slip range (length)"
+    assert work.get_xlabel().endswith("(length)")
 
 
 def test_a_least_slip_shows_its_weights_and_what_they_prove():
@@ -102,16 +96,12 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
     least = limit.least_slip(1.5 * limit.load_factor)
     ax = least.plot()
     drawn = np.array([joined(ax, name)[1] for name in CYCLE.corner_names])
-    assert np.array_equal(drawn, least.g) and np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(
-        least.weight.max()
-    )
-    total = (
-        0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)
-    )  # bound over the largest weight
-    assert (
-        f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title()
-        and f"at least {total:.4g} in all" in ax.get_title()
-    )
+    assert np.array_equal(drawn, least.g)
+    assert np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(least.weight.max())
+    # Bound over the largest weight.
+    total = 0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)
+    assert f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title()
+    assert f"at least {total:.4g} in all" in ax.get_title()
     assert ax.get_ylabel() == "weight $g$ of the slip (1 / length)" and least.system is PAIR
     assert (
         limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
@@ -130,9 +120,8 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
     loop = steady.loop("sigma")
     ax = loop.plot()
     line, events = ax.get_lines()
-    assert np.array_equal(line.get_xdata(), loop.displacement) and np.array_equal(
-        line.get_ydata(), loop.amplitude
-    )
+    assert np.array_equal(line.get_xdata(), loop.displacement)
+    assert np.array_equal(line.get_ydata(), loop.amplitude)
     turned = np.isin(
         events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]]
     )
@@ -145,7 +134,8 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
 
 def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
-    case, factors = list(PUNCH.bonded).index(*PULL.corners[0]), limit * np.array([0.5, 0.9, 1.2])
+    case = list(PUNCH.bonded).index(*PULL.corners[0])
+    factors = limit * np.array([0.5, 0.9, 1.2])
     curve = fo.backbone_curve(
         PUNCH,
         PULL,
@@ -158,7 +148,8 @@ def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     for ax, name in ((above, "frequency"), (below, "damping")):
         line, *others = ax.get_lines()
         limits = [one for one in others if "limit" in one.get_label()]
-        assert ax.get_xscale() == "log" and np.array_equal(
+        assert ax.get_xscale() == "log"
+        assert np.array_equal(
             line.get_xydata(), np.column_stack([curve.load_factor, getattr(curve, name)])
         )
         assert sorted(one.get_xdata()[0] for one in limits) == [
@@ -170,10 +161,10 @@ def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
         assert (reach.ymin, reach.ymax) == pytest.approx(
             (getattr(curve, f"least_{name}").min(), getattr(curve, f"most_{name}").max())
         )
-    assert (
-        np.array_equal(work.get_lines()[0].get_ydata()[curve.work > 0], curve.work[curve.work > 0])
-        and work.get_yscale() == "log"
+    assert np.array_equal(
+        work.get_lines()[0].get_ydata()[curve.work > 0], curve.work[curve.work > 0]
     )
+    assert work.get_yscale() == "log"
     assert np.array_equal(share.get_lines()[0].get_ydata(), curve.slipping)
 
 
@@ -216,9 +207,8 @@ def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on
     shown = sorted(
         (box.x0, box.x1) for box in shown if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1
     )
-    assert len(shown) >= 3 and all(
-        end < begin for (_, end), (begin, _) in itertools.pairwise(shown)
-    )
+    assert len(shown) >= 3
+    assert all(end < begin for (_, end), (begin, _) in itertools.pairwise(shown))
 
 
 def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():
@@ -226,9 +216,8 @@ def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_boun
     design = model.solve(F, [model.profile == 0.01 * PUNCH.x**2, model.preload == 0.1])
     ratio, profile = design.plot()
     (drawn,) = [line for line in profile.get_lines() if len(line.get_xdata()) == 5]
-    assert np.array_equal(drawn.get_xdata(), PUNCH.x) and np.allclose(
-        drawn.get_ydata(), 0.01 * PUNCH.x**2
-    )
+    assert np.array_equal(drawn.get_xdata(), PUNCH.x)
+    assert np.allclose(drawn.get_ydata(), 0.01 * PUNCH.x**2)
     assert f"{design.load_factor:.5g}" in ratio.get_title() and "Q +0.1" in ratio.get_title()
     q, p = at_corners(design.system, design.cycle, design.load_factor, design.slip)
     assert np.allclose(joined(ratio, PULL.corner_names[1])[1], q[1] / (F * p[1]), atol=1e-8)
@@ -250,9 +239,9 @@ def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_m
     ax = required.plot()
     q, p = at_corners(contact, cycle, factor, required.slip)
     assert np.allclose(required.reactions, (q, p), rtol=1e-12)
-    assert (
-        required.system is contact and required.load_factor == factor and 0 < required.required < F
-    )
+    assert required.system is contact
+    assert required.load_factor == factor
+    assert 0 < required.required < F
     check_ratio(ax, contact, q, p, cycle.corner_names, required.required)
     check_mechanism(ax, required.mechanism)
     assert (
@@ -273,11 +262,9 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
     (inside,) = [patch for patch in ax.patches if isinstance(patch, Polygon)]
     corners = [tuple(point) for point in inside.get_xy()]
     drawn = [point for point in dict.fromkeys(corners) if point != (0.0, 0.0)]
-    assert (
-        (0.0, 0.0) in corners
-        and inside.get_label() == "some residual slip is safe"
-        and len(drawn) > 2
-    )
+    assert (0.0, 0.0) in corners
+    assert inside.get_label() == "some residual slip is safe"
+    assert len(drawn) > 2
     for first, second in drawn:
         amplitudes = [
             {"cyclic": one * first, "other": other * second}
@@ -287,23 +274,17 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
             1.0, rel=1e-7
         )
     assert np.array_equal(np.transpose(labelled(ax)["vertex, proven safe"].get_data()), drawn)
-    assert (
-        ax.get_xlabel() == "amplitude of cyclic (times its unit load)"
-        and ax.get_ylabel() == "amplitude of other (times its unit load)"
-    )
-    assert (
-        ax.get_xlim()[0] == ax.get_ylim()[0] == 0
-        and ax.get_xlim()[1] > drawn[0][0]
-        and ax.get_ylim()[1] > drawn[-1][1]
-    )
+    assert ax.get_xlabel() == "amplitude of cyclic (times its unit load)"
+    assert ax.get_ylabel() == "amplitude of other (times its unit load)"
+    assert ax.get_xlim()[0] == ax.get_ylim()[0] == 0
+    assert ax.get_xlim()[1] > drawn[0][0]
+    assert ax.get_ylim()[1] > drawn[-1][1]
     assert len(sides(ax)) == len(region.sides) == len(drawn) - 1
     for number, (name, line) in enumerate(sides(ax).items()):
         side, motion = region.sides.loc[number], region.mechanisms[number]
         x, y = line.get_data()
-        assert (
-            np.allclose(side["a"] * x + side["b"] * y, side["bound"], atol=1e-7)
-            and np.hypot(np.ptp(x), np.ptp(y)) > 0
-        )
+        assert np.allclose(side["a"] * x + side["b"] * y, side["bound"], atol=1e-7)
+        assert np.hypot(np.ptp(x), np.ptp(y)) > 0
         most = motion.loc[motion["share"].idxmax()]
         word = "opens" if most["direction"] == 0 else "slips"
         assert name == f"side {number}: node {most['node']:.0f}, $x = {most['x']:.4g}$, {word} most"
@@ -333,9 +314,8 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     limit = fo.limit_after_protocol(PAIR, CYCLE, F, start=start, scan=10)
     ax = limit.plot()
     drawn = rows(ax)
-    assert list(drawn) == ["comes to rest", "keeps slipping"] and all(
-        len(factors) > 3 for factors in drawn.values()
-    )
+    assert list(drawn) == ["comes to rest", "keeps slipping"]
+    assert all(len(factors) > 3 for factors in drawn.values())
     for name, factors in drawn.items():
         for factor in factors:
             outcome = fo.steady_state(PAIR, CYCLE, F, factor, initial_slip=start).outcome
@@ -348,10 +328,8 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
         < drawn["keeps slipping"].min()
     )
     assert at(ax, "shakedown limit") == pytest.approx(linprog_limit(PAIR, CYCLE, F)[1], rel=1e-8)
-    assert (
-        ax.get_title() == rf"shakes down up to $\lambda$ = {limit.load_factor:.5g}"
-        and ax.get_xlabel() == r"load factor $\lambda$"
-    )
+    assert ax.get_title() == rf"shakes down up to $\lambda$ = {limit.load_factor:.5g}"
+    assert ax.get_xlabel() == r"load factor $\lambda$"
     assert ax.get_xlim()[0] == 0
 
 
@@ -360,12 +338,13 @@ def test_a_cure_shows_the_shares_tried():
     ax = found.plot()
     drawn = rows(ax)
     for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
-        assert drawn[name].tolist() == found.tried.loc[
-            found.tried["outcome"] == outcome, "share"
-        ].tolist() and len(drawn[name])
-    assert (
-        at(ax, "least found") == found.share and ax.get_xlabel() == "share of the largest excursion"
-    )
+        assert (
+            drawn[name].tolist()
+            == found.tried.loc[found.tried["outcome"] == outcome, "share"].tolist()
+        )
+        assert len(drawn[name])
+    assert at(ax, "least found") == found.share
+    assert ax.get_xlabel() == "share of the largest excursion"
     assert (
         ax.get_title()
         == f"least excursion found: {found.share:.4g} of the largest, to mean = {1 - 0.95 * found.share:.4g}"

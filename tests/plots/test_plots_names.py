@@ -46,12 +46,11 @@ def named(axes):
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 def test_names_along_a_contact_and_on_a_map_stand_beside_each_other(tangents):
-    texts, boxes = named(fo.shakedown_limit(feet(tangents), CYCLE, 0.5).plot()), []
+    texts = named(fo.shakedown_limit(feet(tangents), CYCLE, 0.5).plot())
+    boxes = []
     for text in texts:
-        middle, angle = (
-            np.mean(text.get_window_extent().get_points(), axis=0),
-            np.deg2rad(text.get_rotation()),
-        )
+        middle = np.mean(text.get_window_extent().get_points(), axis=0)
+        angle = np.deg2rad(text.get_rotation())
         text.set_rotation(0.0)
         half = np.ptp(text.get_window_extent().get_points(), axis=0) / 2
         centre = (
@@ -82,9 +81,10 @@ def test_names_on_a_model_are_slanted_in_the_plane_and_upright_in_space(space):
         bodies, [fo.Support("base", "low")], {"P": [fo.Pressure(FEET[0], "top")]}, contacts
     )
     texts = [text for text in model.plot().texts if text.get_text() in FEET]
-    assert len(texts) == 9 and {
-        (tuple(text._dir_vec) if space else text.get_rotation()) for text in texts
-    } == {(0, 0, 1) if space else 50.0}
+    assert len(texts) == 9
+    assert {(tuple(text._dir_vec) if space else text.get_rotation()) for text in texts} == {
+        (0, 0, 1) if space else 50.0
+    }
     plt.close("all")
 
 
@@ -107,9 +107,8 @@ def test_names_of_contacts_behind_each_other_are_moved_apart_and_joined_to_their
     axes.figure.draw_without_rendering()
     texts = [text for text in axes.texts if text.get_text() in names]
     boxes = [text.get_bbox_patch().get_window_extent() for text in texts]
-    assert len(boxes) == 3 and not any(
-        one.overlaps(other) for one, other in itertools.combinations(boxes, 2)
-    )
+    assert len(boxes) == 3
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
     lifted = {
         tuple(np.round([line.get_data_3d()[2][0], line.get_data_3d()[2][-1]], 9))
         for line in axes.lines

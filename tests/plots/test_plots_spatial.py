@@ -75,12 +75,10 @@ def check_face(ax, contact, axes, values, slip, to_and_fro=False):
             "the frame cuts an arrow"
         )
     x, y = ax.get_xlim(), ax.get_ylim()
-    assert (
-        (x[0] < places[:, 0]).all()
-        and (places[:, 0] < x[1]).all()
-        and (y[0] < places[:, 1]).all()
-        and (places[:, 1] < y[1]).all()
-    )
+    assert (x[0] < places[:, 0]).all()
+    assert (places[:, 0] < x[1]).all()
+    assert (y[0] < places[:, 1]).all()
+    assert (places[:, 1] < y[1]).all()
     return places
 
 
@@ -98,22 +96,20 @@ def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_t
     ax = limit.plot()
     q, p = reaction(contact, cycle(), limit.load_factor, 0, limit.slip)
     places = check_face(ax, contact, axes, np.where(p > 1e-9, q / (F * p), np.nan), limit.slip)
-    circled, shares = marks(ax)[1], limit.mechanism.groupby("node")["share"].sum()
+    circled = marks(ax)[1]
+    shares = limit.mechanism.groupby("node")["share"].sum()
     nodes = shares.index.to_numpy()
-    assert (len(nodes) == 1) is (contact is UNCOUPLED) and np.allclose(
-        circled.get_offsets(), places[nodes], atol=1e-14
-    )
-    assert circled.get_sizes() == pytest.approx(
-        400 * shares.to_numpy(), rel=1e-12
-    ) and shares.sum() == pytest.approx(1.0)
+    assert (len(nodes) == 1) is (contact is UNCOUPLED)
+    assert np.allclose(circled.get_offsets(), places[nodes], atol=1e-14)
+    assert circled.get_sizes() == pytest.approx(400 * shares.to_numpy(), rel=1e-12)
+    assert shares.sum() == pytest.approx(1.0)
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
     assert [one.get_text() for one in ax.get_legend().get_texts()][
         -1
     ] == "limiting node; area: share"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}" and marks(ax)[
-        0
-    ].get_clim() == (0, 1)
+    assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}"
+    assert marks(ax)[0].get_clim() == (0, 1)
     names = ("position along the first tangent", "$x$") if contact is TURNED else ("$x$", "$y$")
     assert (ax.get_xlabel(), ax.get_ylabel()) == tuple(f"{name} (length)" for name in names)
 
@@ -132,21 +128,20 @@ def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, rati
     q, p = at[corner]
     check_face(ax, contact, axes, np.where(p > 1e-9, q / (F * p), np.nan), safe.slip)
     title = "safe slip at" if exists else "no slip is safe; the least unsafe one at"
-    assert (
-        safe.exists is exists
-        and ax.get_title().startswith(title)
-        and f"= {factor:.4g}$" in ax.get_title()
-    )
+    assert safe.exists is exists
+    assert ax.get_title().startswith(title)
+    assert f"= {factor:.4g}$" in ax.get_title()
     assert marks(ax)[0].get_clim()[1] >= np.nanmax(np.where(p > 1e-9, q / (F * p), np.nan)) - 1e-9
 
 
 def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
     """Not of the least p less q, of the largest ratio, of the least shear in one direction, or of
     the node with the most reserve."""
+    # The shear 0.4 is along the second tangent, all others along the first.
     reserves = {
         0: [0.5 - 0.4, 1.0 - 0.5],
         1: [0.5 - 0.3, 1.0 - 0.85],
-    }  # the shear 0.4 is along the second tangent, all others along the first
+    }
     loads = {
         "mean": [0, 0, 0, 0, 5.0, 1.0],
         "first": [0, 0.5, 0.4, 0, 0, 0],
@@ -157,10 +152,8 @@ def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
         two, fo.LoadCycle({"mean": 1.0}, [{"first": 1.0}, {"second": 1.0}]), [0.1, 1.0], 1.0
     )
     ax = replace(safe, slip=np.zeros((2, 2))).plot()
-    assert (
-        min(reserves, key=lambda corner: min(reserves[corner])) == 0
-        and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at first = +1"
-    )
+    assert min(reserves, key=lambda corner: min(reserves[corner])) == 0
+    assert ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at first = +1"
     assert np.allclose(marks(ax)[0].get_array(), [0.8, 0.5])
 
 
@@ -170,9 +163,8 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     steady = fo.steady_state(contact, cycle(), F, factor, steps=4)
     ax = steady.plot()
     slips = steady.states().slip
-    pairs = (
-        slips[:, None] - slips[None]
-    )  # of all states of the cycle: the two that are furthest apart, of each node
+    # Of all states of the cycle: the two that are furthest apart, of each node.
+    pairs = slips[:, None] - slips[None]
     most = np.linalg.norm(pairs, axis=-1).reshape(len(slips) ** 2, -1).argmax(axis=0)
     check_face(
         ax,
@@ -182,9 +174,8 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
         pairs.reshape(-1, *slips.shape[1:])[most, np.arange(slips.shape[1])],
         to_and_fro=True,
     )
-    assert (
-        marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
-    )
+    assert marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max())
+    assert steady.dissipation > 0
     work = f"{steady.dissipation:.4g} (force times length)"
     assert ax.get_title() == f"cyclic slip, work of friction per cycle {work}"
     largest = steady.fretting_table()["slip_range"].max()
@@ -207,9 +198,9 @@ def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_
     corner = int(np.argmax(most))
     q, p = at[corner]
     places = check_face(ax, contact, axes, q / (F * p), None)
-    assert (
-        max(most) == pytest.approx(1.0, rel=1e-9) and sorted(most)[1] < 0.999 and (p > 0.01).all()
-    )
+    assert max(most) == pytest.approx(1.0, rel=1e-9)
+    assert sorted(most)[1] < 0.999
+    assert (p > 0.01).all()
     assert np.allclose(marks(ax)[1].get_offsets(), places[[np.argmax(q / p)]], atol=1e-14)
     (bar,) = [one for one in ax.figure.axes if one is not ax]
     assert (
@@ -250,10 +241,8 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
                 line.get_label()
                 == f"node {node} at ({', '.join(f'{place:.3g}' for place in contact.points[node])})"
             )
-        assert (
-            ax.get_xlabel() == f"slip $v_{axis}$ (length)"
-            and ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
-        )
+        assert ax.get_xlabel() == f"slip $v_{axis}$ (length)"
+        assert ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
     assert [text.get_text() for text in below.get_legend().get_texts()] == [
         "$v_1$, colours as above",
         "$v_2$, colours as above",
@@ -265,10 +254,8 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
         == "corners visited (0: mean load, 1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2)"
     )
     assert below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
-    assert (
-        sides[0].get_title() == "nodes with the most work of friction"
-        and sides[0].get_legend() is not None
-    )
+    assert sides[0].get_title() == "nodes with the most work of friction"
+    assert sides[0].get_legend() is not None
 
 
 def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip():
@@ -281,10 +268,10 @@ def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_s
     ax = limit.plot()
     (arrows,) = [one for one in ax.collections if isinstance(one, Quiver)]
     (rings,) = [one for one in ax.collections if one.get_label() == "open node"]
-    assert limit.open.tolist() == [False, True, False] and rings.get_offsets().tolist() == [
-        [1.0, 0.0]
-    ]
-    assert arrows.U.tolist() == [0.1, 0.5] and arrows.get_offsets().tolist() == [
+    assert limit.open.tolist() == [False, True, False]
+    assert rings.get_offsets().tolist() == [[1.0, 0.0]]
+    assert arrows.U.tolist() == [0.1, 0.5]
+    assert arrows.get_offsets().tolist() == [
         [0.0, 0.0],
         [2.0, 0.0],
     ]
@@ -307,16 +294,14 @@ def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_
     )
     limit = fo.shakedown_limit(several, cycle(), F)
     panels = limit.plot()
-    assert [ax.get_title() for ax in panels] == ["lap", "head"] and panels[0].get_title(
-        "left"
-    ).startswith("shakedown limit")
+    assert [ax.get_title() for ax in panels] == ["lap", "head"]
+    assert panels[0].get_title("left").startswith("shakedown limit")
     found = [marks(ax) for ax in panels]
     for own, frame, (points, _, _) in zip(
         (slice(0, 3), slice(3, 6)), (np.eye(3), TURN), found, strict=True
     ):
-        assert np.allclose(
-            points.get_offsets(), several.points[own] @ frame[:2].T, atol=1e-14
-        ) and points.get_clim() == (0, 1)
+        assert np.allclose(points.get_offsets(), several.points[own] @ frame[:2].T, atol=1e-14)
+        assert points.get_clim() == (0, 1)
     assert np.allclose(
         np.concatenate([np.column_stack([arrows.U, arrows.V]) for *_, arrows in found]), limit.slip
     )
@@ -338,10 +323,15 @@ def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_
     pulled = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     ends = replace(fo.dissipation_range(rod, pulled, F, 1.0), least_state=steady, most_state=steady)
     upper, lower = np.split(ends.plot(), 2)
-    assert [ax.get_title() for ax in upper] == [ax.get_title() for ax in lower] == [
-        "lap",
-        "head",
-    ] and "most work" in lower[0].get_title("left")
+    assert (
+        [ax.get_title() for ax in upper]
+        == [ax.get_title() for ax in lower]
+        == [
+            "lap",
+            "head",
+        ]
+    )
+    assert "most work" in lower[0].get_title("left")
     assert upper[0].get_position().y0 > lower[0].get_position().y1
     plt.close("all")
 
@@ -367,9 +357,8 @@ def test_contacts_that_never_slip_are_left_out_and_the_others_have_one_scale():
     scales = [ax.get_window_extent().width / np.ptp(ax.get_xlim()) for ax in panels]
     assert scales[0] == pytest.approx(scales[1], rel=0.25)
     boxes = [text.get_window_extent() for text in (ax.title for ax in panels)]
-    assert not boxes[0].overlaps(boxes[1]) and not boxes[0].overlaps(
-        figure._suptitle.get_window_extent()
-    )
+    assert not boxes[0].overlaps(boxes[1])
+    assert not boxes[0].overlaps(figure._suptitle.get_window_extent())
     alone = replace(steady, slipping=contact.contact == "lap").plot()
     assert len(marks(alone)[0].get_offsets()) == 3
     first, second = alone.get_title().splitlines()
@@ -395,11 +384,9 @@ def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_tr
 
 @pytest.mark.parametrize("side", [1.0, -1.0])  # body 1 around the face, and within
 def test_a_round_face_is_unrolled_and_the_slip_of_a_screw_is_the_same_everywhere(side):
-    angle, height, (first, second, axis) = (
-        np.arange(6.0),
-        np.array([0.0, 1.0, 0.5, 2.0, 1.5, 3.0]),
-        TURN,
-    )
+    angle = np.arange(6.0)
+    height = np.array([0.0, 1.0, 0.5, 2.0, 1.5, 3.0])
+    (first, second, axis) = TURN
     radial = np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second)
     contact = fo.ContactSystem(
         FLAT.S, 2 * radial + np.outer(height, axis), FLAT.bonded, frames=frames_of(side * radial)
@@ -436,9 +423,8 @@ def test_a_cone_is_cut_between_its_nodes_and_the_longest_slip_is_not_foreshorten
     ax = replace(fo.shakedown_limit(contact, cycle(), F), slip=slip).plot()
     points, _, arrows = marks(ax)
     places = np.asarray(points.get_offsets()).reshape(3, 2, 2)
-    assert np.allclose(places[..., 1], side) and np.allclose(
-        np.diff(places[..., 0], axis=1), 2 * apart, rtol=1e-3
-    )
+    assert np.allclose(places[..., 1], side)
+    assert np.allclose(np.diff(places[..., 0], axis=1), 2 * apart, rtol=1e-3)
     assert np.allclose(np.diff(np.sort(places[:, 0, 0])), 2 * 2 * np.pi / 3, rtol=1e-3)
     assert np.allclose(np.column_stack([arrows.U, arrows.V]), [0.0, 0.3 * np.cos(lean)])
     assert "longest 0.3 " in ax.get_legend().get_texts()[0].get_text()
@@ -459,9 +445,8 @@ def test_a_face_that_is_not_quite_flat_is_seen_along_its_mean_normal():
     slip = np.einsum("nki,i->nk", contact.frames[:, :2], [1.0, 2.0, 0.0])
     points, _, arrows = marks(replace(fo.shakedown_limit(contact, cycle(), F), slip=slip).plot())
     seen = np.einsum("nki,nk->ni", contact.frames[:, :2], slip)[:, :2]
-    assert np.allclose(points.get_offsets(), FLAT.points[:, :2]) and np.allclose(
-        np.column_stack([arrows.U, arrows.V]), seen
-    )
+    assert np.allclose(points.get_offsets(), FLAT.points[:, :2])
+    assert np.allclose(np.column_stack([arrows.U, arrows.V]), seen)
 
 
 def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_bound():
@@ -474,7 +459,8 @@ def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_b
         if abs(q[node] - F * p[node]) < 1e-7 * p.mean()
     ]
     place = ", ".join(f"{part:.3g}" for part in FLAT.points[node])
-    assert len(on) > 1 and ax.get_title().splitlines()[1:] == [
+    assert len(on) > 1
+    assert ax.get_title().splitlines()[1:] == [
         f"node {node} at ({place}): on its bound at",
         "; ".join(on),
     ]

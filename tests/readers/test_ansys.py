@@ -20,7 +20,9 @@ def bar():
 
 def forces(job, u):
     """Nodal forces (nodes, 3) that displacements (nodes, 3) need."""
-    v, found, free = np.zeros(len(job.labels)), np.zeros(u.shape), job.unknowns >= 0
+    v = np.zeros(len(job.labels))
+    found = np.zeros(u.shape)
+    free = job.unknowns >= 0
     v[job.unknowns[free]] = u[free]
     found[free] = (job.K @ v)[job.unknowns[free]]
     return found
@@ -30,11 +32,9 @@ def test_the_bar_is_held_at_its_foot_and_one_body(bar):
     foot = bar.points[:, 2] == 0
     assert bar.points.shape == (321, 3) and np.array_equal((bar.unknowns == -1).all(axis=1), foot)
     assert np.array_equal(bar.bodies, np.where(foot, -1, 0))
-    assert (
-        bar.nodes("ncomp2").size > 90
-        and bar.deck.elements[0][0] == "C3D20"
-        and bar.deck.elements[0][2].shape == (40, 20)
-    )
+    assert bar.nodes("ncomp2").size > 90
+    assert bar.deck.elements[0][0] == "C3D20"
+    assert bar.deck.elements[0][2].shape == (40, 20)
     assert fo.read_ansys(FULL).deck is None
 
 
@@ -60,20 +60,15 @@ def test_the_bar_on_rigid_ground_against_dense_algebra(bar):
         (bar.points[:, 2] == 5) & np.isin(bar.points[:, :2], [0, 0.5, 1]).all(axis=1)
     )[::-1]
     pairs = np.column_stack([face, len(bar.points) + np.arange(len(face))])
-    points, unknowns = (
-        np.vstack([bar.points, bar.points[face]]),
-        np.vstack([bar.unknowns, np.full((len(face), 3), -1)]),
-    )
+    points = np.vstack([bar.points, bar.points[face]])
+    unknowns = np.vstack([bar.unknowns, np.full((len(face), 3), -1)])
     load = np.random.default_rng(0).normal(size=len(bar.labels))
     system = fo.condense(bar.K, {"a": load}, pairs, [0, 0, -1], unknowns, points)
-    K, kept = (
-        bar.K.toarray(),
-        np.concatenate([bar.unknowns[face, 0], bar.unknowns[face, 1], bar.unknowns[face, 2]]),
-    )
+    K = bar.K.toarray()
+    kept = np.concatenate([bar.unknowns[face, 0], bar.unknowns[face, 1], bar.unknowns[face, 2]])
     rest = np.setdiff1d(np.arange(len(K)), kept)
-    turn = np.kron(
-        np.diag([1.0, -1.0, -1.0]), np.eye(len(face))
-    )  # normal -z: the tangents are x and -y
+    # Normal -z: the tangents are x and -y.
+    turn = np.kron(np.diag([1.0, -1.0, -1.0]), np.eye(len(face)))
     S = (
         turn
         @ (

@@ -194,9 +194,8 @@ def test_plane_stress_is_refused_with_the_constants_that_give_it_in_plane_strain
         1, lines((0, 3, 3), (0, 2, 2)), E * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu), "B"
     )
     found = fo.read_calculix(run(tmp_path, block.deck(), name="strain")[0])
-    u = (
-        np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T
-    )  # uniform stress: forces of plane stress, by hand
+    # Uniform stress: forces of plane stress, by hand.
+    u = np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T
     e = np.array([0.3, -0.4, 0.15])
     xx, yy, xy = E / (1 - nu**2) * np.array([e[0] + nu * e[1], e[1] + nu * e[0], (1 - nu) * e[2]])
     force = (found.K @ u.T.ravel()[np.argsort(found.unknowns.ravel())]).reshape(-1)
@@ -363,9 +362,8 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
         job.unknowns,
         job.points,
     )
-    assert np.allclose(joint.S, system.S) and joint.compliance[1, 1] == pytest.approx(
-        (2 * np.pi * frequencies[0]) ** -2, rel=1e-6
-    )
+    assert np.allclose(joint.S, system.S)
+    assert joint.compliance[1, 1] == pytest.approx((2 * np.pi * frequencies[0]) ** -2, rel=1e-6)
     cycle = fo.LoadCycle({"P": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
     limit = fo.shakedown_limit(joint, cycle, 0.5).load_factor
     curve = fo.backbone_curve(

@@ -36,19 +36,15 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     place = [np.linalg.norm(own.points - point, axis=1).argmin() for point in system.points]
     q, p = system.bonded["P"]
     assert np.allclose(p, own.width[place], rtol=0, atol=1e-10) and np.abs(q).max() < 1e-10
-    assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0) and len(
-        system.points
-    ) == 3 ** (d - 1)
-    assert tied.force("CU", pressure=1.0).sum() == pytest.approx(
-        1.0
-    )  # on the corners, which the nodes amid edges follow
-    assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1]) and len(
-        tied.normals("CU")
-    ) == 3 ** (d - 1)
+    assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0)
+    assert len(system.points) == 3 ** (d - 1)
+    # On the corners, which the nodes amid edges follow.
+    assert tied.force("CU", pressure=1.0).sum() == pytest.approx(1.0)
+    assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1])
+    assert len(tied.normals("CU")) == 3 ** (d - 1)
     assert np.array_equal(job.with_linear_faces().labels, tied.labels)
-    rise = [
-        along[:, 1] == d for along in (job.labels, tied.labels)
-    ]  # of both bodies but for the ends that are held
+    # Of both bodies but for the ends that are held.
+    rise = [along[:, 1] == d for along in (job.labels, tied.labels)]
     assert rise[1] @ tied.M @ rise[1] == pytest.approx(rise[0] @ job.M @ rise[0], rel=1e-9)
     assert [len(face) for face in tied.matching_faces()] == [3 ** (d - 1)]
 
@@ -57,7 +53,8 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
 def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
     """Straight triangles and tetrahedra have the same matrices in any code; shear on the top, which
     goes to the corners from their edges too."""
-    d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
+    d = dimensions(KINDS[kind])
+    bodies = two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
     job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces()
     load = dict(zip("xyz", [1.0, *[-0.5] * (d - 1)], strict=False))
     system = condensed(
@@ -82,7 +79,8 @@ def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
 def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
     """A traction on a face: nodal forces of the code's own elements, by its own step; the pressure
     of P on element faces."""
-    d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
+    d = dimensions(KINDS[kind])
+    bodies = two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
     text = deck(bodies, kind) + "*BOUNDARY\nCU, 1, 3\nCL, 1, 3\n"
     job = fo.read_calculix(base := run(tmp_path, text)[0])
     found = spsolve(job.K.tocsc(), job.force("TOP", pressure=0.7))
@@ -122,8 +120,10 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
 
 @pytest.mark.parametrize("kind", ["CPE6", "CPE8", "C3D10", "C3D20R"])
 def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
-    d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=arched)
-    file, made = run(tmp_path, deck(bodies, kind))[0], str(tmp_path / "made.npz")
+    d = dimensions(KINDS[kind])
+    bodies = two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=arched)
+    file = run(tmp_path, deck(bodies, kind))[0]
+    made = str(tmp_path / "made.npz")
     job = fo.read_calculix(file).with_linear_faces("CU", "CL")
     pairs = job.pairs("CU", "CL")
     system = fo.condense(
@@ -144,10 +144,8 @@ def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
     assert np.array_equal(fo.ContactSystem.load(made).S, system.S)
     sizes = np.linalg.eigvalsh(system.S)
     free = d * (d + 1) // 2
-    assert (
-        np.abs(sizes[:free]).max() < 1e-10 * sizes[-1] < 1e-6 * sizes[free]
-        and np.ptp(system.points[:, -1]) > 0.05
-    )
+    assert np.abs(sizes[:free]).max() < 1e-10 * sizes[-1] < 1e-6 * sizes[free]
+    assert np.ptp(system.points[:, -1]) > 0.05
     push = np.einsum(
         "ni,nij->j",
         np.column_stack([np.reshape(system.bonded["P"][0], (-1, d - 1)), system.bonded["P"][1]]),

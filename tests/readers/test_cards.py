@@ -66,10 +66,8 @@ def test_the_page_lists_the_cards_of_the_reader():
 
 def test_cards_that_are_kept(tmp_path):
     plain = job(tmp_path, grids(GRIDS) + brick(1, 1) + brick(2, 9))
-    assert (
-        plain.points.tolist() == [list(map(float, point)) for point in GRIDS]
-        and plain.deck.elements[0][0] == "C3D8"
-    )
+    assert plain.points.tolist() == [list(map(float, point)) for point in GRIDS]
+    assert plain.deck.elements[0][0] == "C3D8"
     (tmp_path / "more.bdf").write_text(brick(2, 9))
     included = job(tmp_path, grids(GRIDS) + brick(1, 1) + "INCLUDE 'more.bdf'\n")
     assert included.deck.elements[0][2].tolist() == plain.deck.elements[0][2].tolist()

@@ -241,23 +241,17 @@ def test_what_changes_a_matrix_is_refused_by_its_readers_alone(folder, name):
 
 @pytest.mark.parametrize("name", [*WITHOUT, "*NO SUCH KEYWORD"])
 def test_what_has_no_effect_has_none(folder, name):
-    plain, deck = (
-        NODES + BRICKS + FACE,
-        f"{name}\n1, 2.\n{NODES}{name}, NAME=LOW, ELSET=HIGH\n{BRICKS}{FACE}{name}\n",
-    )
+    plain = NODES + BRICKS + FACE
+    deck = f"{name}\n1, 2.\n{NODES}{name}, NAME=LOW, ELSET=HIGH\n{BRICKS}{FACE}{name}\n"
     one, other = job_of(folder, plain).deck, job_of(folder, deck).deck
-    assert (
-        np.array_equal(one.points, other.points)
-        and one.sets.keys() == other.sets.keys()
-        and one.surfaces.keys() == other.surfaces.keys()
-    )
+    assert np.array_equal(one.points, other.points)
+    assert one.sets.keys() == other.sets.keys()
+    assert one.surfaces.keys() == other.surfaces.keys()
     assert [[*map(np.ndarray.tolist, block[1:])] for block in one.elements] == [
         [*map(np.ndarray.tolist, block[1:])] for block in other.elements
     ]
-    assert (
-        one.constraints.unresolved == other.constraints.unresolved == ()
-        and not other.constraints.held.any()
-    )
+    assert one.constraints.unresolved == other.constraints.unresolved == ()
+    assert not other.constraints.held.any()
 
 
 TYPES = dict(
@@ -282,7 +276,9 @@ def test_types_of_elements(folder, names, effect):
             assert effect == "kept"
             continue
         deck = f"{nodes}{BRICKS}*ELEMENT, TYPE={kind}, ELSET=MORE\n9, {', '.join(map(str, range(5, 5 + own)))}\n"
-        job, low, high = job_of(folder, deck), [4, 5, 6, 7], [8, 9, 10, 11]
+        job = job_of(folder, deck)
+        low = [4, 5, 6, 7]
+        high = [8, 9, 10, 11]
         if kind == "C3D13":
             with pytest.raises(
                 fo.ModelError,

@@ -53,9 +53,10 @@ def test_reversed_curves_and_entities_of_two_groups_are_kept(tmp_path, version, 
     groups += 'Physical Curve("top") = {3, -4}; Physical Curve("turned") = {-4, -5}; Physical Curve(9) = {3}; Physical Point("corner") = {1};'
     mesh = plate(tmp_path, groups, version, binary)
     assert lengths(mesh) == {"top": 4.0, "bottom": 4.0, "turned": 3.0, "9": 2.0}
-    assert area(mesh) == pytest.approx(4.0) and {
-        name: len(own) for name, own in mesh.subdomains.items()
-    } == dict.fromkeys(["plate", "steel"], mesh.nelements)
+    assert area(mesh) == pytest.approx(4.0)
+    assert {name: len(own) for name, own in mesh.subdomains.items()} == dict.fromkeys(
+        ["plate", "steel"], mesh.nelements
+    )
     fo.Body(mesh)
 
 
@@ -101,10 +102,8 @@ def test_groups_of_curves_in_space_are_without_effect(tmp_path):
         ("line", np.array([[0, 1]])),
     ]
     tags = [np.array([4]), np.array([5]), np.array([6])]
-    data, names = (
-        {"gmsh:physical": tags, "gmsh:geometrical": tags},
-        {"body": [4, 3], "side": [5, 2], "rim": [6, 1]},
-    )
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    names = {"body": [4, 3], "side": [5, 2], "rim": [6, 1]}
     meshio.Mesh(points, cells, cell_data=data, field_data=names).write(
         tmp_path / "a.msh", file_format="gmsh22", binary=False
     )

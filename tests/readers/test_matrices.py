@@ -19,33 +19,27 @@ DATA = Path(__file__).parents[1] / "data"
 def test_the_matrix_is_that_of_the_same_mesh_assembled_here(request, name, E):
     job = request.getfixturevalue(name)
     basis = Basis(job.mesh, ElementVector(job.mesh.elem()))
-    K, row, free = (
-        linear_elasticity(*lame_parameters(E, 0.3)).assemble(basis),
-        np.empty(len(job.labels), dtype=int),
-        job.unknowns >= 0,
-    )
+    K = linear_elasticity(*lame_parameters(E, 0.3)).assemble(basis)
+    row = np.empty(len(job.labels), dtype=int)
+    free = job.unknowns >= 0
     row[job.unknowns[free]] = basis.nodal_dofs.T[free]
-    assert (
-        job.labels.shape == (len(row), 2)
-        and job.unknowns.shape == job.points.shape
-        and abs(job.K - K[row][:, row]).max() < 1e-11 * abs(K).max()
-    )
+    assert job.labels.shape == (len(row), 2)
+    assert job.unknowns.shape == job.points.shape
+    assert abs(job.K - K[row][:, row]).max() < 1e-11 * abs(K).max()
 
 
 def test_held_displacements_are_the_ones_of_the_deck(flat, cube):
     held = flat.unknowns < 0
-    assert held.all(axis=1).nonzero()[0].tolist() == sorted(
-        flat.nodes("N_BOTTOM")
-    ) and held.sum() == 2 * len(flat.nodes("N_BOTTOM"))
+    assert held.all(axis=1).nonzero()[0].tolist() == sorted(flat.nodes("N_BOTTOM"))
+    assert held.sum() == 2 * len(flat.nodes("N_BOTTOM"))
     assert np.array_equal((cube.unknowns < 0).any(axis=1), cube.points[:, 2] == -3)
 
 
 def test_pairs_coincide_and_follow_the_face(flat):
     pairs = flat.pairs("N_CONTACT_PUNCH", "n_contact_block")  # decks do not tell cases apart
     assert np.allclose(flat.points[pairs[:, 0]], flat.points[pairs[:, 1]], rtol=0, atol=1e-10)
-    assert set(pairs[:, 0]) == set(flat.nodes("N_CONTACT_PUNCH")) and set(pairs[:, 1]) == set(
-        flat.nodes("N_CONTACT_BLOCK")
-    )
+    assert set(pairs[:, 0]) == set(flat.nodes("N_CONTACT_PUNCH"))
+    assert set(pairs[:, 1]) == set(flat.nodes("N_CONTACT_BLOCK"))
     assert (np.diff(flat.points[pairs[:, 1], 0]) > 0).all()
     assert np.array_equal(flat.normals(pairs[:, 1]), np.tile([0.0, 1.0], (26, 1)))
 
@@ -69,27 +63,24 @@ def test_forces_are_those_of_the_traction(flat):
 
 
 def test_forces_on_faces_of_bricks(cube):
-    top, sides = cube.points[:, 2] == 1.5, [cube.points[:, 0] == x for x in (-4.0, 4.0)]
+    top = cube.points[:, 2] == 1.5
+    sides = [cube.points[:, 0] == x for x in (-4.0, 4.0)]
     P = cube.force(np.flatnonzero(top), pressure=1.0)
     assert P[cube.unknowns[top, 2]].sum() == pytest.approx(-4.0) and P.sum() == pytest.approx(-4.0)
     pull = [cube.force(np.flatnonzero(side), pressure=-1.0) for side in sides]
     held = cube.points[:, 2] == -3
     share = np.array([[-f[cube.unknowns[~held & side, 0]].sum() for f in pull] for side in sides])
-    assert (
-        share[0, 0] == pytest.approx(-share[1, 1])
-        and share[0, 0] > 0
-        and share[0, 1] == share[1, 0] == 0
-    )
+    assert share[0, 0] == pytest.approx(-share[1, 1])
+    assert share[0, 0] > 0
+    assert share[0, 1] == share[1, 0] == 0
 
 
 def test_normals_of_a_round_face_point_outwards(tmp_path):
     """A ring of quadrilaterals: by symmetry each node's normal is radial."""
     n = 12
     angle = 2 * np.pi * np.arange(n) / n
-    inner, outer = (
-        np.column_stack([np.cos(angle), np.sin(angle)]),
-        2 * np.column_stack([np.cos(angle), np.sin(angle)]),
-    )
+    inner = np.column_stack([np.cos(angle), np.sin(angle)])
+    outer = 2 * np.column_stack([np.cos(angle), np.sin(angle)])
     lines = [
         "*Node",
         *(f"{i + 1}, {x:.16f}, {y:.16f}" for i, (x, y) in enumerate([*inner, *outer])),
@@ -199,9 +190,8 @@ def test_surfaces_name_their_nodes(squares):
         "RIGHT": [50, 60],
     }
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
-    with pytest.raises(
-        fo.ModelError, match="'AROUND': its nodes also span other facets"
-    ):  # the end at x = 2
+    # The end at x = 2.
+    with pytest.raises(fo.ModelError, match="'AROUND': its nodes also span other facets"):
         job.nodes("around")
     with pytest.raises(fo.ModelError, match="'LOST': no solid of the deck has one of its faces"):
         job.nodes("lost")
@@ -228,10 +218,8 @@ def test_decks_that_say_the_same_are_the_same(squares, old, new):
     plain = fo.read_calculix(squares / "job").deck
     (squares / "job.inp").write_text(SQUARES.replace(old, new))
     deck = fo.read_calculix(squares / "job").deck
-    assert (
-        deck.numbers.tolist() == plain.numbers.tolist()
-        and deck.points.tolist() == plain.points.tolist()
-    )
+    assert deck.numbers.tolist() == plain.numbers.tolist()
+    assert deck.points.tolist() == plain.points.tolist()
     assert {name: sorted(rows) for name, rows in deck.sets.items()} == {
         name: sorted(rows) for name, rows in plain.sets.items()
     }
@@ -244,10 +232,11 @@ UNUSED = [
         "*contact pair, interaction=i\ns_up, s_low\n*step, nlgeom\n*NSET, NSET=Both",
     ),
     ("*node, nset=Left", "*system\n*node, nset=Left, system=r"),
+    # Two lines of nodes.
     (
         "*NSET, NSET=Both",
         "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n40, 50\n*NSET, NSET=Both",
-    ),  # two lines of nodes
+    ),
 ]
 
 
@@ -414,7 +403,8 @@ def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
     mesh = fo.read_mesh(DATA / "flat.inp")
-    material, upper = fo.Material(E=210_000.0, nu=0.3), mesh.p[1, mesh.t].mean(axis=0) > 0
+    material = fo.Material(E=210_000.0, nu=0.3)
+    upper = mesh.p[1, mesh.t].mean(axis=0) > 0
     bodies = {
         name: fo.Body(mesh.restrict(np.flatnonzero(part)), material)
         for name, part in (("punch", upper), ("block", ~upper))
@@ -431,6 +421,5 @@ def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
     assert np.abs(read.S - here.S).max() < 1e-10 * np.abs(here.S).max()
     cycle = fo.LoadCycle({"P": 100.0}, [{"Q": 1.0}, {"Q": -1.0}])
     limits = [fo.shakedown_limit(system, cycle, 0.5).load_factor for system in (read, here)]
-    assert limits[0] == pytest.approx(limits[1], rel=1e-10) and limits[0] == pytest.approx(
-        20.0483360471, abs=1e-9
-    )
+    assert limits[0] == pytest.approx(limits[1], rel=1e-10)
+    assert limits[0] == pytest.approx(20.0483360471, abs=1e-9)

@@ -37,7 +37,8 @@ def elements(mesh):
 
 def test_a_file_of_gmsh_names_only_the_groups_of_its_author_and_is_read_in_silence(capfd):
     mesh = fo.read_mesh("docs/tutorial/foot.msh")
-    assert sorted(mesh.subdomains) == ["block", "foot"] and sorted(mesh.boundaries) == [
+    assert sorted(mesh.subdomains) == ["block", "foot"]
+    assert sorted(mesh.boundaries) == [
         "bottom",
         "left",
         "right",
@@ -53,9 +54,9 @@ def test_sets_of_a_deck_become_boundaries_and_subdomains(tmp_path):
         deck + "*NSET, NSET=Bottom\n1, 2, 3\n*NSET, NSET=ONE\n4\n*ELSET, ELSET=UPPER\n2, 4\n"
     )
     mesh = fo.read_mesh(tmp_path / "a.inp")
-    assert (
-        isinstance(mesh, MeshTri) and mesh.p.shape == (2, 6) and list(mesh.boundaries) == ["BOTTOM"]
-    )
+    assert isinstance(mesh, MeshTri)
+    assert mesh.p.shape == (2, 6)
+    assert list(mesh.boundaries) == ["BOTTOM"]
     assert mesh.p[1, mesh.facets[:, mesh.boundaries["BOTTOM"]]].tolist() == [[0, 0], [0, 0]]
     assert elements(mesh) == {"A": [0, 1], "B": [2, 3], "UPPER": [1, 3]}
 
@@ -229,10 +230,8 @@ def test_without_meshio_all_but_mesh_files_works():
         check=True,
         cwd=Path(__file__).parents[2],
     ).stdout
-    assert (
-        said.split("\n")[0] == "3"
-        and "meshio: not installed; python -m pip install 'frictopt[mesh]'" in said
-    )
+    assert said.split("\n")[0] == "3"
+    assert "meshio: not installed; python -m pip install 'frictopt[mesh]'" in said
 
 
 OF_GMSH = "*Heading\n a.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 2, 0\n6, 1, 2, 0\n******* E L E M E N T S *************\n"
@@ -276,16 +275,19 @@ def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, versi
         mesh.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
         mesh.write(tmp_path / "a.vtu")  # which has no names
         numbered = fo.read_mesh(tmp_path / "a.vtu")
-        assert middles(numbered) == {"1": [[0.5, 0]], "2": [[1, 0.5]]} and elements(numbered) == {
+        assert middles(numbered) == {"1": [[0.5, 0]], "2": [[1, 0.5]]}
+        assert elements(numbered) == {
             "1": [0],
             "2": [1],
         }
     else:
         shutil.copy(DATA / "curves.msh", tmp_path / "a.msh")
     mesh = fo.read_mesh(tmp_path / "a.msh")
-    assert isinstance(mesh, MeshQuad) and mesh.p.shape == (
+    # The node of no element is left out.
+    assert isinstance(mesh, MeshQuad)
+    assert mesh.p.shape == (
         2,
         6,
-    )  # the node of no element is left out
+    )
     assert middles(mesh) == {"bottom": [[0.5, 0]], "between": [[1, 0.5]]}
     assert elements(mesh) == {"first": [0], "second": [1]}

@@ -33,10 +33,8 @@ def whole(compiled):
     matrix, kept = compiled.matrix.toarray(), np.ones(len(compiled.right), dtype=bool)
     for block in compiled.blocks:
         at = np.arange(block.rows.start, block.rows.stop)
-        assert (
-            matrix[at, block.defined].tolist() == [block.sign] * len(at)
-            and matrix[block.sources][:, block.of].any(axis=1).all()
-        )
+        assert matrix[at, block.defined].tolist() == [block.sign] * len(at)
+        assert matrix[block.sources][:, block.of].any(axis=1).all()
         matrix[np.ix_(at, block.of)] -= block.sign * block.matrix
         kept[block.sources] = False
     return matrix[kept], np.flatnonzero(kept)
@@ -44,16 +42,15 @@ def whole(compiled):
 
 def columns(problem, param_prob):
     """The columns of the problem's unknowns in order, and then of those that cvxpy adds."""
-    place, known = param_prob.var_id_to_col, [variable.id for variable in problem.variables()]
-    order, ends = (
-        sorted(place, key=place.get),
-        dict(
-            zip(
-                sorted(place.values()),
-                [*sorted(place.values())[1:], param_prob.x.size],
-                strict=True,
-            )
-        ),
+    place = param_prob.var_id_to_col
+    known = [variable.id for variable in problem.variables()]
+    order = sorted(place, key=place.get)
+    ends = dict(
+        zip(
+            sorted(place.values()),
+            [*sorted(place.values())[1:], param_prob.x.size],
+            strict=True,
+        )
     )
     sequence = [one for one in known if one in place] + sorted(
         one for one in order if one not in known
@@ -152,19 +149,18 @@ def any_program(rng, cones, n=5):
     others stand for, and a point inside of it."""
     G, M, free = rng.normal(size=(n, n - 1)), rng.normal(size=(3, n)), rng.normal(size=n)
     free /= np.linalg.norm(free)
+    # One direction it does not resist.
     square = (
         (np.eye(n) - np.outer(free, free))
         @ (G @ G.T + np.eye(n))
         @ (np.eye(n) - np.outer(free, free))
-    )  # one direction it does not resist
-    square, M = (square + square.T) / 2, M - np.outer(M @ free, free)
-    x, y, w, t, load = (
-        cp.Variable(n, name="x"),
-        cp.Variable(n, name="y"),
-        cp.Variable(3, name="w"),
-        cp.Variable(2, name="t"),
-        cp.Variable(name="load"),
     )
+    square, M = (square + square.T) / 2, M - np.outer(M @ free, free)
+    x = cp.Variable(n, name="x")
+    y = cp.Variable(n, name="y")
+    w = cp.Variable(3, name="w")
+    t = cp.Variable(2, name="t")
+    load = cp.Variable(name="load")
     at = 0.1 * rng.normal(size=n)
     y0, w0, weights = square @ at, M @ at, rng.uniform(0.5, 2.0, 4)
     t0 = w0[:2] + 2 * y0[1:3] + at[0]
@@ -240,10 +236,8 @@ def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, co
                 patch.setattr(module, name, lambda *_, none=none: none)
         reduced = Reduced(compiled, units, [change()] if "changes" in steps else [])
     if steps == STEPS:
-        assert (
-            len(reduced.arrays.cost) < len(compiled.cost) - 9
-            and len(reduced.arrays.right) < len(compiled.right) - 10
-        )
+        assert len(reduced.arrays.cost) < len(compiled.cost) - 9
+        assert len(reduced.arrays.right) < len(compiled.right) - 10
     status, x, y = run(reduced.arrays, "CLARABEL", -np.inf)
     z, multipliers = reduced.back(*polish(reduced.arrays, x, y))
     assert status == "optimal"
@@ -376,14 +370,12 @@ def test_an_equation_is_left_out_that_others_stand_for_and_not_one_that_they_con
     assert chain.reduced.arrays.zero == zero
     if zero == 1:
         chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-        assert x.value == pytest.approx([1.0, 0.0]) and float(one.dual_value) + 2 * float(
-            two.dual_value
-        ) == pytest.approx(1.0)
+        assert x.value == pytest.approx([1.0, 0.0])
+        assert float(one.dual_value) + 2 * float(two.dual_value) == pytest.approx(1.0)
     else:
         none = chain.contradiction()
-        assert none.ruling == {one.id, two.id} and float(one.dual_value) == pytest.approx(
-            -2 * float(two.dual_value)
-        )
+        assert none.ruling == {one.id, two.id}
+        assert float(one.dual_value) == pytest.approx(-2 * float(two.dual_value))
 
 
 @pytest.mark.parametrize("tiny_share", [1e-8, 1e-11])
@@ -428,9 +420,8 @@ def test_bounds_of_norms_are_no_unknowns():
     chain = Chain(cp.Problem(cp.Maximize(3 * x[0, 0] + 4 * x[0, 1] + x[1, 1]), [row]), {})
     assert chain.reduced.arrays.matrix.shape == (6, 4)
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert x.value == pytest.approx(
-        np.array([[3.0, 4.0], [0.0, 1.0]])
-    ) and row.dual_value == pytest.approx([5.0, 1.0])
+    assert x.value == pytest.approx(np.array([[3.0, 4.0], [0.0, 1.0]]))
+    assert row.dual_value == pytest.approx([5.0, 1.0])
 
 
 def test_a_cone_without_room_is_equations_and_its_multiplier_is_in_the_cone():
@@ -439,9 +430,8 @@ def test_a_cone_without_room_is_equations_and_its_multiplier_is_in_the_cone():
     chain = Chain(cp.Problem(cp.Maximize(3 * x[0] + 4 * x[1] + x[2]), [shut, x[2] <= 5.0]), {})
     assert chain.reduced.arrays.zero == 2 and chain.reduced.arrays.sizes.tolist() == [1]
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert x.value == pytest.approx(np.array([1.0, 2.0, 5.0])) and shut.dual_value[
-        0
-    ] == pytest.approx(5.0)
+    assert x.value == pytest.approx(np.array([1.0, 2.0, 5.0]))
+    assert shut.dual_value[0] == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(
@@ -470,9 +460,8 @@ def test_an_unknown_is_kept_unless_one_row_bounds_it_and_it_only_helps_elsewhere
     best = problem.solve(solver="CLARABEL", tol_gap_abs=1e-11, tol_gap_rel=1e-11, tol_feas=1e-11)
     chain = Chain(problem, {})
     chain.solve(lambda: SolveRecord(residual=max(chain.proof.gap, chain.violation)))
-    assert problem.value == pytest.approx(best, abs=1e-8) and all(
-        row.violation().max() < 1e-9 for row in rows
-    )
+    assert problem.value == pytest.approx(best, abs=1e-8)
+    assert all(row.violation().max() < 1e-9 for row in rows)
 
 
 def test_unknowns_that_no_row_feels_are_no_unknowns_and_their_values_follow():
@@ -485,11 +474,9 @@ def test_unknowns_that_no_row_feels_are_no_unknowns_and_their_values_follow():
     chain = Chain(problem, {})
     assert chain.reduced.arrays.matrix.shape[1] == 2
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert (
-        x.value == pytest.approx([1.0, 1.0])
-        and y.value == pytest.approx([1.0, 1.0])
-        and w.value == pytest.approx([2.0, 0.0, 3.0])
-    )
+    assert x.value == pytest.approx([1.0, 1.0])
+    assert y.value == pytest.approx([1.0, 1.0])
+    assert w.value == pytest.approx([2.0, 0.0, 3.0])
     assert all(row.violation().max() < 1e-12 for row in problem.constraints)
 
 
@@ -507,9 +494,8 @@ def test_what_a_square_matrix_does_not_resist_is_an_unknown_only_where_a_row_fee
     chain = Chain(problem, {}, [change])
     assert chain.reduced.arrays.matrix.shape[1] == (2 if felt else 1)
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert y.value == pytest.approx([2.0, -2.0]) and all(
-        row.violation().max() < 1e-9 for row in problem.constraints
-    )
+    assert y.value == pytest.approx([2.0, -2.0])
+    assert all(row.violation().max() < 1e-9 for row in problem.constraints)
 
 
 def tiny(kind, cone):
@@ -542,7 +528,8 @@ def test_a_compliance_is_the_inverse_where_something_resists_and_nothing_elsewhe
 def test_why_there_is_no_optimum(kind, cone):
     problem, ruling = tiny(kind, cone)
     chain = Chain(problem, {})
-    none, more = chain.contradiction(), chain.growth() if kind != "infeasible" else None
+    none = chain.contradiction()
+    more = chain.growth() if kind != "infeasible" else None
     assert (none is not None, more is not None) == (kind == "infeasible", kind == "unbounded")
     if none:
         assert none.ruling == ruling and none.residual <= 1e-9 and none.z is None
@@ -553,11 +540,9 @@ def test_why_there_is_no_optimum(kind, cone):
     if more:
         x, t = sorted(problem.variables(), key=lambda variable: -variable.size)
         ray, size = chain.value_along(more, x), chain.value_along(more, t)
-        assert (
-            ray[0] > 0
-            and ray[1] <= 1e-9
-            and (np.linalg.norm(ray) if cone else np.abs(ray).max()) <= size + 1e-9
-        )
+        assert ray[0] > 0
+        assert ray[1] <= 1e-9
+        assert (np.linalg.norm(ray) if cone else np.abs(ray).max()) <= size + 1e-9
 
 
 @pytest.mark.parametrize("kind", ["infeasible", "unbounded"])
@@ -584,7 +569,8 @@ def test_solvers_that_agree_on_no_optimum_are_not_believed_without_a_proof(kind)
 def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
     """Whatever excess a search for one claims: its multipliers must balance, and lack what they
     say."""
-    chain, honest = Chain(tiny(kind, True)[0], {}), chains._least_excess
+    chain = Chain(tiny(kind, True)[0], {})
+    honest = chains._least_excess
 
     def damaged(program):
         y = honest(program)[1]
@@ -709,9 +695,9 @@ def test_growth_within_little_friction_needs_pressure_that_grows_and_values_to_b
             Chain(cp.Problem(cp.Maximize(load), [*rows, *more]), units).growth() is not None
         ) == grows
     pulled = Chain(cp.Problem(cp.Maximize(p), [*rows, q[0] <= -friction, load >= friction]), units)
-    assert (
-        pulled.ray() is not None and pulled.growth() is None and pulled.contradiction() is not None
-    )
+    assert pulled.ray() is not None
+    assert pulled.growth() is None
+    assert pulled.contradiction() is not None
 
 
 def test_values_that_cannot_be_read_are_refused_each_time(monkeypatch):

@@ -50,10 +50,8 @@ def test_a_balance_has_the_same_answer_by_its_dual(seed, solver):
         rng, int(rng.integers(6, 20)), int(rng.integers(3, 6)), free=seed % 3, extra=seed % 2
     )
     dual = flipped(program)
-    assert (
-        dual.arrays.sparse.shape[1] == program.zero + 3 * (seed % 2)
-        and dual.arrays.zero == seed % 3
-    )
+    assert dual.arrays.sparse.shape[1] == program.zero + 3 * (seed % 2)
+    assert dual.arrays.zero == seed % 3
     status, *found = run(dual.arrays, solver, -np.inf)
     _, *known = run(program, "CLARABEL", -np.inf)
     x, y = dual.back(*polish(dual.arrays, *found))

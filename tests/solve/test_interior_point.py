@@ -30,10 +30,8 @@ def planted(rng, n, numbers, circles, defined):
     g0 = G @ z0 + 1.0
     C, D = rng.normal(size=(numbers, n)), rng.normal(size=(numbers, defined))
     active = rng.random(numbers) < 0.5
-    slack, multiplier = (
-        np.where(active, 0.0, rng.uniform(0.1, 2.0, numbers)),
-        np.where(active, rng.uniform(0.1, 2.0, numbers), 0.0),
-    )
+    slack = np.where(active, 0.0, rng.uniform(0.1, 2.0, numbers))
+    multiplier = np.where(active, rng.uniform(0.1, 2.0, numbers), 0.0)
     rows.append(C @ z0 + D @ g0 + slack - C @ x - D @ g >= 0)
     total += (C + D @ G).T @ multiplier
     for _ in range(circles):
@@ -73,9 +71,8 @@ def ours(problem, above=-np.inf):
     program = Compiled(problem)
     status, x, y = interior_point.interior_point(arrays(program), above)
     at = program.zero
-    for size in [
-        1
-    ] * program.nonneg + program.soc:  # multipliers in their cones, or they prove nothing
+    # Multipliers in their cones, or they prove nothing.
+    for size in [1] * program.nonneg + program.soc:
         assert y[at] >= np.linalg.norm(y[at + 1 : at + size]) * (1 - 1e-12)
         at += size
     off = np.abs(program.matrix.T @ y + program.cost) @ np.maximum(np.abs(x), 1.0)
@@ -93,9 +90,8 @@ def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
         defined=seed % 4,
     )
     _, value, bound = ours(problem)
-    assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8) and bound == pytest.approx(
-        optimum, rel=1e-8, abs=1e-8
-    )
+    assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8)
+    assert bound == pytest.approx(optimum, rel=1e-8, abs=1e-8)
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
@@ -106,9 +102,8 @@ def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
     _, value, bound = ours(
         cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints)
     )
-    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(
-        value, rel=5e-8
-    )
+    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8)
+    assert bound == pytest.approx(value, rel=5e-8)
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
@@ -165,7 +160,8 @@ def test_programs_without_an_optimum_are_told():
 @pytest.mark.parametrize("seed", few(range(5)))
 def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
     rng = np.random.default_rng(seed)
-    contact, friction = random_contact(rng, int(rng.integers(1, 9))), rng.uniform(0.1, 0.9)
+    contact = random_contact(rng, int(rng.integers(1, 9)))
+    friction = rng.uniform(0.1, 0.9)
     most = rng.uniform(0.2, 1.0) if seed % 2 else None
     ours, theirs = (
         fo.shakedown_limit(contact, cycle(), friction, slip_bound=most, solver=name)
@@ -179,9 +175,8 @@ def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
         fo.safe_slip(contact, cycle(), friction, at, slip_bound=most, solver=name)
         for name in ("INTERIOR_POINT", "CLARABEL")
     )
-    assert safe.exists == other.exists and (safe.margin, safe.bound) == pytest.approx(
-        (other.margin, other.margin), abs=1e-8
-    )
+    assert safe.exists == other.exists
+    assert (safe.margin, safe.bound) == pytest.approx((other.margin, other.margin), abs=1e-8)
 
 
 def test_large_programs_are_its_own_and_others_are_not(monkeypatch):

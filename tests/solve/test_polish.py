@@ -19,7 +19,9 @@ from helpers.cases import few
 def random_program(rng, equations):
     """A bounded program over six unknowns with rows, cones of two sizes and maybe equations, and a
     point inside of it."""
-    z, size, inside = cp.Variable(6), cp.Variable(6), 0.1 * rng.normal(size=6)
+    z = cp.Variable(6)
+    size = cp.Variable(6)
+    inside = 0.1 * rng.normal(size=6)
     G, h = rng.normal(size=(8, 6)), rng.uniform(0.5, 1.0, 8)
     flat, wide = rng.normal(size=(4, 6)), rng.normal(size=(2, 4, 6))
     rows = [
@@ -40,10 +42,8 @@ def random_program(rng, equations):
 
 def arrays(compiled):
     """A compiled program without dense equations as solvers take it, nothing reduced."""
-    n, sizes = (
-        len(compiled.cost),
-        np.r_[np.ones(compiled.nonneg, dtype=int), np.array(compiled.soc, dtype=int)],
-    )
+    n = len(compiled.cost)
+    sizes = np.r_[np.ones(compiled.nonneg, dtype=int), np.array(compiled.soc, dtype=int)]
     return Arrays(
         compiled.matrix, np.zeros((0, n)), compiled.right, compiled.cost, compiled.zero, sizes
     )
@@ -94,19 +94,16 @@ def test_no_multipliers_prove_nothing_of_a_share_of_the_optimum(share, multiplie
 def test_what_multipliers_lack_in_balance_is_part_of_the_gap():
     z = cp.Variable(2)
     compiled = Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, z[1] <= 0]))
-    y = np.array(
-        [1.0, 1e-3]
-    )  # the right bound, and 1e-3 too much of an unknown that may be anything
+    # The right bound, and 1e-3 too much of an unknown that may be anything.
+    y = np.array([1.0, 1e-3])
     told = proven(compiled, np.zeros(2) + [1.0, 0.0], y, units=[1.0, 10.0])
-    assert (told.value, told.bound, told.defect) == pytest.approx(
-        (1.0, 1.0, 1e-2)
-    ) and told.gap == pytest.approx(1e-2)
+    assert (told.value, told.bound, told.defect) == pytest.approx((1.0, 1.0, 1e-2))
+    assert told.gap == pytest.approx(1e-2)
 
 
 def test_a_small_value_counts_over_a_part_of_its_unit():
-    assert Proof(0.0, 1e-9, 0.0, 1.0).gap == pytest.approx(1e-6) and Proof(
-        0.0, 1e-9, 0.0, 1e3
-    ).gap == pytest.approx(1e-9)
+    assert Proof(0.0, 1e-9, 0.0, 1.0).gap == pytest.approx(1e-6)
+    assert Proof(0.0, 1e-9, 0.0, 1e3).gap == pytest.approx(1e-9)
 
 
 def test_a_least_objective_has_its_bound_below():
@@ -147,19 +144,16 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     at, slopes = polish(arrays(compiled), z, y)
     assert arrays(compiled).off(at, slopes) <= max(1e-11, 1e-6 * rough)
     told = proven(compiled, at, slopes)
-    assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8) and arrays(
-        compiled
-    ).violation(at) < 1e-10
+    assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8)
+    assert arrays(compiled).violation(at) < 1e-10
 
 
 @pytest.mark.parametrize("seed", few(range(10)))
 def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
     rng = np.random.default_rng(seed)
     program = arrays(Compiled(random_program(rng, bool(seed % 2))))
-    z, y = (
-        rng.normal(size=len(program.cost)),
-        program.admissible(rng.normal(size=len(program.right))),
-    )
+    z = rng.normal(size=len(program.cost))
+    y = program.admissible(rng.normal(size=len(program.right)))
     at, slopes = polish(program, z, y)
     assert program.off(at, slopes) <= program.off(z, y)
 
@@ -168,7 +162,9 @@ def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
 def test_a_vertex_of_more_rows_than_unknowns_keeps_its_proof(seed):
     """Many multipliers balance the objective there, so that their equations are singular."""
     rng = np.random.default_rng(seed)
-    rows, vertex, z = rng.uniform(0.2, 1.0, (5, 2)), rng.standard_normal(2), cp.Variable(2)
+    rows = rng.uniform(0.2, 1.0, (5, 2))
+    vertex = rng.standard_normal(2)
+    z = cp.Variable(2)
     least = rows @ rng.uniform(0.2, 1.0, 2)  # of these multipliers, a combination of the columns
     program = arrays(
         Compiled(cp.Problem(cp.Maximize((rows.T @ least) @ z), [rows @ z <= rows @ vertex]))
@@ -202,10 +198,8 @@ def test_a_point_without_numbers_is_never_the_answer():
     z = cp.Variable(2)
     program = arrays(Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, cp.abs(z[1]) <= 1])))
     right = np.ones(len(program.right))
-    assert (
-        program.off(np.full(len(program.cost), np.nan), right) == np.inf
-        and program.off(np.zeros(len(program.cost)), np.nan * right) == np.inf
-    )
+    assert program.off(np.full(len(program.cost), np.nan), right) == np.inf
+    assert program.off(np.zeros(len(program.cost)), np.nan * right) == np.inf
 
 
 def test_a_program_without_unknowns_is_as_it_stands():

@@ -145,9 +145,8 @@ def test_a_store_without_a_name_is_refused_and_one_at_home_is_found(tmp_path, mo
     with pytest.raises(fo.StoreError, match="store: ''"):
         study(store="")
     study(store="~/runs")
-    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(
-        fo.results.read_store("~/runs")
-    ) == len(FACTORS)
+    assert [path.name for path in tmp_path.iterdir()] == ["home"]
+    assert len(fo.results.read_store("~/runs")) == len(FACTORS)
 
 
 def text(path):
@@ -381,7 +380,8 @@ def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(
     tmp_path, undisturbed, followed, monkeypatch
 ):
     """The file may not grow any more after five runs."""
-    write, limits = Store.write, resource.getrlimit(resource.RLIMIT_FSIZE)
+    write = Store.write
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     done = []
 
     def until_full(self, rows):

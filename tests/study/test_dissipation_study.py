@@ -67,15 +67,14 @@ def test_one_node_has_the_closed_form_dissipation_from_every_start():
         3 * [0.061945108310 * 7.0], rel=1e-9
     )
     assert table.load_ratio.to_numpy() == pytest.approx(3 * [1.2], rel=1e-9)
-    assert (table.shakedown_limit == limit).all() and table.attrs == {
+    assert (table.shakedown_limit == limit).all()
+    assert table.attrs == {
         "missing": 0,
         "per_depth": True,
     }
-    assert (
-        (table.slipping == 1).all()
-        and (table.largest_share == 1.0).all()
-        and (table.open == 0).all()
-    )
+    assert (table.slipping == 1).all()
+    assert (table.largest_share == 1.0).all()
+    assert (table.open == 0).all()
 
 
 def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, factors, starts, table):
@@ -84,7 +83,8 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     assert table.start.tolist() == 3 * [start.name for start in starts]
     for number, row in table.iterrows():
         start = starts[number % len(starts)]
-        slip, overload = start.slip_at(contact, CYCLE, 0.4, row.load_factor), start.overload
+        slip = start.slip_at(contact, CYCLE, 0.4, row.load_factor)
+        overload = start.overload
         steady = fo.steady_state(
             contact, CYCLE, 0.4, row.load_factor, initial_slip=slip, overload=overload
         )
@@ -112,9 +112,8 @@ def test_processes_threads_and_foreign_executors_give_the_same_table(
 
 @pytest.mark.slow
 def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors, starts, table):
-    patient = {
-        f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")
-    }  # machines may be busy
+    # Machines may be busy.
+    patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}
     with (
         dask.config.set(patient),
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
@@ -138,10 +137,8 @@ def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
         for _ in range(2)
     )
     pd.testing.assert_frame_equal(results(table), results(again), check_exact=True)
-    assert (
-        table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
-        and fo.results.read_store(tmp_path / "runs").outcome.tolist().count("FAILED") == 1
-    )
+    assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
+    assert fo.results.read_store(tmp_path / "runs").outcome.tolist().count("FAILED") == 1
     assert table.error[0] == ""
     assert re.match(
         r"NoContinuation: the segment to the corner \(push = \+1\): at 0\.6 of it no rates obey the law; nodes \[0\]",
@@ -200,11 +197,9 @@ def test_a_study_started_again_runs_only_what_is_missing(
 def test_equal_runs_are_followed_once(contact, factors, followed):
     twins = [Start("a", "one", slip=np.ones(4)), Start("b", "other", slip=np.ones(4))]
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins)
-    assert (
-        len(followed) == 1
-        and table.start.tolist() == ["one", "other"]
-        and table.dissipation.nunique() == 1
-    )
+    assert len(followed) == 1
+    assert table.start.tolist() == ["one", "other"]
+    assert table.dissipation.nunique() == 1
 
 
 def test_an_interrupt_leaves_the_finished_rows(
@@ -231,10 +226,8 @@ def test_an_interrupt_leaves_the_finished_rows(
         with pytest.raises(KeyboardInterrupt) as stop:
             fo.dissipation_study(**study)
     part, (note,) = stop.value.table, stop.value.__notes__
-    assert (
-        f"{len(table) - 7} runs are left; the attribute `table` has 7, " in note
-        and note.endswith("runs.sqlite', from which the same call continues")
-    )
+    assert f"{len(table) - 7} runs are left; the attribute `table` has 7, " in note
+    assert note.endswith("runs.sqlite', from which the same call continues")
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7
     pd.testing.assert_frame_equal(
@@ -249,12 +242,13 @@ def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factor
         contact, CYCLE, axis, factors, rng=5, limits=True, store=tmp_path / "runs"
     )
     draws = np.random.default_rng(5)
+    # As the distribution is defined.
     fields = [
         0.4,
         field,
         0.3 + 0.2 * draws.random(4),
         0.3 + 0.2 * draws.random(4),
-    ]  # as the distribution is defined
+    ]
     assert table.friction_number.tolist() == [
         0,
         0,
@@ -268,25 +262,23 @@ def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factor
         3,
         3,
         3,
-    ] and table.load_factor.tolist() == 4 * list(factors)
+    ]
+    assert table.load_factor.tolist() == 4 * list(factors)
     for number, f in enumerate(fields):
         rows = table[table.friction_number == number]
         assert rows.dissipation.tolist() == [
             fo.steady_state(contact, CYCLE, f, factor).dissipation for factor in factors
         ]
-        assert rows.friction.to_numpy() == pytest.approx(
-            np.mean(f)
-        ) and rows.friction_std.to_numpy() == pytest.approx(np.std(f))
+        assert rows.friction.to_numpy() == pytest.approx(np.mean(f))
+        assert rows.friction_std.to_numpy() == pytest.approx(np.std(f))
         assert rows.shakedown_limit.to_numpy() == pytest.approx(
             fo.shakedown_limit(contact, CYCLE, f).load_factor, rel=1e-12
         )
     kept = fo.results.read_store(tmp_path / "runs")
-    assert sorted(kept.friction) == sorted(table.friction) and sorted(kept.friction_std) == sorted(
-        table.friction_std
-    )
-    column = fo.dissipation_study(
-        contact, CYCLE, np.c_[[0.4, 0.5, 0.6, 0.7]], factors[2:]
-    )  # as many numbers as nodes
+    assert sorted(kept.friction) == sorted(table.friction)
+    assert sorted(kept.friction_std) == sorted(table.friction_std)
+    # As many numbers as nodes.
+    column = fo.dissipation_study(contact, CYCLE, np.c_[[0.4, 0.5, 0.6, 0.7]], factors[2:])
     assert column.friction.tolist() == [0.4, 0.5, 0.6, 0.7]
 
 
@@ -526,10 +518,8 @@ def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, m
     assert other.dissipation.tolist() == table.dissipation[table.family == "none"].tolist()
 
 
-SLOW, FAST = (
-    fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.5}, {"cyclic": 1.0}]),
-    fo.LoadCycle({"mean": 1.5}, [{"cyclic": -1.0}, {"cyclic": 1.0}]),
-)
+SLOW = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.5}, {"cyclic": 1.0}])
+FAST = fo.LoadCycle({"mean": 1.5}, [{"cyclic": -1.0}, {"cyclic": 1.0}])
 
 
 @pytest.fixture
@@ -571,9 +561,8 @@ def test_a_store_knows_the_load_cycles_by_label_and_content(
         )
     assert merge_stores(tmp_path / "whole", parts) == len(both)
     kept = fo.results.read_store(tmp_path / "whole")
-    assert kept.groupby("cycle").size().to_dict() == {"slow": 6, "fast": 6} and kept.groupby(
-        "cycle"
-    )["loads"].nunique().to_dict() == {
+    assert kept.groupby("cycle").size().to_dict() == {"slow": 6, "fast": 6}
+    assert kept.groupby("cycle")["loads"].nunique().to_dict() == {
         "slow": 1,
         "fast": 1,
     }
@@ -586,10 +575,8 @@ def test_a_store_knows_the_load_cycles_by_label_and_content(
     runs_alone = results(both).drop(columns=["load_ratio", "shakedown_limit"])
     pd.testing.assert_frame_equal(results(again), runs_alone, check_exact=True)
     renamed = fo.dissipation_study(contact, {"new": FAST}, 0.4, factors, store=tmp_path / "whole")
-    assert (
-        renamed["cycle"].tolist() == 3 * ["new"]
-        and renamed["dissipation"].tolist() == both["dissipation"][3:6].tolist()
-    )
+    assert renamed["cycle"].tolist() == 3 * ["new"]
+    assert renamed["dissipation"].tolist() == both["dissipation"][3:6].tolist()
     assert fo.dissipation_study(contact, FAST, 0.4, factors, store=tmp_path / "whole")[
         "cycle"
     ].tolist() == 3 * [""]

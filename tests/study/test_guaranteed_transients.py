@@ -21,21 +21,17 @@ def test_random_systems(nodes, seed):
         {"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))]
     )
     check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=starts)
-    assert (
-        check.dies_out
-        and check.persists
-        and check.undecided == 0
-        and len(check.counterexamples) == 0
-        and "wedge" not in check.limit.reason
-    )
+    assert check.dies_out
+    assert check.persists
+    assert check.undecided == 0
+    assert len(check.counterexamples) == 0
+    assert "wedge" not in check.limit.reason
     runs = check.runs
     assert len(runs) == len(check.starts) == starts + 6 and (runs.share < 1).sum() == starts
     assert set(runs.start) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
-    assert (
-        runs.dissipation[runs.share < 1].eq(0).all()
-        and runs.dissipation[0] > 0
-        and runs.moved[0] == 0
-    )
+    assert runs.dissipation[runs.share < 1].eq(0).all()
+    assert runs.dissipation[0] > 0
+    assert runs.moved[0] == 0
     assert runs.moved[runs.start == "moved witness"].between(0, 1e-3, inclusive="right").all()
 
 
@@ -80,14 +76,11 @@ def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
     )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     limit = fo.guaranteed_limit(node, cycle, friction=2.0)
-    assert (
-        limit.load_factor == pytest.approx(2.0, rel=1e-9)
-        and limit.shakedown.load_factor == np.inf
-        and "wedge itself" in limit.reason
-    )
-    assert (
-        tangents == 2 or not fo.verify(limit, starts=0).persists
-    )  # increments in space may jump to another state that obeys the law
+    assert limit.load_factor == pytest.approx(2.0, rel=1e-9)
+    assert limit.shakedown.load_factor == np.inf
+    assert "wedge itself" in limit.reason
+    # Increments in space may jump to another state that obeys the law.
+    assert tangents == 2 or not fo.verify(limit, starts=0).persists
     assert fo.safe_slip(node, cycle, 2.0, 2.2).slip.ravel()[0] >= 0.2 / 0.6 - 1e-9
 
 
@@ -115,23 +108,19 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
     assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
     check = fo.verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
-    assert (
-        check.limit.load_factor == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
-    )
+    assert check.limit.load_factor == pytest.approx(0.5)
+    assert check.dies_out
+    assert len(check.runs) == 16
 
 
 def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
     pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
-    contact, cycle = (
-        fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled),
-        fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]),
-    )
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
     check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=6, moved=2)
-    assert (
-        not check.limit.slip.any()
-        and (check.runs["moved"] > 0).sum() == 2
-        and np.ptp(check.starts) > 0.1
-    )
+    assert not check.limit.slip.any()
+    assert (check.runs["moved"] > 0).sum() == 2
+    assert np.ptp(check.starts) > 0.1
 
 
 def test_vertices_are_safe_and_as_far_out_as_can_be():

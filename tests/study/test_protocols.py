@@ -39,9 +39,8 @@ def test_the_table_of_protocols(case, paper_punch):
     for options, ratio in zip(asked, wanted, strict=True):
         one = fo.limit_after_protocol(contact, PULL, friction, **options)
         assert one.ratio == pytest.approx(ratio, abs=0.005), options
-        assert (
-            one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
-        )
+        assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit
+        assert one.residual <= 1e-9
 
 
 def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
@@ -51,10 +50,8 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
     ):
         lower = fo.guaranteed_limit(contact, cycle, friction).load_factor
         one = fo.limit_after_protocol(contact, cycle, friction, start="worst", tolerance=1e-5)
-        assert (
-            one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit)
-            and one.monotonic
-        )
+        assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit)
+        assert one.monotonic
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -81,10 +78,8 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatc
         fo.limit_after_protocol(which, CYCLE, 0.6, start="worst", tolerance=1e-5)
         for which in (pair, contact)
     )
-    assert (
-        other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit)
-        and len(other.starts) == len(one.starts) > 2
-    )
+    assert other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit)
+    assert len(other.starts) == len(one.starts) > 2
     cure, same = (
         fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95})
         for which in (pair, contact)
@@ -142,9 +137,8 @@ def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch)
     )
     assert not one.monotonic and 0.2 < one.ratio < 0.4
     tried = one.to_frame()
-    assert tried["outcome"].iloc[-1] == "rest" and set(
-        tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]
-    ) == {"rest"}
+    assert tried["outcome"].iloc[-1] == "rest"
+    assert set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
     assert tried["load_factor"].is_monotonic_increasing and (tried["outcome"] == "slip").sum() >= 3
 
 
@@ -156,11 +150,9 @@ def test_the_first_start_slips_at_the_limit_even_where_others_slip_above_it(monk
     one = fo.limit_after_protocol(
         system(*FIRST_PAIR), CYCLE, 0.6, start="worst", up_to=1.0, scan=10
     )
-    assert (
-        one.upper == pytest.approx(0.3, abs=1e-3)
-        and not one.starts[0].any()
-        and one.tried["outcome"].iloc[-1] == SLIP
-    )
+    assert one.upper == pytest.approx(0.3, abs=1e-3)
+    assert not one.starts[0].any()
+    assert one.tried["outcome"].iloc[-1] == SLIP
 
 
 def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
@@ -170,10 +162,8 @@ def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
         fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=way)
         for way in ({"sigma": 3 * load_factor}, {"P": -0.97})
     )
-    assert (
-        tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015)
-        and tension.loads["P"] == 1.0
-    )
+    assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015)
+    assert tension.loads["P"] == 1.0
     assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
     for one in (tension, unloading):
         assert one.share < 1 and one.sampled == 60 and one.residual <= 1e-9
@@ -186,12 +176,10 @@ def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
 def test_neither_pressing_harder_nor_compression_cures(way, paper_punch):
     load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), PULL, 0.7).load_factor
     one = fo.least_excursion(paper_punch(16), PULL, 0.7, load_factor, excursion=way)
-    assert (
-        one.share == np.inf
-        and one.loads is None
-        and one.sampled == 0
-        and set(one.tried["outcome"]) == {"slip"}
-    )
+    assert one.share == np.inf
+    assert one.loads is None
+    assert one.sampled == 0
+    assert set(one.tried["outcome"]) == {"slip"}
 
 
 def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
@@ -239,19 +227,16 @@ def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
         free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3
     )
     tried = one.to_frame()
-    assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3) and set(
-        tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]
-    ) == {"UNDECIDED"}
+    assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3)
+    assert set(tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]) == {"UNDECIDED"}
 
 
 def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(monkeypatch):
     """With few of them, in a contact where some need more than all extreme slips: after the answer
     no start is random and known before."""
-    contact, followed, outcome = (
-        random_system(np.random.default_rng(3), 5, coupling=0.9),
-        [],
-        TransientsAfter.outcome,
-    )
+    contact = random_system(np.random.default_rng(3), 5, coupling=0.9)
+    followed = []
+    outcome = TransientsAfter.outcome
 
     def follow(transients, load_factor, steps, start):
         followed.append(

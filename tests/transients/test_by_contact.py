@@ -21,10 +21,8 @@ def loaded_wedge(angle):
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_the_forces_on_both_flanks_of_a_wedge_balance_its_loads(angle):
-    system, cycle = (
-        loaded_wedge(angle),
-        fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}, {"Q": -0.6}, {"P": 0.3}]),
-    )
+    system = loaded_wedge(angle)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}, {"Q": -0.6}, {"P": 0.3}])
     steady = fo.steady_state(system, cycle, 0.2, 1.5)
     table = steady.by_contact()
     top = 1.0 + 2 / np.tan(np.pi / 3)  # its length
@@ -38,25 +36,20 @@ def test_the_forces_on_both_flanks_of_a_wedge_balance_its_loads(angle):
             -top * np.array([loads.get("Q", 0.0), -loads["P"]]), abs=1e-9
         )
         assert table[f"fP_{corner}"].to_numpy() == pytest.approx(0.2 * table[f"P_{corner}"])
-    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and table.attrs["corners"] == list(
-        cycle.corner_names
-    )
-    assert table["area"].to_numpy() == pytest.approx(
-        [1 / np.sin(np.pi / 3)] * 2
-    )  # of flanks one high
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+    assert table.attrs["corners"] == list(cycle.corner_names)
+    # Of flanks one high.
+    assert table["area"].to_numpy() == pytest.approx([1 / np.sin(np.pi / 3)] * 2)
     assert table[["sticking", "slipping", "open"]].sum(axis=1).to_numpy() == pytest.approx(
         [1.0, 1.0]
     )
     lifted = system.width * (steady.open & ~steady.slipping)
-    assert (
-        table["open"] @ table["area"] == pytest.approx(lifted.sum())
-        and lifted.any()
-        and (table["sticking"] > 0).all()
-    )
+    assert table["open"] @ table["area"] == pytest.approx(lifted.sum())
+    assert lifted.any()
+    assert (table["sticking"] > 0).all()
     nodes = steady.fretting_table().groupby("contact", sort=False)
-    assert table["work"].to_numpy() == pytest.approx(nodes["work"].sum()) and table[
-        "work"
-    ].sum() == pytest.approx(steady.dissipation)
+    assert table["work"].to_numpy() == pytest.approx(nodes["work"].sum())
+    assert table["work"].sum() == pytest.approx(steady.dissipation)
     assert table["slip_range"].to_numpy() == pytest.approx(nodes["slip_range"].max())
     assert steady.slipping_share == pytest.approx(
         table["slipping"] @ table["area"] / table["area"].sum()
@@ -69,15 +62,12 @@ def test_the_forces_on_a_cube_in_space_balance_its_loads():
         "X": [fo.Traction("a", "top", x=1.0)],
         "Y": [fo.Traction("a", "top", y=1.0)],
     }
-    system, cycle = (
-        column(loads=loads).condense(),
-        fo.LoadCycle({"P": 1.0}, [{"X": 0.3, "Y": 0.4}, {"X": -0.3, "P": 0.2}]),
-    )
+    system = column(loads=loads).condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 0.3, "Y": 0.4}, {"X": -0.3, "P": 0.2}])
     (row,) = fo.steady_state(system, cycle, 0.6, 1.0, steps=2).by_contact().to_dict("records")
     found = [row[name] for name in ("P_0", "Q_0", "fP_0", "P_1", "Q_1", "fP_1")]
-    assert row["area"] == pytest.approx(1.0) and found == pytest.approx(
-        [1.0, 0.5, 0.6, 1.2, 0.3, 0.72]
-    )
+    assert row["area"] == pytest.approx(1.0)
+    assert found == pytest.approx([1.0, 0.5, 0.6, 1.2, 0.3, 0.72])
 
 
 def test_shear_around_a_pin_has_the_resultant_of_its_directions():
@@ -94,24 +84,19 @@ def test_shear_around_a_pin_has_the_resultant_of_its_directions():
     pin = fo.ContactSystem(np.eye(16), normals, loads, frames=frames)
     for case, resultant in (("twist", 0.0), ("Q", 0.4)):
         table = fo.steady_state(pin, fo.LoadCycle({"P": 1.0}, [{case: 1.0}]), 0.5, 1.0).by_contact()
-        assert table["Q_0"][0] == pytest.approx(resultant, abs=1e-12) and table["P_0"][
-            0
-        ] == pytest.approx(8.0)
-        assert (
-            table["contact"][0] == "the contact"
-            and "area" not in table
-            and "no width" in table.attrs["note"]
-        )
+        assert table["Q_0"][0] == pytest.approx(resultant, abs=1e-12)
+        assert table["P_0"][0] == pytest.approx(8.0)
+        assert table["contact"][0] == "the contact"
+        assert "area" not in table
+        assert "no width" in table.attrs["note"]
 
 
 def test_of_a_period_of_two_cycles_the_last_one_counts():
     """The cycle written down twice has the forces of both; the last three corners are those that
     end in its last slip."""
-    steady, twice = (
-        fo.steady_state(*ASKED),
-        fo.steady_state(
-            ASKED[0], fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), *ASKED[2:]
-        ),
+    steady = fo.steady_state(*ASKED)
+    twice = fo.steady_state(
+        ASKED[0], fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), *ASKED[2:]
     )
     last = 3 * (np.abs(steady.slip - twice.slip).max() < 1e-9)
     one, both = steady.by_contact().iloc[0], twice.by_contact().iloc[0]
@@ -120,7 +105,8 @@ def test_of_a_period_of_two_cycles_the_last_one_counts():
             [row[f"{name}_{corner}"] for corner in corners]
             for row, corners in ((one, range(3)), (both, range(last, last + 3)))
         )
-        assert found == pytest.approx(wanted, abs=1e-9) and found != pytest.approx(
+        assert found == pytest.approx(wanted, abs=1e-9)
+        assert found != pytest.approx(
             [both[f"{name}_{k}"] for k in range(3 - last, 6 - last)], abs=1e-3
         )
 
@@ -136,10 +122,8 @@ def test_the_share_of_a_cylinder_that_slips_is_that_of_partial_slip():
         cylinder, fo.LoadCycle({"P": P}, [{"Q": 1.0}, {"Q": -1.0}]), f, share * f * P
     )
     (row,) = steady.by_contact().to_dict("records")
-    assert 1.25 * row["sticking"] == pytest.approx(np.sqrt(1 - share), abs=0.02) and 1.25 * row[
-        "open"
-    ] == pytest.approx(0.25, abs=0.02)
+    assert 1.25 * row["sticking"] == pytest.approx(np.sqrt(1 - share), abs=0.02)
+    assert 1.25 * row["open"] == pytest.approx(0.25, abs=0.02)
     assert row["slipping"] == steady.slipping_share
-    assert [abs(row["Q_0"]), row["P_0"]] == pytest.approx([share * f * P, P]) and row[
-        "Q_1"
-    ] == pytest.approx(-row["Q_0"])
+    assert [abs(row["Q_0"]), row["P_0"]] == pytest.approx([share * f * P, P])
+    assert row["Q_1"] == pytest.approx(-row["Q_0"])

@@ -69,20 +69,17 @@ def test_simple_loads_have_their_closed_forms(load, turned):
     states, (swt, findley, crossland), shear = LOADED[load]
     found = parameters(states, turned)
     assert (found["SWT"], found["Findley"]) == pytest.approx((swt, findley), rel=1e-6)
-    assert found["Crossland"] == pytest.approx(crossland, rel=1e-9) and found[
-        "Fatemi_Socie"
-    ] == pytest.approx(most(shear), rel=1e-6)
+    assert found["Crossland"] == pytest.approx(crossland, rel=1e-9)
+    assert found["Fatemi_Socie"] == pytest.approx(most(shear), rel=1e-6)
     if load == "reversed tension":
         assert (found["from"], found["to"]) == pytest.approx((-150.0, 150.0), rel=1e-6)
 
 
 def test_compression_that_comes_and_goes_has_no_tension():
     found = parameters([-100.0 * np.eye(3), 0 * PULL])
-    assert (
-        found["SWT"] == 0
-        and found["Crossland"] == pytest.approx(0, abs=1e-9)
-        and found["Findley"] == pytest.approx(0, abs=1e-9)
-    )
+    assert found["SWT"] == 0
+    assert found["Crossland"] == pytest.approx(0, abs=1e-9)
+    assert found["Findley"] == pytest.approx(0, abs=1e-9)
 
 
 def test_pressure_on_every_plane_leaves_no_damage_by_shear_and_none_below_zero():
@@ -115,17 +112,13 @@ def test_no_plane_is_worse_where_stresses_turn(seed):
             [np.linalg.norm(along[i] - along[j], axis=1) for i, j in pairs], axis=0
         ) / 2
 
-    (sigma, tau), (epsilon, gamma), found = (
-        on_planes(stress),
-        on_planes(strain(stress)),
-        parameters(stress),
-    )
+    (sigma, tau) = on_planes(stress)
+    (epsilon, gamma) = on_planes(strain(stress))
+    found = parameters(stress)
     tension = sigma.max(axis=0)
     assert np.max(tension * np.ptp(epsilon, axis=0) / 2) <= found["SWT"]
-    assert (
-        np.max(tau + K * tension) <= found["Findley"]
-        and np.max(2 * gamma * (1 + FS * tension)) <= found["Fatemi_Socie"]
-    )
+    assert np.max(tau + K * tension) <= found["Findley"]
+    assert np.max(2 * gamma * (1 + FS * tension)) <= found["Fatemi_Socie"]
 
 
 def fields_of(model, steady):
@@ -140,33 +133,29 @@ def fields_of(model, steady):
 
 def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     model = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).model()
-    system, cycle = model.condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    system = model.condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     one = fo.steady_state(system, cycle, 0.5, 0.9)
     other = fo.steady_state(system, cycle, 0.5, 0.9, initial_slip=0.3 * np.linspace(-1, 1, 9))
     both = [fields_of(model, one), fields_of(model, other)]
     first, second = (one.fretting_table(fields=each, side=2) for each in both)
     pd.testing.assert_frame_equal(one.fretting_table(fields=model, side=2), first, rtol=1e-9)
-    assert (
-        "from, to: least and largest normal stress" in first.attrs["note"]
-        and "from, to" not in one.fretting_table().attrs["note"]
-    )
+    assert "from, to: least and largest normal stress" in first.attrs["note"]
+    assert "from, to" not in one.fretting_table().attrs["note"]
     worst = one.fretting_table(fields=both, side=2)
     for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland"):
         assert np.array_equal(worst[name], np.maximum(first[name], second[name]))
     for end in ("from", "to"):  # of the cycle with the worse plane
-        assert (
-            np.array_equal(
-                worst[end], np.where(first["SWT"] >= second["SWT"], first[end], second[end])
-            )
-            and (first[end] != second[end]).any()
+        assert np.array_equal(
+            worst[end], np.where(first["SWT"] >= second["SWT"], first[end], second[end])
         )
+        assert (first[end] != second[end]).any()
     along, extent = (
         np.array(parts) for parts in zip(*(each.at_contact(2) for each in both[0]), strict=True)
     )
     old = one.fretting_table(stress=along, strain=extent)
-    assert (first["SWT"] >= old["SWT"] - 1e-9).all() and not np.allclose(
-        first["Findley"], second["Findley"]
-    )
+    assert (first["SWT"] >= old["SWT"] - 1e-9).all()
+    assert not np.allclose(first["Findley"], second["Findley"])
     assert (first["to"] >= first["from"]).all() and first["work"].equals(old["work"])
     stress, strains = (
         np.array(parts)[:, 3]
@@ -176,9 +165,8 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
         first["Findley"][3]
         == critical_planes(stress, strains, findley=0.3, crossland=0.3, fatemi_socie=0.0)["Findley"]
     )
-    tresca = (
-        np.ptp(np.linalg.eigvalsh(stress[1] - stress[0])) / 4
-    )  # without weight: of two states, a quarter of the largest difference of stresses
+    # Without weight: of two states, a quarter of the largest difference of stresses.
+    tresca = np.ptp(np.linalg.eigvalsh(stress[1] - stress[0])) / 4
     assert one.fretting_table(fields=both[0], side=2, findley=0.0)["Findley"][3] == pytest.approx(
         tresca, rel=1e-6
     )

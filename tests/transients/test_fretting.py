@@ -25,11 +25,9 @@ def by_trajectory(contact, cycle, friction, factor, cycles):
 def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
     if opening:  # nodes lift off at one corner and land at the other
         contact = mirrored(np.random.default_rng(3), 6)
-        cycle, friction, factor = (
-            fo.LoadCycle({"mean": 1.0}, [{"one": -1.0}, {"one": 1.0}]),
-            0.4,
-            9.0,
-        )
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"one": -1.0}, {"one": 1.0}])
+        friction = 0.4
+        factor = 9.0
     else:
         contact, cycle, friction = punch(16), PULL, 0.7
         factor = 1.3 * fo.shakedown_limit(contact, cycle, friction).load_factor
@@ -42,9 +40,8 @@ def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
     closed = np.where(path.gap[last] <= 0, path.slip[last], np.nan)
     slips = np.nan_to_num(np.nanmax(closed, axis=0) - np.nanmin(closed, axis=0))
     scale = steady.dissipation
-    assert np.allclose(table.work, work, atol=1e-7 * scale) and table.share.sum() == pytest.approx(
-        1.0
-    )
+    assert np.allclose(table.work, work, atol=1e-7 * scale)
+    assert table.share.sum() == pytest.approx(1.0)
     assert np.allclose(table.work_density, work / width, atol=1e-6 * scale)
     assert np.allclose(table.slip_range, slips, atol=1e-7 * slips.max())
     assert np.allclose(
@@ -78,10 +75,8 @@ def test_a_contact_that_creeps_has_its_drift_in_the_slip_range():
     steady, path = fo.steady_state(*WALKING), fo.march(*WALKING, cycles=9)
     assert steady.outcome is fo.Outcome.RATCHETING
     drift = path.slip[path.time == 18.0][0] - path.slip[path.time == 16.0][0]
-    assert (
-        np.allclose(steady.fretting_table().slip_range, np.abs(drift))
-        and np.abs(drift).min() > 0.01
-    )
+    assert np.allclose(steady.fretting_table().slip_range, np.abs(drift))
+    assert np.abs(drift).min() > 0.01
 
 
 def test_bulk_stress_gives_f2_and_swt():
@@ -89,13 +84,10 @@ def test_bulk_stress_gives_f2_and_swt():
     steady = fo.steady_state(contact, CYCLE, 0.6, 2.0)
     stress, strain = np.array([[3.0, -2.0], [1.0, -1.0]]), np.array([[0.3, -0.2], [0.1, 0.4]])
     table = steady.fretting_table(stress=stress, strain=strain)
-    assert np.allclose(table.F2_force, table.F1_force * [3.0, 0.0]) and np.allclose(
-        table.SWT, [3.0 * 0.1, 0.0]
-    )
-    assert (
-        list(table.columns[:3]) == ["node", "x", "slip_range"]
-        and "nodal forces" in table.attrs["note"]
-    )
+    assert np.allclose(table.F2_force, table.F1_force * [3.0, 0.0])
+    assert np.allclose(table.SWT, [3.0 * 0.1, 0.0])
+    assert list(table.columns[:3]) == ["node", "x", "slip_range"]
+    assert "nodal forces" in table.attrs["note"]
 
 
 @refused(
@@ -140,11 +132,9 @@ def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
         for contact, steps in ((flat, None), (flat, 16), (solid, 16))
     )
     tables = [steady.fretting_table() for steady in (exact, plane, space)]
-    assert (
-        space.period == 1
-        and space.states().time[-1] == 2.0
-        and {"x", "y", "z"} < set(tables[2].columns)
-    )
+    assert space.period == 1
+    assert space.states().time[-1] == 2.0
+    assert {"x", "y", "z"} < set(tables[2].columns)
     for name, size in {
         "slip_range": 1.0,
         "tau_amplitude": 0.7,
@@ -156,18 +146,15 @@ def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
         most = tables[0][name].abs().max()
         assert np.allclose(tables[2][name] / size, tables[1][name], rtol=0, atol=1e-6 * most)
         assert np.allclose(tables[1][name], tables[0][name], rtol=0, atol=0.02 * most)
-    assert np.allclose(
-        tables[2]["tau_mean1"] / 0.7, tables[1]["tau_mean"], atol=1e-6
-    ) and np.allclose(tables[2]["tau_mean2"], 0, atol=1e-9)
-    tensors, extent = np.random.default_rng(0).normal(
-        size=(2, 3, flat.nodes, 2, 2)
-    )  # across the plane and in shear whatever there is
+    assert np.allclose(tables[2]["tau_mean1"] / 0.7, tables[1]["tau_mean"], atol=1e-6)
+    assert np.allclose(tables[2]["tau_mean2"], 0, atol=1e-9)
+    # Across the plane and in shear whatever there is.
+    tensors, extent = np.random.default_rng(0).normal(size=(2, 3, flat.nodes, 2, 2))
     one = plane.fretting_table(stress=tensors[:, :, 0, 0], strain=extent[:, :, 0, 0])
     two = space.fretting_table(stress=tensors, strain=extent)
     slips = one["slip_range"] > 1e-3 * one["slip_range"].max()
-    assert slips.any() and np.allclose(
-        two["F2"] / 0.7, one["F2"], rtol=0, atol=1e-6 * one["F2"].max()
-    )
+    assert slips.any()
+    assert np.allclose(two["F2"] / 0.7, one["F2"], rtol=0, atol=1e-6 * one["F2"].max())
     assert np.allclose(two["SWT"][slips], one["SWT"][slips], rtol=1e-5, atol=1e-9)
 
 
@@ -175,10 +162,8 @@ def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
 def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
     """Two nodes without coupling, of which one slips: to and fro along one direction, and round,
     where each two states are compared."""
-    way, across = (
-        np.array([np.cos(angle), np.sin(angle)]),
-        np.array([-np.sin(angle), np.cos(angle)]),
-    )
+    way = np.array([np.cos(angle), np.sin(angle)])
+    across = np.array([-np.sin(angle), np.cos(angle)])
     q = np.array([[2.0], [0.1]])
     loads = {
         "P": np.r_[np.zeros(4), 1.0, 1.0],
@@ -200,18 +185,15 @@ def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
     )
     for corners in ([{"a": 1.0}, {"a": -1.0}], [{"a": 1.0}, {"b": 1.0}, {"a": -1.0}, {"b": -1.0}]):
         steady = fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, corners), 0.5, 1.0, steps=4)
-        table, slip = (
-            steady.fretting_table(stress=stress, strain=strain),
-            steady.states().slip[:, 0],
-        )
+        table = steady.fretting_table(stress=stress, strain=strain)
+        slip = steady.states().slip[:, 0]
         one, other = max(combinations(slip, 2), key=lambda pair: np.linalg.norm(pair[0] - pair[1]))
         size = np.linalg.norm(one - other)
         along = way if len(corners) == 2 else (one - other) / size
         tension, extent = ((part[:, 0] @ along) @ along for part in (stress, strain))
         assert size > 1.5 and table["slip_range"].to_numpy() == pytest.approx([size, 0.0], rel=1e-9)
-        assert table["SWT"][0] == pytest.approx(
-            max(tension) * np.ptp(extent) / 2, rel=1e-6
-        ) and np.isnan(table["SWT"][1])
+        assert table["SWT"][0] == pytest.approx(max(tension) * np.ptp(extent) / 2, rel=1e-6)
+        assert np.isnan(table["SWT"][1])
         assert table["F2_force"].to_numpy() == pytest.approx(
             [max(tension) * table["F1_force"][0], 0.0], rel=1e-6
         )

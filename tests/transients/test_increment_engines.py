@@ -43,7 +43,8 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
         if in_space
         else random_system(rng, nodes, coupling=0.2)
     )
-    law, loads = NewtonIncrement(contact, 0.2).law, list(contact.bonded)
+    law = NewtonIncrement(contact, 0.2).law
+    loads = list(contact.bonded)
     trial = joined(
         *contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})
     ) + 0.3 * rng.normal(size=len(law.S))
@@ -51,9 +52,8 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
     sweep(law.S, law.slopes, law.constants, law.augmentation, u, r, 20_000, 1e-14, relax)
     state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
     assert state.error < 1e-9 * scale
-    assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(
-        u, state.u, atol=1e-9 * scale
-    )
+    assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale)
+    assert np.allclose(u, state.u, atol=1e-9 * scale)
     assert ((u != 0) == (state.u != 0)).all()
 
 
@@ -62,10 +62,8 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
     makes some ways to move soft."""
     rng = np.random.default_rng(seed)
     contact = (random_contact if in_space else random_system)(rng, nodes, coupling=0.4)
-    units, bonded = (
-        np.exp(unlike * rng.normal(size=len(contact.S))),
-        {name: joined(*pair) for name, pair in contact.bonded.items()},
-    )
+    units = np.exp(unlike * rng.normal(size=len(contact.S)))
+    bonded = {name: joined(*pair) for name, pair in contact.bonded.items()}
     gap = 0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4)
     contact = fo.ContactSystem(contact.S * np.outer(units, units), contact.points, bonded, gap=gap)
     pressed = joined(*contact.reaction({next(iter(contact.bonded)): 1.0}))
@@ -97,7 +95,9 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
     law, contact = engine.law, engine.system
     for share in (1.0, 0.6, 0.3):
         u, r = np.zeros(len(law.S)), drawn()
-        load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
+        load = r.copy()
+        forces = np.empty_like(r)
+        status = np.empty(nodes, dtype=np.int8)
         residual = increment(
             law.S,
             law.slopes,
@@ -137,7 +137,10 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
     motions of the one before.
     """
     engine, drawn = random_problem(seed, nodes, in_space, friction)
-    contact, loads, asked, swept = engine.system, [drawn() for _ in range(6)], [], engine._swept
+    contact = engine.system
+    loads = [drawn() for _ in range(6)]
+    asked = []
+    swept = engine._swept
 
     def failing(u, r, law):
         asked.append(u)
@@ -147,7 +150,8 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
     one_by_one = NewtonIncrement(contact, friction)
     if hard:
         engine._swept = failing
-    slip, u = np.zeros(contact.slip_shape), joined(np.zeros(contact.slip_shape), -contact.gap)
+    slip = np.zeros(contact.slip_shape)
+    u = joined(np.zeros(contact.slip_shape), -contact.gap)
     for _ in range(5):
         asked.clear()
         for load, (found, r, status) in zip(loads, engine.along(u, loads), strict=True):
@@ -165,11 +169,9 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
             )
             one = one_by_one.solve(slip, parted(load, contact.tangents + 1))
             if friction < 0.5:  # far below the critical one there is one state
-                assert (
-                    np.allclose(one.slip, v, atol=1e-9)
-                    and np.allclose(one.gap, w + contact.gap, atol=1e-9)
-                    and (one.status == status).all()
-                )
+                assert np.allclose(one.slip, v, atol=1e-9)
+                assert np.allclose(one.gap, w + contact.gap, atol=1e-9)
+                assert (one.status == status).all()
             slip, u = v, found
     assert not asked or friction > 0.5
 
@@ -179,7 +181,8 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     rng, steps = np.random.default_rng(1), []
     contact = random_contact(rng, 20).with_gap(np.where(np.arange(20) < 5, 0.0, 1e4))
     engine = NewtonIncrement(contact, 0.4)
-    by_newton, load = engine._by_newton, joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
+    by_newton = engine._by_newton
+    load = joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
     engine._swept = lambda u, r, law: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
     engine._by_newton = lambda *start: steps.append(by_newton(*start)) or steps[-1]
     engine._without_open = lambda *state: None
@@ -216,14 +219,15 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
         {"P": np.ones(len(last))},
         gap=np.where(far, 0.3, 0.0),
     )
-    engine, newton, asked, long = NewtonIncrement(contact, 0.3), NewtonIncrement._by_newton, [], []
+    engine = NewtonIncrement(contact, 0.3)
+    newton = NewtonIncrement._by_newton
+    asked = []
+    long = []
     engine._swept = lambda u, r, law: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
     engine._by_newton = lambda *start: asked.append(1) or newton(engine, *start)
-    shear, press, slip = (
-        np.tile(rng.normal(size=n), contact.tangents),
-        np.where(far, 0.0, 1.0),
-        np.zeros(contact.slip_shape),
-    )
+    shear = np.tile(rng.normal(size=n), contact.tangents)
+    press = np.where(far, 0.0, 1.0)
+    slip = np.zeros(contact.slip_shape)
     lower = press + np.where(np.arange(n) == 5, 3.0, 0.0)  # presses a far node down
     loads = [
         held @ np.append(scale * shear, p)
@@ -232,23 +236,22 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
     for load, (u, r, status) in zip(loads, engine.along(np.zeros(len(last)), loads), strict=True):
         one = NewtonIncrement(contact, 0.3).solve(slip, parted(load, axes))
         off = joined(one.slip, one.gap) - u - joined(0 * slip, contact.gap)
-        assert (
-            np.abs(np.where(last & (free != "no motion"), 0.0, off)).max() < 1e-12
-            and (one.status == status).all()
-        )
+        assert np.abs(np.where(last & (free != "no motion"), 0.0, off)).max() < 1e-12
+        assert (one.status == status).all()
         assert np.abs(joined(one.q, one.p) - r).max() < 1e-12
         slip = parted(u, axes)[0]
         long.append(len(asked))
         asked.clear()
-    assert (status == 2).sum() == 6 and long == (
-        [1, 0, 0, 0, 0] if free == "no motion" else [1] * 5
-    )
+    assert (status == 2).sum() == 6
+    assert long == ([1, 0, 0, 0, 0] if free == "no motion" else [1] * 5)
 
 
 def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
     """A punch that rocks to and fro and lifts off at other nodes all the time: each of them is
     eliminated once at most."""
-    punch, made, honest = fo.scenes.SquarePunch(elements=5).condense(), [], by_newton._Rest.__init__
+    punch = fo.scenes.SquarePunch(elements=5).condense()
+    made = []
+    honest = by_newton._Rest.__init__
     monkeypatch.setattr(
         by_newton._Rest, "__init__", lambda rest, *asked: made.append(asked) or honest(rest, *asked)
     )
@@ -281,10 +284,8 @@ def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_co
     path = fo.march(*asked, cycles=2, steps=3)
     monkeypatch.setattr(NewtonIncrement, "_without_open", lambda *asked: None)
     whole = fo.march(*asked, cycles=2, steps=3)
-    assert (
-        np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max()
-        and np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
-    )
+    assert np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max()
+    assert np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():
@@ -292,13 +293,11 @@ def test_a_jump_is_not_taken_again_because_it_was_taken_once():
     itself change little with their number."""
     rng = np.random.default_rng(0)
     G = rng.normal(size=(12, 10))
-    S, forces = (
-        G @ G.T + 0.3 * np.eye(12),
-        {
-            "P": (np.zeros(6), 1 + rng.random(6)),
-            "Q": (rng.normal(size=6), 0.5 * rng.normal(size=6)),
-        },
-    )
+    S = G @ G.T + 0.3 * np.eye(12)
+    forces = {
+        "P": (np.zeros(6), 1 + rng.random(6)),
+        "Q": (rng.normal(size=6), 0.5 * rng.normal(size=6)),
+    }
     contact = fo.ContactSystem.from_blocks(S[:6, :6], S[6:, :6], S[6:, 6:], np.arange(6), forces)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.2}])
     coarse, fine = (
@@ -312,17 +311,13 @@ def test_programs_with_frozen_bounds_give_the_same_states(in_space):
     for seed in range(12):
         engine, drawn = random_problem(seed, 1 + seed, in_space, 0.3)
         contact, rng = engine.system, np.random.default_rng(seed)
-        slip, load = (
-            0.3 * rng.normal(size=contact.slip_shape),
-            parted(drawn(), contact.tangents + 1),
-        )
+        slip = 0.3 * rng.normal(size=contact.slip_shape)
+        load = parted(drawn(), contact.tangents + 1)
         one = engine.solve(slip, load)
         other = FrozenBoundIncrement(contact, 0.3).solve(slip, load)
-        assert (
-            np.abs(one.slip - other.slip).max() < 1e-8
-            and np.abs(one.q - other.q).max() < 1e-8
-            and other.problem.is_dpp()
-        )
+        assert np.abs(one.slip - other.slip).max() < 1e-8
+        assert np.abs(one.q - other.q).max() < 1e-8
+        assert other.problem.is_dpp()
 
 
 def test_a_wedged_node_stays_and_its_other_state_is_found():
@@ -333,11 +328,9 @@ def test_a_wedged_node_stays_and_its_other_state_is_found():
     )
     for engine in (ExactIncrement, FrozenBoundIncrement):
         found = engine(contact, 3.0).solve([1.0], ([0.0], [0.0]))
-        assert (
-            found.slip.tolist() == [1.0]
-            and found.q == pytest.approx([1.0])
-            and found.p == pytest.approx([0.5])
-        )
+        assert found.slip.tolist() == [1.0]
+        assert found.q == pytest.approx([1.0])
+        assert found.p == pytest.approx([0.5])
         assert found.residual < 1e-9 and found.status.tolist() == [0]
     unloaded = ExactIncrement(contact, 3.0).solve([0.0], ([0.0], [0.0]))
     assert unloaded.slip.tolist() == [0.0] and not unloaded.q.any() and not unloaded.p.any()
@@ -351,11 +344,9 @@ def test_below_onset_nothing_moves(engine):
         slip = 0.01 * rng.normal(size=nodes)
         q, p = -contact.A @ slip + 0.1 * rng.normal(size=nodes), 1.0 - contact.B @ slip
         found = engine(contact, 0.9).solve(slip, (q, p))
-        assert (
-            found.slip.tobytes() == slip.tobytes()
-            and not found.gap.any()
-            and not found.status.any()
-        )
+        assert found.slip.tobytes() == slip.tobytes()
+        assert not found.gap.any()
+        assert not found.status.any()
 
 
 @pytest.mark.parametrize("elements", [16, 40])
@@ -370,21 +361,18 @@ def test_all_engines_agree_on_the_paper_s_scene(punch, elements):
         one = exact.solve(slip, load)
         for other in (frozen.solve(slip, load), newton.solve(slip, load)):
             assert one.residual < 1e-12 and other.residual < 1e-12
+            # To the last bit: nodes that stick keep their slip, and on open ones nothing acts.
             for each in (
                 one,
                 other,
-            ):  # to the last bit: nodes that stick keep their slip, and on open ones nothing acts
-                assert (
-                    np.array_equal(each.slip[each.status == 0], slip[each.status == 0])
-                    and not (np.abs(each.q) + each.p)[each.status == 2].any()
-                )
+            ):
+                assert np.array_equal(each.slip[each.status == 0], slip[each.status == 0])
+                assert not (np.abs(each.q) + each.p)[each.status == 2].any()
             assert one.slip == pytest.approx(other.slip, abs=1e-10 * np.abs(one.slip).max())
-            assert one.p == pytest.approx(other.p, abs=1e-10) and one.gap == pytest.approx(
-                other.gap, abs=1e-9
-            )
-            assert (one.status == other.status).all() and (one.status == 2).any() == (
-                abs(shear) > 0.2
-            )
+            assert one.p == pytest.approx(other.p, abs=1e-10)
+            assert one.gap == pytest.approx(other.gap, abs=1e-9)
+            assert (one.status == other.status).all()
+            assert (one.status == 2).any() == (abs(shear) > 0.2)
         verdict = fo.reference.check_contact_law(
             contact, load, 0.7, v=one.slip, w=one.gap, q=one.q, p=one.p, previous_slip=slip
         )
@@ -412,12 +400,10 @@ def test_units_do_not_matter(engine, seed, stiffness, force):
     )
     base = engine(contact, friction).solve(slip, (q, p))
     other = engine(scaled, friction).solve(length * slip, (force * q, force * p))
-    assert other.slip / length == pytest.approx(
-        base.slip, abs=1e-9
-    ) and other.gap / length == pytest.approx(base.gap, abs=1e-9)
-    assert other.q / force == pytest.approx(base.q, abs=1e-9) and other.p / force == pytest.approx(
-        base.p, abs=1e-9
-    )
+    assert other.slip / length == pytest.approx(base.slip, abs=1e-9)
+    assert other.gap / length == pytest.approx(base.gap, abs=1e-9)
+    assert other.q / force == pytest.approx(base.q, abs=1e-9)
+    assert other.p / force == pytest.approx(base.p, abs=1e-9)
     assert (other.status == base.status).all()
 
 

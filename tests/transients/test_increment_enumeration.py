@@ -56,10 +56,8 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
         assert distance(states, found) < 1e-9 and found.residual < 1e-9
         assert found.record.attempts[0].solver == "HIGHS_MIP"
         assert distance(states, newton.solve(slip, load)) < 1e-9
-        opened, slipped = (
-            opened + (found.gap > 0).any(),
-            slipped + (np.abs(found.status) == 1).any(),
-        )
+        opened = opened + (found.gap > 0).any()
+        slipped = slipped + (np.abs(found.status) == 1).any()
         try:
             by_sweeps = frozen.solve(slip, load)
         except SolverError as error:

@@ -63,10 +63,10 @@ def test_problems_are_dpp_and_named():
 def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
     """In the units of the contact; a plain solve by cvxpy gives it again, and pressures are its
     multipliers."""
-    contact, load = (
-        fo.ContactSystem(unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap),
-        (unit * LOAD[0], unit * LOAD[1]),
+    contact = fo.ContactSystem(
+        unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap
     )
+    load = (unit * LOAD[0], unit * LOAD[1])
     found, frozen = (
         engine(contact, FRICTION).solve(SLIP, load)
         for engine in (ExactIncrement, FrozenBoundIncrement)
@@ -75,18 +75,14 @@ def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
     for problem, state in ((found.problem, found), (frozen.problem, frozen)):
         assert problem.value == problem.objective.value and problem.status == "optimal"
         assert all(row.violation().max() < 1e-9 * unit for row in problem.constraints)
-        assert (
-            np.abs(state.slip - SLIP - motions[:3]).max() < 1e-9
-            and explained(state).count("none here") == 0
-        )
+        assert np.abs(state.slip - SLIP - motions[:3]).max() < 1e-9
+        assert explained(state).count("none here") == 0
     assert (found.problem.var_dict["opened"].value == 1).tolist() == (found.status == 2).tolist()
-    assert found.problem.var_dict["p"].value == pytest.approx(found.p) and found.problem.var_dict[
-        "slip_step"
-    ].value == pytest.approx(motions[:3])
+    assert found.problem.var_dict["p"].value == pytest.approx(found.p)
+    assert found.problem.var_dict["slip_step"].value == pytest.approx(motions[:3])
     value, problem = frozen.problem.value, frozen.problem
-    assert np.array_equal(problem.var_dict["u"].value, motions) and problem.constraints[
-        0
-    ].dual_value == pytest.approx(frozen.p)
+    assert np.array_equal(problem.var_dict["u"].value, motions)
+    assert problem.constraints[0].dual_value == pytest.approx(frozen.p)
     assert problem.param_dict["bound"].value == pytest.approx(FRICTION * frozen.p)
     assert problem.solve(solver="CLARABEL") == pytest.approx(value, rel=1e-6)
     assert problem.var_dict["u"].value == pytest.approx(motions, abs=1e-5)
@@ -98,10 +94,10 @@ def test_the_record_names_newtons_steps():
     assert [attempt.solver for attempt in record.attempts] == [
         "OSQP",
         "NEWTON",
-    ] and record.solver == "NEWTON"
-    assert (
-        record.attempts[0].residual > 1e-6 and record.residual == record.attempts[1].residual < 1e-9
-    )
+    ]
+    assert record.solver == "NEWTON"
+    assert record.attempts[0].residual > 1e-6
+    assert record.residual == record.attempts[1].residual < 1e-9
 
 
 @pytest.mark.parametrize("sigma", [2.2, 4.0])
@@ -112,13 +108,10 @@ def test_osqp_alone_finds_the_state(punch, sigma):
     q, p = contact.reaction({"P": 1.0, "sigma": sigma})
     none, one = sp.csc_matrix((n, n)), sp.eye_array(n)
     P = sp.triu(sp.block_diag([contact.S, none]), format="csc")
-    rows = sp.block_array(
-        [[none, one, none], [one, none, -one], [-one, none, -one]], format="csc"
-    )  # w >= 0, |dv| <= t
-    low, high = (
-        np.r_[np.zeros(n), np.full(2 * n, -np.inf)],
-        np.r_[np.full(n, np.inf), np.zeros(2 * n)],
-    )
+    # W >= 0, |dv| <= t.
+    rows = sp.block_array([[none, one, none], [one, none, -one], [-one, none, -one]], format="csc")
+    low = np.r_[np.zeros(n), np.full(2 * n, -np.inf)]
+    high = np.r_[np.full(n, np.inf), np.zeros(2 * n)]
     bound, solver = f * np.maximum(p, 0.0), osqp.OSQP()
     options = {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "verbose": False}
     solver.setup(sp.csc_matrix(P), np.zeros(3 * n), sp.csc_matrix(rows), low, high, **options)
@@ -145,15 +138,11 @@ def test_listings_run_in_a_bare_script(punch):
         f"```text\n{listed}\n```" in page
         for listed in (listings.frozen_bound(system), listings.exact(system, friction))
     )
-    state, script = (
-        NewtonIncrement(system, friction).solve(np.zeros(9), load),
-        {"cp": cp, "np": np, "system": system, "friction": friction},
-    )
+    state = NewtonIncrement(system, friction).solve(np.zeros(9), load)
+    script = {"cp": cp, "np": np, "system": system, "friction": friction}
     assert state.status.any() and not state.status.all()
-    trial, step = (
-        np.concatenate(load),
-        pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max()),
-    )
+    trial = np.concatenate(load)
+    step = pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max())
 
     exec(bare(listings.frozen_bound), script)
     problem = script["problem"]
@@ -182,9 +171,8 @@ def test_listings_run_in_a_bare_script(punch):
         np.maximum(-state.slip, 0),
     )
     problem.var_dict["gap"].value = state.gap
-    assert problem.objective.value == pytest.approx(0.0, abs=1e-12) and all(
-        row.violation().max() < 1e-12 for row in problem.constraints
-    )
+    assert problem.objective.value == pytest.approx(0.0, abs=1e-12)
+    assert all(row.violation().max() < 1e-12 for row in problem.constraints)
 
 
 def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
@@ -200,10 +188,10 @@ def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
             [*posed.problem.constraints, motions <= 100 * moves, slacks <= 100 * (1 - moves)],
         ).solve(solver="HIGHS")
         assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-6)
-        (v, w, _, _), z = admissible_states(contact, friction, slip, load)[0], motions.value
-        assert slip + z[:3] - z[3:6] == pytest.approx(v, abs=1e-5) and z[6:] == pytest.approx(
-            w, abs=1e-5
-        )
+        (v, w, _, _) = admissible_states(contact, friction, slip, load)[0]
+        z = motions.value
+        assert slip + z[:3] - z[3:6] == pytest.approx(v, abs=1e-5)
+        assert z[6:] == pytest.approx(w, abs=1e-5)
 
 
 def test_the_next_solver_answers_where_one_fails(monkeypatch):
@@ -218,15 +206,12 @@ def test_the_next_solver_answers_where_one_fails(monkeypatch):
 
 
 def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
-    contact, friction, slip, load = random_increment(
-        np.random.default_rng(245), 3, 0.8
-    )  # the first of these that needs more than two
+    # The first of these that needs more than two.
+    contact, friction, slip, load = random_increment(np.random.default_rng(245), 3, 0.8)
     found = FrozenBoundIncrement(contact, friction).solve(slip, load)
-    assert (
-        found.steps > 1
-        and found.residual < 1e-9
-        and distance(admissible_states(contact, friction, slip, load), found) < 1e-9
-    )
+    assert found.steps > 1
+    assert found.residual < 1e-9
+    assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
     monkeypatch.setattr(programs, "SETTINGS", replace(programs.SETTINGS, most_sweeps=1))
     with pytest.raises(
         fo.SolverError,
@@ -264,10 +249,8 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
 def assert_a_state_by_newton():
     """The exact increment answers with the one admissible state, in the problem, too, and says that
     Newton's method found it."""
-    found, states = (
-        ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD),
-        admissible_states(CONTACT, FRICTION, SLIP, LOAD),
-    )
+    found = ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
+    states = admissible_states(CONTACT, FRICTION, SLIP, LOAD)
     assert len(states) == 1 and distance(states, found) < 1e-9 and found.record.solver == "NEWTON"
     assert max(constraint.violation().max() for constraint in found.problem.constraints) < 1e-9
     assert np.array_equal(found.problem.var_dict["p"].value, found.p)
@@ -309,26 +292,22 @@ def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
 def test_large_motions_and_a_large_reach_hide_no_state(reach):
     """Where the tolerance of the booleans is more than the motions: a node that opens far away, and
     three nodes whose motions are small."""
-    S, push = (
-        np.array(
-            [[3.774851562958601, -8.035512969077057], [-8.035512969077057, 18.815129556725918]]
-        ),
-        np.array([-85368.67112905, 1.48125721]),
+    S = np.array(
+        [[3.774851562958601, -8.035512969077057], [-8.035512969077057, 18.815129556725918]]
     )
+    push = np.array([-85368.67112905, 1.48125721])
     node = fo.ContactSystem(S, [[0.0, 0.0]], {"P": [0.0, 1.0]})
     far = ExactIncrement(node, 1.6078499510582633, reach=reach).solve([0.0], (push[:1], push[1:]))
-    assert (
-        np.r_[far.slip, far.gap] == pytest.approx(np.linalg.solve(S, -push)) and far.gap[0] > 0
-    )  # open: no force
+    # Open: no force.
+    assert np.r_[far.slip, far.gap] == pytest.approx(np.linalg.solve(S, -push))
+    assert far.gap[0] > 0
     rng = np.random.default_rng(1)
     for _ in range(102):  # the last one of these has small motions
         n = int(rng.integers(1, 4))
         root = rng.standard_normal((2 * n, 2 * n))
-        friction, q, p = (
-            float(rng.uniform(0.2, 3)),
-            rng.standard_normal(n),
-            rng.standard_normal(n) + 0.3,
-        )
+        friction = float(rng.uniform(0.2, 3))
+        q = rng.standard_normal(n)
+        p = rng.standard_normal(n) + 0.3
     three = fo.ContactSystem(
         root @ root.T + 0.05 * np.eye(2 * n),
         np.c_[np.arange(float(n)), np.zeros(n)],
@@ -372,9 +351,8 @@ def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
 def test_complementarity_is_refused_where_it_is_not_convex(coupling):
     contact = random_system(np.random.default_rng(0), 3, coupling=coupling)
     posed = complementarity_problem(contact, 0.5, np.zeros(3), ([1.0, 0.0, -1.0], [1.0, 1.0, 1.0]))
-    assert (
-        np.linalg.eigvalsh(posed.matrix + posed.matrix.T)[0] < -1e-3 and not posed.problem.is_dcp()
-    )
+    assert np.linalg.eigvalsh(posed.matrix + posed.matrix.T)[0] < -1e-3
+    assert not posed.problem.is_dcp()
     with pytest.raises(cp.DCPError):
         posed.problem.solve()
 
@@ -406,7 +384,8 @@ def test_complementarity_matrix_is_the_law():
 
 
 def test_explain():
-    frozen, exact = FrozenBoundIncrement(CONTACT, FRICTION), ExactIncrement(CONTACT, FRICTION)
+    frozen = FrozenBoundIncrement(CONTACT, FRICTION)
+    exact = ExactIncrement(CONTACT, FRICTION)
     said = explained(frozen.solve(SLIP, LOAD))
     assert all(
         part in said
@@ -460,11 +439,10 @@ def states_of(A, B, C, friction, q, p, slip):
 
 def test_without_load_a_node_stays_where_it_slipped_from_the_critical_friction_on():
     for angle, v in [(np.pi / 3, 0.4), (2.0, -0.4)]:
-        A, B, C = (
-            np.cos(angle) ** 2,
-            np.sin(angle) * np.cos(angle),
-            np.sin(angle) ** 2,
-        )  # a bar of unit stiffness
+        # A bar of unit stiffness.
+        A = np.cos(angle) ** 2
+        B = np.sin(angle) * np.cos(angle)
+        C = np.sin(angle) ** 2
         wedged, *others = (
             states_of(A, B, C, f * A / abs(B), 0.0, 0.0, v)[:, 0] for f in (1.001, 0.999, 0.3)
         )
@@ -480,7 +458,6 @@ def test_on_the_bound_that_presses_a_node_beyond_critical_friction_has_no_or_two
     at_bound = f * p  # q = f p, about to slip backward
     for sign, expected in [(-1, towards), (1, away)]:
         q_bonded, p_bonded = at_bound - 1.0 * v, p - 0.5 * v
-        after = states_of(
-            1.0, 0.5, 1.0, f, q_bonded - sign * step, p_bonded, v
-        )  # f dp^w - dq^w = sign * step
+        # f dp^w - dq^w = sign * step.
+        after = states_of(1.0, 0.5, 1.0, f, q_bonded - sign * step, p_bonded, v)
         assert (np.abs(after[:, :2] - [v, 0.0]).max(axis=1) < 100 * step).sum() == expected

@@ -27,12 +27,10 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
     contact = punch(16)
     start = 0.3 * np.sin(3 * contact.x)
     path = fo.march(contact, paper_cycle, 0.7, 2.2, initial_slip=start, cycles=6)
-    assert (
-        path.slip.shape[1] == 17
-        and path.time[0] == -1.0
-        and path.time[-1] == 12.0
-        and (np.diff(path.time) >= 0).all()
-    )
+    assert path.slip.shape[1] == 17
+    assert path.time[0] == -1.0
+    assert path.time[-1] == 12.0
+    assert (np.diff(path.time) >= 0).all()
     assert np.array_equal(path.slip[0], start) and not path.q[0].any()
     assert path.residual < 1e-9 and np.abs(path.energy_error).max() < 1e-10
     assert path.cycle_work.shape == (6, 17) and (path.cycle_work >= 0).all()
@@ -95,9 +93,8 @@ def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
         engine=engine,
         steps=steps,
     )
-    assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2)) and path.slip.min() == pytest.approx(
-        -0.3 / (1 - 0.3**2)
-    )
+    assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2))
+    assert path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
     assert not path.work.any()
 
 

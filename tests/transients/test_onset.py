@@ -40,12 +40,10 @@ def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
         ("separation", [one.separation for one in alone]),
     ):
         rows = table[table["event"] == event]
-        assert rows["corner"].tolist() == [0, 1] and rows["loads"].tolist() == list(
-            CYCLE.corner_names
-        )
-        assert rows["load_factor"].tolist() == [one.load_factor for one in events] and rows[
-            "sense"
-        ].tolist() == [one.sense for one in events]
+        assert rows["corner"].tolist() == [0, 1]
+        assert rows["loads"].tolist() == list(CYCLE.corner_names)
+        assert rows["load_factor"].tolist() == [one.load_factor for one in events]
+        assert rows["sense"].tolist() == [one.sense for one in events]
         assert [None if pd.isna(node) else node for node in rows["node"]] == [
             one.node for one in events
         ]
@@ -91,22 +89,20 @@ def test_an_inadmissible_mean_load_is_said():
     contact = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), (1.0, 1.0, -0.1), 0.1, 0.0)
     found = fo.onset(contact, ONE_WAY, 0.5)
     assert found.mean_slips == (0, 2) and found.mean_opens == (2,) and not found.mean_admissible
+    # It is on its bound once the mean load has settled.
     assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (
         0.0,
         0,
         -1,
-    )  # it is on its bound once the mean load has settled
-    assert (
-        found.separation.load_factor == np.inf
-        and found.residual < 1e-12
-        and found.state.open.tolist() == [False, False, True]
     )
+    assert found.separation.load_factor == np.inf
+    assert found.residual < 1e-12
+    assert found.state.open.tolist() == [False, False, True]
     slipping = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), 1.0, 0.1, 0.0)
     found = fo.onset(slipping, ONE_WAY, 0.5)
     assert found.mean_slips == (0,) and found.state is None and found.slip.load_factor == 0.0
-    assert found.residual == pytest.approx(
-        0.4
-    )  # node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1
+    # Node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1.
+    assert found.residual == pytest.approx(0.4)
     sheared = system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.1, (0.0, -0.3))
     found = fo.onset(
         sheared, fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"cyclic": 6.0}, {}]), 0.5
@@ -159,13 +155,10 @@ def test_the_reason_says_what_the_mean_load_does_in_the_plane_and_in_space(q, p,
     )
     for found in (plane, fo.onset(contact, ONE_WAY, friction)):
         assert all(text in found.reason for text in texts), found.reason
-        assert found.mean_admissible == (len(texts) == 1) and (found.slip.load_factor > 0) == (
-            texts[0] != "2 of 2 nodes"
-        )
-        assert (
-            found.reason.split(":")[0] in repr(found)
-            and found.reason.split("'")[0] in found._repr_html_()
-        )
+        assert found.mean_admissible == (len(texts) == 1)
+        assert (found.slip.load_factor > 0) == (texts[0] != "2 of 2 nodes")
+        assert found.reason.split(":")[0] in repr(found)
+        assert found.reason.split("'")[0] in found._repr_html_()
 
 
 def test_the_line_of_an_onset_counts_nodes():
@@ -198,7 +191,8 @@ def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mea
     seed, sense
 ):
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(2, 6))), float(rng.uniform(0.2, 1.0))
+    contact = pulled_system(rng, int(rng.integers(2, 6)))
+    friction = float(rng.uniform(0.2, 1.0))
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": sense}])
     found = fo.onset(contact, cycle, friction)
     assume(found.state is not None and found.state.open.any())
@@ -207,10 +201,8 @@ def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mea
     assert first_event(
         fo.march(contact, cycle, friction, factor, cycles=1), factor
     ) == pytest.approx(first, rel=1e-7, abs=1e-9)
-    assert (
-        found.to_frame()["event"].tolist() == ["slip", "separation", "touch"]
-        and found.residual < 1e-9
-    )
+    assert found.to_frame()["event"].tolist() == ["slip", "separation", "touch"]
+    assert found.residual < 1e-9
 
 
 @pytest.mark.parametrize("seed", [2, 3, 5, 8])
@@ -219,10 +211,8 @@ def test_the_onset_in_space_with_open_nodes_is_the_first_event_of_small_incremen
     contact = random_contact(rng, 5)
     loads = vectors(contact)
     loads["mean"] = loads["mean"] - np.r_[np.zeros(10), 2.0 * (rng.random(5) < 0.4)]
-    contact, cycle = (
-        fo.ContactSystem(contact.S, contact.points, loads),
-        fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}]),
-    )
+    contact = fo.ContactSystem(contact.S, contact.points, loads)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}])
     found = fo.onset(contact, cycle, 1.5)
     first = min(event.load_factor for event in (found.slip, found.separation, found.touch))
     assert found.state.open.any() and 1e-3 < first < np.inf
@@ -248,9 +238,10 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
     )
     assert found.plot().get_title() == "contact under the settled mean load, at the onset of slip"
     assert "with 1 node open" in found.reason and "touch" in repr(found)
+    # Nothing holds the open node.
     free = fo.ContactSystem.from_blocks(
         np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [0, 1], pair.bonded
-    )  # nothing holds the open node
+    )
     assert fo.onset(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5).state is None
 
 
@@ -263,23 +254,25 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
         (0.5, 2.0, 0.3, 0.6, np.inf),
         (1.0, 2.0, 0.5, -1.0, 0.0),
         (0.0, 4.0, 0.0, -8.0, 0.5),
+        # Without pressure: pulled off, and sheared less than by its bound, or more.
         (
             0.0,
             0.0,
             0.3,
             -1.0,
             0.0,
-        ),  # without pressure: pulled off, and sheared less than by its bound, or more
+        ),
         (0.0, 0.0, 0.8, -1.0, 0.0),
         (0.0, 0.0, 0.3, 0.4, 0.0),
         (0.0, 0.0, 0.3, 1.0, np.inf),
+        # At its bound, which the load relieves: it waits for the other one.
         (
             -1.0,
             2.0,
             1.0,
             0.0,
             2.0,
-        ),  # at its bound, which the load relieves: it waits for the other one
+        ),
         (-1.0, 2.0, -0.5, 1.0, np.inf),  # or leaves there
     ],
 )
@@ -288,10 +281,8 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
 ):
     """Beside a node that holds more."""
     turn = np.array([0.6, 0.8])
-    shears, presses = (
-        {"mean": np.array([q0, 0.0]), "cyclic": np.array([q1, 0.0])},
-        {"mean": np.array([p0, 1.0]), "cyclic": np.array([p1, 0.0])},
-    )
+    shears = {"mean": np.array([q0, 0.0]), "cyclic": np.array([q1, 0.0])}
+    presses = {"mean": np.array([p0, 1.0]), "cyclic": np.array([p1, 0.0])}
     plane = fo.ContactSystem.from_blocks(
         np.eye(2),
         np.zeros((2, 2)),

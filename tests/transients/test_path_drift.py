@@ -18,11 +18,9 @@ FRICTION, LOAD_FACTOR = 0.5, 1.0
 def rolling():
     """A parabolic pad, pushed to and fro above its contact on a block; its mesh is a little to one
     side."""
-    radius, across, up = (
-        50.0,
-        np.sinh(np.linspace(-3, 3, 21)) / np.sinh(3) * 6,
-        np.linspace(0, 1, 7) ** 1.5,
-    )
+    radius = 50.0
+    across = np.sinh(np.linspace(-3, 3, 21)) / np.sinh(3) * 6
+    up = np.linspace(0, 1, 7) ** 1.5
     across = across + 0.03 * (1 - (across / 6) ** 2)
     pad = MeshQuad.init_tensor(across, up).with_boundaries(
         {"arc": lambda x: x[1] == 0, "top": lambda x: x[1] == 1}
@@ -69,9 +67,8 @@ def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):
     states, length = drifts(rolling, most + 1)
     steps = np.abs(np.diff(states, axis=0)).max(axis=1) / length
     assert asked <= 20 and left >= most - 20
-    assert change == pytest.approx(steps[int(asked)], rel=0.03) and later == pytest.approx(
-        steps[-1], rel=0.03
-    )
+    assert change == pytest.approx(steps[int(asked)], rel=0.03)
+    assert later == pytest.approx(steps[-1], rel=0.03)
     assert "allow more" not in str(told.value)
 
 
@@ -79,10 +76,8 @@ def test_a_gap_that_the_drift_closes_is_waited_for(rolling):
     """A node is brought so near that the drift presses it after some fifty cycles: before, nothing
     is said of all cycles to come."""
     states, _ = drifts(rolling, 20)
-    drift, gap = (
-        (states[-1] - states[-2])[rolling.nodes :],
-        (states[-1][rolling.nodes :] + rolling.gap),
-    )
+    drift = (states[-1] - states[-2])[rolling.nodes :]
+    gap = states[-1][rolling.nodes :] + rolling.gap
     node = int(np.argmin(np.where(gap > 0, drift, 0.0)))
     nearer = rolling.gap.copy()
     nearer[node] -= gap[node] + 50 * drift[node]

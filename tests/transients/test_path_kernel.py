@@ -62,7 +62,8 @@ def test_its_copies_of_the_tolerances_are_true():
         tolerances.CONDENSATION,
         tolerances.NO_DRIVE,
     )
-    assert sweeps._ROUNDING == tolerances.ROUNDING and (sweeps.STICK, sweeps.SLIP, sweeps.OPEN) == (
+    assert sweeps._ROUNDING == tolerances.ROUNDING
+    assert (sweeps.STICK, sweeps.SLIP, sweeps.OPEN) == (
         transient.STICK,
         transient.SLIP,
         transient.OPEN,
@@ -106,9 +107,8 @@ def test_a_study_by_several_processes_announces_the_compilation_once_and_what_is
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     call = f"import subprocess, sys; subprocess.run([sys.executable, {str(tmp_path / 'study.py')!r}], check=True)"
     kept = {"NUMBA_CACHE_DIR": str(tmp_path)}
-    found, again = (
-        run(call, **kept),
-        run(SLOW + TRANSIENT + COUNTS, **kept),
-    )  # loading is no compilation, however long it takes
+    # Loading is no compilation, however long it takes.
+    found = run(call, **kept)
+    again = run(SLOW + TRANSIENT + COUNTS, **kept)
     assert found.stdout == "20 True\n" and found.stderr.count("frictopt: compiling") == 1
     assert again.stdout == "True\n1 0\n" and not again.stderr

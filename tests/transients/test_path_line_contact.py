@@ -37,9 +37,9 @@ def test_stick_zone_and_tractions():
     end = np.flatnonzero(path.time == 4.0)[0]
     slipped = path.system.x[path.status[end] != 0][[0, -1]]
     stuck = np.abs(path.system.x[path.status[end] == 0]).max()
-    assert stuck == pytest.approx(CONTACT.stick_half_width(Q0), abs=cell) and np.allclose(
-        np.abs(slipped), 1.25, atol=cell
-    )  # the outermost are open
+    # The outermost are open.
+    assert stuck == pytest.approx(CONTACT.stick_half_width(Q0), abs=cell)
+    assert np.allclose(np.abs(slipped), 1.25, atol=cell)
     closed = np.abs(path.system.x[path.gap[end] == 0]).max()
     assert closed == pytest.approx(CONTACT.half_width, abs=cell)
     expected = CONTACT.shear(path.system.x, -Q0)

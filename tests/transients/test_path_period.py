@@ -21,41 +21,33 @@ def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, ex
     """The cycle written down twice is another description of the same loads: its steady state comes
     back after one. In the plane and in space."""
     asked = contact, ROUND, 1.2, 1.0
-    steady, path = fo.steady_state(*asked, **options), fo.march(*asked, cycles=30, **options)
-    works, ends = (
-        path.cycle_work,
-        path.slip[[np.searchsorted(path.time, 3 * k + 1e-9) - 1 for k in range(27, 31)]],
-    )
-    assert (
-        np.abs(ends[2:] - ends[:2]).max() < exact / 100
-        and np.abs(ends[1:] - ends[:-1]).max() > 0.01
-    )  # by the transient itself
-    assert (
-        steady.outcome is Outcome.CYCLIC_SLIP
-        and steady.period == 2
-        and steady.cycles < 30
-        and steady.work_error < 1e-9
-    )
+    steady = fo.steady_state(*asked, **options)
+    path = fo.march(*asked, cycles=30, **options)
+    works = path.cycle_work
+    ends = path.slip[[np.searchsorted(path.time, 3 * k + 1e-9) - 1 for k in range(27, 31)]]
+    # By the transient itself.
+    assert np.abs(ends[2:] - ends[:2]).max() < exact / 100
+    assert np.abs(ends[1:] - ends[:-1]).max() > 0.01
+    assert steady.outcome is Outcome.CYCLIC_SLIP
+    assert steady.period == 2
+    assert steady.cycles < 30
+    assert steady.work_error < 1e-9
     assert steady.dissipation_per_node == pytest.approx((works[-1] + works[-2]) / 2, rel=exact)
-    assert (
-        works[-2].sum() > 1.5 * works[-1].sum()
-        and min(np.abs(steady.slip - end).max() for end in ends) < exact / 100
-    )
+    assert works[-2].sum() > 1.5 * works[-1].sum()
+    assert min(np.abs(steady.slip - end).max() for end in ends) < exact / 100
     twice = fo.steady_state(
         contact, fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), 1.2, 1.0, **options
     )
-    assert twice.period == 1 and twice.dissipation == pytest.approx(
-        2 * steady.dissipation, rel=exact
-    )
-    assert twice.step_error == pytest.approx(
-        steady.step_error, rel=0.1
-    )  # an estimate from some cycles, which are twice as many here
+    assert twice.period == 1
+    assert twice.dissipation == pytest.approx(2 * steady.dissipation, rel=exact)
+    # An estimate from some cycles, which are twice as many here.
+    assert twice.step_error == pytest.approx(steady.step_error, rel=0.1)
     if not options:
         states = steady.states()
         way = np.abs(np.diff(states.slip, axis=0) * (states.status[:-1] != 2)).sum(axis=0)
+        assert way.min() > 0
         assert (
-            way.min() > 0
-            and steady.sliding_distance
+            steady.sliding_distance
             == pytest.approx(way / 2, rel=1e-12)
             == twice.sliding_distance / 2
         )
@@ -87,23 +79,19 @@ def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
         return -1.0 - 0.7 * (x - 2.0) if x > 0.5 else 2.0 - 1.4 * (x + 1.0)
 
     outcome, limit, run = settled(path := Mapped(swaps, 2.4), 200)
-    assert (
-        outcome is Outcome.CYCLIC_SLIP
-        and run.period == 2
-        and run.cycles < 100
-        and returns_after(path, run.last[-1]) == 2
-    )
-    assert (
-        min(abs(limit - 2.0), abs(limit + 1.0)) < 1e-8
-        and abs(swaps(swaps(float(limit[0]))) - limit) < 1e-9
-    )
+    assert outcome is Outcome.CYCLIC_SLIP
+    assert run.period == 2
+    assert run.cycles < 100
+    assert returns_after(path, run.last[-1]) == 2
+    assert min(abs(limit - 2.0), abs(limit + 1.0)) < 1e-8
+    assert abs(swaps(swaps(float(limit[0]))) - limit) < 1e-9
 
 
 def test_a_map_that_turns_to_and_fro_around_its_fixed_point_has_period_one():
     outcome, limit, run = settled(path := Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0), 200)
-    assert (
-        outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-8) and run.cycles < 60
-    )
+    assert outcome is Outcome.CYCLIC_SLIP
+    assert limit == pytest.approx(3.0, abs=1e-8)
+    assert run.cycles < 60
     assert run.period == 2 and returns_after(path, run.last[-1]) == 1
 
 
@@ -119,9 +107,8 @@ def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
     asked = punched(ratio)
     steady = fo.steady_state(*asked)
     moved = steady.fretting_table()["slip_range"].to_numpy()
-    assert np.array_equal(
-        steady.slipping, moved > 1e-6 * moved.max()
-    ) and 0 < steady.slipping.sum() < len(moved)
+    assert np.array_equal(steady.slipping, moved > 1e-6 * moved.max())
+    assert 0 < steady.slipping.sum() < len(moved)
     assert fo.dissipation_study(*asked[:3], [asked[3]], progress=False)["slipping"].tolist() == [
         steady.slipping.sum()
     ]
@@ -149,10 +136,8 @@ def with_little_work(seed, excess=1e-8):
     G = rng.standard_normal((2 * n, 2 * n))
     S = G @ G.T / n + 0.1 * np.eye(2 * n)
     A, B, C = S[:n, :n], 0.5 * S[n:, :n], S[n:, n:]
-    P, Q = (
-        (0.2 * rng.standard_normal(n), rng.uniform(0.3, 2.0, n)),
-        (rng.standard_normal(n), 0.3 * rng.standard_normal(n)),
-    )
+    P = (0.2 * rng.standard_normal(n), rng.uniform(0.3, 2.0, n))
+    Q = (rng.standard_normal(n), 0.3 * rng.standard_normal(n))
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     size = (
         rng.uniform(0.5, 1.0)
@@ -176,7 +161,6 @@ def test_a_little_work_is_not_that_of_slips_that_still_die_out(seed):
     left of both."""
     asked, start, work = with_little_work(seed)
     steady = fo.steady_state(*asked, initial_slip=start)
-    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
-        work, rel=4e-7, abs=0
-    )
+    assert steady.outcome is Outcome.CYCLIC_SLIP
+    assert steady.dissipation == pytest.approx(work, rel=4e-7, abs=0)
     assert steady.slipping.tolist() == [False] * 4 + [True]

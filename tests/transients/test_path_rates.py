@@ -58,7 +58,8 @@ def test_complementary_pivoting_against_all_bases(seed, n, skew):
     """Positive definite plus skew: exactly one solution."""
     rng = np.random.default_rng(seed)
     G, K = rng.normal(size=(n, n)), rng.normal(size=(n, n))
-    M, c = G @ G.T + 0.1 * np.eye(n) + skew * (K - K.T), rng.normal(size=n)
+    M = G @ G.T + 0.1 * np.eye(n) + skew * (K - K.T)
+    c = rng.normal(size=n)
     expected = []
     for moving in product((False, True), repeat=n):
         chosen, z = np.flatnonzero(moving), np.zeros(n)

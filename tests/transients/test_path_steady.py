@@ -43,11 +43,9 @@ def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_ab
     limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
     safe = fo.safe_slip(contact, paper_cycle, friction, 0.999 * limit).slip
     steady = steady_state(contact, paper_cycle, friction, 0.999 * limit, initial_slip=safe)
-    assert (
-        steady.outcome is Outcome.SHAKEDOWN
-        and steady.dissipation == 0.0
-        and steady.first_cycle == 0.0
-    )
+    assert steady.outcome is Outcome.SHAKEDOWN
+    assert steady.dissipation == 0.0
+    assert steady.first_cycle == 0.0
     assert np.array_equal(steady.slip, safe)
     rng = np.random.default_rng(0)
     for start in (None, safe, *rng.normal(size=(5, 41))):
@@ -62,7 +60,8 @@ def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_ab
 @pytest.mark.parametrize("seed", few(range(5)))
 def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed):
     contact = random_system(np.random.default_rng(seed), 3)
-    start, factor = np.random.default_rng(seed).normal(size=3), 0.8 * limit_of(contact, 0.5)
+    start = np.random.default_rng(seed).normal(size=3)
+    factor = 0.8 * limit_of(contact, 0.5)
     path = followed(contact, CYCLE, 0.5, 2.5 * factor, start, cycles=1)
     corners = followed(contact, CYCLE, 0.5, factor).corners
     work = []
@@ -112,9 +111,8 @@ def test_little_friction_still_dissipates():
         factor = fo.shakedown_limit(contact, CYCLE, friction).load_factor * (1 + distance)
         steady = steady_state(contact, CYCLE, friction, factor)
         work = single_node_dissipation(2.0, 0.5, 0.0, 1.0, 1.0, 0.2, friction, factor)
-        assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
-            work, rel=1e-8
-        )
+        assert steady.outcome is Outcome.CYCLIC_SLIP
+        assert steady.dissipation == pytest.approx(work, rel=1e-8)
 
 
 @pytest.mark.parametrize("run", [fo.steady_state, fo.march])

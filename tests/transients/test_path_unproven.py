@@ -19,7 +19,8 @@ def strongly_coupled(rng, nodes):
     """A mirror-symmetric contact with stiffnesses of very different size, its load cycle, and an
     odd slip."""
     apart = np.abs(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
-    spread, G = np.kron(np.eye(2), np.exp(-apart)), rng.normal(size=(2 * nodes, 2 * nodes + 2))
+    spread = np.kron(np.eye(2), np.exp(-apart))
+    G = rng.normal(size=(2 * nodes, 2 * nodes + 2))
     S = spread @ (G @ G.T / (2 * nodes) + 0.05 * np.eye(2 * nodes)) @ spread
     swap = np.kron(np.diag([-1.0, 1.0]), np.eye(nodes)[::-1])
     S = (S + swap @ S @ swap) / 2
@@ -101,11 +102,9 @@ def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
     rng, verdicts = np.random.default_rng(2), []
     for _ in range(20):
         n, contact = 6, mirrored(rng, 6)
-        proof, friction, S = (
-            new_active_set(n),
-            rng.uniform(3.0, 12.0, size=n),
-            np.ascontiguousarray(contact.S),
-        )
+        proof = new_active_set(n)
+        friction = rng.uniform(3.0, 12.0, size=n)
+        S = np.ascontiguousarray(contact.S)
         status = np.zeros(n, dtype=np.int8)
         for _ in range(15):
             status[rng.integers(n)] = rng.choice([0, 0, 1, -1, 2])

@@ -53,9 +53,8 @@ def test_the_status_of_each_node_stands_at_its_place_and_time(in_space):
     for interval, middle in enumerate(middles):
         if states.time[interval + 1] - states.time[interval] < 1e-9:
             continue
-        row = table[
-            table.state == interval + (1 if in_space else 0)
-        ]  # an increment is that of its end, an event holds until the next one
+        # An increment is that of its end, an event holds until the next one.
+        row = table[table.state == interval + (1 if in_space else 0)]
         for node, place in enumerate(places):
             for mesh in meshes:
                 grid, values = mesh.get_coordinates(), mesh.get_array()
@@ -117,9 +116,8 @@ def test_a_system_shows_its_points_normals_and_bonded_pressure():
     assert len(panels) == len(SPACE.bonded)
     for axes, (case, (_, p)) in zip(panels, SPACE.bonded.items(), strict=True):
         (points,) = [one for one in axes.collections if isinstance(one, PathCollection)]
-        assert np.array_equal(
-            points.get_array(), p / np.arange(1.0, 7.0)
-        ) and axes.get_title().startswith(f"{case} = 1")
+        assert np.array_equal(points.get_array(), p / np.arange(1.0, 7.0))
+        assert axes.get_title().startswith(f"{case} = 1")
     with pytest.raises(fo.ModelError, match="projection='3d'"):
         SPACE.plot(plt.subplots()[1])
 
@@ -141,11 +139,9 @@ def test_a_load_cycle_shows_each_load_at_its_corners_or_times():
     for times, shown in (([2.0, 7.0], [1.5, 1.0]), ([2.0, 7.0, 8.0], [1.5, 1.0, 1.5])):
         timed = fo.LoadCycle(loads.mean, loads.corners, times=times).plot()
         drawn = timed.get_lines()[0]
-        assert (
-            list(drawn.get_xdata()) == times
-            and list(drawn.get_ydata()) == shown
-            and timed.get_xlabel() == "time"
-        )
+        assert list(drawn.get_xdata()) == times
+        assert list(drawn.get_ydata()) == shown
+        assert timed.get_xlabel() == "time"
 
 
 def test_deformed_bodies_stand_where_their_displacements_bring_them():
@@ -177,13 +173,11 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
         ]
     )
     points = np.pad(ring, ((0, 0), (0, 1)))
-    S, loads = (
-        np.eye(3 * len(points)),
-        {
-            "P": np.repeat([0.0, 0.0, 1.0], len(points)),
-            "Q": np.repeat([0.5, 0.0, 0.0], len(points)),
-        },
-    )
+    S = np.eye(3 * len(points))
+    loads = {
+        "P": np.repeat([0.0, 0.0, 1.0], len(points)),
+        "Q": np.repeat([0.5, 0.0, 0.0], len(points)),
+    }
     contact = fo.ContactSystem(S, points, loads)
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
@@ -243,9 +237,8 @@ def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
     n = 4 * many
     points = np.concatenate([square + [3.0 * k, 0.0, float(k)] for k in range(many)])
-    turned = np.array(
-        [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
-    )  # seen from below, with other names of axes
+    # Seen from below, with other names of axes.
+    turned = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
     frames = np.repeat([turned if k % 3 == 2 else np.eye(3) for k in range(many)], 4, axis=0)
     loads = {"P": np.repeat([0.0, 0.0, 1.0], n), "Q": np.repeat([0.5, 0.0, 0.0], n)}
     names = np.repeat([f"c{k}" for k in range(many)], 4)

@@ -45,10 +45,8 @@ def test_it_agrees_with_differences():
             {"mean": 1.0},
             [{"one": 1.0}, {"other": 1.0}, {"one": -1.0, "other": 0.3}, {}][: 2 + seed % 3],
         )
-        asked, start = (
-            (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5)),
-            0.3 * rng.normal(size=n),
-        )
+        asked = (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5))
+        start = 0.3 * rng.normal(size=n)
         try:
             path = at_last_corner(*asked, start)
             one = return_map(path)
@@ -114,7 +112,9 @@ def test_motions_on_each_stretch_keep_the_law():
             )
             stuck = (status == 0) & (number > 0) & (one.status[number - 1] == 0)
             assert motion[:n][stuck] == pytest.approx(last[:n][stuck], abs=1e-12)
-            last, stretches, opens = motion, stretches + 1, opens + (status == 2).any()
+            last = motion
+            stretches = stretches + 1
+            opens = opens + (status == 2).any()
         assert last == pytest.approx(np.asarray(one.derivative), abs=1e-12)
     assert stretches > 30 and opens > 5
 

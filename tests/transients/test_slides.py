@@ -24,19 +24,19 @@ def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
         for solver in ("INTERIOR_POINT", "CLARABEL")
     )
     assert one.open.any() and one.open.tolist() == other.open.tolist()
-    assert (
-        one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
-        and max(one.largest_slip, other.largest_slip) < 5.0
-    )
+    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
+    assert max(one.largest_slip, other.largest_slip) < 5.0
 
 
 @pytest.mark.parametrize(("seed", "tilt"), few([(1, 0.0), (1, 0.5), (4, 0.0), (7, 0.0), (2, 0.5)]))
 def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
     """Along x a body moves freely. Level faces it leaves as far apart as before, but for rounding;
     tilted ones open, as little as they need."""
-    rng, face = np.random.default_rng(seed), tilt * np.array([0.0, 1.0, 2.0, 1.5])
+    rng = np.random.default_rng(seed)
+    face = tilt * np.array([0.0, 1.0, 2.0, 1.5])
     free = np.r_[np.cos(face), np.zeros(4), -np.sin(face)] / 2
-    aside, G = np.eye(12) - np.outer(free, free), rng.normal(size=(12, 12))
+    aside = np.eye(12) - np.outer(free, free)
+    G = rng.normal(size=(12, 12))
     loads = {
         "P": np.r_[np.zeros(8), 1.0, [-0.2] * 3],
         "a": 0.3 * rng.normal(size=12),
@@ -58,15 +58,15 @@ def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
     assert one.load_factor == pytest.approx(
         Oracle(contact, cycle, 0.5, one.open).largest(), rel=1e-6
     )
-    assert (
-        one.largest_slip == pytest.approx(other.largest_slip, rel=1e-6) and one.largest_slip < 1.0
-    )
+    assert one.largest_slip == pytest.approx(other.largest_slip, rel=1e-6)
+    assert one.largest_slip < 1.0
 
 
 def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(monkeypatch):
     """Slip of node 0 lifts node 1, and nothing resists it: that the cycle presses node 1 shut at
     load factor 1 is no limit."""
-    k, bonded = np.eye(3), {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
+    k = np.eye(3)
+    bonded = {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(
         k, [[0, 0, 0], [-1, 0, 0], [0, 0, 0]], k, [0.0, 1.0, 2.0], bonded
     )
@@ -100,17 +100,14 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                 fo.ShakedownModel(contact, question.cycle).of_set(question)
     assert len(told) == 6
-    within = pose(
-        contact, question.cycle, 5.0, slip_bound=2.0
-    )  # which lets node 0 lift node 1 by 2 more
+    # Which lets node 0 lift node 1 by 2 more.
+    within = pose(contact, question.cycle, 5.0, slip_bound=2.0)
     limit = fo.ShakedownModel(contact, question.cycle, slip_bound=2.0).of_set(
         with_open(within, np.array([False, True, False]))
     )
-    assert (
-        limit.load_factor == pytest.approx(3.0)
-        and limit.slip[0] == pytest.approx(2.0)
-        and limit.residual <= 1e-9
-    )
+    assert limit.load_factor == pytest.approx(3.0)
+    assert limit.slip[0] == pytest.approx(2.0)
+    assert limit.residual <= 1e-9
 
 
 @pytest.mark.parametrize("free", [0, 1, 7, 8, 9, 20, 29])

@@ -21,10 +21,8 @@ def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
     1.2."""
     system = SCENE.condense()
     turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(9))  # the tangents by a right angle
-    loads, frames = (
-        {name: turn @ joined(*pair) for name, pair in system.bonded.items()},
-        system.frames[:, [1, 0, 2]] * [[1], [-1], [1]],
-    )
+    loads = {name: turn @ joined(*pair) for name, pair in system.bonded.items()}
+    frames = system.frames[:, [1, 0, 2]] * [[1], [-1], [1]]
     turned = fo.ContactSystem(turn @ system.S @ turn.T, system.points, loads, frames=frames)
     for corner, along, demand in (
         ({"Qx": -0.31}, "(-1, 0, 0)", 1.24),
@@ -58,10 +56,8 @@ def contact(rng, motions):
     """A random contact with rough faces whose body 1 has some of the six rigid motions, and loads
     that press and shear it."""
     n = int(rng.integers(3, 8))
-    points, normals = (
-        rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2],
-        rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1],
-    )
+    points = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2]
+    normals = rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
     frames = frames_of(normals)
     shifts = [np.tile(axis, (n, 1)) for axis in np.eye(3)]
     turns = [np.cross(axis, points) for axis in np.eye(3)]
@@ -88,10 +84,8 @@ def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
         free.S.reshape(3, n, 3, n),
         softer * held.reshape(3, 2, 3, 2),
     )
-    points, frames = (
-        np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]]),
-        np.concatenate([free.frames, [np.eye(3)] * 2]),
-    )
+    points = np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]])
+    frames = np.concatenate([free.frames, [np.eye(3)] * 2])
     system = fo.ContactSystem(
         both.reshape(3 * n + 6, -1), points, {"P": np.ones(3 * n + 6)}, frames=frames
     )

@@ -56,9 +56,8 @@ def test_tangents_touch_the_bound_where_the_shear_points():
     q = np.array([[[3.0, 0.0], [4.0, 0.0]]])
     ways = np.array(_tangents(q))
     assert (ways * q).sum(axis=2).max(axis=0).tolist() == [[5.0, 0.0]]
-    assert np.linalg.norm(ways, axis=2) == pytest.approx(np.ones((4, 1, 2))) and ways.sum(
-        axis=0
-    ) == pytest.approx(np.zeros((1, 2, 2)))
+    assert np.linalg.norm(ways, axis=2) == pytest.approx(np.ones((4, 1, 2)))
+    assert ways.sum(axis=0) == pytest.approx(np.zeros((1, 2, 2)))
 
 
 def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
@@ -89,27 +88,25 @@ def test_limits_after_protocols_are_those_of_the_plane(start, steps):
 
 def test_the_least_excursion_is_that_of_the_plane():
     plane, space = in_both(fo.least_excursion, CYCLE, 0.6, 0.6, excursion={"mean": -0.95})
-    assert (
-        0 < space.share < 1
-        and space.share == pytest.approx(plane.share, abs=0.02)
-        and space.sampled == 60
-    )
+    assert 0 < space.share < 1
+    assert space.share == pytest.approx(plane.share, abs=0.02)
+    assert space.sampled == 60
 
 
 def test_the_range_is_that_of_the_plane():
     """In the plane by the exact path and by increments, and in space, where slips across the plane
     have no part in the least and the most work."""
     asked = CYCLE, 0.6, 0.65
+    # Of twelve increments the search makes five.
     ways = (
         (PAIR, {}),
         (PAIR, {"steps": 12}),
         (SOLID, {"steps": 6}),
-    )  # of twelve increments the search makes five
+    )
     plane, many, space = (fo.dissipation_range(contact, *asked, **how) for contact, how in ways)
     for found in (many, space):
-        assert (
-            found.most == pytest.approx(plane.most, rel=0.03) and found.least == plane.least == 0.0
-        )
+        assert found.most == pytest.approx(plane.most, rel=0.03)
+        assert found.least == plane.least == 0.0
         assert 0 < found.most_state.step_error < 0.1 and found.residual <= 1e-9
     assert (
         {state.steps for state in many.steady_states}
@@ -130,9 +127,8 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
     monkeypatch.setattr(Search, "follow", none_in_five)
     monkeypatch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=24))
     found = fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65, steps=10)
-    assert found.most == pytest.approx(
-        fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03
-    ) and "failed" not in repr(found)
+    assert found.most == pytest.approx(fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03)
+    assert "failed" not in repr(found)
     assert found.to_frame()["start"].str.startswith("around").any()
     first, *others = found._orbits
     assert f"failed=1 of {1 + len(others)} " in repr(
@@ -155,10 +151,8 @@ def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed)
         Search(*asked, 5, rough=how).follow("random", start).state for how in (True, False)
     )
     assert settled.dissipation > 0 and rough.cycles < settled.cycles
-    assert (
-        rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3)
-        and 0 < rough.work_error < 1e-3
-    )
+    assert rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3)
+    assert 0 < rough.work_error < 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -217,9 +211,8 @@ def test_a_backbone_curve_has_the_range_of_the_plane():
     plane, space = (
         curve.to_frame().drop(columns=["exponent", "outcome"]).to_numpy() for curve in curves
     )
-    assert space == pytest.approx(
-        plane, rel=2e-3, abs=1e-12, nan_ok=True
-    )  # the motion is not known
+    # The motion is not known.
+    assert space == pytest.approx(plane, rel=2e-3, abs=1e-12, nan_ok=True)
     assert curves[1].guaranteed_limit == pytest.approx(curves[0].guaranteed_limit, rel=1e-7)
 
 
@@ -231,9 +224,8 @@ def test_random_slips_are_smooth_and_rough_without_a_slide():
     starts = fo.starts.random_slips(contact, [0.1, 2.0], 3)
     assert len(starts) == 12 and smooth_modes(contact).shape == (144, 27)
     for start in starts:
-        assert start.slip.shape == (144, 2) and start.slip.mean(axis=0) == pytest.approx(
-            np.zeros(2), abs=1e-12
-        )
+        assert start.slip.shape == (144, 2)
+        assert start.slip.mean(axis=0) == pytest.approx(np.zeros(2), abs=1e-12)
         assert np.sqrt((start.slip**2).mean()) == pytest.approx(float(start.name.split()[1]))
         field = start.slip.reshape(12, 12, 2)
         assert (np.abs(np.diff(field, axis=0)).mean() < 0.9 * np.abs(start.slip).mean()) == (
@@ -287,14 +279,13 @@ def test_the_least_slip_is_that_of_the_plane():
 def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
     """A start beyond what rounding leaves fails; in space work is force times length, so that W
     E*/P^2 is no number of its own."""
-    solid, loads = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0), cycle(2)
+    solid = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0)
+    loads = cycle(2)
     slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])
     table = fo.dissipation_study(
         solid, loads, 0.5, [1.3 * fo.shakedown_limit(solid, loads, 0.5).load_factor], slips
     )
     single = fo.steady_state(solid, loads, 0.5, table.load_factor[0], initial_slip=slips[0])
-    assert (
-        table.outcome.tolist() == [single.outcome.name, "FAILED"]
-        and table.dissipation[0] == single.dissipation > 0
-    )
+    assert table.outcome.tolist() == [single.outcome.name, "FAILED"]
+    assert table.dissipation[0] == single.dissipation > 0
     assert table.engine.tolist() == [single.engine] * 2 and table.dissipation_scaled.isna().all()

@@ -42,9 +42,9 @@ def sphere(cells, shear, nu=0.0):
     )
     at = int(np.flatnonzero(path.time == 1)[0])
     ball = SphereContact(float(path.p[at].sum()), R, E, nu, f)
-    assert (
-        ball.half_width == pytest.approx(1.0, rel=5e-3) and path.slip[at, :, 0].sum() > 0
-    )  # towards +x, as the load case says
+    # Towards +x, as the load case says.
+    assert ball.half_width == pytest.approx(1.0, rel=5e-3)
+    assert path.slip[at, :, 0].sum() > 0
     return path.cycle_work[-1].sum() / ball.dissipation(abs(path.q[at, :, 0].sum()))
 
 
@@ -95,10 +95,8 @@ def test_a_free_contact_that_is_pushed_round_ratchets():
     assert steady.outcome is fo.Outcome.RATCHETING and steady.dissipation > 0
     path = fo.march(*walking(), cycles=4, steps=4)
     ends = path.slip[np.isin(path.time, [4.0, 8.0, 12.0, 16.0])]
-    assert (
-        np.ptp(np.diff(ends, axis=0), axis=0).max() < 1e-9
-        and np.abs(np.diff(ends, axis=0)).max() > 0.1
-    )
+    assert np.ptp(np.diff(ends, axis=0), axis=0).max() < 1e-9
+    assert np.abs(np.diff(ends, axis=0)).max() > 0.1
 
 
 @pytest.mark.parametrize("most", [1, 3, 40])
@@ -131,16 +129,13 @@ def test_a_study_runs_from_every_kind_of_start():
     table = fo.dissipation_study(
         contact, cycle(2), 0.5, [0.5 * limit, 1.2 * limit], starts, limits=True, progress=False
     )
-    assert (
-        (table["shakedown_limit"] == limit).all()
-        and len(table) == 6
-        and (table["engine"] == "newton").all()
-        and (table["error"] == "").all()
-    )
+    assert (table["shakedown_limit"] == limit).all()
+    assert len(table) == 6
+    assert (table["engine"] == "newton").all()
+    assert (table["error"] == "").all()
     for row in table.itertuples():
-        assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP") and (
-            row.dissipation > 0 or row.load_ratio < 1
-        )
+        assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP")
+        assert row.dissipation > 0 or row.load_ratio < 1
 
 
 TURNING = fo.LoadCycle({"mean": 1.0}, [{"a": 0.1}, {"a": 0.1}], fixed=[{"b": 0.1}, {}])

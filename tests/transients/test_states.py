@@ -37,21 +37,19 @@ def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean
     corners = [int(np.flatnonzero(whole.time == number)[-1]) for number in (0, 1, 2, 3)]
     for row in inside + corners:
         state = whole.state_at(row)
-        done = int(whole.time[row]) // 2 + (
-            state.next_corner > 0
-        )  # the state's own cycle ends in any case
+        # The state's own cycle ends in any case.
+        done = int(whole.time[row]) // 2 + (state.next_corner > 0)
         again = fo.march(rounded, paper_cycle, 0.6, 1.5, initial_state=state, cycles=3 - done)
-        assert again.time[0] == state.next_corner and again.time[-1] == 2 * (3 - done) + 2 * (
-            state.next_corner > 0
-        )
+        assert again.time[0] == state.next_corner
+        assert again.time[-1] == 2 * (3 - done) + 2 * (state.next_corner > 0)
         assert again.residual < 1e-9 and same_end(whole, again, size)
-        assert np.array_equal(again.slip[0], whole.slip[row]) and again.cycle_work.shape == (
+        assert np.array_equal(again.slip[0], whole.slip[row])
+        assert again.cycle_work.shape == (
             3 - done,
             25,
         )
-        part = int(
-            row in inside and state.next_corner == 0
-        )  # of that cycle what is left is followed
+        # Of that cycle what is left is followed.
+        part = int(row in inside and state.next_corner == 0)
         assert np.allclose(
             again.cycle_work[part:], whole.cycle_work[done + part :], rtol=1e-8, atol=1e-12
         )
@@ -189,9 +187,8 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
     for row in np.flatnonzero(whole.time >= 0).tolist():
         state = whole.state_at(row)
         loads = paper_cycle.corner_names[int(np.floor(whole.time[row] + 1e-9)) % 2]
-        assert state.next_loads == loads == paper_cycle.corner_names[
-            state.next_corner
-        ] and f"next_corner={loads!r}" in repr(state)
+        assert state.next_loads == loads == paper_cycle.corner_names[state.next_corner]
+        assert f"next_corner={loads!r}" in repr(state)
     cycle = fo.LoadCycle(paper_cycle.mean, paper_cycle.corners[::-1])
     states = (
         fo.steady_state(rounded, cycle, 0.6, 0.2).state,
@@ -217,7 +214,8 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
 def nearly_free(rng, nodes):
     """A random contact whose common slip has next to no stiffness: its slips are large, and
     rounding of forces moves them."""
-    contact, common = random_system(rng, nodes), np.r_[np.ones(nodes), np.zeros(nodes)]
+    contact = random_system(rng, nodes)
+    common = np.r_[np.ones(nodes), np.zeros(nodes)]
     held = contact.S @ common
     S = contact.S - np.outer(held, held) / (common @ held) * (1 - 10.0 ** rng.uniform(-8, -4))
     return fo.ContactSystem(S, contact.points, dict(contact.bonded))
@@ -228,11 +226,9 @@ def test_the_states_of_each_steady_state_are_found_and_in_equilibrium():
     accepted = 0
     for seed in [68, 150, 189, 192, 243, 245, 261, *range(few(60))]:
         rng = np.random.default_rng(seed)
-        contact, friction, load_factor = (
-            nearly_free(rng, int(rng.integers(2, 9))),
-            rng.uniform(0.2, 0.8),
-            float(rng.uniform(0.5, 3.0)),
-        )
+        contact = nearly_free(rng, int(rng.integers(2, 9)))
+        friction = rng.uniform(0.2, 0.8)
+        load_factor = float(rng.uniform(0.5, 3.0))
         try:
             steady = fo.steady_state(contact, CYCLE, friction, load_factor, most_cycles=300)
         except (fo.NoContinuation, fo.SolverError):

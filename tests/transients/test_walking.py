@@ -44,7 +44,8 @@ def pressed(contact, ends, shear, S):
 def test_a_cylinder_that_rolls_walks_above_the_least_pressures_of_its_way(way):
     """T_max / (f P) is the share of the pressure that stays; nodes at the edges open and close, and
     the transient of the true contact agrees."""
-    contact, closed = cylinder(20), 1 - 2 / np.pi * (way * np.sqrt(1 - way**2) + np.arcsin(way))
+    contact = cylinder(20)
+    closed = 1 - 2 / np.pi * (way * np.sqrt(1 - way**2) + np.arcsin(way))
     ends = pressures(contact, [{"P": P, "roll": -way}, {"P": P, "roll": way}])
     limit = fo.shakedown_limit(*pressed(contact, ends, contact.bonded["Q"], contact.S), F)
     assert (
@@ -58,11 +59,9 @@ def test_a_cylinder_that_rolls_walks_above_the_least_pressures_of_its_way(way):
     below, above = (
         fo.steady_state(contact, rolling, F, share * limit.load_factor) for share in (0.98, 1.02)
     )
-    assert (
-        below.outcome is fo.Outcome.SHAKEDOWN
-        and above.outcome is fo.Outcome.RATCHETING
-        and above.open.any()
-    )
+    assert below.outcome is fo.Outcome.SHAKEDOWN
+    assert above.outcome is fo.Outcome.RATCHETING
+    assert above.open.any()
 
 
 @pytest.mark.parametrize(("P1", "Q1"), [(0.05, 0.1), (0.3, 0.3)])
@@ -92,9 +91,8 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
     f P / Q (1 - x^2), on cells a share of it."""
     limits, shares = [], []
     for half in (8, 16, 32):
-        size = 1 / (
-            half + 0.25
-        )  # the edge of the contact, at 1, is a quarter of a cell outside of its last cell
+        # The edge of the contact, at 1, is a quarter of a cell outside of its last cell.
+        size = 1 / (half + 0.25)
         contact = fo.ContactSystem.from_blocks(
             **half_plane_contact(2 * half + 8, (half + 4) * size, 1.0, R=1.0)
         )
@@ -119,8 +117,6 @@ def test_an_edge_beside_open_nodes_has_a_limit_of_its_own():
     flat = fo.ContactSystem.from_blocks(**half_plane_contact(24, 1.5, 1.0))
     punch = flat.with_gap(np.where(np.abs(flat.x) < 1, 0.0, 9.0))
     limit = fo.shakedown_limit(punch, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), F)
-    assert (
-        limit.load_factor == pytest.approx(F, rel=1e-9)
-        and int(limit.open.sum()) == 8
-        and "mesh" not in limit.reason
-    )
+    assert limit.load_factor == pytest.approx(F, rel=1e-9)
+    assert int(limit.open.sum()) == 8
+    assert "mesh" not in limit.reason
