@@ -83,9 +83,10 @@ def test_moved_supports_are_those_of_their_force():
     assert system.displacements([1.0, 0.0], np.zeros(3), np.zeros(3))[0] == pytest.approx(
         -0.1 * 0.1 * 2.0 / 2.0
     )
+    # Open by 0.1 more, twice the force.
     assert system.displacements([1.0, 0.0], np.zeros(3), np.full(3, 0.1))[0] == pytest.approx(
         -2 * 0.1 * 0.1
-    )  # open by 0.1 more, twice the force
+    )
 
 
 @pytest.mark.parametrize("factor", [1.05, 1.5])

@@ -120,9 +120,8 @@ def test_a_filtered_history_stays_within_the_tolerance_in_its_order(cases):
             )
             for points in (path, kept)
         )
-        assert (
-            frechet(*paths) < 0.1 + 0.05
-        )  # the points along the straight ways are so far from each other
+        # The points along the straight ways are so far from each other.
+        assert frechet(*paths) < 0.1 + 0.05
 
 
 def test_one_filtered_load_keeps_the_reversals_that_exceed_the_noise():
@@ -388,9 +387,9 @@ def test_loads_in_phase_or_opposed_go_to_and_fro(phases):
 def test_a_positive_phase_is_ahead():
     cycle = fo.LoadCycle.harmonic({"a": 1.0, "b": (1.0, 60)}, mean={}, points=360)
     b = [corner["b"] for corner in cycle.corners]
-    assert (
-        int(np.argmax(b)) == 300 and len(cycle.corners) == 360
-    )  # 60 degrees before the peak of a, at 0
+    # 60 degrees before the peak of a, at 0.
+    assert int(np.argmax(b)) == 300
+    assert len(cycle.corners) == 360
 
 
 @refused(

@@ -100,9 +100,8 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
     if element == "quadratic":
         assert np.allclose(down.stress["bolt"][axial], 20.0 / area)
     else:
-        assert np.allclose(
-            u[(height == 1.5).nonzero()[0][len(section) // 2 :]], -1.5 * strain
-        )  # the far face comes last
+        # The far face comes last.
+        assert np.allclose(u[(height == 1.5).nonzero()[0][len(section) // 2 :]], -1.5 * strain)
     assert fields.p.sum() == pytest.approx(-20.0)
     assert down.p.sum() == pytest.approx(-20.0)
     assert np.allclose(fields.q, 0.0, atol=1e-12)
@@ -329,6 +328,5 @@ def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
     for name, places in (("base", on_base), ("bolt", number)):
         for point, u in zip(fields.bodies[name].mesh.p.T, fields.displacement[name].T, strict=True):
             if name == "base" or point[2] != 1:  # two nodes are there
-                assert (
-                    np.abs(found[places[tuple(point)]] - u).max() < 1e-6 * largest
-                )  # CalculiX prints seven digits
+                # CalculiX prints seven digits.
+                assert np.abs(found[places[tuple(point)]] - u).max() < 1e-6 * largest

@@ -23,9 +23,8 @@ def test_the_punch_keeps_its_free_motions_and_a_held_one_has_none():
     guided = fo.ContactModel(
         blocks(), supports=[*FREE, fo.Support("punch", "top", "x")], loads={"p": LOADS["p"]}
     ).condense()
-    assert (
-        np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)
-    ).sum() == 2  # up and down, and a turn about the guide
+    # Up and down, and a turn about the guide.
+    assert (np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)).sum() == 2
 
 
 PUNCH, BLOCK = blocks().values()

@@ -369,9 +369,8 @@ def test_a_node_in_space_that_nothing_presses_at_some_corners():
     parted = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}], [{}, {"N": 0.0, "P": 0.5}])
     closed = fo.ShakedownModel(pair, parted).of_set(pose(pair, parted, 0.5))
     assert closed.load_factor == 0.0
-    assert fo.shakedown_limit(pair, parted, 0.5).load_factor == pytest.approx(
-        3.125
-    )  # node 0 stays open, and 0.2 |q1| <= 0.5 * 1.25 at node 1
+    # Node 0 stays open, and 0.2 |q1| <= 0.5 * 1.25 at node 1.
+    assert fo.shakedown_limit(pair, parted, 0.5).load_factor == pytest.approx(3.125)
 
 
 def test_a_corner_in_space_whose_fixed_part_alone_is_outside_of_the_hull_of_the_others_counts():

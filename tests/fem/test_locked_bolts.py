@@ -500,6 +500,7 @@ def test_the_load_case_of_a_locked_bolt_has_no_overlap():
     )
     with pytest.raises(fo.ModelError, match="cases: 'bolt' is a locked bolt"):
         node.with_interference({"bolt": 0.05})
+    # 2, and what the fit adds by hand.
     assert node.with_interference({"fit": 0.05}).tension(
         "bolt", [1, 0, 1], [0.0], [0.0]
-    ) == pytest.approx(3.0)  # 2, and what the fit adds by hand
+    ) == pytest.approx(3.0)

@@ -228,9 +228,8 @@ def test_bars_that_touch_nowhere_vibrate_by_themselves():
     steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
     waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
     assert apart.frequency == pytest.approx(of_elements(waves, LENGTH / 20), rel=1e-9)
-    assert np.array_equal(
-        model.modes(5, open=steady).frequency, apart.frequency
-    )  # a result that knows its open nodes
+    # A result that knows its open nodes.
+    assert np.array_equal(model.modes(5, open=steady).frequency, apart.frequency)
 
 
 def test_surfaces_that_give_are_springs_between_heavy_ends():
@@ -541,9 +540,8 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
     }
     taken = sum(modes.shapes[name] @ sums[name] for name in bodies) ** 2
     assert np.allclose(taken, masses[:5], rtol=0, atol=tolerance * modes.mass)
-    assert np.allclose(
-        taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass
-    )  # ours moves the support, too
+    # Ours moves the support, too.
+    assert np.allclose(taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass)
 
 
 @pytest.mark.parametrize("opened", [False, True], ids=["glued", "open"])

@@ -92,9 +92,10 @@ def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
             {"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}]
         )
         assert not warned(lambda added=added: fo.shakedown_limit(system, added, 0.5))
+    # A load that rises.
     assert not warned(
         lambda: fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"P": 1.0, "Q": 0.1}]), 0.5)
-    )  # a load that rises
+    )
 
 
 @pytest.mark.parametrize(
@@ -116,9 +117,8 @@ def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
     assert told.startswith(f"coefficient: {coefficient:g} is ")
     assert f"forces are in {force} and lengths in {length}" in told
     assert not warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=meant, cycles=1))
-    assert not warned(
-        lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1)
-    )  # units are not known
+    # Units are not known.
+    assert not warned(lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
 
 
 def soft_blocks(nu, element, kind=MeshQuad, kinematics="plane_strain"):

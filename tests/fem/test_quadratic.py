@@ -39,9 +39,8 @@ def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
     assert system.width.min() > 0.02
     uniform = [-1.0, -1.0, 0.0, -1.0, 0.0, 0.0] if d == 3 else [-1.0, -1.0, 0.0, -2 * nu]
     for name in bodies:
-        assert (
-            np.abs(fields.stress[name] - np.array(uniform)[:, None]).max() < 3e-9
-        )  # three points hold 25 of displacement
+        # Three points hold 25 of displacement.
+        assert np.abs(fields.stress[name] - np.array(uniform)[:, None]).max() < 3e-9
     rigid = np.linalg.eigvalsh(system.S) < 1e-11 * np.linalg.norm(system.S)
     assert rigid.sum() == d * (d + 1) // 2
 

@@ -149,9 +149,8 @@ def test_stresses_by_name():
     at = ", ".join(f"{x:g}" for x in fields.bodies[most].mesh.p[:, values.argmax()])
     assert f"largest_von_mises={values.max():.6g} in {most} at ({at})" in repr(fields)
     z = model.bodies["punch"].mesh.p[2]
-    assert fields.stress_of("punch", "zz")[z > 0.99 * z.max()] == pytest.approx(
-        -1.0, rel=0.05
-    )  # the pressure there
+    # The pressure there.
+    assert fields.stress_of("punch", "zz")[z > 0.99 * z.max()] == pytest.approx(-1.0, rel=0.05)
 
 
 def test_mean_dilatation_has_its_own_stress():

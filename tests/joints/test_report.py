@@ -120,9 +120,8 @@ def test_one_file_has_text_tables_and_pictures(tmp_path):
     assert "<h3>Advice</h3>" in page
     assert plt.get_fignums() == known
     with pytest.raises(fo.ModelError, match="npz"):
-        fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4]).save(
-            tmp_path / "joint.csv"
-        )  # no form of a report
+        # No form of a report.
+        fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4]).save(tmp_path / "joint.csv")
 
 
 def test_the_command(tmp_path, capsys):

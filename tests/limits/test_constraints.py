@@ -1,5 +1,7 @@
-"""What decks say of displacements that a matrix lacks, in all the ways in which decks can say it;
-no code is run."""
+"""Decks determine the displacements that a matrix lacks, in every form that a deck may use.
+
+No code is run: forces on such displacements are compared with results by hand.
+"""
 
 import numpy as np
 import pytest
@@ -44,7 +46,7 @@ def on(found, forces):
     ("text", "labels", "moved"),
     [
         ("*EQUATION\n2\n3, 2, 1., 2, 2, -1.\n", ["2.2", "4.2"], {"2.2": 1.0, "4.2": 1.0}),
-        # Over two lines.
+        # The equation takes two lines.
         (
             "*EQUATION\n3\n3, 2, 2., 2, 2, -1.\n4, 2, 3.D0\n",
             ["2.2", "4.2"],
@@ -56,14 +58,14 @@ def on(found, forces):
             ["1.2", "2.2"],
             {"1.2": 2.0},
         ),
-        # And in the other order.
+        # The chain in the other order.
         (
             "*EQUATION\n2\n4,2,1., 1,2,-1.\n2\n3,2,1., 4,2,-1.\n",
             ["1.2", "2.2"],
             {"1.2": 2.0},
         ),
         ("*EQUATION\n2\nTOP, 2, 1., 2, 2, -1.\n", ["2.2"], {"2.2": 2.0}),  # a set in the first term
-        # A held term.
+        # One term is held.
         (
             "*BOUNDARY\n1, 1, 2\n*EQUATION\n3\n3, 2, 1., 1, 2, -1., 2, 2, -0.5\n",
             ["2.2", "4.2"],
@@ -82,7 +84,7 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (
             "",
@@ -116,13 +118,12 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
         ),
     ],
 )
-def test_forces_of_which_the_deck_says_nothing_are_refused(tmp_path, text, said):
+def test_forces_of_which_the_deck_says_nothing_are_refused(tmp_path, text, message):
     found = job(tmp_path, SQUARE + text, ["1.1", "2.2"])
-    with pytest.raises(fo.ModelError, match=said):
+    with pytest.raises(fo.ModelError, match=message):
         found.force("TOP", nodal=[0.0, 1.0])
-    assert on(found, found.force([1], nodal=[0.0, 1.0])) == {
-        "2.2": 1.0
-    }  # what follows nothing can be loaded
+    # A node that follows no other node can be loaded.
+    assert on(found, found.force([1], nodal=[0.0, 1.0])) == {"2.2": 1.0}
 
 
 def test_rows_say_what_is_held_and_what_follows(tmp_path):
@@ -177,11 +178,12 @@ def test_the_reference_of_a_rigid_part_has_its_rotation_in_abaqus(tmp_path):
     )
     found = fo.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
     assert found.generalised.tolist() == [3, 4, 5]
+    # Node 5, half beside it both ways.
     assert on(found, found.force([4], nodal=[0.0, 0.0, 1.0])) == {
         "20.3": 1.0,
         "20.4": -0.5,
         "20.5": 0.5,
-    }  # node 5, half beside it both ways
+    }
 
 
 def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
@@ -197,11 +199,12 @@ def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
 def test_a_rigid_part_whose_reference_follows_hands_its_forces_on(tmp_path):
     deck = CUBE + RIGID.format("TOP", ", ROT NODE=21") + "*EQUATION\n2\n20, 1, 1., 1, 1, -1.\n"
     found = job(tmp_path, deck, [label for label in TOP_LABELS if label != "20.1"])
+    # Node 5, 0.5 in front and 1 below.
     assert on(found, found.force([4], nodal=[2.0, 0.0, 0.0])) == {
         "1.1": 2.0,
         "20.5": -2.0,
         "20.6": 1.0,
-    }  # node 5, 0.5 in front and 1 below
+    }
 
 
 @refused(

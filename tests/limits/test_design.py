@@ -1,5 +1,8 @@
-"""The best design: against numbers found elsewhere, closed forms, plain programs over raw unknowns,
-and the limit of the design built in."""
+"""The best design against independent numbers and closed forms.
+
+It is also compared with plain programs over raw unknowns, and with the limit of the contact into
+which the design is built.
+"""
 
 from dataclasses import replace
 
@@ -18,10 +21,11 @@ from helpers.systems import CYCLE, PULL, at_corners, explained, random_system
 
 
 def best(contact, scenarios, preloads, profile, own):
-    """Largest load factor of a plain program with the law of each node at each corner of each
-    scenario; nan where there is none, inf without an end.
+    """Largest load factor of a plain program with the law of each node at each corner.
 
-    `own(b, g)` gives constraints on the amplitudes and the depths.
+    The program covers all scenarios. The value is nan if no load factor is safe, and inf if there
+    is no largest one. `own(b, g)` gives constraints on the amplitudes b of the preloads and the
+    depths g of the profile.
     """
     n, t, lam = contact.nodes, contact.tangents, cp.Variable()
     b, g = cp.Variable(max(len(preloads), 1)), cp.Variable(n)
@@ -47,7 +51,10 @@ def best(contact, scenarios, preloads, profile, own):
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 @pytest.mark.parametrize("part", few([0, 1], 1))
 def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, tangents):
-    """Built in and asked anew it has the same limit, which no scenario is below."""
+    """The best design of a random contact is the optimum of a plain program.
+
+    The contact with the design built in has the same limit, and no scenario has a smaller one.
+    """
     found, rel = 0, 1e-7 if tangents == 1 else 1e-6
     for seed in range(12, 60) if part else range(few(12, 4)):
         rng = np.random.default_rng(seed)
@@ -80,17 +87,19 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
         budget = rng.uniform(0.05, 0.5)
         weights = rng.uniform(0.5, 1.5, len(bolts))
 
-        def own(b, g, bolts=bolts, profile=profile, depth=depth, budget=budget, weights=weights):
-            held = (
-                []
-                if not bolts
-                else [cp.norm(b) <= budget]
-                if tangents == 2
-                else [b >= 0, weights @ b <= budget]
-            )
-            return held + ([cp.abs(g) <= depth] if profile else [])
+        def user_rows(
+            b, g, bolts=bolts, profile=profile, depth=depth, budget=budget, weights=weights
+        ):
+            rows = []
+            if bolts and tangents == 2:
+                rows += [cp.norm(b) <= budget]
+            elif bolts:
+                rows += [b >= 0, weights @ b <= budget]
+            if profile:
+                rows += [cp.abs(g) <= depth]
+            return rows
 
-        value = best(contact, scenarios, bolts, profile, own)
+        value = best(contact, scenarios, bolts, profile, user_rows)
         friction = scenarios[0][1]
         model = fo.DesignModel(
             contact, scenarios[0][0], preloads=bolts, profile=profile, scenarios=scenarios[1:]
@@ -99,10 +108,10 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
             with pytest.raises(
                 fo.ModelError, match=r"constraints|load_factor: it grows|no design is safe"
             ):
-                model.solve(friction, own(model.preload, model.profile))
+                model.solve(friction, user_rows(model.preload, model.profile))
             continue
-        design = model.solve(friction, own(model.preload, model.profile))
-        found = found + 1
+        design = model.solve(friction, user_rows(model.preload, model.profile))
+        found += 1
         assert design.load_factor == pytest.approx(value, rel=rel, abs=rel / 10)
         assert design.residual <= 1e-9
         assert design.bound == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8)
@@ -175,7 +184,8 @@ def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
     ),
 )
 def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
-    model = fo.DesignModel(system := punch(cells, 0.02), PULL, profile=True)
+    system = punch(cells, 0.02)
+    model = fo.DesignModel(system, PULL, profile=True)
     deepest = cp.Parameter(nonneg=True)
     for depth, limit in zip((0.0, 0.1, 0.3, 1.0, 3.0), limits, strict=True):
         deepest.value = depth
@@ -201,8 +211,11 @@ def test_the_best_profile_under_shear_carries_gross_slip():
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_refused(tangents):
-    """Condensation leaves rounding of an interference that a free body gives way to: no amplitude
-    of it could be told from none."""
+    """A preload whose reactions are only rounding is refused.
+
+    Condensation leaves such rounding for an interference that a free body gives way to. No
+    amplitude of this preload could be distinguished from zero.
+    """
     rng = np.random.default_rng(5)
     contact = random_contact(rng, 3) if tangents == 2 else random_system(rng, 3, ("mean", *"abc"))
     large = contact.with_bonded(
@@ -231,8 +244,11 @@ def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_ref
 
 
 def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():
-    """No mean load presses: the bolts alone do, within a budget b. Sheared along X, then Y, by s:
-    each needs |s| / (sqrt 2 f) of it."""
+    """Two bolts share a budget b in proportion to the shears of their nodes.
+
+    No mean load presses the nodes, only the bolts do. A node that is sheared along X, then along Y,
+    by s needs the force |s| / (sqrt 2 f) of its bolt per unit of the load factor.
+    """
     shears, f, budget = np.array([1.0, 0.4]), 0.3, 5.0
     none = np.zeros(2)
     loads = {
@@ -283,8 +299,11 @@ def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
 @pytest.mark.parametrize("mean", [1.0, 1e-12])
 @pytest.mark.filterwarnings("ignore:friction")
 def test_a_bolt_on_a_joint_that_hardly_carries(mean):
-    """All friction is that of the bolt; slip takes its shear off, and the limit is `f (mean + bolt)
-    / shear`."""
+    """A joint has the limit `f (mean + bolt) / shear`.
+
+    Nearly all friction comes from the bolt, and residual slip takes the shear of the bolt off the
+    node.
+    """
     loads = {"P": ([0.0], [mean]), "bolt": ([-0.52999694], [0.1801059]), "Q": ([0.22466545], [0.0])}
     node = fo.ContactSystem.from_blocks(
         [[0.916534225]], [[-1.11894197e-07]], [[1.85041491]], [0.0], loads

@@ -14,8 +14,11 @@ FRICTION = 0.5
 
 
 def lever():
-    """Two uncoupled nodes. The preload b presses node 0 with 1 + b and node 1 with 1 - b; the load
-    a shears node 0 and presses node 1."""
+    """Two uncoupled nodes that a preload b presses in opposite senses.
+
+    The preload presses node 0 with 1 + b and node 1 with 1 - b; the load a shears node 0 and
+    presses node 1.
+    """
     loads = {
         "mean": ([0.0, 0.0], [1.0, 1.0]),
         "b": ([0.0, 0.0], [1.0, -1.0]),
@@ -28,8 +31,11 @@ def lever():
 
 
 def test_a_design_that_opens_a_node_below_its_load_factor_does_not_count():
-    """Node 0 sticks up to f (1 + b). At b = 3 that is 2, where node 1 is just pressed; under the
-    mean load it is pressed up to b = 1."""
+    """A design counts only if it is safe from the mean load on.
+
+    Node 0 sticks up to f (1 + b). At b = 3 that is 2, where node 1 is just pressed; but under the
+    mean load node 1 is pressed only up to b = 1.
+    """
     model = fo.DesignModel(*lever(), preloads=["b"])
     design = model.solve(FRICTION)
     assert design.load_factor == pytest.approx(1.0)
@@ -55,8 +61,11 @@ def test_a_design_that_no_constraint_admits_under_the_mean_load_has_a_least_load
 
 
 def test_the_fixed_part_of_a_cycle_belongs_to_its_mean_load():
-    """At corner 1 the fixed part adds 0.5 to b. Node 1 is pressed at load factor 0 up to b = 0.5.
-    Both corners together shear node 0 by 2, and it carries f (1 + b) + f (1.5 + b)."""
+    """The fixed part of a cycle counts at load factor 0, too.
+
+    At corner 1 the fixed part adds 0.5 to b, so that node 1 is pressed at load factor 0 only up to
+    b = 0.5. Both corners together shear node 0 by 2, and it carries f (1 + b) + f (1.5 + b).
+    """
     system, _ = lever()
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"-a": 1.0}], fixed=[{}, {"b": 0.5}])
     design = fo.DesignModel(system, cycle, preloads=["b"]).solve(FRICTION)
@@ -66,8 +75,11 @@ def test_the_fixed_part_of_a_cycle_belongs_to_its_mean_load():
 
 
 def test_a_design_is_safe_under_the_mean_load_of_all_scenarios():
-    """The scenario has half of the preload. Node 1 needs b <= 1 in the first scenario, and node 0
-    carries f (1 + b / 2) in the other."""
+    """The mean loads of all scenarios have to be safe.
+
+    The scenario has half of the preload. Node 1 needs b <= 1 in the first scenario, and node 0
+    carries f (1 + b / 2) in the other.
+    """
     system, cycle = lever()
     scenarios = [(cycle, FRICTION, {"b": 0.5})]
     model = fo.DesignModel(system, cycle, preloads=["b"], scenarios=scenarios)
@@ -95,8 +107,11 @@ def pressed_by_cyclic_loads(rng, nodes):
 
 
 def plain(contact, cycle, friction, most, at_mean_load):
-    """Largest load factor of a plain program with the law of each node at each corner, and with a
-    slip for the mean load alone if `at_mean_load`; nan: no design."""
+    """Largest load factor of a plain program with the law of each node at each corner.
+
+    If `at_mean_load`, there is also a slip for the mean load alone. The value is nan if no design
+    is safe.
+    """
     load_factor = cp.Variable()
     preload = cp.Variable()
     rows = [load_factor >= 0, preload <= most, preload >= -most]

@@ -1,5 +1,8 @@
-"""Designs under which nodes stay open: against a plain program for every set of open nodes, and the
-limit of the design built in."""
+"""Designs under which nodes stay open.
+
+They are compared with a plain program for every set of open nodes, and with the limit of the
+contact into which the design is built.
+"""
 
 from dataclasses import replace
 from itertools import product
@@ -20,8 +23,10 @@ MOST, DEPTH = 0.6, 0.1
 
 
 def best(contact, friction, opened):
-    """Largest load factor of a plain program in which some nodes are open at all corners, with
-    slips and gaps of their own at each; nan: none."""
+    """Largest load factor of a plain program in which some nodes are open at all corners.
+
+    Each corner has its own slips and gaps of the open nodes. The value is nan if no design is safe.
+    """
     n = contact.nodes
     t = contact.tangents
     lam = cp.Variable()
@@ -53,8 +58,12 @@ def best(contact, friction, opened):
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
-    """It is never less than with all nodes closed, nor what `shakedown_limit` finds of it. With
-    others open one may be better, which it says."""
+    """The best design of random contacts is the optimum for the nodes that it leaves open.
+
+    Its load factor is never less than with all nodes closed, nor less than the limit by
+    `shakedown_limit` of the built contact. If a design with other open nodes may be better, the
+    answer says so.
+    """
     rel, found = 1e-7 if tangents == 1 else 1e-5, 0
     for seed in range(few(12)):
         contact, friction = pulled(seed, tangents)
@@ -93,8 +102,11 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
 
 
 def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
-    """The mean load pulls node 0 open by 1, of which the bolt takes a half; the other two carry f
-    (1 + 0.2 b), and no row of the user is blamed."""
+    """A bolt that cannot close a node leaves it open, and no constraint of the user is blamed.
+
+    The mean load pulls node 0 open by 1, of which the bolt takes a half; the other two nodes carry
+    f (1 + 0.2 b).
+    """
     none = np.zeros(3)
     loads = {
         "P": (none, [-1.0, 1.0, 1.0]),
@@ -117,8 +129,11 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
 
 
 def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
-    """By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the others carry (1 + b
-    / 5) / 2, which is most at b = 15 / 11."""
+    """The gap of an open node bounds the preload.
+
+    By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the other nodes carry (1 +
+    b / 5) / 2, which is largest at b = 15 / 11.
+    """
     none = np.zeros(3)
     loads = {
         "P": (none, [-1.0, 1.0, 1.0]),
@@ -141,8 +156,11 @@ def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
 
 
 def test_scenarios_have_open_nodes_of_their_own():
-    """In the second one half of the bolt acts, which leaves node 0 open; the other two carry 0.5 (1
-    + 0.5 b), in the first one 0.5 (1 + b)."""
+    """Each scenario has its own open nodes.
+
+    In the second scenario half of the bolt acts, which leaves node 0 open. The other two nodes
+    carry 0.5 (1 + 0.5 b) in it, and 0.5 (1 + b) in the first scenario.
+    """
     none = np.zeros(3)
     loads = {
         "P": (none, [-1.0, 1.0, 1.0]),
@@ -162,8 +180,11 @@ def test_scenarios_have_open_nodes_of_their_own():
 
 
 def test_a_design_under_whose_mean_load_other_nodes_open_is_none(monkeypatch):
-    """With nodes 2 and 4 open it is safe up to 2.5, but only from 1.01 on. Smaller ones of up to
-    2.07 are so from the mean load on. A rough size is enough here."""
+    """A design that is safe only from a load factor above 0 on is no answer.
+
+    With nodes 2 and 4 open a design is safe up to 2.5, but only from 1.01 on. Designs with limits
+    up to 2.07 are safe from the mean load on. A rough size is enough here.
+    """
     if not ALL_CASES:
         monkeypatch.setattr(design_search, "SEARCH", replace(design_search.SEARCH, halves=6))
     system, cycle, friction = _SpatialSubject(725550944).args

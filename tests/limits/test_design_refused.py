@@ -1,5 +1,7 @@
-"""Designs that cannot be: without bounds, under constraints that contradict, of models that are
-none."""
+"""Designs that cannot exist are refused.
+
+They have no bounds, contradictory constraints, or no model that they could belong to.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -141,14 +143,14 @@ def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
 def test_a_design_beyond_its_rows_or_without_its_bound_is_no_answer(which, monkeypatch):
     """Safe at the right load factor all the same."""
     model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
-    told = []
+    lies = []
     rows = [model.preload >= 0.0, cp.sum(model.preload) <= 3.0]
     assert model.solve(0.5, rows).load_factor == pytest.approx(1.0)
 
     def lie(compiled, z, multipliers):
         if "preload" not in compiled.problem.var_dict:  # a limit, of the search
             return
-        told.append(which)
+        lies.append(which)
         if which.startswith("more"):
             z[compiled.place(compiled.problem.var_dict["preload"])] += 1e-3
         else:
@@ -157,4 +159,4 @@ def test_a_design_beyond_its_rows_or_without_its_bound_is_no_answer(which, monke
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         model.solve(0.5, rows)
-    assert told
+    assert lies

@@ -1,5 +1,8 @@
-"""A best design is no worse than none, nor than one within narrower bounds, and its multipliers are
-its own."""
+"""The search of the best design compared with narrower searches.
+
+A best design is no worse than no design, nor than a design within narrower bounds, and its
+multipliers belong to it.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -54,8 +57,11 @@ def test_the_search_begins_without_a_design_too(seed):
 
 
 def test_a_design_that_would_open_other_nodes_counts_with_its_own_limit():
-    """`shakedown_limit` of what is built agrees, from the mean load of the design on. If none of
-    the larger designs counts, `reason` says so and `bound` is theirs."""
+    """The load factor of a design is the limit of the contact that is built.
+
+    `shakedown_limit` of this contact agrees, from the mean load of the design on. If none of the
+    larger designs counts, `reason` says so, and `bound` is their bound.
+    """
     system, friction = with_a_bolt(10008, 3)
     model = fo.DesignModel(system, CYCLE, preloads=["cyclic"])
     narrow = model.solve(friction, [cp.abs(model.preload) <= 1.0])
@@ -74,17 +80,20 @@ def test_a_design_that_would_open_other_nodes_counts_with_its_own_limit():
 
 
 def test_without_a_bound_there_is_a_design_where_a_bounded_one_is():
-    """The right value by the limit with the design built in, which is the load factor that is asked
-    for."""
+    """A design without bounds exists wherever a bounded one exists.
+
+    The expected value is the limit of the contact with the design built in, at the load factor that
+    the constraint prescribes.
+    """
     loads = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0, 0])}
     system = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], loads)
-    asked = 0.5 * fo.shakedown_limit(system, CYCLE, 0.6, slip_bound=10.0).load_factor
+    prescribed = 0.5 * fo.shakedown_limit(system, CYCLE, 0.6, slip_bound=10.0).load_factor
     model = fo.DesignModel(system, CYCLE, preloads=["cyclic"], slip_bound=10.0)
     found = []
     for most in (20.0, 50.0, 1e4):
         design = model.solve(
             0.6,
-            [model.load_factor == asked, cp.abs(model.preload) <= most],
+            [model.load_factor == prescribed, cp.abs(model.preload) <= most],
             objective=model.preload[0],
         )
         found.append(design.preload["cyclic"])
@@ -95,7 +104,7 @@ def test_without_a_bound_there_is_a_design_where_a_bounded_one_is():
         0.6,
         slip_bound=10.0,
     )
-    assert built.load_factor == pytest.approx(asked, rel=1e-6)
+    assert built.load_factor == pytest.approx(prescribed, rel=1e-6)
 
 
 def test_the_multiplier_of_an_own_row_is_its_price():

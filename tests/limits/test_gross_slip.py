@@ -1,5 +1,7 @@
-"""The sliding-off load against closed forms, scipy, the kinematic program, transients and
-invariances; answers that are damaged are refused."""
+"""The sliding-off load against independent methods; damaged answers are refused.
+
+The methods are closed forms, scipy, the kinematic program, transients and invariances.
+"""
 
 from dataclasses import replace
 from importlib import import_module
@@ -22,8 +24,10 @@ PUNCH = fo.scenes.PunchOnHalfPlane(elements=12).condense()
 
 
 def proves(found, system, friction, r0, r1):
-    """The motion alone proves the load factor: it strains nothing, lifts by f |v|, and its works
-    give the bound."""
+    """The motion by itself proves the load factor.
+
+    It strains nothing, lifts by f |v|, and its works give the bound.
+    """
     *v, w = found.phi
     assert np.abs(system.S @ found.phi.ravel()).max() <= 1e-9 * np.abs(system.S).max()
     assert (w >= friction * np.linalg.norm(v, axis=0) - 1e-8).all()
@@ -110,8 +114,10 @@ def test_of_two_blocks_the_one_that_is_pushed_slides():
 
 @pytest.mark.parametrize("axes", few([3, 2], 1))
 def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes):
-    """A plate between two flat faces: each holds f P, whether the force P clamps it or rigid jaws
-    do, whose pressure statics cannot know."""
+    """A plate between two flat faces slips at f P on each face.
+
+    The force P may come from a clamp or from rigid jaws, whose pressure statics cannot know.
+    """
     n, frames, under = 3, np.eye(axes), np.arange(6) < 3
     # The upper face presses downwards.
     both = np.where(
@@ -144,8 +150,11 @@ def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes)
 @pytest.mark.parametrize("angle", [20.0, 45.0, 70.0])
 @pytest.mark.parametrize("held", [True, False])
 def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_leave(angle, held):
-    """Two faces whose normals lean by an angle to either side: forces along the line between them
-    are within friction, or none balance themselves."""
+    """A wedge holds itself if friction exceeds the angle of its faces.
+
+    The normals of the two faces lean by an angle to either side. Forces along the line between the
+    faces are either within friction, or no forces balance themselves.
+    """
     beta = np.radians(angle)
     normals = np.array([[np.sin(beta), np.cos(beta)], [-np.sin(beta), np.cos(beta)]])
     system = body(
@@ -236,8 +245,10 @@ def test_the_scene_of_a_press_fit_slides_off():
 
 
 def by_scipy(motions, friction, r0, r1, least=False):
-    """Largest or least load factor >= 0 with forces within friction in the plane; nan where there
-    is none."""
+    """Largest or least load factor >= 0 with forces within friction in the plane, by scipy.
+
+    The value is nan if there is none.
+    """
     n = len(friction)
     eye = np.eye(n)
     rows = np.block(
@@ -340,8 +351,11 @@ def test_random_faces_in_space_agree_with_the_program_of_the_motions():
 @pytest.mark.parametrize("nodes", [2, 3, 4, 12])
 @pytest.mark.parametrize("seed", few(range(3)))
 def test_rigid_motions_have_no_rounding_and_nodal_ones_are_told_by_single_nodes(axes, nodes, seed):
-    """On a flat face no shift or turn in it lifts a node, and none that lifts nodes makes them
-    slip; the nodes are in a line, or not."""
+    """Rigid motions have no rounding, and single nodes distinguish nodal motions from them.
+
+    On a flat face no shift or turn in the face lifts a node, and no motion that lifts nodes makes
+    them slip. The nodes are in a line, or not.
+    """
     rng = np.random.default_rng(seed)
     along = np.sort(rng.uniform(-1, 1, nodes))
     points = np.column_stack(
@@ -409,7 +423,7 @@ def test_guided_bodies_slide_off_at_the_same_load_whatever_the_size_of_its_unit(
 def test_held_bodies_never_slide_off():
     system = fo.scenes.PinInPlate(elements=8).condense()
     held = replace(PUNCH, S=PUNCH.S + np.eye(len(PUNCH.S)))
-    # Which pulls the block alone.
+    # The load sigma pulls only the block.
     free = fo.gross_slip(PUNCH, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5)
     for found in (
         fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5),
@@ -458,9 +472,8 @@ def test_units_change_no_load_factor(force, length):
     assert again.load_factor == pytest.approx(one.load_factor, rel=1e-9)
     assert np.abs(again.phi - one.phi).max() < 1e-7
     values = {variable.name(): variable.value for variable in again.problem.variables()}
-    assert values["p"].sum() == pytest.approx(
-        turned.reaction({"P": 1.0})[1].sum(), rel=1e-9
-    )  # in the units of the user
+    # In the units of the user.
+    assert values["p"].sum() == pytest.approx(turned.reaction({"P": 1.0})[1].sum(), rel=1e-9)
 
 
 def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
@@ -477,7 +490,7 @@ def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
 def test_a_punch_rests_just_below_it_and_has_no_state_just_above(friction):
     cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
     found = fo.gross_slip(PUNCH, cycle, friction)
-    # f P / Q.
+    # The limit is f P / Q.
     assert found.load_factor == pytest.approx(
         friction * PUNCH.bonded["P"][1].sum() / abs(PUNCH.bonded["Q"][0].sum()), rel=1e-9
     )
@@ -529,10 +542,10 @@ def test_forces_that_do_not_balance_are_refused(monkeypatch):
         fo.gross_slip(PUNCH, CYCLE, 0.4)
 
 
-@pytest.mark.parametrize("said", ["infeasible", "unbounded"])
-def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, said):
+@pytest.mark.parametrize("status", ["infeasible", "unbounded"])
+def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, status):
     unpolished(monkeypatch)
-    lying(monkeypatch, lambda program, name, x, y: None if is_excess(program) else said)
+    lying(monkeypatch, lambda program, name, x, y: None if is_excess(program) else status)
     with pytest.raises(fo.SolverError):
         fo.gross_slip(PUNCH, CYCLE, 0.4)
 
@@ -552,7 +565,7 @@ NAMED = two_blocks(np.random.default_rng(1))
 
 
 @pytest.mark.parametrize(
-    ("system", "contacts", "said"),
+    ("system", "contacts", "message"),
     [
         (
             NAMED,
@@ -569,13 +582,13 @@ NAMED = two_blocks(np.random.default_rng(1))
         ),
     ],
 )
-def test_contacts_that_do_not_exist_are_refused(system, contacts, said):
-    with pytest.raises(fo.ModelError, match=said):
+def test_contacts_that_do_not_exist_are_refused(system, contacts, message):
+    with pytest.raises(fo.ModelError, match=message):
         fo.gross_slip(system, fo.LoadCycle({"P1": 1.0}, [{"Q": 1.0}]), 0.3, contacts=contacts)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ((PUNCH, CYCLE, -0.1), "friction: -0.1"),
         ((PUNCH, {"P": 1.0}, 0.1), "cycle: a dict"),
@@ -583,15 +596,18 @@ def test_contacts_that_do_not_exist_are_refused(system, contacts, said):
         ((PUNCH, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.1), "load case 'X': unknown"),
     ],
 )
-def test_bad_input_is_refused(arguments, said):
-    with pytest.raises(fo.ModelError, match=said):
+def test_bad_input_is_refused(arguments, message):
+    with pytest.raises(fo.ModelError, match=message):
         fo.gross_slip(*arguments)
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
-    """And a flat punch that changes no pressure slips as soon as it slides off: its limit is that
-    of all states."""
+    """No limit exceeds the load at which the body slides off.
+
+    A flat punch whose load changes no pressure slips as soon as it slides off, so that its limit is
+    the limit of all states.
+    """
     rng = np.random.default_rng(seed)
     contact = block(rng, nodes=4, axes=2 + seed % 2)
     cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)

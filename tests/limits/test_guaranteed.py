@@ -1,5 +1,8 @@
-"""The guaranteed limit and its witness, against closed forms, against linear programs over raw
-slips, and under changes of the scene."""
+"""The guaranteed limit and its witness against independent methods.
+
+The methods are closed forms, linear programs over raw slips, and changes of the scene that leave
+the limit unchanged or scale it.
+"""
 
 import gc
 import weakref
@@ -159,7 +162,7 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
     assert limit.record.attempts[-1].outcome == "refined on the vertex"
     assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
-    # Those of nodes have equations.
+    # Only programs of single nodes have equations.
     lying(
         monkeypatch,
         lambda program, *_: "infeasible" if program.zero and not is_excess(program) else None,
@@ -200,8 +203,11 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
 
 
 def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):
-    """A solver holds copies of its program, which for a thousand nodes take more than the
-    program."""
+    """No solver is kept in memory after its answer.
+
+    A solver holds copies of its program. For a thousand nodes these copies take more memory than
+    the program.
+    """
     alive, made = weakref.WeakSet(), []
 
     class Watched(highspy.Highs):

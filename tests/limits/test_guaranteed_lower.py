@@ -1,5 +1,7 @@
-"""The lower bound of the guaranteed limit: periodic sequences of increments, against enumeration of
-all statuses."""
+"""The lower bound of the guaranteed limit by periodic sequences of increments.
+
+It is compared with an enumeration of all statuses of the nodes.
+"""
 
 from dataclasses import replace
 from itertools import product
@@ -19,16 +21,20 @@ STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
 
 
 def returning(status):
-    """Whether some node (column) slips in one increment (row) and comes back, by slip or while
-    open, in another one."""
+    """Whether some node slips in one increment and comes back in another one.
+
+    Rows are increments, columns are nodes. A node comes back by slip or while it is open.
+    """
     slides = np.abs(status) == 1
     goes, comes = (status == FORWARD) | (status == OPEN), (status == BACKWARD) | (status == OPEN)
     return bool((slides.any(axis=0) & goes.any(axis=0) & comes.any(axis=0)).any())
 
 
 def least_by_enumeration(contact, cycle, friction):
-    """Least load factor of a periodic sequence of increments in which some node returns, by one
-    linear program for each status of all corners."""
+    """Least load factor of a periodic sequence of increments in which some node returns.
+
+    One linear program is solved for each status of all corners.
+    """
     n, corners = contact.nodes, len(cycle.corners)
     f = np.broadcast_to(friction, n)
     mean = np.concatenate(cycle.mean_reaction(contact))
@@ -84,8 +90,10 @@ def below(contact, cycle, friction, limit, **options):
 
 @pytest.mark.parametrize("seed", few(range(3)))
 def test_the_mixed_integer_program_against_enumeration(seed):
-    """With separation and with a load range that reaches far above the limit, so that the program
-    alone decides."""
+    """The mixed-integer program agrees with the enumeration, with separation of nodes.
+
+    The range of loads reaches far above the limit, so that the program alone decides.
+    """
     contact = random_system(np.random.default_rng(seed), 2)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
     found = lower_bound(contact, CYCLE, 0.4, 3 * limit.shakedown.load_factor, witnessed=True)
@@ -97,8 +105,11 @@ def test_the_mixed_integer_program_against_enumeration(seed):
 
 @pytest.mark.parametrize("least_friction", [0.05, 1e-3])
 def test_every_state_lies_within_the_derived_bounds(least_friction):
-    """Next to no friction the slips follow the loads, so that bounds about any other slip are
-    left."""
+    """Every state of a transient lies within the derived bounds.
+
+    With hardly any friction the slips follow the loads, so that they leave bounds around any other
+    slip.
+    """
     rng = np.random.default_rng(3)
     tight = np.inf
     for _ in range(12):

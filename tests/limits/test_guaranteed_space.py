@@ -1,5 +1,8 @@
-"""The guaranteed limit in space: closed forms, one cone program for each node over raw slips, the
-plane in space, and transients on both sides."""
+"""The guaranteed limit in space against independent methods.
+
+The methods are closed forms, one cone program over raw slips for each node, plane contacts turned
+into space, and transients on both sides of the limit.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -15,7 +18,7 @@ from helpers.guaranteed import check
 from helpers.spatial import random_contact
 from validation.followed import random_contact as centred
 
-# Of the cone programs that are compared with.
+# The cone programs of the comparison may be inaccurate.
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 
 TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
@@ -29,9 +32,11 @@ def state_of(q1, p1, f):
     return float(r.value), c.value
 
 
-def least_of_node(contact, loads, f, node, *, most=None, own=()):
-    """The least load factor at which a node is critical, by a cone program over raw slips; inf
-    where it never is, or only lifts off."""
+def least_of_node(contact, loads, f, node, *, most=None, user_rows=()):
+    """The least load factor at which a node is critical, by a cone program over raw slips.
+
+    The value is inf if the node is never critical, or only lifts off.
+    """
     (q0, p0) = loads.mean_reaction(contact)
     (q1, p1) = loads.corner_reactions(contact)
     n = contact.nodes
@@ -49,7 +54,7 @@ def least_of_node(contact, loads, f, node, *, most=None, own=()):
         ]
     slip = cp.reshape(v, (n, 2), order="F")
     rows += [] if most is None else [cp.norm(slip[j]) <= most for j in range(n)]
-    problem = cp.Problem(cp.Minimize(lam), rows + [row(slip) for row in own])
+    problem = cp.Problem(cp.Minimize(lam), rows + [row(slip) for row in user_rows])
     problem.solve(solver="CLARABEL", **TIGHT)
     return float(lam.value) if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else np.inf
 
@@ -75,8 +80,10 @@ def test_one_cone_program_for_each_node(seed):
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 11])
 def test_one_node_that_its_equations_fix(seed):
-    """Three equations give its critical slip and its load factor; nothing else is free in the
-    program, whose solver may leave few digits of them."""
+    """Three equations give the critical slip and the load factor of one node.
+
+    The program has no other freedom, and its solver may leave few digits of the solution.
+    """
     S = [[1.76, 0.21, 0.26], [0.21, 1.07, 0.52], [0.26, 0.52, 0.74]]
     m = [0.7, -0.8, -0.3]
     a = [-0.2, 0.1, -1.6]
@@ -85,7 +92,7 @@ def test_one_node_that_its_equations_fix(seed):
     node = fo.ContactSystem(S, [[0, 0, 0]], {"m": m, "a": a})
     loads = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
     f, shear = 0.1, np.linalg.norm(a[:2])
-    # C and rho: `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`.
+    # The rates c and rho fulfil `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`.
     needs = np.r_[f * a[2] * a[:2] / shear, shear / f]
     slip, lam = np.split(np.linalg.solve(np.c_[np.array(S)[:, :2], -needs], -m), [2])
     limit = fo.guaranteed_limit(node, loads, f)
@@ -102,8 +109,11 @@ def test_one_node_that_its_equations_fix(seed):
 @settings(max_examples=few(10))
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):
-    """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at
-    which it is safe by itself."""
+    """One node under two corners has a limit in closed form.
+
+    The critical state fixes the slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`. At this slip the
+    node is safe by itself.
+    """
     rng = np.random.default_rng(seed)
     contact, f = random_contact(rng, 1), float(rng.uniform(0.2, 0.8))
     contact = contact.with_bonded(
@@ -194,11 +204,15 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
     assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6)
     assert limit.load_factor > free.load_factor
     model = fo.GuaranteedModel(contact, loads)
-    own = model.solve(f, [model.slip[0, 0] >= free.slip[0, 0] + 0.1])
+    constrained = model.solve(f, [model.slip[0, 0] >= free.slip[0, 0] + 0.1])
     rows = [lambda slip: slip[0, 0] >= free.slip[0, 0] + 0.1]
-    least = min(least_of_node(contact, loads, f, node, own=rows) for node in range(contact.nodes))
-    assert own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6)
-    assert own.constraints
+    least = min(
+        least_of_node(contact, loads, f, node, user_rows=rows) for node in range(contact.nodes)
+    )
+    assert constrained.load_factor == pytest.approx(
+        min(least, constrained.shakedown.load_factor), rel=1e-6
+    )
+    assert constrained.constraints
 
 
 def test_it_is_verified_from_a_load_inside_the_cycle():
@@ -241,6 +255,5 @@ def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
         bounded.load_factor, rel=1e-7
     )
     assert bounded.load_factor > after.load_factor
-    assert (
-        fo.after_overload(limit, 0.5 * limit.shakedown.load_factor).largest_slip == 0
-    )  # nothing slips in so small an overload
+    # Nothing slips in so small an overload.
+    assert fo.after_overload(limit, 0.5 * limit.shakedown.load_factor).largest_slip == 0

@@ -1,5 +1,7 @@
-"""Guaranteed limits where a node carries nothing under the mean load: at load factor 0 it is on
-both its bounds, for they coincide."""
+"""Guaranteed limits of contacts with a node that carries nothing under the mean load.
+
+At load factor 0 such a node is on both its bounds, because the bounds coincide.
+"""
 
 import numpy as np
 import pytest
@@ -16,8 +18,11 @@ PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1
 
 
 def two_nodes(own, other):
-    """Node 0 carries nothing under the mean load; the cycle shears it and presses it more. Its
-    pressure follows its own slip and that of node 1."""
+    """Two nodes, of which node 0 carries nothing under the mean load.
+
+    The cycle shears node 0 and presses it more. The pressure of node 0 follows its own slip and the
+    slip of node 1.
+    """
     loads = {"mean": ([0, 0], [0, 1.0]), "press": ([0, 0], [1.0, 0]), "shear": ([0.5, 0.3], [0, 0])}
     return fo.ContactSystem.from_blocks(
         np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads
@@ -34,8 +39,11 @@ def follow(contact, cycle, friction, load_factor, slip):
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("own", [0.0, 0.01])
 def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, simplify):
-    """Node 0 rests at every load factor: the slips in which it can rest are more, the larger the
-    load."""
+    """A node that the loads press more than they shear it is no witness of slip.
+
+    Node 0 rests at every load factor: the larger the load, the more slips are there in which it can
+    rest.
+    """
     contact, rng = two_nodes(own, 0.0), np.random.default_rng(0)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node is None
@@ -53,8 +61,11 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, s
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("other", [0.3, -0.3, 0.01])
 def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, simplify):
-    """At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear
-    of +- lam / 2: it slips to and fro by lam / 2."""
+    """Slip of another node may take the pressure off the node, which then is a witness of slip.
+
+    At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear of
+    +- lam / 2, so that it slips to and fro by lam / 2.
+    """
     contact = two_nodes(0.0, other)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == 0
@@ -70,7 +81,7 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     assert oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
     assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
     outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
-    # Of a load that presses, less is worse.
+    # A smaller load is worse if the load presses.
     assert outcomes == [
         fo.Outcome.CYCLIC_SLIP,
         fo.Outcome.SHAKEDOWN,
@@ -86,8 +97,11 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     diagonal=st.booleans(),
 )
 def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagonal):
-    """Below a limit above 0 starts stop slipping; at a limit of 0 a slip on both bounds goes on
-    slipping at a load next to its own."""
+    """Transients of random contacts agree with their guaranteed limits.
+
+    Below a limit above 0 all tried starts stop slipping. If the limit is 0, a slip on both bounds
+    goes on slipping at a small load.
+    """
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=0.3)
     if diagonal:
@@ -129,8 +143,11 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
 
 @pytest.mark.parametrize("coupling", [1e-5, 1e-6])
 def test_a_limit_that_is_tiny_beside_the_loads_is_not_taken_for_the_coincidence_at_zero(coupling):
-    """Nothing presses node 1 but slip, by a weak coupling: it slips for ever at any load factor
-    from a slip that holds it on both bounds."""
+    """A tiny limit is distinguished from the coincidence of the bounds at load factor 0.
+
+    Only slip presses node 1, by a weak coupling. Node 1 slips for ever at any load factor from a
+    slip that holds it on both bounds.
+    """
     bonded = {"P": ([0.0, 0.0], [1.0, 0.0]), "Q": ([0.0, 1.0], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(
         [[1.0, 0.3], [0.3, 1.0]], [[0.0, 0.0], [coupling, coupling]], np.eye(2), [0.0, 1.0], bonded

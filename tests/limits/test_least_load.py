@@ -1,5 +1,7 @@
-"""Contacts whose mean load alone is not safe while the corners press: the safe load factors are an
-interval."""
+"""Contacts whose mean load alone is not safe, while the corners press the nodes.
+
+The safe load factors form an interval that does not begin at 0.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -43,8 +45,10 @@ def oracle(contact, cycle, friction, most=None, upper=()):
 
 
 def pressing_cycle(rng, nodes, corners=3):
-    """A random contact whose mean load pulls some nodes or leaves them open, and whose corners
-    press all nodes more or less."""
+    """A random contact whose mean load pulls some nodes or leaves them open.
+
+    The corners press all nodes, some more and some less.
+    """
     contact = random_system(
         rng, nodes, loads=("mean", *"abc"[:corners]), coupling=rng.choice([0.0, 0.3, 1.0])
     )
@@ -177,8 +181,11 @@ TO_AND_FRO = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(
     share, proof, right, contact, cycle, least, monkeypatch
 ):
-    """Judged from both sides: more than the least is not proven by the multipliers, or those of
-    more work balance nothing; less has no safe slip."""
+    """The least load factor is judged from both sides.
+
+    A value above the least is refused because its multipliers do not prove it, or because
+    multipliers of more work balance nothing. A value below the least has no safe slip.
+    """
 
     def lie(compiled, z, multipliers):
         if isinstance(compiled.problem.objective, cp.Minimize):
@@ -219,8 +226,10 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
 
 
 def least_on_both_bounds(contact, cycle, f, least):
-    """The least load factor at which a safe slip holds a node on both its bounds, of the nodes that
-    can be so above `least`."""
+    """The least load factor at which a safe slip holds a node on both its bounds.
+
+    Only load factors above `least` count, and only nodes that can be on both bounds.
+    """
     return min(
         (
             low
@@ -234,8 +243,11 @@ def least_on_both_bounds(contact, cycle, f, least):
 @settings(max_examples=few(12))
 @given(seed=SEEDS, nodes=st.integers(1, 3), corners=st.integers(2, 3), f=st.floats(0.1, 0.9))
 def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
-    """Against linear programs over raw slips. Below it starts come to rest unless nodes open; next
-    to a limit at the lower end some do not."""
+    """The guaranteed limit of an interval agrees with linear programs over raw slips.
+
+    Below the limit transients come to rest unless nodes open. Next to a limit at the lower end of
+    the interval some transients do not come to rest.
+    """
     rng = np.random.default_rng(seed)
     contact, cycle = pressing_cycle(rng, nodes, corners)
     limit = fo.guaranteed_limit(contact, cycle, f)
@@ -269,8 +281,11 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
 
 
 def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so():
-    """Pulled on faces that only just lock themselves: whether the mean load alone is safe is a
-    matter of its last digits."""
+    """The limit is kept where rounding hides the least load factor, and the answer says so.
+
+    The contact is pulled on faces that only just lock themselves. Whether its mean load alone is
+    safe depends on the last digits.
+    """
     blade = fo.Material(E=10.0, nu=0.3)
     contact = fo.scenes.Dovetail(
         angle=60, elements=40, grading=100, growth=1.8, blade_material=blade
@@ -292,8 +307,11 @@ def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so
 def test_the_least_load_of_a_mirror_symmetric_pair_that_the_mean_load_alone_shears_too_much(
     most, least, simplify
 ):
-    """Opposed slips of -a take 3 a off the shear 1 + 0.1 lam and give 0.1 a to the pressure 1 +
-    lam, so that a = most rests from there on."""
+    """A bound on slip gives a mirror-symmetric pair a least load in closed form.
+
+    Opposed slips of -a take 3 a off the shear 1 + 0.1 lam and add 0.1 a to the pressure 1 + lam.
+    The pair rests from the load factor on at which a equals its bound `most`.
+    """
     loads = {"P": (np.zeros(2), np.ones(2)), "Q": ([1.0, -1.0], np.zeros(2))}
     pair = fo.ContactSystem.from_blocks(
         [[2.0, -1.0], [-1.0, 2.0]], [[0.1, 0.2], [-0.2, -0.1]], 2 * np.eye(2), [0.0, 1.0], loads
@@ -315,8 +333,11 @@ def node_and_cycle():
 
 
 def test_one_node_by_the_smallest_circle_around_its_corners():
-    """Slip moves the centre of the shears, so that the node sticks if their smallest circle, of
-    radius r, fits: r lam <= f (lam - 1)."""
+    """The smallest circle around the shears of one node gives its interval of safe load factors.
+
+    Slip moves the centre of the shears. The node sticks if the smallest circle, of radius r, fits
+    into the friction circle: r lam <= f (lam - 1).
+    """
     node, cycle = node_and_cycle()
     # On the axis, as far from (0.3, 0) as from (-0.1, 0.2).
     centre = (0.3**2 - 0.1**2 - 0.2**2) / (2 * (0.3 + 0.1))
@@ -344,7 +365,7 @@ def test_in_space_it_is_that_of_the_plane(seed):
     rng = np.random.default_rng(seed)
     flat, cycle = pressing_cycle(rng, int(rng.integers(1, 5)), 1 + seed % 2)
     shear, press = flat.bonded["mean"]
-    # Which mostly slips as it comes, and often settles.
+    # The contact mostly slips on the way to the mean load, and often settles.
     flat = flat.with_bonded({**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])})
     least, largest = oracle(flat, cycle, 0.4)
     limit = fo.shakedown_limit(

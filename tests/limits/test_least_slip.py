@@ -59,7 +59,7 @@ def test_units_cancel():
 
 
 def test_a_contact_that_only_lifts_off_has_no_closed_cycle_above_its_limit():
-    # One corner rules both bounds.
+    # One corner governs both bounds.
     limit = fo.shakedown_limit(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4)
     least = limit.least_slip(1.2 * limit.load_factor)
     assert least.total == np.inf
@@ -95,8 +95,11 @@ def test_limits_that_prove_nothing_are_refused():
 
 
 def test_multipliers_that_do_not_balance_prove_nothing():
-    """A net slip that stresses the contact by a millionth, or a limit that is not proven to the
-    tolerance, leaves no bound."""
+    """Multipliers that do not balance leave no lower bound of the slip.
+
+    Either their net slip stresses the contact by a millionth, or the limit is not proven to the
+    tolerance.
+    """
     contact = system(*FIRST_PAIR)
     limit = fo.shakedown_limit(contact, CYCLE, 0.6)
     moves = limit._motion.moves.copy()

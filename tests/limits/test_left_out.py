@@ -1,5 +1,7 @@
-"""Corners of a path that a scene does not need are left out, and the answer is the same with
-everything kept."""
+"""Corners of a path that a scene does not need are left out.
+
+The answer is the same as with all corners kept.
+"""
 
 import pytest
 
@@ -8,8 +10,11 @@ from frictopt.transients.exact.path import turning_corners
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
-    """Against the cycle of the turning points alone, and against increments that stop
-    everywhere."""
+    """A corner on a straight segment of the path does not stop the path.
+
+    The result agrees with the cycle of the turning points, and with increments that stop at every
+    corner.
+    """
     contact = punch(16)
     sampled = fo.LoadCycle(
         {"P": 1.0}, [{"sigma": s} for s in (-1.0, -0.3, -0.3, 0.2, 1.0, 1.0, 0.7, -0.1)]

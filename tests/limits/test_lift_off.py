@@ -1,5 +1,8 @@
-"""Limits with nodes that open and close in each cycle against plain programs of every order, closed
-forms, transients, and the plane in space."""
+"""Limits of contacts whose nodes open and close in each cycle.
+
+They are compared with plain programs for every order of events, closed forms, transients, and plane
+contacts turned into space.
+"""
 
 import pickle
 from dataclasses import replace
@@ -42,17 +45,19 @@ def best_of_all_orders(contact, friction):
 
 
 @pytest.mark.parametrize(
-    ("elements", "friction", "all_closed", "told", "opening"),
+    ("elements", "friction", "all_closed", "expected_limit", "opening"),
     few([(8, 0.8, 2.683, 4.041, 6), (16, 0.5, 2.437, 2.968, 6), (16, 1.0, 2.587, 4.730, 10)]),
 )
 def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
-    elements, friction, all_closed, told, opening, pin
+    elements, friction, all_closed, expected_limit, opening, pin
 ):
     """The table of the theory page."""
     contact = pin(elements)
     limit = fo.shakedown_limit(contact, PIN, friction, events=True)
     closed = of_sets(contact, PIN, friction)
-    assert (closed.load_factor, limit.load_factor) == pytest.approx((all_closed, told), abs=5e-4)
+    assert (closed.load_factor, limit.load_factor) == pytest.approx(
+        (all_closed, expected_limit), abs=5e-4
+    )
     assert limit.load_factor > 1.2 * closed.load_factor
     assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9)
     assert len(limit.events) == opening
@@ -91,8 +96,10 @@ def test_a_finer_pin_rests_so_too(pin):
 
 
 def test_forces_at_the_last_corner_are_those_of_the_stiffness(pin):
-    """`r + S (slip, gap)` with what is open there, which is not what is open at the first
-    corner."""
+    """The forces at the last corner are `r + S (slip, gap)`.
+
+    The open nodes at the last corner are others than at the first corner.
+    """
     contact = pin(16)
     limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
     bonded = contact.reaction(PIN.at(limit.load_factor)[-1])
@@ -325,13 +332,19 @@ def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_orde
 
 @pytest.mark.parametrize("programs", [2, 3])
 def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monkeypatch):
-    """Each order is better than what it came from; what is given is judged as every limit is, and
-    its bar counts programs."""
-    contact, asked, honest, counts = pin(16), [], Ordered.__init__, {}
+    """A search that is interrupted returns its best limit so far.
+
+    Each order of events is better than the order it came from. The returned limit is judged as
+    every limit is, and the progress bar counts programs.
+    """
+    contact = pin(16)
+    started = []
+    honest = Ordered.__init__
+    counts = {}
 
     def stops(self, *args, **options):
-        asked.append(args)
-        if len(asked) == programs:
+        started.append(args)
+        if len(started) == programs:
             raise KeyboardInterrupt
         honest(self, *args, **options)
 

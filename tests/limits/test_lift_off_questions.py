@@ -1,5 +1,7 @@
-"""Safe slips and required friction with nodes that open and close in each cycle, against limits,
-plain programs and transients."""
+"""Safe slips and required friction of nodes that open and close in each cycle.
+
+They are compared with limits, plain programs and transients.
+"""
 
 from functools import cache
 from importlib import import_module
@@ -47,8 +49,10 @@ def drawn(seed, nodes=3):
 
 @cache
 def opening(count, nodes=3):
-    """Random contacts whose limit has nodes that open and close in each cycle, with their friction
-    and limit."""
+    """Random contacts whose limit has nodes that open and close in each cycle.
+
+    Each has its friction and its limit.
+    """
     found = []
     for seed in range(60 + 20 * count):
         contact, friction = drawn(seed, nodes)
@@ -136,8 +140,11 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
 
 
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
-    """The theorem: what is safe with something to spare, with events, is where all starts come to
-    rest."""
+    """An uncoupled contact comes to rest from every start or from none.
+
+    By the theorem for uncoupled contacts, all starts come to rest wherever a state with events is
+    safe with a margin.
+    """
     followed = 0
     for seed in range(60):
         if followed == few(3):
@@ -201,7 +208,7 @@ def test_a_plane_contact_has_the_same_safe_slip_in_space():
 
 def test_questions_without_events_are_refused(pin):
     model = SafeSlipModel(pin, PIN)
-    for asked, why in (
+    for question, why in (
         (
             lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
             "slip is bounded",
@@ -209,16 +216,18 @@ def test_questions_without_events_are_refused(pin):
         (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "cannot be combined"),
     ):
         with pytest.raises(fo.ModelError, match=why):
-            asked()
+            question()
 
 
 def test_the_referee_sees_events_elsewhere_and_a_margin_above_the_reserve(pin, monkeypatch):
-    asked = []
+    judged = []
     monkeypatch.setattr(
-        judging, "checked_slip", lambda *given: asked.append(given) or checked_slip(*given)
+        judging,
+        "checked_slip",
+        lambda *arguments: judged.append(arguments) or checked_slip(*arguments),
     )
     fo.safe_slip(pin, PIN, 0.8, 3.6, events=True)
-    program, margin, load_factor = asked[-1]
+    program, margin, load_factor = judged[-1]
     assert program.way and checked_slip(program, margin, load_factor).residual < 1e-9
     program.way[0].save_value(program.way[0].value - 1e-3)
     assert checked_slip(program, margin, load_factor).residual > 1e-6

@@ -1,5 +1,8 @@
-"""The checks that stand between a solver and an answer: solvers that lie in one respect are found
-out, bounds hold where they are not settled."""
+"""The checks between a solver and an answer.
+
+Solvers that return one wrong quantity are detected, and bounds hold where their programs are not
+settled.
+"""
 
 from importlib import import_module
 
@@ -25,13 +28,15 @@ from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 
 
 def is_critical(program):
-    """Whether a program asks where a node is critical: it alone has equations, those of the
-    node."""
+    """Whether a program asks for the critical load factor of a node.
+
+    Only such a program has equations; they belong to the node.
+    """
     return program.zero > 0
 
 
 def largest(program):
-    """The x of a linear program of a least load factor with the largest one, by scipy."""
+    """The x of a program of a least load factor at its largest load factor, by scipy."""
     matrix = program.matrix.toarray()
     zero = program.zero
     n = len(program.cost)
@@ -47,9 +52,12 @@ def largest(program):
 
 
 def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
-    """Safe at the right load factor, with the right multipliers, but inside the bounds of its
-    node."""
-    contact, told = system(*FIRST_PAIR), []
+    """A witness whose node is inside its bounds is not accepted.
+
+    The slip is safe at the right load factor, with the right multipliers, but the node is on
+    neither bound.
+    """
+    contact, lies = system(*FIRST_PAIR), []
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     inside = fo.safe_slip(contact, CYCLE, 0.6, right.load_factor).slip
     assert (
@@ -65,13 +73,13 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
             compiled.place(variables["load_factor"])
         ] <= right.load_factor * (1 + 1e-9):
             z[compiled.place(variables["slip"])] = inside
-            told.append(z)
+            lies.append(z)
 
     with monkeypatch.context() as patch:
         misread(patch, lie)
         with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
             fo.guaranteed_limit(contact, CYCLE, 0.6)
-    assert told
+    assert lies
     lying(monkeypatch, lambda program, name, x, y: (x + 1e-3, y) if is_critical(program) else None)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     q, p = limit.reactions
@@ -82,8 +90,10 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
 
 
 def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatch):
-    """On both bounds and safe, with multipliers of the least load factor, but at the largest
-    one."""
+    """A witness at the largest load factor is not accepted as the least one.
+
+    The slip is safe and on both bounds, with multipliers of the least load factor.
+    """
     contact = system(*FIRST_PAIR)
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     lying(
@@ -93,9 +103,8 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
     try:
         limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     except fo.SolverError as error:
-        assert "refined on the vertex, residual" in str(
-            error
-        )  # the vertex of these rows is no better
+        # The vertex of these rows is no better.
+        assert "refined on the vertex, residual" in str(error)
     else:
         assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
     unpolished(monkeypatch)
@@ -104,9 +113,12 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
 
 
 def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch):
-    """On both bounds and safe at the largest load factor, with multipliers of the right work that
-    residual slip can help against."""
-    contact, told = system(*FIRST_PAIR), []
+    """Multipliers prove no least load factor if residual slip can help against them.
+
+    The slip is safe and on both bounds at the largest load factor, and the multipliers have the
+    right work.
+    """
+    contact, gaps_and_values = system(*FIRST_PAIR), []
     right = fo.guaranteed_limit(contact, CYCLE, 0.6).load_factor
 
     def at_most(program, name, x, y):
@@ -114,28 +126,31 @@ def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch
             return None
         x = largest(program)
         y = persuasive(program, x)
-        told.append((program.cost @ x + program.right @ y, np.abs(program.cost @ x)))
+        gaps_and_values.append((program.cost @ x + program.right @ y, np.abs(program.cost @ x)))
         return x, y
 
     lying(monkeypatch, at_most)
     unpolished(monkeypatch)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(contact, CYCLE, 0.6)
-    assert len(told) >= len(policy.LP_SOLVERS)
+    assert len(gaps_and_values) >= len(policy.LP_SOLVERS)
     assert right > 0
-    assert all(abs(gap) < 1e-6 * value for gap, value in told)
+    assert all(abs(gap) < 1e-6 * value for gap, value in gaps_and_values)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1 - 1e-7])
 def test_multipliers_that_stress_the_contact_prove_nothing(share, monkeypatch):
-    """A share of the limit, safe, with slips whose work balances there, but that residual slip can
-    help against."""
-    contact, told = random_system(np.random.default_rng(0), 3), []
+    """Multipliers prove no limit if residual slip can help against them.
+
+    The solver returns a share of the limit, which is safe, with slips whose work balances there.
+    """
+    contact = random_system(np.random.default_rng(0), 3)
+    relative_gaps = []
     right = fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False)
 
     def less(program, name, x, y):
         y = persuasive(program, share * x)
-        told.append(
+        relative_gaps.append(
             abs(share * program.cost @ x + program.right @ y) / abs(share * program.cost @ x)
         )
         assert (y >= 0).all()
@@ -146,12 +161,17 @@ def test_multipliers_that_stress_the_contact_prove_nothing(share, monkeypatch):
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False)
     # Each solver is asked for the closed contact, and once more for the best set of open nodes.
-    assert len(told) == 2 * len(policy.LP_SOLVERS) and max(told) < 1e-6 and right.load_factor > 0
+    assert len(relative_gaps) == 2 * len(policy.LP_SOLVERS)
+    assert max(relative_gaps) < 1e-6
+    assert right.load_factor > 0
 
 
 @pytest.mark.parametrize("seed", [88, 157, 186, 278])
 def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
-    """Friction so large that the bounds of some nodes would be wrong."""
+    """A mechanism that does not settle gives no bound of the critical load factors.
+
+    Friction is so large that the bounds of some nodes would be wrong.
+    """
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(2, 5))
     contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0)
@@ -167,8 +187,11 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
 def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a_small_slip(
     share, monkeypatch
 ):
-    """Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Node 1
-    alone limits the load, at 1."""
+    """A mechanism that stresses the contact proves no limit, however small its slip.
+
+    Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Only node 1
+    limits the load, at 1.
+    """
     wedge, shear, friction = 1e10, 1e12, 2.0
     bonded = {"P": ([0.0, 0.0], [1.0, 1e5]), "X": ([shear, 2e5], [0.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(
@@ -177,21 +200,24 @@ def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, friction).load_factor == pytest.approx(1.0, rel=1e-9)
 
-    told = []
+    lies = []
 
     def less(program, name, x, y):
-        told.append(share * x)
+        lies.append(share * x)
         return share * x, persuasive(program, share * x)
 
     lying(monkeypatch, less)
     unpolished(monkeypatch)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(contact, cycle, friction)
-    assert told
+    assert lies
 
 
 def test_a_safe_slip_exists_at_the_limit_itself():
-    """Where rounding leaves its margin just below zero, too."""
+    """A safe slip exists at the limit itself.
+
+    It exists even if rounding leaves its margin just below zero.
+    """
     margins = []
     for seed in range(few(10, 5)):
         contact = random_system(np.random.default_rng(seed), 8)
@@ -205,8 +231,11 @@ def test_a_safe_slip_exists_at_the_limit_itself():
 
 @pytest.mark.parametrize("large", [1e6, 1e12, 1e13, 1e15])
 def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
-    """Node 2 slips at 0.25. The others are pressed by a load that is larger by decades, and an
-    answer without node 2 would be inf."""
+    """A node with a small load still limits the contact.
+
+    Node 2 slips at 0.25. The other nodes are pressed by a load that is larger by decades, and an
+    answer without node 2 would be inf.
+    """
     bonded = {
         "P": (np.zeros(3), np.ones(3)),
         "X": ([0.0, 0.0, 2.0], np.zeros(3)),
@@ -229,8 +258,11 @@ def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
 @pytest.mark.parametrize("wedge", [1.0, 1e3, 1e6, 1e8, 1e10])
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
-    """Node 0 locks by a slip that its stiffness resists little beside that of its normal; node 1
-    limits the load, at 1. In the plane and in space."""
+    """A soft slip that presses a stiff node is not taken for a free slip.
+
+    Node 0 locks by a slip whose stiffness is small beside the stiffness along its normal. Node 1
+    limits the load, at 1, in the plane and in space.
+    """
     stiff, shear = 4 * wedge**2, 1e6
     if count == 1:
         bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([shear, 2.0], [0.0, 0.0])}
@@ -253,8 +285,11 @@ def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e13, 1e15])
 @pytest.mark.parametrize("simplify", [True, False])
 def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
-    """A coupled pair, lambda_1 = 0.45 (closed form of two nodes), and a node that carries the more:
-    each stands for itself, however stiff."""
+    """Coupling is judged node by node, however stiff a neighbour is.
+
+    A coupled pair has lambda_1 = 0.45 by the closed form of two nodes. The third node carries a
+    larger load.
+    """
     A, B = np.diag([2.0, 2.0, stiff]), np.zeros((3, 3))
     A[0, 1] = A[1, 0] = -1.0
     B[0, 1], B[1, 0] = 0.5, -0.5
@@ -273,8 +308,11 @@ def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
 
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e14, 1e16])
 def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
-    """A pair with symmetric loads and B, but A_11 = 1 and A_22 = 3, between two nodes that carry
-    the more: the limits of the pair alone."""
+    """Mirror symmetry is judged node by node, however stiff the neighbours are.
+
+    A pair has symmetric loads and B, but A_11 = 1 and A_22 = 3. The two nodes beside it carry a
+    larger load, so that the limits are the limits of the pair by itself.
+    """
     A = np.diag([1.0, 3.0])
     B = np.array([[0.3, 0.1], [-0.1, -0.3]])
     bonded = {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])}
@@ -290,16 +328,18 @@ def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
     assert found == pytest.approx((alone.load_factor, alone.shakedown.load_factor), rel=1e-8)
 
 
-@pytest.mark.parametrize("one", range(3))
-def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
+@pytest.mark.parametrize("failing", range(3))
+def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, failing):
     none, failed, x = "infeasible", "stopped", cp.Variable()
     for statuses, error in (
         ([none] * 3, NoOptimum),
-        ([failed if k == one else none for k in range(3)], fo.SolverError),
+        ([failed if k == failing else none for k in range(3)], fo.SolverError),
     ):
-        said = iter(statuses)
+        answers = iter(statuses)
         monkeypatch.setattr(
-            chain, "run", lambda program, *_, said=said: (next(said), np.zeros(1), np.zeros(1))
+            chain,
+            "run",
+            lambda program, *_, answers=answers: (next(answers), np.zeros(1), np.zeros(1)),
         )
         with pytest.raises(fo.SolverError) as end:
             chain.Chain(cp.Problem(cp.Minimize(x), [x >= 0]), {}).solve(
@@ -342,8 +382,11 @@ def test_that_all_load_factors_are_safe_has_the_error_of_its_proof(monkeypatch):
 
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monkeypatch):
-    """A node that nothing couples to the others, and that is far from its bounds, slips beyond
-    them; values and multipliers are right."""
+    """The right load factor is no answer if its slip is not safe.
+
+    One node is uncoupled from the others and far from its bounds. Its returned slip is beyond the
+    bounds; values and multipliers are right.
+    """
     A, B, *loads = FIRST_PAIR
     alone = np.eye(3)
     alone[:2, :2] = A
@@ -369,8 +412,11 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
 
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(sense, monkeypatch):
-    """A shear of 3 is above a friction bound of 0.5, and slip one way does work on it: but a
-    residual slip takes it up, for stiffness resists."""
+    """A solver that finds nothing safe is believed only if its multipliers prove it.
+
+    A shear of 3 exceeds the friction bound of 0.5, and slip in one sense does work on it. But a
+    residual slip takes the shear off the node, because stiffness resists.
+    """
     contact = single()
     cycle = fo.LoadCycle({"P": 1.0, "X": 3.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == pytest.approx(0.5)
@@ -400,15 +446,17 @@ def test_a_wrong_claim_of_no_limit_is_refused(monkeypatch):
 
 
 def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
-    """Residuals of the last safe slip judged (or of another `number`) as it was found, and with the
-    first node moved."""
+    """Residuals of a judged safe slip as found, and with its first node moved by `by`.
+
+    The slip is the last one judged, or the one with the index `number`.
+    """
     residuals, module = [], import_module("frictopt.limits.safe_slip")
     judged = module.checked_slip
 
-    def of_both(program, *given):
-        claim, slip = judged(program, *given), np.array(program.x.slip.value)
+    def of_both(program, *claimed):
+        claim, slip = judged(program, *claimed), np.array(program.x.slip.value)
         program.x.slip.save_value(slip + [by, 0.0])
-        residuals.append((claim.residual, judged(program, *given).residual))
+        residuals.append((claim.residual, judged(program, *claimed).residual))
         program.x.slip.save_value(slip)
         return claim
 
@@ -423,8 +471,11 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
 def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_the_least(
     monkeypatch,
 ):
-    """The slip of node 0 changes the pressure, or the gap, of node 1; back from its best place it
-    has more of its own friction bound to spare."""
+    """The reserve of a safe slip counts gaps and pressures where these are the least.
+
+    The slip of node 0 changes the pressure, or the gap, of node 1. Back from its best place node 0
+    has a larger reserve against its own friction bound.
+    """
     one, pressing = np.eye(2), [[0.0, 0.0], [0.5, 0.0]]
     loads = {"P": ([0.0, 0.0], [1.0, -0.05]), "Q": ([0.1, 0.0], [0.0, 0.0])}
     # Too little to press node 1.
@@ -479,8 +530,11 @@ def test_a_node_that_one_corner_pulls_whatever_the_load_has_no_infinite_limit(fr
 @pytest.mark.parametrize("friction", [1e-7, 1e-6, 1e-4])
 @pytest.mark.parametrize("coupling", [-0.4, 0.3])
 def test_little_friction_in_space_has_the_limit_by_hand(friction, coupling):
-    """Both senses of the shear meet at the slip that takes the mean shear away: |+-lam + d| <= f P
-    with d = f lam p1."""
+    """A node with little friction in space has its limit in closed form.
+
+    Both senses of the shear meet at the slip that takes the mean shear away: |+-lam + d| <= f P
+    with d = f lam p1.
+    """
     q0, p1 = 0.7, 0.2
     S = [[1.0, 0.0, coupling], [0.0, 1.0, 0.0], [coupling, 0.0, 1.0]]
     loads = {"P": [q0, 0.3, 1.5], "A": [1.0, 0.0, p1], "B": [-1.0, 0.0, -p1]}

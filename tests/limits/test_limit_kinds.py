@@ -1,5 +1,4 @@
-"""Kinds of limits and the reasons that they give, in repr and `explain()`, in the plane and in
-space."""
+"""Kinds of limits and their reasons, in repr and `explain()`, in the plane and in space."""
 
 import numpy as np
 import pytest
@@ -18,9 +17,8 @@ def in_plane(contact):
 
 
 def in_space(contact):
-    return embedded(contact, np.random.default_rng(0), across=contact.A)[
-        0
-    ]  # one soft across is refused or not by rounding where the limit is 0
+    # One soft across is refused or not by rounding where the limit is 0.
+    return embedded(contact, np.random.default_rng(0), across=contact.A)[0]
 
 
 SPACES = pytest.mark.parametrize("place", [in_plane, in_space])
@@ -162,8 +160,11 @@ def test_every_limit_says_its_kind_and_why(ask, name, simplify, place):
 
 @SPACES
 def test_a_contact_that_locks_itself_says_so(place):
-    """A slip presses the node 2.5 times as much as it shears it: with f = 0.5 it may follow any
-    load, with f = 0.3 it helps up to a limit."""
+    """The answer names a contact that locks itself.
+
+    A slip presses the node 2.5 times as much as it shears it. With f = 0.5 the slip may follow any
+    load; with f = 0.3 it helps up to a limit.
+    """
     wedge = place(system(np.eye(1), [[2.5]], 0.0, 1.0, 1.0, 0.0))
     locked = fo.shakedown_limit(wedge, CYCLE, 0.5)
     assert locked.kind is LimitKind.UNBOUNDED
@@ -193,9 +194,12 @@ def test_the_reason_of_a_witness_names_node_and_corners():
 )
 @pytest.mark.parametrize("stress", [1.0, -1.0], ids=["tension", "compression"])
 def test_a_static_bulk_stress_of_any_size_has_a_safe_slip(ask, scene, stress):
-    """A uniform stress stretches the flat surface, and a slip that follows it leaves the punch free
-    of force. The stiffness has the rounding of a condensation, and the reactions are zero only up
-    to it."""
+    """A static bulk stress of any size has a safe slip.
+
+    A uniform stress stretches the flat surface, and a slip that follows it leaves the punch free of
+    force. The stiffness has the rounding of a condensation, and the reactions are zero only up to
+    it.
+    """
     contact = scene.condense()
     q, p = contact.reaction({"sigma": stress})
     stretch = np.linalg.lstsq(np.vstack([contact.A, contact.B]), -np.r_[q, p], rcond=None)[0]
@@ -209,8 +213,12 @@ def test_a_static_bulk_stress_of_any_size_has_a_safe_slip(ask, scene, stress):
 
 @pytest.mark.parametrize("coupling", [1e-3, 1e-5, 1e-7, 1e-9])
 def test_a_weak_coupling_is_no_infinite_limit(coupling):
-    """One node with q = load factor + v and p = 1 + coupling * v. A slip v = -load factor keeps it
-    pressed up to 1 / coupling, for each friction. If rounding hides it, the answer is an error."""
+    """A weak coupling does not make a limit infinite.
+
+    One node has q = load factor + v and p = 1 + coupling * v. A slip v = -load factor keeps it
+    pressed up to 1 / coupling, for each friction. If rounding hides this limit, the answer is an
+    error.
+    """
     loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[coupling]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])

@@ -1,5 +1,7 @@
-"""The listing is the program: it runs in a bare script by plain cvxpy, prints in a few lines, and
-its multipliers are motions."""
+"""The printed listing is the program that is solved.
+
+It runs in a bare script by plain cvxpy, prints in a few lines, and its multipliers are motions.
+"""
 
 import ast
 import copy
@@ -31,8 +33,10 @@ FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-10)
 
 
 class Script:
-    """The listing in a namespace of its own, with a contact of A, B and reactions alone, and plain
-    cvxpy."""
+    """The listing in its own namespace, with plain cvxpy.
+
+    Its contact has only A, B and reactions.
+    """
 
     def __init__(self, system, cycle, friction, load_factor=None):
         self.system, self.corners, names = system, range(len(cycle.corners)), {"__name__": "script"}
@@ -57,12 +61,12 @@ class Script:
         self.contact = SimpleNamespace(
             A=system.A, B=system.B, W=np.zeros((0, system.A.shape[0])), loads=loads
         )
-        given = (
+        prescribed = (
             None
             if load_factor is None
             else cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
         )
-        self.x = self.listing.unknowns(q0.shape, self.corners, given)
+        self.x = self.listing.unknowns(q0.shape, self.corners, prescribed)
         self.f = cp.Parameter(
             system.nodes, nonneg=True, name="f", value=np.full(system.nodes, friction)
         )
@@ -75,7 +79,7 @@ class Script:
         )
 
 
-def asked(tangents, seed=0, nodes=3):
+def small_contact(tangents, seed=0, nodes=3):
     """A small contact and a cycle of two corners, or three in space."""
     rng = np.random.default_rng(seed)
     return (
@@ -91,7 +95,7 @@ def near(value, tangents):
 
 @BOTH
 def test_the_shakedown_limit_and_the_least_load_in_a_bare_script(tangents):
-    contact, cycle = asked(tangents)
+    contact, cycle = small_contact(tangents)
     script = Script(contact, cycle, 0.5)
     assert script.solved(script.listing.shakedown(script.x, script.rest + script.stuck)) == near(
         fo.shakedown_limit(contact, cycle, 0.5).load_factor, tangents
@@ -113,7 +117,7 @@ def test_the_shakedown_limit_and_the_least_load_in_a_bare_script(tangents):
 @BOTH
 def test_a_least_load_above_zero_in_a_bare_script(tangents):
     """The mean load pulls a node, which the corners press."""
-    contact, _ = asked(tangents, 1, 2)
+    contact, _ = small_contact(tangents, 1, 2)
     mean, press = (np.array(part) for part in ([-0.1, 1.0], [1.0, 0.2]))
     still = np.zeros((2, 2)) if tangents == 2 else np.zeros(2)
     contact = type(contact)(
@@ -136,7 +140,7 @@ def test_a_least_load_above_zero_in_a_bare_script(tangents):
 @BOTH
 @pytest.mark.parametrize("load_factor", [0.2, 3.0])
 def test_the_margin_in_a_bare_script(tangents, load_factor):
-    contact, cycle = asked(tangents)
+    contact, cycle = small_contact(tangents)
     script = Script(contact, cycle, 0.5, load_factor)
     margin = cp.Variable(name="margin")
     force = contact.reaction(cycle.mean)[1].mean()
@@ -152,11 +156,11 @@ def test_the_margin_in_a_bare_script(tangents, load_factor):
 @BOTH
 def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
     """By the vertices of a program of raw slips, the same by hand."""
-    contact, cycle = asked(tangents)
+    contact, cycle = small_contact(tangents)
     direction = np.random.default_rng(1).normal(size=len(contact.A))
     script = Script(contact, cycle, 0.5, 0.2)
-    way = cp.Parameter(len(direction), name="direction", value=direction)
-    found = script.solved(script.listing.furthest(script.x, way, script.rest + script.stuck))
+    parameter = cp.Parameter(len(direction), name="direction", value=direction)
+    found = script.solved(script.listing.furthest(script.x, parameter, script.rest + script.stuck))
     model = fo.ShakedownModel(contact, cycle)
     goal = direction @ (contact.A @ cp.vec(model.slip, order="F"))
     assert found == near(
@@ -166,9 +170,11 @@ def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
 
 @BOTH
 def test_the_slip_that_presses_most_in_a_bare_script(tangents):
-    """It is 1 where all are pressed as the mean node is; of little mean pressure, the largest least
-    of the pressures."""
-    contact, cycle = asked(tangents)
+    """The largest least pressure is 1 if all nodes are pressed as the mean node is.
+
+    With little mean pressure, it is the largest value of the least of the pressures.
+    """
+    contact, cycle = small_contact(tangents)
     cycle, force = (
         fo.LoadCycle({"mean": 1.0}, [{**corner, "mean": -0.7} for corner in cycle.corners]),
         float(contact.reaction(cycle.mean)[1].mean()),
@@ -184,16 +190,20 @@ def test_the_slip_that_presses_most_in_a_bare_script(tangents):
 
 @BOTH
 def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
-    """What its loads need from the package's answer: with the slip, its reactions are that at the
-    limit."""
-    contact, cycle = asked(tangents, 3)
+    """A bare script finds the critical load of a node.
+
+    Its loads c and rho come from the answer of the package; with the slip they give the reactions
+    at the limit.
+    """
+    contact, cycle = small_contact(tangents, 3)
     limit = fo.guaranteed_limit(contact, cycle, 0.6)
     state = next(
         one for (one,) in critical_states(pose(contact, cycle, 0.6)) if one.node == limit.node
     )
     script = Script(contact, cycle, 0.6)
-    own = (np.arange(contact.nodes) == limit.node).astype(float)
-    loose, node = cp.Constant(own * 1.0), cp.Parameter(len(own), name="node", value=own)
+    indicator = (np.arange(contact.nodes) == limit.node).astype(float)
+    loose = cp.Constant(indicator * 1.0)
+    node = cp.Parameter(len(indicator), name="node", value=indicator)
     q0, p0 = contact.reaction(cycle.mean)
     load = [
         script.listing.at_node(node, script.listing.constant(value, name))
@@ -212,7 +222,7 @@ def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
 
 @BOTH
 def test_the_best_preload_in_a_bare_script(tangents):
-    contact, cycle = asked(tangents)
+    contact, cycle = small_contact(tangents)
     model = fo.DesignModel(contact, cycle, preloads=["mean"])
     best = model.solve(0.5, [model.preload <= 0.4])
     script = Script(contact, cycle, 0.5)
@@ -234,57 +244,46 @@ def test_the_best_preload_in_a_bare_script(tangents):
 
 @cache
 def answers():
-    """Name -> an answer with its problem, and what its problem is about."""
-    contact, cycle = asked(1)
+    """An answer with its problem and the value of its problem, by name."""
+    contact, cycle = small_contact(1)
     lift = contact.with_gap([0.0, 0.0, 8.0])
     model = fo.DesignModel(contact, cycle, preloads=["mean"], profile=True)
     own = fo.ShakedownModel(contact, cycle)
     chosen = fo.ShakedownModel(contact, cycle)
     little = cp.Constant(0.1, name="little")
-    lower, space = fo.guaranteed_limit(contact, cycle, 0.6), asked(2)
+    guaranteed = fo.guaranteed_limit(contact, cycle, 0.6)
+    space = small_contact(2)
     apart, round_trip = (
-        fo.ShakedownModel(one.with_gap([0.0, 0.0, 8.0]), turns) for one, turns in (asked(1), space)
+        fo.ShakedownModel(one.with_gap([0.0, 0.0, 8.0]), turns)
+        for one, turns in (small_contact(1), space)
     )
     angles = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
     turns = fo.LoadCycle(
         {"mean": 1.0}, [{"a": np.cos(angle), "b": np.sin(angle)} for angle in angles]
     )
+    solved = {
+        "shakedown": fo.shakedown_limit(contact, cycle, 0.5),
+        "bounded": fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02),
+        "little": fo.shakedown_limit(contact, cycle, 0.005),
+        "open, little and own": apart.solve(0.005, [cp.abs(apart.q) <= little * 50]),
+        "open in space": round_trip.solve(0.5, [cp.norm(round_trip.slip, axis=1) <= little]),
+        "many corners in space": fo.shakedown_limit(space[0], turns, 0.5),
+        "open": fo.shakedown_limit(lift, cycle, 0.5),
+        "own": own.solve(0.5, [own.slip <= little]),
+        "objective": chosen.solve(0.5, objective=chosen.load_factor - cp.norm1(chosen.slip)),
+        "margin": fo.safe_slip(contact, cycle, 0.5, 0.2),
+        "guaranteed": guaranteed,
+        "design": model.solve(
+            0.5, [cp.abs(model.preload) <= little, cp.abs(model.profile) <= little]
+        ),
+        "space": fo.shakedown_limit(*small_contact(2), 0.5),
+        "margin in space": fo.safe_slip(*small_contact(2), 0.5, 0.2),
+        "guaranteed in space": fo.guaranteed_limit(*small_contact(2), 0.5),
+    }
+    quantities = {"objective": "objective", "margin": "margin", "margin in space": "margin"}
     return {
-        "shakedown": (limit := fo.shakedown_limit(contact, cycle, 0.5), limit.load_factor),
-        "bounded": (
-            limit := fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02),
-            limit.load_factor,
-        ),
-        "little": (limit := fo.shakedown_limit(contact, cycle, 0.005), limit.load_factor),
-        "open, little and own": (
-            limit := apart.solve(0.005, [cp.abs(apart.q) <= little * 50]),
-            limit.load_factor,
-        ),
-        "open in space": (
-            limit := round_trip.solve(0.5, [cp.norm(round_trip.slip, axis=1) <= little]),
-            limit.load_factor,
-        ),
-        "many corners in space": (
-            limit := fo.shakedown_limit(space[0], turns, 0.5),
-            limit.load_factor,
-        ),
-        "open": (limit := fo.shakedown_limit(lift, cycle, 0.5), limit.load_factor),
-        "own": (limit := own.solve(0.5, [own.slip <= little]), limit.load_factor),
-        "objective": (
-            limit := chosen.solve(0.5, objective=chosen.load_factor - cp.norm1(chosen.slip)),
-            limit.objective,
-        ),
-        "margin": (safe := fo.safe_slip(contact, cycle, 0.5, 0.2), safe.margin),
-        "guaranteed": (lower, lower.load_factor),
-        "design": (
-            best := model.solve(
-                0.5, [cp.abs(model.preload) <= little, cp.abs(model.profile) <= little]
-            ),
-            best.load_factor,
-        ),
-        "space": (limit := fo.shakedown_limit(*asked(2), 0.5), limit.load_factor),
-        "margin in space": (safe := fo.safe_slip(*asked(2), 0.5, 0.2), safe.margin),
-        "guaranteed in space": (lower := fo.guaranteed_limit(*asked(2), 0.5), lower.load_factor),
+        name: (answer, getattr(answer, quantities.get(name, "load_factor")))
+        for name, answer in solved.items()
     }
 
 
@@ -371,7 +370,7 @@ def test_a_copy_has_a_problem_of_its_own_with_the_same_values(way, name):
 
 @BOTH
 def test_friction_set_by_hand_gives_the_answer_with_that_friction(tangents):
-    contact, cycle = asked(tangents)
+    contact, cycle = small_contact(tangents)
     problem = fo.shakedown_limit(contact, cycle, 0.5).problem
     for friction in (0.3, [0.4, 0.2, 0.7]):
         problem.param_dict["f"].value = np.broadcast_to(friction, 3)
@@ -406,7 +405,7 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
 @pytest.mark.parametrize("tangents", few([2, 1], 1))
 def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tangents):
     """In another process too, where unknowns of the same numbers may stand beside them."""
-    model = fo.ShakedownModel(*asked(tangents), slip_bound=0.05)
+    model = fo.ShakedownModel(*small_contact(tangents), slip_bound=0.05)
     right = model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02]).load_factor
     script = "import cvxpy as cp, pickle, sys; own = [cp.Variable(3) for _ in range(20)]; model = pickle.load(sys.stdin.buffer);"
     script += "print(model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02, *(one == 1.0 for one in own)]).load_factor)"
@@ -440,25 +439,28 @@ INCREMENTS = {"frozen_bound": 15, "complementarity": 16, "exact": 35}
 
 
 def test_a_result_that_cvxpy_has_solved_again_can_be_pickled_and_solved_in_another_process():
-    """What solvers leave in a problem cannot be pickled, and unknowns of one process have the
-    numbers of others in another one."""
-    contact, cycle = asked(1)
+    """A result that cvxpy has solved again can be pickled and solved in another process.
+
+    The data that solvers leave in a problem cannot be pickled, and unknowns of one process may have
+    the numbers of other unknowns in another process.
+    """
+    contact, cycle = small_contact(1)
     limit = fo.shakedown_limit(contact, cycle, 0.5)
     for solver in ("CLARABEL", "HIGHS"):
         limit.problem.solve(solver=solver)
-    given = pickle.dumps(limit)
+    pickled = pickle.dumps(limit)
     script = (
         "import pickle, sys; print(pickle.load(sys.stdin.buffer).problem.solve(solver='HIGHS'))"
     )
     printed = subprocess.run(
-        [sys.executable, "-c", script], input=given, capture_output=True, check=True
+        [sys.executable, "-c", script], input=pickled, capture_output=True, check=True
     ).stdout
     assert float(printed) == pytest.approx(limit.load_factor, rel=1e-9)
 
 
 def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
     """A program in columns of its own names is read and solved by HiGHS alone."""
-    limit = fo.shakedown_limit(*asked(1), 0.5)
+    limit = fo.shakedown_limit(*small_contact(1), 0.5)
     data, *_ = limit.problem.get_problem_data(cp.HIGHS)
     program, zero = highspy.HighsLp(), data["dims"].zero
     rows = data["A"].tocsc()
@@ -501,18 +503,22 @@ def test_events_follow_each_other_on_their_leg():
 def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_the_limit(
     tangents, seed
 ):
-    """Cyclic reactions of each corner, in a load case of its own, are changed a little along a random
-    direction, in which each entry has a part; with ALL_CASES also one entry by one."""
-    contact, cycle = asked(tangents, seed)
-    own = fo.LoadCycle(cycle.mean, [{f"corner {k}": 1.0} for k in range(len(cycle.corners))])
+    """Multipliers of reactions are slips of the mechanism and rates of the limit.
+
+    The cyclic reactions of each corner are a load case. They are changed a little along a random
+    direction in which each entry has a part; with ALL_CASES also each entry by itself. The rates
+    are compared with differences of limits.
+    """
+    contact, cycle = small_contact(tangents, seed)
+    by_corner = fo.LoadCycle(cycle.mean, [{f"corner {k}": 1.0} for k in range(len(cycle.corners))])
     loads = {f"corner {k}": contact.reaction(corner) for k, corner in enumerate(cycle.corners)}
-    limit = fo.shakedown_limit(contact.with_bonded(loads), own, 0.5)
+    limit = fo.shakedown_limit(contact.with_bonded(loads), by_corner, 0.5)
     table, n = limit.multipliers, contact.nodes
     total = sum(
         np.linalg.norm(
             table[table.row == f"q[{k}]"].multiplier.to_numpy().reshape(n, -1), axis=1
         ).sum()
-        for k in range(len(own.corners))
+        for k in range(len(by_corner.corners))
     )
     for _, slip in limit.mechanism.iterrows():
         rows = table[
@@ -521,7 +527,7 @@ def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_th
         along = [slip.direction] if tangents == 1 else [slip.slip1, slip.slip2]
         assert rows / total == pytest.approx(slip.share * np.array(along), abs=1e-7)
     step = 1e-5
-    for k in range(len(own.corners)):
+    for k in range(len(by_corner.corners)):
         for part, name in enumerate("qp"):
             rates = (
                 table[table.row == f"{name}[{k}]"]
@@ -537,7 +543,9 @@ def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_th
                     moved[part] += sign * step * direction.reshape(moved[part].shape)
                     limits.append(
                         fo.shakedown_limit(
-                            contact.with_bonded({**loads, f"corner {k}": tuple(moved)}), own, 0.5
+                            contact.with_bonded({**loads, f"corner {k}": tuple(moved)}),
+                            by_corner,
+                            0.5,
                         ).load_factor
                     )
                 slope = (limits[0] - limits[1]) / (2 * step)
@@ -548,7 +556,7 @@ def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_th
 
 
 def test_the_scenarios_of_a_design_are_names():
-    contact, cycle = asked(1)
+    contact, cycle = small_contact(1)
     model = fo.DesignModel(contact, cycle, preloads=["mean"], scenarios=[(cycle, 0.4)])
     problem = model.solve(0.5, [model.preload <= 0.4]).problem
     assert "abs(q[k]) <= f * p[k]" in str(problem) and "abs(q_1[k]) <= f_1 * p_1[k]" in str(problem)

@@ -1,5 +1,8 @@
-"""Rates of both limits with loads, interferences and friction, from multipliers alone, against
-differences of limits asked anew."""
+"""Rates of both limits with loads, interferences and friction.
+
+The rates come from multipliers alone and are compared with differences of limits that are computed
+again.
+"""
 
 import numpy as np
 import pytest
@@ -18,12 +21,14 @@ EXAMPLES = settings(phases=[Phase.explicit])  # alone
 WRITTEN = settings(max_examples=1, phases=None if ALL_CASES else [Phase.explicit])
 
 
-def agrees(rate, limit, asked, slack=1e-4):
-    """The rate is between the slopes on both sides: a kink has a rate between. `asked(step)` is the
-    limit after a step."""
+def agrees(rate, limit, limit_after, slack=1e-4):
+    """The rate is between the slopes on both sides.
+
+    At a kink any value between the slopes is a rate. `limit_after(step)` is the limit after a step.
+    """
     sides = []
     for step in (-STEP, STEP):
-        moved = asked(step)
+        moved = limit_after(step)
         assume(moved.open.tolist() == limit.open.tolist())
         sides.append((moved.load_factor - limit.load_factor) * np.sign(step))
     room = slack * STEP * (1 + limit.load_factor + abs(rate)) + 1e-10 * limit.load_factor
@@ -31,11 +36,13 @@ def agrees(rate, limit, asked, slack=1e-4):
 
 
 def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
-    """Rates with every amplitude of the loads, with interferences, and with friction; returns the
-    limit."""
+    """Compare rates with every amplitude of the loads, with interferences, and with friction.
+
+    Returns the limit.
+    """
     n, f = contact.nodes, np.broadcast_to(f, contact.nodes)
 
-    def asked(system, mean, fixed, corners, friction=f, **options):
+    def limit_of(system, mean, fixed, corners, friction=f, **options):
         return ask(
             system, fo.LoadCycle(mean, corners, fixed or None), friction, slip_bound=most, **options
         )
@@ -45,22 +52,22 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
         [dict(part) for part in cycle.fixed or ()],
         [dict(corner) for corner in cycle.corners],
     )
-    limit = asked(contact, *parts[0], *parts[1:])
+    limit = limit_of(contact, *parts[0], *parts[1:])
     # The rates are those of the limit with these open nodes.
     same = {"open": limit.open} if ask is fo.shakedown_limit else {}
     assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
-    own = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
-    own += [
+    entries = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
+    entries += [
         (kind, k, case) for kind in (1, 2) for k, loads in enumerate(parts[kind]) for case in loads
     ]
-    assert len(limit.load_rates) == len(own)
-    rows = list(zip(limit.load_rates.itertuples(), own, strict=True))
+    assert len(limit.load_rates) == len(entries)
+    rows = list(zip(limit.load_rates.itertuples(), entries, strict=True))
     for row, (kind, k, case) in rows[:: 1 if ALL_CASES else 2]:
 
         def moved(by, kind=kind, k=k, case=case):
             other = [[dict(loads) for loads in part] for part in parts]
             other[kind][k][case] = other[kind][k].get(case, 0.0) + by
-            return asked(contact, *other[0], *other[1:], **same)
+            return limit_of(contact, *other[0], *other[1:], **same)
 
         assert row.amplitude == parts[kind][k].get(case, 0.0)
         agrees(row.rate, limit, moved, slack)
@@ -69,14 +76,18 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
         agrees(
             limit.interference_rate[node],
             limit,
-            lambda by, fitted=fitted: asked(fitted, {**cycle.mean, "fit": by}, *parts[1:], **same),
+            lambda by, fitted=fitted: limit_of(
+                fitted, {**cycle.mean, "fit": by}, *parts[1:], **same
+            ),
             slack,
         )
         if ask is fo.shakedown_limit:
             agrees(
                 limit.friction_rate[node],
                 limit,
-                lambda by, here=here: asked(contact, *parts[0], *parts[1:], f + by * here, **same),
+                lambda by, here=here: limit_of(
+                    contact, *parts[0], *parts[1:], f + by * here, **same
+                ),
                 slack,
             )
     return limit
@@ -101,9 +112,8 @@ def test_in_the_plane(seed, nodes, f, most, fixed, coupling):
     limit = rates_agree(fo.shakedown_limit, contact, cycle, f, most)
     taken = contact.with_gap(STEP * np.arange(nodes))
     lost = fo.shakedown_limit(taken, cycle, f, slip_bound=most).load_factor - limit.load_factor
-    assert (
-        lost <= -STEP * limit.interference_rate @ np.arange(nodes) + 1e-4 * STEP * nodes**2
-    )  # concave
+    # The limit is concave in the gaps.
+    assert lost <= -STEP * limit.interference_rate @ np.arange(nodes) + 1e-4 * STEP * nodes**2
 
 
 @settings(max_examples=2)
@@ -135,9 +145,8 @@ def test_with_open_nodes(seed):
     most=st.sampled_from([None, 0.3]),
     fixed=st.booleans(),
 )
-@example(
-    seed=8, nodes=4, f=0.6, most=None, fixed=True
-)  # rows of the critical node itself rule where a part is fixed
+# Rows of the critical node itself govern where a part is fixed.
+@example(seed=8, nodes=4, f=0.6, most=None, fixed=True)
 @example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
 def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
     contact = random_system(
@@ -172,8 +181,11 @@ def test_of_the_guaranteed_limit_with_open_nodes(seed):
 
 
 def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():
-    """Uncoupled nodes: the limit f p / |q| of the weakest, which a bolt raises by f / |q| per force
-    on it, and the other one not at all."""
+    """The bolt with the largest rate presses the node that limits the load.
+
+    The nodes are uncoupled. The limit is f p / |q| of the weakest node: a force on its bolt raises
+    the limit by f / |q| per unit, and a force on the other bolt does not change it.
+    """
     bonded = {
         "P": ([0.0, 0.0], [1.0, 1.0]),
         "one": ([0.0, 0.0], [1.0, 0.0]),

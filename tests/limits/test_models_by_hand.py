@@ -1,5 +1,7 @@
-"""What stands in the problem of an answer is true: status, multipliers, parameters changed by hand,
-labels, and tables of every kind of answer."""
+"""The problem of an answer holds true data, for every kind of answer.
+
+The data are status, multipliers, parameters changed by hand, labels, and tables.
+"""
 
 import copy
 import pickle
@@ -36,14 +38,17 @@ def size(q):
 
 
 def critical_load(system, cycle, f, index):
-    """The guaranteed limit of one node by plain cvxpy, in two steps: first rho and c, then the
-    least load factor at which it is critical."""
+    """The guaranteed limit of one node by plain cvxpy, in two steps.
+
+    The first step gives rho and c, the second one the least load factor at which the node is
+    critical.
+    """
     (q0, p0), n = system.reaction(cycle.mean), system.nodes
     reactions = [system.reaction(corner) for corner in cycle.corners]
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
     rho, c = cp.Variable(), cp.Variable(np.shape(q0)[1:])
-    own = [cp.norm(q1[index] + c) <= f[index] * (rho + p1[index]) for q1, p1 in reactions]
-    cp.Problem(cp.Minimize(rho), own).solve(**options)
+    of_node = [cp.norm(q1[index] + c) <= f[index] * (rho + p1[index]) for q1, p1 in reactions]
+    cp.Problem(cp.Minimize(rho), of_node).solve(**options)
     load_factor, slip = cp.Variable(nonneg=True), cp.Variable(np.shape(q0))
     flat = slip if slip.ndim == 1 else cp.vec(slip, order="F")
     q_r = system.A @ flat if slip.ndim == 1 else cp.reshape(system.A @ flat, slip.shape, order="F")
@@ -60,9 +65,8 @@ def critical_load(system, cycle, f, index):
     return cp.Problem(cp.Minimize(load_factor), rows).solve(**options)
 
 
-@pytest.mark.filterwarnings(
-    "ignore:invalid value:RuntimeWarning"
-)  # of cvxpy's bounds on products of the oracle's own program
+# Of cvxpy's bounds on products of the oracle's own program.
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 @pytest.mark.parametrize(
     ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
 )
@@ -95,8 +99,10 @@ def test_friction_of_a_guaranteed_problem_changed_by_hand(contact, cycle):
 
 
 def test_friction_of_a_guaranteed_problem_with_a_fixed_part_changed_by_hand():
-    """The state of two corners follows from it, too: by the model asked anew, where the same
-    corners govern."""
+    """Friction changed by hand also changes the critical state of two corners.
+
+    The result agrees with the model solved again, where the same corners govern.
+    """
     system = random_system(np.random.default_rng(5), 3, loads=("mean", "cyclic", "still"))
     cycle = fo.LoadCycle(
         {"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}], fixed=[{"still": 0.1}, {}]
@@ -110,17 +116,19 @@ def test_friction_of_a_guaranteed_problem_with_a_fixed_part_changed_by_hand():
 
 
 @pytest.mark.parametrize(
-    ("question", "told"),
+    ("question", "expected"),
     [(NONE_SAFE, ("infeasible", -np.inf)), (ALL_SAFE, ("unbounded", np.inf))],
     ids=["none", "all"],
 )
-def test_a_problem_without_an_optimum_has_the_status_that_plain_cvxpy_gives_it(question, told):
+def test_a_problem_without_an_optimum_has_the_status_that_plain_cvxpy_gives_it(question, expected):
     limit = fo.shakedown_limit(*question)
     problem = pickle.loads(pickle.dumps(limit)).problem
-    assert (limit.problem.status, limit.problem.value) == (problem.status, problem.value) == told
-    assert f"problem     {told[0]}" in limit.explain()
+    assert (
+        (limit.problem.status, limit.problem.value) == (problem.status, problem.value) == expected
+    )
+    assert f"problem     {expected[0]}" in limit.explain()
     problem.solve(solver="HIGHS")
-    assert (problem.status, problem.value) == told
+    assert (problem.status, problem.value) == expected
 
 
 def test_own_rows_where_nothing_is_safe_without_them():
@@ -137,8 +145,11 @@ def test_own_rows_where_nothing_is_safe_without_them():
 
 @pytest.mark.parametrize("seed", [1, 6])
 def test_own_rows_keep_the_multipliers_of_the_limit_where_no_node_is_critical_below_it(seed):
-    """Programs of nodes are solved after that of lambda_2, with the same rows. The multiplier is
-    the derivative, by finite differences."""
+    """Multipliers of the user's rows are those of lambda_2 if no node is critical below it.
+
+    The programs of nodes are solved after the program of lambda_2, with the same rows. The
+    multiplier is the derivative, by finite differences.
+    """
     system = random_system(np.random.default_rng(seed), 3)
     model = fo.GuaranteedModel(system, CYCLE, simplify=False)
     most = cp.Parameter(
@@ -167,7 +178,8 @@ def test_tables_of_every_kind_of_answer_have_columns_of_the_same_types():
     types = dict[tuple[str, str], list[tuple]]()
     for name, answer in answers():
         for table in ("mechanism", "multipliers", "events", "motion", "load_rates"):
-            if isinstance(found := getattr(answer, table, None), pd.DataFrame):
+            found = getattr(answer, table, None)
+            if isinstance(found, pd.DataFrame):
                 types.setdefault((name, table), []).append(tuple(found.dtypes.astype(str).items()))
     assert len(types) >= 8
     for kind, of_answers in types.items():

@@ -1,5 +1,7 @@
-"""Models in space, loads of every kind, gaps and fields: a strip one element thick against the
-plane, and closed forms."""
+"""Models in space with loads of every kind, gaps and fields.
+
+A strip one element thick is compared with the plane, and other models with closed forms.
+"""
 
 from dataclasses import replace
 
@@ -29,7 +31,7 @@ from helpers.spatial import vectors
 X = np.array([-1.0, -0.4, 0.1, 1.0])
 UP = np.array([0.0, 0.3, 1.0])
 DOWN = np.array([-1.0, -0.6, 0.0])
-# Whose nodes match those of X, and do not.
+# The nodes of WIDE match the nodes of X, the nodes of FINE do not.
 WIDE = np.r_[-2.0, X, 2.0]
 FINE = np.array([-2.0, -1.0, -0.55, 0.3, 0.8, 1.0, 2.0])
 FACES = {
@@ -55,8 +57,10 @@ LOADS = {
 
 
 def models(element="linear", x_block=WIDE):
-    """A punch on a block in plane strain, and the same one element thick, all held across but the
-    nodes of the punch that the block holds."""
+    """A punch on a block in plane strain, and the same one element thick in space.
+
+    All nodes are held across the strip, except the nodes of the punch that the block holds.
+    """
     found = []
     for depth in ([], [np.array([0.0, THICK])]):
         kind = MeshHex if depth else MeshQuad
@@ -238,10 +242,11 @@ def test_bonded_reactions_balance_the_loads(system):
     for name, whole in {"P": (0, 0, 4.0), "Qx": (-4.0, 0, 0), "Qy": (0, -4.0, 0)}.items():
         q, p = system.reaction({name: 1.0})
         assert np.r_[q.sum(axis=0), p.sum()] == pytest.approx(np.array(whole), abs=1e-11)
+    # The punch is free: rigid motions cause no force.
     assert (
         np.abs(system.S @ np.kron(np.eye(3), np.ones((n, 1)))).max()
         < 1e-12 * np.abs(system.S).max()
-    )  # a free punch
+    )
 
 
 def test_the_cube_of_another_code_has_its_known_limit(cube):

@@ -1,5 +1,7 @@
-"""One model that several threads ask gives each of them the answer that it gives one alone, and its
-copies are asked by themselves."""
+"""One model gives several threads the answers that it gives to one thread.
+
+Copies of a model are independent of it.
+"""
 
 import copy
 import pickle
@@ -26,31 +28,31 @@ MODELS = {
 FRICTIONS = (0.4, 0.6, 0.8)
 
 
-def told(answer):
+def numbers(answer):
     return [getattr(answer, "margin", answer.load_factor), *answer.slip]
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_threads_that_ask_one_model_each_get_the_answer_to_their_friction(name):
-    kind, given, ask = MODELS[name]
-    right = {f: told(ask(kind(SYSTEM, CYCLE, **given), f)) for f in FRICTIONS}
-    model = kind(SYSTEM, CYCLE, **given)
-    asked = FRICTIONS * few(8, 4)
+    kind, options, ask = MODELS[name]
+    right = {f: numbers(ask(kind(SYSTEM, CYCLE, **options), f)) for f in FRICTIONS}
+    model = kind(SYSTEM, CYCLE, **options)
+    frictions = FRICTIONS * few(8, 4)
     with ThreadPoolExecutor(4) as threads:
-        answers = list(threads.map(lambda f: ask(model, f), asked))
-    for f, answer in zip(asked, answers, strict=True):
+        answers = list(threads.map(lambda f: ask(model, f), frictions))
+    for f, answer in zip(frictions, answers, strict=True):
         assert answer.friction == pytest.approx(f)
-        assert told(answer) == pytest.approx(right[f], rel=1e-7, abs=1e-9)
+        assert numbers(answer) == pytest.approx(right[f], rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_copy_of_a_model_is_asked_by_itself(name):
-    kind, given, ask = MODELS[name]
-    model = kind(SYSTEM, CYCLE, **given)
+    kind, options, ask = MODELS[name]
+    model = kind(SYSTEM, CYCLE, **options)
     for again in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model), copy.copy(model)):
         assert np.allclose(
-            told(ask(again, 0.5)),
-            told(ask(kind(SYSTEM, CYCLE, **given), 0.5)),
+            numbers(ask(again, 0.5)),
+            numbers(ask(kind(SYSTEM, CYCLE, **options), 0.5)),
             rtol=1e-7,
             atol=1e-9,
         )

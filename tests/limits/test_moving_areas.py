@@ -1,5 +1,7 @@
-"""Uncoupled contacts whose normal loads alone open and close nodes: limits by closed forms, by plain
-programs, and by transients from several starts."""
+"""Uncoupled contacts whose normal loads open and close nodes.
+
+The limits are compared with closed forms, plain programs, and transients from several starts.
+"""
 
 import pickle
 from dataclasses import replace
@@ -342,8 +344,11 @@ def test_twins_open_in_one_event():
 
 
 def test_of_two_nodes_that_lose_their_pressure_at_once_one_opens():
-    """By hand: half way both pressures are zero. The gap of node 0, w = 2 s - 1, presses node 1 by
-    0.9 w, which is more than the 0.5 w that the load takes."""
+    """One of two nodes opens where both lose their pressure at once.
+
+    By hand: half way both pressures are zero. The gap of node 0, w = 2 s - 1, presses node 1 by 0.9
+    w, which is more than the 0.5 w that the load takes.
+    """
     path = normal_path(np.array([[1.0, 0.9], [0.9, 1.0]]), np.array([[1.0, 0.5], [-1.0, -0.5]]))
     assert_allclose(path.leg + path.part, [0, 0.5, 1, 1.5])
     assert_allclose(path.gap, [[0, 0], [0, 0], [1, 0], [0, 0]], atol=1e-12)

@@ -1,5 +1,8 @@
-"""Limits with nodes that open and close on any leg of a cycle, against closed forms, plain linear
-programs of the same order, and transients."""
+"""Limits with nodes that open and close on any leg of a cycle.
+
+The limits are compared with closed forms, plain linear programs of the same order of events, and
+transients.
+"""
 
 from functools import cache
 
@@ -112,8 +115,11 @@ def test_twins_have_the_limit_of_one_of_them(monkeypatch, with_transients):
 
 
 def test_a_node_that_opens_twice_has_two_slips():
-    """Node 0 opens, node 1 opens and its gap presses node 0 shut again, under another shear load.
-    Both rest at any load factor, so node 2 gives the limit: 2 f p / q."""
+    """A node that opens twice in a cycle has two slips.
+
+    Node 0 opens, then node 1 opens and its gap presses node 0 shut again, under another shear load.
+    Both rest at any load factor, so that node 2 gives the limit 2 f p / q.
+    """
     C = np.array([[1.0, 0.85, 0.0], [0.85, 1.0, 0.0], [0.0, 0.0, 1.0]])
     loads = {"P": ([0, 0, 0], [0.25, 1.1, 1.0]), "D": ([0.12, 0.0, 0.2], [-1.0, -2.8, 0.0])}
     system = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), C, [0.0, 1.0, 2.0], loads)
@@ -224,18 +230,21 @@ def test_required_friction_round_a_cycle():
 
 
 def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
-    """Lemma: where a node closes, its bonded reactions equal those where it opens."""
-    asked = []
-    monkeypatch.setattr(settled_order, "_settled", lambda *given: asked.append(given))
+    """No events are searched where the load encloses an area.
+
+    Events need a load for which a node closes at the bonded reactions at which it opens (lemma).
+    """
+    searches = []
+    monkeypatch.setattr(settled_order, "_settled", lambda *arguments: searches.append(arguments))
     for seed in range(few(6)):
         case = coupled(seed, "around an area")
         limit = fo.shakedown_limit(*case, events=True)
         assert limit.load_factor == pytest.approx(
             fo.shakedown_limit(*case).load_factor, rel=1e-12, nan_ok=True
         )
-    assert not asked
+    assert not searches
     fo.shakedown_limit(*coupled(0, "there and back"), events=True)
-    assert asked
+    assert searches
 
 
 @pytest.mark.parametrize(

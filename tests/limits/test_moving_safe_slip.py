@@ -1,5 +1,7 @@
-"""Safe slips and required friction of uncoupled contacts whose areas open and close, by closed forms
-and by transients."""
+"""Safe slips and required friction of uncoupled contacts whose areas open and close.
+
+They are compared with closed forms and transients.
+"""
 
 from dataclasses import replace
 
@@ -65,8 +67,11 @@ def test_one_node_with_scaled_normal_loads_by_hand():
 
 @pytest.mark.parametrize("friction_in_the_air", [0.5, 0.1, 1e-3])
 def test_the_margin_is_the_reserve_over_the_mean_bound_of_the_whole_contact(friction_in_the_air):
-    """By hand: node 0 keeps 1 - 0.9, and alone has to; node 1 opens and closes without shear; node
-    2 never closes, so that its friction counts in the mean bound alone."""
+    """The margin is the reserve over the mean friction bound of the whole contact.
+
+    By hand: only node 0 needs a reserve, and keeps 1 - 0.9. Node 1 opens and closes without shear.
+    Node 2 never closes, so that its friction counts only in the mean bound.
+    """
     one = np.eye(3)
     f = np.array([0.5, 0.5, friction_in_the_air])
     p = np.array([2.0, 1.0, -1.0])
@@ -80,9 +85,12 @@ def test_the_margin_is_the_reserve_over_the_mean_bound_of_the_whole_contact(fric
 
 
 def test_no_friction_is_needed_where_pressed_nodes_carry_no_shear():
-    """By hand: one node that opens in each cycle, under no shear, under static shear that a slip
-    takes off, and under shear that comes and goes while the node is open. With hardly any friction
-    every start comes to rest."""
+    """No friction is needed if pressed nodes carry no shear.
+
+    By hand: one node opens in each cycle, under no shear, under static shear that a slip takes off,
+    and under shear that comes and goes while the node is open. With hardly any friction every start
+    comes to rest.
+    """
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     )

@@ -1,5 +1,8 @@
-"""Contacts that lift off somewhere under the mean load, against programs with all slips and gaps as
-unknowns, transients, and other ways to ask."""
+"""Contacts that lift off somewhere under the mean load.
+
+They are compared with programs whose unknowns are all slips and gaps, with transients, and with the
+same question in other forms.
+"""
 
 import warnings
 
@@ -96,8 +99,11 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
 
 
 def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
-    """Node 0 sticks while |Q| <= 0.5 (2 - R); node 1, pulled open by 1, touches where R presses it
-    by 2 R = 1, before Q slips node 0."""
+    """Amplitudes of two loads agree with a region by hand.
+
+    Node 0 sticks while |Q| <= 0.5 (2 - R). Node 1 is pulled open by 1 and touches where R presses
+    it by 2 R = 1, before Q slips node 0.
+    """
     loads = {
         "P": ([0.0, 0.0], [2.0, -1.0]),
         "Q": ([1.0, 0.0], [0.0, 0.0]),
@@ -144,9 +150,12 @@ def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
 
 
 def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
-    """Two nodes in space that do not feel each other: the mean load opens the first by 0.1, and the
-    second one, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the
-    first one closes, without shear."""
+    """Closed nodes rest until a gap closes.
+
+    Two nodes in space do not feel each other. The mean load opens the first node by 0.1; the second
+    node, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the first
+    node closes, without shear.
+    """
     still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
     bonded = {
         "mean": (still, np.array([-0.1, 0.0])),
@@ -232,8 +241,11 @@ def test_no_set_that_differs_by_one_node_is_better(seed):
 @pytest.mark.parametrize("solver", ["CLARABEL", "INTERIOR_POINT"])
 @pytest.mark.parametrize("seed", [1, 5, 17])
 def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(seed, solver):
-    """Its multipliers are slips and openings that stress nothing, on which the mean load does work
-    and the cyclic one none."""
+    """Multipliers prove that no load factor is safe with all nodes closed.
+
+    The multipliers are slips and openings that stress nothing. The mean load does work on them, and
+    the cyclic load does none.
+    """
     contact, cycle, limit = open_in_space(seed)
     claim = fo.ShakedownModel(contact, cycle, solver=solver).of_set(pose(contact, cycle, 0.6))
     motion = claim._motion
@@ -256,8 +268,11 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(see
 
 
 def test_nodes_that_open_beyond_a_jump_are_left_out():
-    """Friction is above its critical value at the first node: the exact path under the mean load
-    ends at a jump, beyond which the node is open."""
+    """Nodes that open beyond a jump are left out.
+
+    Friction exceeds its critical value at the first node. The exact path under the mean load ends
+    at a jump, beyond which this node is open.
+    """
     A = [[1.351, 2.040], [2.040, 7.362]]
     B = [[-2.027, -3.535], [0.386, 0.939]]
     C = [[7.626, -2.224], [-2.224, 1.063]]
@@ -288,7 +303,7 @@ def test_a_closed_node_without_friction_is_named_where_others_are_open():
 def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe_does(monkeypatch):
     contact = pulled_system(np.random.default_rng(6), 4)
     friction = 0.5
-    told = fo.safe_slip(contact, CYCLE, friction, 0.1)
+    safe = fo.safe_slip(contact, CYCLE, friction, 0.1)
     margin = fo.SafeSlipModel.of_set
 
     def without(model, question, *rest):
@@ -297,7 +312,7 @@ def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe
         return margin(model, question, *rest)
 
     monkeypatch.setattr(fo.SafeSlipModel, "of_set", without)
-    assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin
+    assert safe.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == safe.margin
 
 
 def test_no_limit_is_called_none_if_the_answer_of_the_settled_nodes_failed(monkeypatch):
@@ -322,8 +337,11 @@ def test_no_limit_is_called_none_if_the_answer_of_the_settled_nodes_failed(monke
     ("shear", "stiff", "held"), [(0.0, 1.0, True), (0.5, 1.0, False), (0.0, 0.0, False)]
 )
 def test_open_nodes_may_be_free_aside_where_no_load_takes_them_and_nowhere_else(shear, stiff, held):
-    """Nothing resists the slip of node 1; while it is open nothing carries its shear, or without
-    stiffness its lift. The other one carries f p."""
+    """Open nodes may be free to move only in directions in which no load acts.
+
+    Nothing resists the slip of node 1. While it is open, nothing carries its shear, or, without
+    stiffness, its lift. The other node carries f p.
+    """
     bonded = {"P": ([0.0, 0.0], [1.0, -1.0]), "Q": ([1.0, shear], [0.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(
         np.diag([1.0, 0.0]), np.zeros((2, 2)), np.diag([1.0, stiff]), [0.0, 1.0], bonded

@@ -1,5 +1,7 @@
-"""Constraints of the user's own where the mean load leaves nodes open: against programs with the
-slips and gaps of all nodes at all corners."""
+"""Constraints of the user where the mean load leaves nodes open.
+
+The limits are compared with programs of the slips and gaps of all nodes at all corners.
+"""
 
 from types import SimpleNamespace
 
@@ -31,8 +33,11 @@ def of_model(model):
 
 
 def own_rows(limit, seed):
-    """Rows on the slips of all nodes, the load factor, and the forces of a node, which some slip
-    obeys at half the limit, as a function of these."""
+    """Rows of the user, as a function of slips, load factor and reactions.
+
+    The rows bound the slips of all nodes, the load factor, and the forces of one node. Some slip
+    obeys them at half the limit.
+    """
     rng = np.random.default_rng(seed)
     half = fo.safe_slip(limit.system, limit.cycle, limit.friction, 0.5 * limit.load_factor)
     weights = rng.normal(size=limit.slip.shape)
@@ -54,28 +59,32 @@ def own_rows(limit, seed):
 
 
 def agrees(contact, cycle, f, limit, seed):
-    """Limit and a chosen slip under rows of one's own; returns the model, the rows, and the limit
-    under them."""
+    """Compare a limit, and a chosen slip, under rows of the user with a plain program.
+
+    Returns the model, the rows, and the limit under the rows.
+    """
     model = fo.ShakedownModel(contact, cycle)
     oracle = Oracle(contact, cycle, f, limit.open)
     rows = own_rows(limit, seed)
     assert oracle.largest() == pytest.approx(limit.load_factor, rel=1e-6)
-    own, same = rows(of_model(model)), rows(oracle)
+    constraints, oracle_constraints = rows(of_model(model)), rows(oracle)
     goal = [
         lam - 0.1 * cp.sum(cp.abs(slip))
         for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))
     ]
-    chosen = model.solve(f, own, objective=goal[0])
-    assert chosen.objective == pytest.approx(oracle.largest(same, goal[1]), rel=1e-5, abs=1e-7)
+    chosen = model.solve(f, constraints, objective=goal[0])
+    assert chosen.objective == pytest.approx(
+        oracle.largest(oracle_constraints, goal[1]), rel=1e-5, abs=1e-7
+    )
     assert chosen.residual <= 1e-9
-    found = model.solve(f, own)
-    assert found.load_factor == pytest.approx(oracle.largest(same), rel=1e-6)
+    found = model.solve(f, constraints)
+    assert found.load_factor == pytest.approx(oracle.largest(oracle_constraints), rel=1e-6)
     assert found.bound == pytest.approx(found.load_factor, rel=1e-8)
     assert found.open.tolist() == limit.open.tolist() and found.residual <= 1e-9
     assert 0.5 * limit.load_factor <= found.load_factor * (1 + 1e-9)
     assert found.load_factor <= limit.load_factor * (1 + 1e-9)
-    assert max(np.max(row.violation()) for row in own) <= 1e-8
-    return model, own, found
+    assert max(np.max(row.violation()) for row in constraints) <= 1e-8
+    return model, constraints, found
 
 
 @settings(max_examples=few(6, 1, 6))
@@ -115,15 +124,15 @@ def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
     model = fo.ShakedownModel(contact, CYCLE)
     safe = fo.SafeSlipModel(contact, CYCLE)
     most = model.solve(f, [*rows(of_model(model)), model.p >= 0]).load_factor
-    own = [*rows(of_model(safe)), safe.p >= 0]
-    below = safe.solve(f, most * (1 - 1e-5), own)
-    beyond = safe.solve(f, 0.5 * limit.load_factor, [*own, safe.margin <= -0.3])
+    constraints = [*rows(of_model(safe)), safe.p >= 0]
+    below = safe.solve(f, most * (1 - 1e-5), constraints)
+    beyond = safe.solve(f, 0.5 * limit.load_factor, [*constraints, safe.margin <= -0.3])
     assert below.exists and below.residual <= 1e-9 and below.open.tolist() == limit.open.tolist()
     assert beyond.margin == pytest.approx(-0.3)
     assert safe.slip.value == pytest.approx(beyond.slip) and not safe.p.value[:, limit.open].any()
     if most < limit.load_factor * (1 - 1e-4):
         try:
-            assert not safe.solve(f, most * (1 + 1e-5), own).exists
+            assert not safe.solve(f, most * (1 + 1e-5), constraints).exists
         except fo.ModelError as error:  # safe or not
             assert "no residual slip, safe or not, obeys this" in str(error)
 

@@ -35,12 +35,12 @@ def agree(found, other):
 @pytest.mark.parametrize("seed", few(range(9)))
 def test_limits_are_those_of_models_of_the_load_cycles(seed):
     rng = np.random.default_rng([seed, 78])
-    asked = [
+    questions = [
         (random_system(rng, 5), CYCLE),
         (lifted_system(rng, 4), CYCLE),
         (random_contact(rng, 3), SPACE),
     ]
-    system, cycle = asked[seed % 3]
+    system, cycle = questions[seed % 3]
     model = fo.ShakedownModel(system, cycle)
     first = model.solve(0.5)
     for fixed in (False, True, False):

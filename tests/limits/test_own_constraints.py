@@ -1,5 +1,7 @@
-"""Constraints and objectives of the user's own, in the plane and in space, against programs over
-raw slips with every row of every corner."""
+"""Constraints and objectives of the user, in the plane and in space.
+
+They are compared with programs over raw slips that have every row of every corner.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -50,8 +52,10 @@ def test_a_model_says_what_it_asks():
 
 
 def agrees(limit, value, rel=1e-7):
-    """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an
-    end."""
+    """A limit has the value of an oracle and a proof.
+
+    The value is nan if no load factor is safe, and inf if there is no largest one.
+    """
     assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
     assert limit.residual <= 1e-9
     if limit.kind is fo.LimitKind.FINITE:
@@ -63,7 +67,7 @@ def agrees(limit, value, rel=1e-7):
 @given(
     seed=SEEDS,
     f=st.floats(0.1, 1.0),
-    # Without any, a limit has a closed form, but not under constraints.
+    # Without coupling a limit has a closed form, but not under constraints.
     coupling=st.sampled_from([0.0, 0.5]),
     at=st.sampled_from([0.0, 0.1, 3.0]),
     cost=st.sampled_from([0.0, 0.3, 3.0]),
@@ -74,8 +78,11 @@ def agrees(limit, value, rel=1e-7):
 def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
     tangents, seed, f, coupling, at, cost, simplify, solver, free
 ):
-    """`free`: in the plane, of a body that nothing holds against a slide; not for one solver
-    alone."""
+    """Rows, equations, norms and objectives agree with a plain program of all corners.
+
+    If `free`, nothing holds the body against a slide; this case is only in the plane, and not for a
+    single solver.
+    """
     rng = np.random.default_rng(seed)
     rel = 1e-7 if tangents == 1 else 1e-6
     contact = contact_of(rng, 3, tangents, coupling)
@@ -84,7 +91,7 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
     model = fo.ShakedownModel(contact, TURNS, simplify=simplify, solver=solver)
     oracle = Oracle(contact, TURNS, f)
 
-    def own(slip, lam, q, p):
+    def user_rows(slip, lam, q, p):
         return [
             cp.sum(cp.multiply(weights, slip)) + 0.3 * lam == at,
             cp.norm1(slip[0]) <= 0.5 + 0.01 * lam,
@@ -93,10 +100,10 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
             cp.norm(q[2][1]) <= 0.8 * f * p[2][1],
         ]
 
-    mine = own(model.slip, model.load_factor, model.q, model.p)
-    same = own(oracle.slip, oracle.lam, oracle.q, oracle.p)
-    limit = model.solve(f, mine)
-    agrees(limit, oracle.largest(same), rel)
+    model_rows = user_rows(model.slip, model.load_factor, model.q, model.p)
+    oracle_rows = user_rows(oracle.slip, oracle.lam, oracle.q, oracle.p)
+    limit = model.solve(f, model_rows)
+    agrees(limit, oracle.largest(oracle_rows), rel)
     if limit.kind is fo.LimitKind.FINITE:
         values = model.slip, model.load_factor, model.q, model.p
         for expression, value in zip(
@@ -107,10 +114,10 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
             2 * lam - cost * cp.sum(cp.abs(slip))
             for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))
         ]
-        chosen = model.solve(f, mine, objective=goals[0])
+        chosen = model.solve(f, model_rows, objective=goals[0])
         rough = rel if tangents == 1 else 10 * rel
         assert chosen.objective == pytest.approx(
-            oracle.largest(same, goals[1]), rel=rough, abs=rough / 10
+            oracle.largest(oracle_rows, goals[1]), rel=rough, abs=rough / 10
         )
         assert chosen.bound == pytest.approx(chosen.objective, rel=1e-7, abs=1e-8)
         assert f"objective={chosen.objective:.6g}" in repr(chosen)
@@ -159,7 +166,7 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
 
 def test_all_forms_of_a_constraint_say_the_same():
     model = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE)
-    own = cp.Variable(3)
+    sizes = cp.Variable(3)
     bounds = (
         [model.slip <= 0.05],
         [cp.NonNeg(0.05 - model.slip)],
@@ -167,11 +174,11 @@ def test_all_forms_of_a_constraint_say_the_same():
         [cp.max(model.slip) <= 0.05],
     )
     plus, minus = (cp.Variable(3, nonneg=True, name=name) for name in ("plus", "minus"))
-    own_sums = (
-        [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06],
+    sums_of_variables = (
+        [sizes >= model.slip, sizes >= -model.slip, cp.sum(sizes) <= 0.06],
         [model.slip == plus - minus, cp.sum(plus + minus) <= 0.06],
     )
-    sums = [cp.norm1(model.slip) <= 0.06], *own_sums  # with variables of one's own
+    sums = [cp.norm1(model.slip) <= 0.06], *sums_of_variables  # with variables of the user
     for forms in (bounds, sums):
         limits = [model.solve(0.4, form).load_factor for form in forms]
         assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9)
@@ -179,7 +186,10 @@ def test_all_forms_of_a_constraint_say_the_same():
 
 
 def test_dense_equations_say_the_same_however_they_are_scaled():
-    """y = M slip in several ways, with entries of y bounded so that they limit the load."""
+    """Equations y = M slip in several forms give one limit.
+
+    The entries of y are bounded so that they limit the load.
+    """
     rng, n = np.random.default_rng(3), 6
     contact = random_system(rng, n)
     M = rng.normal(size=(n, n))
@@ -251,7 +261,9 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
     model = fo.ShakedownModel(contact, CYCLE)
     constraints = [model.slip <= 0.05, model.load_factor <= 5 - 10 * model.slip[2]]
     table = model.sweep([0.4 - 1e-5, 0.4, 0.4 + 1e-5], constraints)
-    assert model.solve(0.3, constraints).problem is (limit := model.solve(0.4, constraints)).problem
+    first_problem = model.solve(0.3, constraints).problem
+    limit = model.solve(0.4, constraints)
+    assert first_problem is limit.problem
     assert limit.friction_rate.sum() == pytest.approx(
         np.diff(table.load_factor)[0] / 1e-5, rel=1e-3
     )
@@ -260,8 +272,10 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
-    """One node under a shear alone: with `|q| <= c` below `f p` the limit is c over the shear, and
-    more friction changes nothing."""
+    """If a strength governs the limit, more friction changes nothing.
+
+    One node carries only shear. With `|q| <= c` below `f p` the limit is c over the shear.
+    """
     zero = [0.0] * (tangents - 1)
     loads = {"P": [0.0] * tangents + [1.0], "Q": [1.0] + [0.0] * tangents}
     contact = fo.ContactSystem(np.eye(tangents + 1), [[0.0, *zero, 0.0]], loads)
@@ -342,13 +356,13 @@ def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
 )
 def test_bad_constraints_and_objectives_are_refused(part, message):
     model = fo.ShakedownModel(*TWO)
-    asked = (
+    arguments = (
         {"objective": part(model)}
         if message.startswith("objective")
         else {"constraints": [part(model)]}
     )
     with pytest.raises(fo.ModelError, match=message):
-        model.solve(0.4, **asked)
+        model.solve(0.4, **arguments)
 
 
 @pytest.mark.parametrize("label", ["constraints[1]", "constraints[0]", "mine", None])
@@ -366,8 +380,11 @@ def test_each_constraint_has_a_name_of_its_own_and_holds(label):
 
 
 def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold():
-    """cvxpy ends in an assertion along the last of three axes, and takes other entries along the
-    middle one."""
+    """Norms of all corners at once are refused; norms of each corner are obeyed.
+
+    cvxpy ends in an assertion along the last of three axes, and takes other entries along the
+    middle axis.
+    """
     model = fo.ShakedownModel(contact_of(np.random.default_rng(0), 3, 2), TURNS)
     free = model.solve(0.4).load_factor
     most = 0.8 * np.linalg.norm(model.q.value, axis=2).max()
@@ -426,12 +443,12 @@ def test_a_parameter_that_loses_its_value_is_named():
     rows, goal = [model.slip <= most], most * model.load_factor
     model.solve(0.4, rows), model.solve(0.4, objective=goal)
     most.value = None
-    for asked, place in (
+    for arguments, place in (
         ({"constraints": rows}, "constraints.0."),
         ({"objective": goal}, "objective"),
     ):
         with pytest.raises(fo.ModelError, match=f"{place}: parameter most has no value"):
-            model.solve(0.4, **asked)
+            model.solve(0.4, **arguments)
 
 
 PULLED = fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])
@@ -454,26 +471,26 @@ PULLED = fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])
     ),
 )
 def test_one_model_answers_questions_in_every_order(kind, cycle, tangents):
-    """Also after an answer without a slip."""
+    """One model answers questions in every order, also after an answer without a slip."""
     contact = contact_of(np.random.default_rng(0), 2, tangents)
 
-    def asked(model, own, name):
+    def answer(model, variable, name):
         size = cp.norm(model.slip, axis=1) if tangents == 2 else cp.abs(model.slip)
         rows = {
             "plain": [],
-            "own": [size <= own, own <= 0.05],
+            "own": [size <= variable, variable <= 0.05],
             "none": [model.slip == 1.0, model.slip == 0.0],
         }
         limit = model.solve(0.4, rows[name])
         assert (model.slip.value is None) == bool(np.isnan(limit.slip).any())
         return limit.kind, limit.load_factor
 
-    def alone(name):
-        return asked(kind(contact, cycle), cp.Variable(2), name)
+    def answer_of_new_model(name):
+        return answer(kind(contact, cycle), cp.Variable(2), name)
 
-    right = {name: alone(name) for name in ("plain", "own", "none")}
-    model, own = kind(contact, cycle), cp.Variable(2)
-    # Each after each.
+    right = {name: answer_of_new_model(name) for name in ("plain", "own", "none")}
+    model, variable = kind(contact, cycle), cp.Variable(2)
+    # Each question follows each question.
     for name in (
         "plain",
         "plain",
@@ -486,7 +503,7 @@ def test_one_model_answers_questions_in_every_order(kind, cycle, tangents):
         "own",
         "plain",
     ):
-        found, factor = asked(model, own, name)
+        found, factor = answer(model, variable, name)
         assert found is right[name][0] and factor == pytest.approx(
             right[name][1], rel=1e-7, abs=1e-9, nan_ok=True
         ), name
@@ -509,10 +526,13 @@ def test_what_is_no_number_proves_nothing(ask, which, monkeypatch):
 
 @pytest.mark.parametrize("kind", [fo.ShakedownModel, fo.SafeSlipModel])
 def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatch):
-    """In an unknown of your own alone: slip, margin, load factor and multipliers are right."""
+    """A solver that breaks a row of the user is not believed.
+
+    Only the unknown of the user is wrong: slip, margin, load factor and multipliers are right.
+    """
     model, own = kind(*TWO), cp.Variable(name="own")
-    asked = (0.4,) if kind is fo.ShakedownModel else (0.4, 0.1)
-    right = model.solve(*asked, [own == 0.5 * model.slip[0]])
+    arguments = (0.4,) if kind is fo.ShakedownModel else (0.4, 0.1)
+    right = model.solve(*arguments, [own == 0.5 * model.slip[0]])
 
     def lie(compiled, z, multipliers):
         if "own" in compiled.problem.var_dict:
@@ -520,7 +540,7 @@ def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatc
 
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-        model.solve(*asked, [own == 0.5 * model.slip[0]])
+        model.solve(*arguments, [own == 0.5 * model.slip[0]])
     assert right.residual <= 1e-9
 
 
@@ -662,8 +682,8 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
     pair = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
     model = fo.ShakedownModel(pair, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]))
     small = cp.norm(model.slip, 2, axis=1) <= 0.1
-    for own in ([], [small]):
-        none = model.solve([0.5, 0.0], own)
+    for rows in ([], [small]):
+        none = model.solve([0.5, 0.0], rows)
         assert none.load_factor == 0.0
         assert abs(none.bound) < 1e-12
         assert "node 1 has no friction, and the cyclic load shears it" in none.reason
@@ -678,41 +698,46 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
 
 
 def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe():
-    """Or why there is no answer, where circles that end in their apex leave a solver too few
-    digits."""
+    """Constraints on a contact that nothing presses leave the limit at 0.
+
+    An error is raised instead if cones that end in their apex leave a single solver too few digits.
+    """
     contact = random_contact(np.random.default_rng(0), 3)
     alternating = fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}])
     model = fo.ShakedownModel(contact, alternating)
     one_solver = fo.ShakedownModel(contact, alternating, solver="CLARABEL")
     assert model.solve(0.4).load_factor == 0.0
-    for asked in (model, one_solver):
-        for own, objective in few(
+    for solved in (model, one_solver):
+        for rows, objective in few(
             [
-                ([], asked.load_factor - cp.norm1(asked.slip[0])),
-                ([asked.slip <= 1e-3], None),
+                ([], solved.load_factor - cp.norm1(solved.slip[0])),
+                ([solved.slip <= 1e-3], None),
             ],
             1,
         ):
-            if asked is one_solver:
+            if solved is one_solver:
                 with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-                    asked.solve(0.4, own, objective)
+                    solved.solve(0.4, rows, objective)
             else:
-                limit = asked.solve(0.4, own, objective)
+                limit = solved.solve(0.4, rows, objective)
                 assert max(limit.load_factor, limit.bound, limit.largest_slip) < 1e-9
-    # Nor at load factor 0: an answer, as in the plane.
-    for own in (
+    # Nothing is safe at load factor 0 either: this is an answer, as in the plane.
+    for rows in (
         model.load_factor >= 1,
         model.slip[0, 0] >= 0.1,
     ):
-        limit = model.solve(0.4, [own])
+        limit = model.solve(0.4, [rows])
         assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
         assert "obeys constraints[0]: drop or relax" in limit.reason
 
 
 @pytest.mark.parametrize("simplify", [True, False])
 def test_own_rows_hold_at_a_corner_that_others_stand_for(simplify):
-    """One node at the loads -L, L and L / 2: |L| + |s| <= 1/2 for a slip s, and by hand L / 2 + s
-    <= 1/10 takes 1/10 of it."""
+    """Rows of the user hold at a corner that other corners make redundant.
+
+    One node has the loads -L, L and L / 2, so that |L| + |s| <= 1/2 for a slip s. By hand, L / 2 +
+    s <= 1/10 reduces the limit.
+    """
     model = fo.ShakedownModel(
         NODE, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.5}]), simplify=simplify
     )

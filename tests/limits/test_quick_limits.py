@@ -67,15 +67,15 @@ def in_space(rng, nodes):
 
 @pytest.mark.parametrize("seed", few(range(4, 28)))
 def test_a_quick_limit_is_the_proven_one(seed):
-    for asked in cases(seed):
-        closed = pose(*asked, question_name="shakedown_limit")
-        opened = np.random.default_rng(seed).random(asked[0].nodes) < 0.3
-        if asked[0].tangents == 2:
+    for case in cases(seed):
+        closed = pose(*case, question_name="shakedown_limit")
+        opened = np.random.default_rng(seed).random(case[0].nodes) < 0.3
+        if case[0].tangents == 2:
             opened = closed.r0[:, -1].min(axis=0) < 0
-        question = with_open(closed, opened & (np.arange(asked[0].nodes) > 0))
+        question = with_open(closed, opened & (np.arange(case[0].nodes) > 0))
         if question is None:
             continue
-        proven = fo.shakedown_limit(*asked, open=question.open_nodes)
+        proven = fo.shakedown_limit(*case, open=question.open_nodes)
         try:
             quick = quick_limit(question)
         except fo.SolverError:
@@ -100,8 +100,8 @@ def test_a_quick_limit_is_the_proven_one(seed):
 @pytest.mark.parametrize("seed", few(range(47, 71)))
 def test_no_limit_is_above_the_load_factor_that_a_mechanism_proves(seed):
     rng = np.random.default_rng([seed, 11])
-    for asked in cases(seed):
-        closed = pose(*asked, question_name="shakedown_limit")
+    for case in cases(seed):
+        closed = pose(*case, question_name="shakedown_limit")
         pulled = closed.r0[:, -1].min(axis=0) < 0
         question = with_open(closed, pulled | (rng.random(len(pulled)) < 0.2))
         if question is None or question.open_nodes.all():
@@ -111,7 +111,7 @@ def test_no_limit_is_above_the_load_factor_that_a_mechanism_proves(seed):
             load_factor for load_factor in tried if quick_bound.is_at_most(question, load_factor)
         ]
         if proven:
-            limit = fo.shakedown_limit(*asked, open=question.open_nodes).load_factor
+            limit = fo.shakedown_limit(*case, open=question.open_nodes).load_factor
             assert not limit > min(proven) * (1 + 1e-9)
 
 
@@ -136,11 +136,11 @@ def test_the_edge_of_a_punch_that_a_mechanism_keeps_closed_needs_no_program(
 
 @pytest.mark.parametrize("seed", few(range(12)))
 def test_the_search_by_quick_limits_ends_where_that_by_proven_ones_does(seed, monkeypatch):
-    asked = cases(seed)[seed % 4]
-    quick = fo.shakedown_limit(*asked)
+    case = cases(seed)[seed % 4]
+    quick = fo.shakedown_limit(*case)
     assert not quick.residual > 1e-9
     monkeypatch.setattr(best_set, "quick_limit", refused)
-    slow = fo.shakedown_limit(*asked)
+    slow = fo.shakedown_limit(*case)
     assert (slow.open == quick.open).all()
     assert quick.load_factor == pytest.approx(slow.load_factor, rel=1e-7, nan_ok=True)
     assert quick.least == pytest.approx(slow.least, rel=1e-7, abs=1e-12, nan_ok=True)
@@ -152,8 +152,8 @@ def refused(question, above):
 
 @pytest.mark.parametrize("wrong", [{"load_factor": 3.0}, {"least": -1.0}])
 def test_a_search_that_quick_limits_mislead_is_made_again(wrong, monkeypatch):
-    asked = pulled_system(np.random.default_rng([3, 12]), 4), CYCLE, 0.5
-    right = fo.shakedown_limit(*asked)
+    case = pulled_system(np.random.default_rng([3, 12]), 4), CYCLE, 0.5
+    right = fo.shakedown_limit(*case)
     assert right.open.any() and right.load_factor > 0
 
     def misled(question, above):
@@ -162,7 +162,7 @@ def test_a_search_that_quick_limits_mislead_is_made_again(wrong, monkeypatch):
         return replace(quick, **changes) if question.open_nodes.sum() == 2 else quick
 
     monkeypatch.setattr(best_set, "quick_limit", misled)
-    limit = fo.shakedown_limit(*asked)
+    limit = fo.shakedown_limit(*case)
     assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
     assert limit.residual < 1e-9 and limit.least == right.least
 
@@ -202,7 +202,7 @@ def test_a_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch):
         return load_factor + 1e-9 * question.load_unit, slip
 
     right = quick_limit(question)
-    monkeypatch.setattr(quick_limits, "RESIDUAL", -1.0)  # the second program is always asked
+    monkeypatch.setattr(quick_limits, "RESIDUAL", -1.0)  # the second program is always solved
     monkeypatch.setattr(quick_space.ConeProgram, "state", state)
     assert right.least == 0 and quick_limit(question).least == 0
     monkeypatch.setattr(

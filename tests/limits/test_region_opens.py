@@ -1,5 +1,7 @@
-"""Safe regions of contacts whose nodes stay open: of one set of open nodes, in which alone they are
-convex."""
+"""Safe regions of contacts whose nodes stay open.
+
+A region belongs to one set of open nodes; only then is it convex.
+"""
 
 from itertools import pairwise
 

@@ -29,8 +29,10 @@ from studies.lift_off import fir_tree
 
 
 def brute_force(contact, cycle, load_factor, bound=None):
-    """Least friction by bisection on the feasibility of all rows of all corners in raw slips of at
-    most `bound`; inf if none up to 1000 will do."""
+    """Least friction by bisection on the feasibility of all rows of all corners in raw slips.
+
+    No slip exceeds `bound`. The value is inf if no friction up to 1000 is enough.
+    """
 
     def safe(f):
         rows, right = corner_rows(contact, cycle, f)  # which press all nodes, for f > 0
@@ -182,11 +184,10 @@ def graded(which):
 
 
 def straddles(contact, cycle, load_factor, required):
-    """Whether the load factor lies between the shakedown limits of a little less and of a little
-    more friction.
+    """Whether the load factor lies between limits with a little less and a little more friction.
 
-    Where the mean load alone has no safe slip, the safe load factors may begin above the one in
-    question.
+    Where the mean load alone has no safe slip, the safe load factors may begin above this load
+    factor.
     """
     friction = required.required * (1 - 2e-5)
     less = fo.shakedown_limit(contact, cycle, friction).load_factor
@@ -204,8 +205,11 @@ def fir():
     "load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)], 1, 9)
 )
 def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_factor, fir):
-    """At 0.944 the best set is next to one that the mean load opens with less friction, and not
-    next to the best one of these."""
+    """The required friction of a fir tree is the threshold of its limit.
+
+    At 0.944 the best set of open nodes is next to a set that the mean load opens with less
+    friction. It is not next to the best of these sets.
+    """
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
     required = fo.required_friction(fir, cycle, load_factor)
     assert required.open.any()
@@ -218,8 +222,11 @@ def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_fact
 
 
 def test_faces_of_strongly_graded_nodes():
-    """Two inclined faces with a hundredfold grading, a stiff blade in a soft disc: there B hardly
-    feels some slips."""
+    """Faces with strongly graded nodes have a required friction.
+
+    Two inclined faces have a hundredfold grading, and a stiff blade is in a soft disc. There B
+    hardly feels some slips.
+    """
     contact, load_factor = graded(0)[0], 0.05
     cycle = fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}])
     assert best_pressed(contact, cycle, load_factor, None)[0].residual < 1e-11
@@ -256,8 +263,11 @@ def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load
 
 
 def test_faces_that_lock_themselves_need_slips_without_bound():
-    """Pushed from below, a dovetail is held by friction alone, of the cotangent of its angle: with
-    it the slip has no bound."""
+    """Faces that lock themselves need slips without bound.
+
+    A dovetail that is pushed from below is held by friction alone, equal to the cotangent of its
+    angle. With this friction the slip has no bound.
+    """
     contact = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense()
     cot = 1 / np.tan(np.radians(50))
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
@@ -284,8 +294,11 @@ def test_faces_that_lock_themselves_need_slips_without_bound():
 
 
 def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
-    """Hardly anything resists a roll, so with all nodes closed no program tells how far they are
-    pressed; those at rest tell enough."""
+    """A pad that rolls on its flat needs a friction coefficient above one.
+
+    Hardly anything resists a roll. With all nodes closed, no program determines how far they are
+    pressed; the nodes at rest determine enough.
+    """
     x, steel = np.linspace(-1.2, 1.2, 21), fo.Material(E=115e3, nu=0.33)
     block = MeshQuad.init_tensor(
         np.r_[-6, -3, x, 3, 6], np.r_[-6, -3, -1, -0.3, 0]
@@ -343,8 +356,11 @@ def test_where_no_friction_is_needed():
 
 
 def test_where_no_friction_is_enough():
-    """The second node is pulled at one corner, and slip presses one node only as much as it unloads
-    the other."""
+    """No friction is enough for a node that slip cannot press.
+
+    The second node is pulled at one corner, and slip presses one node only as much as it unloads
+    the other.
+    """
     B = np.array([[0.5, -0.5], [-0.5, 0.5]])
     pulled = system(np.eye(2), B, 0.0, (1.0, 1.0), 0.2, (0.0, 3.0))
     required = fo.required_friction(pulled, CYCLE, 1.0, slip_bound=1.0)
@@ -375,8 +391,11 @@ def test_pressures_within_rounding_of_zero_are_no_answer():
 
 
 def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_margin():
-    """A node with a millionth of the pressure limits the friction: the margin hardly feels a little
-    less, so the step to the proof is wider."""
+    """A node with a small part of the margin has a proof that less friction is too little.
+
+    The node has a millionth of the pressure and limits the friction. The margin hardly feels a
+    little less friction, so that the step to the proof is wider.
+    """
     light = 1e-6
     contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, light), (0.1, 0.5 * light), 0.0)
     required = fo.required_friction(contact, CYCLE, 1.0)
@@ -387,8 +406,11 @@ def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_marg
 
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
-    """A node pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam - 1)
-    >= 0.6 lam; its least safe load factor agrees."""
+    """Where the mean load pulls a node, more load needs less friction.
+
+    A node that is pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam
+    - 1) >= 0.6 lam. Its least safe load factor agrees.
+    """
     cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
     required = [fo.required_friction(NODE, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
     assert [each.required for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
@@ -399,8 +421,10 @@ def test_where_the_mean_load_pulls_more_load_needs_less_friction():
 
 
 def by_slips(S, loads, node, slips):
-    """Least friction under loads (K, 4) of one of two nodes, of which the other one is open, by
-    trying all slips."""
+    """Least friction of one of two nodes, of which the other one is open, by trying all slips.
+
+    The loads have the shape (K, 4).
+    """
     own, other = [node, node + 2], [1 - node, 3 - node]
     take = S[own][:, other] @ np.linalg.inv(S[other][:, other])
     moved = np.multiply.outer(S[own, node] - take @ S[other, node], slips)
@@ -409,8 +433,11 @@ def by_slips(S, loads, node, slips):
 
 
 def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
-    """Under the mean load node 1 opens with friction 0.25 and not with 0.3; open, it leaves a
-    contact of one node, whose slips are tried here."""
+    """Less friction may be enough with a node that it leaves open.
+
+    Under the mean load node 1 opens with friction 0.25 and does not open with 0.3. The open node
+    leaves a contact of one node, whose slips are tried here.
+    """
     S = np.array(
         [
             [1.8, 0.1, -0.6, -0.6],
@@ -444,8 +471,11 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
 
 
 def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
-    """Glued, the mean load presses both nodes, by 0.29 and 0.08. With a friction of 0.1 node 0
-    slips open, so 1 rests alone; with 0.3 both close."""
+    """Less friction may be enough with a node that opens only after slip.
+
+    On a glued contact the mean load presses the nodes by 0.29 and 0.08. With a friction of 0.1 node
+    0 slips open, so that only node 1 rests; with 0.3 both nodes are closed.
+    """
     S = np.array(
         [
             [0.67, -0.19, 0.1, -0.35],
@@ -473,15 +503,18 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
 
 
 def test_no_program_is_solved_twice(punch, paper_cycle, monkeypatch):
-    """A closed contact needs no proof of its limit, either: only its open nodes are asked."""
+    """No program is solved twice for the required friction.
+
+    A closed contact needs no proof of its limit, either: the search asks only for its open nodes.
+    """
     frictions = []
     of_set = fo.SafeSlipModel.of_set
 
-    def counted(self, question, *more):
+    def counted(self, question, *rest):
         frictions.append(float(question.friction[0]))
-        return of_set(self, question, *more)
+        return of_set(self, question, *rest)
 
-    def refused(*given, **options):
+    def refused(*arguments, **options):
         raise AssertionError("a limit is proven")
 
     monkeypatch.setattr(fo.SafeSlipModel, "of_set", counted)

@@ -7,8 +7,11 @@ import frictopt as fo
 
 
 def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():
-    """Three shears of size 1, 120 degrees apart, and a mean shear that slip takes away; pressed by
-    2: f = 1 / 2, at half the load a quarter."""
+    """The required friction is the radius of the circle around the shears, over the pressure.
+
+    Three shears of size 1 are 120 degrees apart, and slip takes the mean shear away. A pressure of
+    2 gives f = 1 / 2; at half the load f is a quarter.
+    """
     node = fo.ContactSystem(
         np.eye(3), [[0, 0, 0]], {"P": [0, 0, 2], "X": [1, 0, 0], "Y": [0, 1, 0]}
     )
@@ -41,8 +44,11 @@ def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
     "corners", [[(-1, 0), (0, 0), (1, 0)], [(-1, 0), (1, 0)], [(1, 0), (-0.5, 0.75), (-0.5, -0.75)]]
 )
 def test_a_rigid_body_has_no_normal_stiffness_beyond_rounding(corners):
-    """Three nodes or two that statics decides: pushed evenly by 0.1 and pressed by 1, they need a
-    friction of 0.1, whatever the sign of rounding."""
+    """The sign of rounding in the normal stiffness of a rigid body does not matter.
+
+    Statics determines the forces on three nodes, or on two. Sheared evenly by 0.1 and pressed by 1,
+    they need a friction of 0.1.
+    """
     points = np.column_stack([np.array(corners, float), np.zeros(len(corners))])
     n = len(corners)
     axes = [(axis, np.zeros(3)) for axis in np.eye(3)] + [(np.zeros(3), axis) for axis in np.eye(3)]

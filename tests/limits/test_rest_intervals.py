@@ -1,5 +1,8 @@
-"""Uncoupled contacts whose normal loads are scaled, too: the load factors at which they rest, by
-closed forms, by plain programs, by other searches, and by transients from several starts."""
+"""Uncoupled contacts whose normal loads are scaled, too: the load factors of rest.
+
+They are compared with closed forms, plain programs, other searches, and transients from several
+starts.
+"""
 
 import pickle
 from types import SimpleNamespace
@@ -161,8 +164,11 @@ TO_AND_FRO = fo.LoadCycle({"mean": 1.0}, [{"P": 1.0, "Q": 1.0}, {"P": -1.0, "Q":
 
 
 def test_a_limit_that_is_nearly_zero_has_its_interval():
-    """Node 1 has hardly a pressure, and its shear grows faster than its friction bound: by hand
-    0.5 lam + x <= f (p + 0.1 lam) and 0.5 lam - x <= f (p - 0.1 lam), so lam = 2 f p."""
+    """A limit that is nearly zero has an interval.
+
+    Node 1 has hardly any pressure, and its shear grows faster than its friction bound. By hand, 0.5
+    lam + x <= f (p + 0.1 lam) and 0.5 lam - x <= f (p - 0.1 lam), so that lam = 2 f p.
+    """
     system = two_nodes([1.0, 1e-13], 0.1, 0.5)
     limit = fo.shakedown_limit(system, TO_AND_FRO, 0.5)
     assert 0 <= limit.load_factor < 1e-11
@@ -171,8 +177,11 @@ def test_a_limit_that_is_nearly_zero_has_its_interval():
 
 
 def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
-    """The mean load pulls node 0 open. By hand node 1 has 0.5 lam + x <= 0.5 (1 + 0.2 lam) and
-    0.5 lam - x <= 0.5 (1 - 0.2 lam), so its limit is 1. Above it every start slips."""
+    """The limit of a contact whose node never touches covers all its gaps.
+
+    The mean load pulls node 0 open. By hand, node 1 has 0.5 lam + x <= 0.5 (1 + 0.2 lam) and 0.5
+    lam - x <= 0.5 (1 - 0.2 lam), so that its limit is 1. Above it every start slips.
+    """
     system = two_nodes([-1.0, 1.0], 0.2, 0.5)
     for events in (False, True):
         limit = fo.shakedown_limit(system, TO_AND_FRO, 0.5, events=events)
@@ -186,8 +195,12 @@ def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
 
 
 def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():
-    """In the last piece the node that stays closed has one pressure at an event of the other one,
-    and its rate is rounding. Transients from several starts rest far above the last event."""
+    """A pressure that keeps its value bounds no load factor.
+
+    In the last piece the node that stays closed has one pressure at an event of the other node, and
+    the rate of this pressure is rounding. Transients from several starts rest far above the last
+    event.
+    """
     case = contact(9248)
     limit = fo.shakedown_limit(*case.arguments)
     assert limit.load_factor == np.inf and limit.intervals.tolist() == [[0.0, np.inf]]

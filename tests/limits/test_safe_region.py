@@ -233,8 +233,11 @@ def test_bad_loads_are_refused(loads):
 
 
 def test_the_ray_of_one_load_alone_gives_a_line_for_both():
-    """Its corners differ by the other load, which has amplitude 0 there. With the right ones each
-    side takes two limits at most."""
+    """The limit of a single load gives a line for both loads.
+
+    The corners of the cycle differ by the other load, which has amplitude 0 there. With the right
+    multipliers each side takes at most two limits.
+    """
     for seed in range(5):
         contact, _, region = random_region(seed)
         if len(region.sides) and not region.unlimited and contact.B.any():
@@ -244,8 +247,11 @@ def test_the_ray_of_one_load_alone_gives_a_line_for_both():
 
 @pytest.mark.parametrize("other", ["idle", "twin"])
 def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
-    """A limit whose mechanism proves a little more than its slip carries leaves a line beside its
-    point; those of twins are parallel."""
+    """A side of the region that misses its vertices is no answer.
+
+    If the mechanism of a limit proves a little more than its slip carries, its line is beside its
+    point; the lines of twin points are parallel.
+    """
 
     rays = import_module("frictopt.limits.region_rays").Rays
     limit_of = rays._limit

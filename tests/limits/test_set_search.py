@@ -1,5 +1,7 @@
-"""The search of nodes that stay open against closed forms, every set of open nodes, transients, and
-rounded punches."""
+"""The search of nodes that stay open.
+
+It is compared with closed forms, every set of open nodes, transients, and rounded punches.
+"""
 
 from itertools import product
 
@@ -38,8 +40,11 @@ def random_question(seed, least, most):
 
 
 def best_of_all_sets(contact, cycle, friction):
-    """Largest load factor up to MOST over all sets that stay open, but that of all nodes, by scipy;
-    nan without one."""
+    """Largest load factor of all sets of nodes that stay open, by scipy.
+
+    Load factors end at MOST. The set of all nodes is left out, and the value is nan if no set is
+    safe.
+    """
     sets = [
         np.tile(opened, (len(cycle.corners), 1))
         for opened in product([False, True], repeat=contact.nodes)
@@ -73,14 +78,17 @@ def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     assert closed.load_factor == pytest.approx(2.0) and "nodes that open and close" in closed.covers
     assert fo.shakedown_limit(contact, CYCLE, 0.5).load_factor == np.inf
     beyond = fo.limit_after_protocol(contact, CYCLE, 0.5, start=closed.slip, up_to=100.0)
-    assert (
-        beyond.load_factor == pytest.approx(100.0) and beyond.upper == np.inf
-    )  # it opens and closes in each cycle
+    # It opens and closes in each cycle.
+    assert beyond.load_factor == pytest.approx(100.0)
+    assert beyond.upper == np.inf
 
 
 def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
-    """The mean load pulls both nodes; open by 0.5, the first presses the second with 0.3, which
-    slips at f p = 0.15."""
+    """An open node may press the node that governs the limit.
+
+    The mean load pulls both nodes. Open by 0.5, the first node presses the second one with 0.3,
+    which slips at f p = 0.15.
+    """
     contact = system(
         np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, -0.2], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]]
     )
@@ -128,8 +136,11 @@ def test_a_set_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_and_re
 
 
 def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(paper_cycle):
-    """With 0.9 the closed contact still has a small limit; the two sides of the best set open only
-    together, as the mean load does with less."""
+    """Sets of nodes that open with less friction are tried, too.
+
+    With 0.9 the closed contact still has a small limit. The two sides of the best set open only
+    together, as under the mean load with less friction.
+    """
     flat = fo.scenes.PunchOnHalfPlane(elements=12).condense()
     contact = flat.with_gap(2.0 * flat.x**4)
     model = fo.ShakedownModel(contact, paper_cycle)
@@ -163,8 +174,11 @@ def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, pap
 
 
 def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
-    """With friction 0.3 the closed contact rests from 0.31 to 1.83, that with node 0 open up to
-    0.73: all up to 1.83 are safe."""
+    """A load below the least load of the best set rests with other open nodes.
+
+    With friction 0.3 the closed contact rests from 0.31 to 1.83, and the contact with node 0 open
+    up to 0.73. All load factors up to 1.83 are safe.
+    """
     S = np.array(
         [
             [0.67, -0.19, 0.1, -0.35],
@@ -329,8 +343,11 @@ def test_a_contact_whose_nodes_are_all_open_for_ever_is_none():
 
 @pytest.mark.parametrize("shear", [0.3, 0.0])
 def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
-    """Node 0 is open always, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), node 2 if `shear` lam <=
-    0.5. Below, node 1 slips unless it is open too."""
+    """Nodes that only the corners press rest in an interval of load factors.
+
+    Node 0 is always open, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), and node 2 sticks if `shear`
+    lam <= 0.5. Below the interval node 1 slips unless it is open, too.
+    """
     loads = {
         "P": ([0, 0, 0], [-5.0, -1.0, 1.0]),
         "N": ([0, 0, 0], [0, 1.0, 0]),
@@ -356,8 +373,11 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
 
 
 def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds():
-    """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5
-    (1 - lam) < lam, from lam = 1 on it is open."""
+    """A node that the corners lift rests open far above the limit of the closed contact.
+
+    No search near the limit finds this. The node is pressed by 1, lifted by lam at both corners,
+    and sheared by +-lam. Closed, it slips where 0.5 (1 - lam) < lam; from lam = 1 on it is open.
+    """
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
     limit = fo.shakedown_limit(NODE, cycle, 0.5)
     assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3))
@@ -371,8 +391,11 @@ def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_se
 @settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), other=st.floats(-1.0, 0.9))
 def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed, other):
-    """Of one set of open nodes or another: loads that nearly stand still open nodes which only much
-    load holds open."""
+    """Every load factor from the least one to the limit has a safe slip.
+
+    The slip belongs to one set of open nodes or another. Loads that nearly stand still open nodes
+    which only a large load holds open.
+    """
     rng = np.random.default_rng(seed)
     contact = random_system(rng, int(rng.integers(2, 5)), coupling=1.0)
     f = float(rng.uniform(0.2, 1.5))
@@ -387,8 +410,11 @@ def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed,
 
 
 def test_a_static_load_opens_no_node_for_a_higher_limit():
-    """Node 1 slips as it is unloaded: without shear its pressure is 1 - lam - 0.006 lam. Above
-    1 / 1.006 it opens and any load finds a state of rest, which the limit leaves to the path."""
+    """The search opens no node by a static load for a higher limit.
+
+    Node 1 slips as it is unloaded: without shear its pressure is 1 - lam - 0.006 lam. Above 1 /
+    1.006 it opens, and any load finds a state of rest, which the limit leaves to the path.
+    """
     B = np.diag([0.0, 0.01])
     pair = system(np.eye(2), B, 0.0, [2.0, 1.0], [0.5, 0.6], [0.0, -1.0])
     limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5)
@@ -404,8 +430,11 @@ def test_a_static_load_opens_no_node_for_a_higher_limit():
 
 
 def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
-    """A mean shear of 1 slips node 0 where f < 1, by 1 - f, and that lifts node 1, pressed by 0.1,
-    by half of it."""
+    """The search begins with the nodes that the mean load opens with less friction.
+
+    A mean shear of 1 slips node 0 by 1 - f where f < 1. That slip lifts node 1, which is pressed by
+    0.1, by half of the slip.
+    """
     pair = system(np.eye(2), [[0.0, 0.0], [0.5, 0.0]], [1.0, 0.0], [1.0, 0.1], [0.1, 0.0], 0.0)
     starts = [
         opened.tolist()
@@ -420,8 +449,11 @@ def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
 
 
 def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction():
-    """Node 0 slips where f < 1, by 1 - f, and that presses node 1, pulled by 0.05, by half of
-    it."""
+    """The search also begins with the nodes that the mean load opens with more friction.
+
+    Node 0 slips by 1 - f where f < 1. That slip presses node 1, which is pulled by 0.05, by half of
+    the slip.
+    """
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [1.0, 0.0], [1.0, -0.05], [0.1, 0.0], 0.0)
     starts = [
         opened.tolist()

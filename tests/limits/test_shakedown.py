@@ -71,8 +71,10 @@ COARSE = {
 
 @pytest.mark.parametrize("elements", COARSE)
 def test_the_papers_scene_on_coarse_meshes(punch, paper_cycle, elements):
-    """sigma a / P of an independent trial on the same scene; P is the total force, twice the mean
-    pressure at a = 1."""
+    """The scene of the paper agrees with an independent trial on coarse meshes.
+
+    The number is sigma a / P; P is the total force, twice the mean pressure at a = 1.
+    """
     found = (
         fo.ShakedownModel(punch(elements), paper_cycle)
         .sweep([0.2, 0.3, 0.4, 0.5, 0.6, 0.8])
@@ -105,8 +107,11 @@ def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
 
 
 def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
-    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear
-    elements lose over 60 % of the limit up to 0.5."""
+    """Averaged dilatation removes most of the dependence on Poisson's ratio.
+
+    Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear
+    elements lose over 60 % of the limit up to 0.5.
+    """
     for friction in (0.3, 0.7):
         changes = {}
         for element in ("linear", "mean_dilatation"):
@@ -152,8 +157,11 @@ def test_a_soft_contact_beside_a_stiff_one_is_no_free_one(ratio):
 
 @pytest.mark.parametrize("coupling", [0.0, 0.1])
 def test_a_node_without_friction_is_named_where_it_leaves_no_limit(coupling):
-    """It slides without work, so that transients count the contact as at rest until the other node
-    slips."""
+    """The answer names a node without friction that leaves no limit.
+
+    The node slides without work, so that transients count the contact as at rest until the other
+    node slips.
+    """
     loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([1.0, 0.5], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(
         np.diag([2.0, 5.0]), [[0.0, coupling], [-coupling, 0.0]], np.eye(2), [0.0, 1.0], loads

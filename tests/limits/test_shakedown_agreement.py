@@ -24,8 +24,11 @@ def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("corners", [3, 24])
 def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners, simplify):
-    """Corners on an ellipse and one within it, against a plain program with the rows of all
-    corners."""
+    """Corners that govern no node are counted and change nothing.
+
+    The corners are on an ellipse, and one is within it. A plain program with the rows of all
+    corners gives the same limit.
+    """
     angles = np.r_[2 * np.pi * np.arange(corners) / corners, 0.3]
     sizes = np.r_[np.ones(corners), 0.4]
     loads = [
@@ -45,8 +48,11 @@ def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners
 
 
 def test_friction_changed_by_hand_to_zero_leaves_no_tension():
-    """Node 0 is lifted by the cyclic load, p = 1 - lam, and node 1 sheared: without friction at
-    node 0 the limit is min(1, 10 f)."""
+    """A node whose friction is changed to zero by hand carries no tension.
+
+    The cyclic load lifts node 0, p = 1 - lam, and shears node 1. Without friction at node 0 the
+    limit is min(1, 10 f).
+    """
     loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.0, 0.1], [1.0, 0.0])}
     two = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
@@ -71,8 +77,11 @@ def test_many_corners_take_memory_for_their_loads_alone():
 
 
 def test_the_mechanism_is_a_proof(punch, paper_cycle):
-    """Slips of the table: shares add up to one, do no work on any residual slip, and bound the load
-    from above."""
+    """The slips in the table of the mechanism prove the limit.
+
+    Their shares add up to one, they do no work on any residual slip, and they bound the load from
+    above.
+    """
     contact = punch(16)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.7)
     table = limit.mechanism
@@ -123,16 +132,18 @@ def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
 def test_an_answer_that_is_wrong_in_one_respect_is_not_believed(
     wrong, punch, paper_cycle, monkeypatch
 ):
-    """Whatever the program and its polish say: the slip is judged by the stiffness, and the limit
-    by its multipliers."""
+    """An answer with one wrong quantity is refused, whatever the program and its polish return.
+
+    The stiffness judges the slip, and the multipliers judge the limit.
+    """
     right = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    told = []
+    load_factors = []
 
     def lie(compiled, z, multipliers):
         at = {
             variable.name(): compiled.place(variable) for variable in compiled.problem.variables()
         }
-        told.append(z[at["load_factor"]].item())
+        load_factors.append(z[at["load_factor"]].item())
         if wrong == "proof":
             multipliers *= 1 + 1e-7
         else:
@@ -141,7 +152,7 @@ def test_an_answer_that_is_wrong_in_one_respect_is_not_believed(
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    assert told[0] == pytest.approx(right.load_factor)
+    assert load_factors[0] == pytest.approx(right.load_factor)
 
 
 def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeypatch):
@@ -185,7 +196,7 @@ def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
 
 def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(punch, paper_cycle):
     printed = explained(fo.shakedown_limit(punch(16), paper_cycle, 0.7))
-    said = (
+    expected_texts = (
         "maximize load_factor",
         "q_r == A @ slip",
         "stuck[k]: abs(q[k]) <= f * p[k]  for k = 0, 1",
@@ -195,7 +206,7 @@ def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(pun
         "\nparameters\n",
         "17, convex",
     )
-    assert all(part in printed for part in said), printed
+    assert all(part in printed for part in expected_texts), printed
     assert "norm(q[k]) <= f * p[k]  for k = 0, 1, 2" in explained(
         fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4)
     )

@@ -1,5 +1,7 @@
-"""Safe slips, and limits under a bound on the slip, against programs over raw slips with the same
-bound."""
+"""Safe slips, and limits under a bound on the slip.
+
+They are compared with programs over raw slips with the same bound.
+"""
 
 from functools import partial
 
@@ -81,9 +83,8 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
 
 
 @settings(max_examples=few(10))
-@example(
-    seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True
-)  # nothing resists its only node
+# Nothing resists its only node.
+@example(seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True)
 @example(seed=115175, nodes=1, f=0.0625, free=True, size=2.0, factor=1e-9, simplify=False)
 @given(
     seed=st.integers(0, 10**6),
@@ -97,8 +98,11 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
 def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(
     seed, nodes, f, free, size, factor, simplify
 ):
-    """With a bound on the slip and without: by a linear program over raw slips with the margin in
-    place of the load factor."""
+    """Safe slips have the largest reserve, and certificates are proofs.
+
+    With a bound on the slip and without, a linear program over raw slips gives the margin in place
+    of the load factor.
+    """
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes)
     most = None if size is None else size * rng.uniform(0.5, 1.5, nodes)
@@ -144,8 +148,11 @@ def test_without_any_slip_the_limit_is_the_first_onset():
 
 
 def test_a_false_denial_is_not_believed(monkeypatch):
-    """The cyclic load alone is safe by slips within the bound, which cannot grow with the load:
-    that proves no unbounded limit."""
+    """A false claim that no safe slip exists is refused.
+
+    Slips within the bound make the cyclic load safe by itself. They cannot grow with the load, so
+    that they prove no unbounded limit.
+    """
     contact = random_system(np.random.default_rng(0), 3)
     assert np.isfinite(fo.shakedown_limit(contact, CYCLE, 0.4, slip_bound=1e3).load_factor)
     lying(monkeypatch, lambda program, *_: None if is_excess(program) else "unbounded")
@@ -162,11 +169,11 @@ def test_a_false_denial_is_not_believed(monkeypatch):
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e9])
 @pytest.mark.parametrize("most", [[0.1, 0.4], [0.4, 0.1]])
 def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, share):
-    """Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so
-    carry 1.5.
+    """A slide within the bound is not lost beside a stiff node.
 
-    Node 1 has a share of the forces of node 0, and slips in proportion. Neither this nor the third
-    node changes the limit.
+    Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so
+    carry 1.5. Node 1 has a share of the forces of node 0, and slips in proportion. Neither this
+    share nor the third node changes the limit.
     """
     forces = np.array([1.0, share, 1.0])
     A = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, stiff]]) * np.outer(forces, forces)
@@ -182,8 +189,11 @@ def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, s
 
 
 def test_a_bound_is_a_circle_whatever_the_directions_of_the_tangents():
-    """One node, unit stiffness, sheared to one side by 2 q: it needs a slip of q to be centred, and
-    carries f p + most without more."""
+    """A bound on slip is a circle, whatever the directions of the tangents.
+
+    One node of unit stiffness is sheared to one side by 2 q. It needs a slip of q to be centred.
+    With slips of at most `most` it carries f p + most.
+    """
     turned = np.deg2rad(31.0)
     pull = fo.LoadCycle(
         {"P": 1.0}, [{"X": 2 * np.cos(turned), "Y": 2 * np.sin(turned)}, {"P": 0.0}]
@@ -212,8 +222,11 @@ def test_explain(punch, paper_cycle):
 
 
 def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):
-    """A safe slip exists at the limit and a part in 1e9 below it, and none a part in 1e9 above
-    it."""
+    """The limit separates existence from absence of a safe slip to a billionth.
+
+    A safe slip exists at the limit and a part in 1e9 below it, and no safe slip exists a part in
+    1e9 above it.
+    """
     contact = punch(16)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
     assert [
@@ -230,8 +243,11 @@ def test_a_load_that_hides_the_mean_load_is_refused(load_factor):
 
 @pytest.mark.parametrize("axes", [2, 3])
 def test_more_friction_adds_the_pressure_of_a_node_that_its_slip_frees_of_shear(axes):
-    """The slip that stays furthest inside leaves no shear, and the node on its bounds all around:
-    the reserve is f p, p = 0.5."""
+    """More friction adds the pressure of a node whose slip takes all shear off.
+
+    The slip with the largest reserve leaves no shear. The reserve is then the same in all
+    directions, f p with p = 0.5.
+    """
     loads = {"P": np.eye(axes)[-1], "Q": np.eye(axes)[0]}
     node = fo.ContactSystem(np.eye(axes), np.zeros((1, axes)), loads)
     safe = fo.safe_slip(

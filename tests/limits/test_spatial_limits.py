@@ -1,5 +1,8 @@
-"""Limits in three dimensions: closed forms, the plane, invariances, extremes, and certificates from
-both sides."""
+"""Limits in three dimensions.
+
+They are compared with closed forms, the plane, invariances, extremes, and certificates from both
+sides.
+"""
 
 from collections import Counter
 
@@ -81,8 +84,10 @@ def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idl
 
 
 def unlike(seed):
-    """A random contact whose limit hangs on small multipliers, weakly coupled or of nodes with
-    stiffnesses over eight decades, and its load cycle."""
+    """A random contact whose limit depends on small multipliers, and its load cycle.
+
+    The contact is weakly coupled, or its nodes have stiffnesses over eight decades.
+    """
     rng = np.random.default_rng(seed)
     nodes, corners = int(rng.integers(4, 41)), int(rng.integers(2, 9))
     contact = random_contact(rng, nodes, coupling=10.0 ** rng.uniform(-6, 0))
@@ -138,8 +143,11 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
 
 @pytest.mark.parametrize("seed", [7, 14])  # of others the oracle has no answer on some processors
 def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_of_soft_slips(seed):
-    """Little but its spring resists that the whole body slides; half of the nodes stick whatever
-    the load."""
+    """Nodes that hardly feel the load do not change the limit by rounding of soft slips.
+
+    Little but its spring resists a slide of the whole body; half of the nodes stick whatever the
+    load.
+    """
     contact = random_contact(np.random.default_rng(seed), 12)
     slides = np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12)
     held = np.eye(36) - slides @ slides.T
@@ -159,8 +167,10 @@ def test_limits_that_hang_on_small_multipliers_are_certified():
 
 
 def wedged(seed):
-    """A contact of unlike nodes that slips can press thousands of times harder than the mean load,
-    its load cycle and friction."""
+    """A contact of unlike nodes, its load cycle and friction.
+
+    Slips can press the nodes thousands of times harder than the mean load.
+    """
     rng = np.random.default_rng(seed)
     nodes, corners = int(rng.integers(2, 7)), int(rng.integers(2, 5))
     contact = random_contact(rng, nodes, coupling=1.0)
@@ -181,8 +191,11 @@ def wedged(seed):
 
 @pytest.mark.parametrize("seed", [85, 87])
 def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
-    """Their limits and margins were errors: no step of the interior point, and no polish, made the
-    multipliers right."""
+    """Multipliers that steps miss by rounding are corrected where slips press hard.
+
+    Limits and margins of these contacts once were errors: no step of the interior point, and no
+    polish, gave right multipliers.
+    """
     system, loads, f = wedged(seed)
     limit, safe = (
         ask(system, loads, f, *at, solver="INTERIOR_POINT")
@@ -227,8 +240,11 @@ def test_hundreds_of_nodes_have_a_certified_limit_at_the_ends_of_the_range(
 
 
 def test_a_corner_a_little_outside_of_the_others_counts():
-    """Further out by 5e-8: within the tolerance of the linear program that tells it, and above that
-    of the answer."""
+    """A corner just outside the hull of the others counts.
+
+    It is further out by 5e-8. That is within the tolerance of the linear program that finds it, and
+    above the tolerance of the answer.
+    """
     node, off = single(), 5e-8
     limit = fo.shakedown_limit(
         node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0 + off}, {"X": -1.0}, {"X": 1.0}]), 0.5

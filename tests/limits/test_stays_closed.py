@@ -1,5 +1,7 @@
-"""The certificate that no slip opens a node, against linear programs in all slips and loads, and
-against transients."""
+"""The certificate that no slip opens a node.
+
+It is compared with linear programs in all slips and loads, and with transients.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -19,8 +21,11 @@ THREE = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"a": -0.7, "b": -0
 
 
 def least_pressures(contact, cycle, friction, load_factor):
-    """(N,) least normal force of each node over all slips that friction holds, and all means of the
-    mean load and the corners, by scipy."""
+    """Least normal force of each node, (N,), by scipy.
+
+    It is the least over all slips that friction holds, and over all mixtures of the mean load and
+    the corners.
+    """
     n, corners = contact.nodes, len(cycle.corners)
     (q0, p0) = contact.closed_reaction(cycle.mean)
     (q1, p1) = cycle.corner_reactions(contact)

@@ -1,5 +1,8 @@
-"""Which nodes the search of open nodes tries: those that touch, those that are pressed, and those
-that the mean load opens. Against every set of open nodes, by linear programs of scipy."""
+"""The nodes that the search of open nodes tries.
+
+These nodes touch, are pressed, or are opened by the mean load. The search is compared with every
+set of open nodes, by linear programs of scipy.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -48,16 +51,18 @@ def pulled(seed):
 
 
 def better_set(contact, cycle, friction, limit):
-    """The load factor of the set that is safe just below a limit and reaches furthest above it; the
-    limit itself without one."""
+    """The load factor of a set that is safe just below a limit and reaches furthest above it.
+
+    The value is the limit itself if no set reaches further.
+    """
     best = limit.load_factor
     for number in range(2**contact.nodes - 1):
         opened = np.array([number >> node & 1 for node in range(contact.nodes)], dtype=bool)
         every = np.tile(opened, (len(cycle.corners), 1))
         claim = largest_with_open(contact, cycle, friction, every, 3 * limit.load_factor)
         if claim is not None and claim[0] > best * (1 + 1e-5):
-            own = fo.shakedown_limit(contact, cycle, friction, open=opened)
-            if own.least <= limit.load_factor:
+            set_limit = fo.shakedown_limit(contact, cycle, friction, open=opened)
+            if set_limit.least <= limit.load_factor:
                 best = claim[0]
     return best
 
@@ -109,23 +114,26 @@ def test_the_set_of_the_mean_load_is_tried_though_a_slip_keeps_all_nodes_closed(
 @pytest.mark.parametrize("elements", [24, 60])
 def test_a_closed_contact_of_more_nodes_asks_one_program(elements, monkeypatch):
     contact = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
-    asked = []
+    calls = []
     of_set = shakedown.ShakedownLimits.of_set
 
     def counted(self, *args, **options):
-        asked.append(1)
+        calls.append(1)
         return of_set(self, *args, **options)
 
     monkeypatch.setattr(shakedown.ShakedownLimits, "of_set", counted)
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     limit = fo.shakedown_limit(contact, cycle, 0.6)
-    assert not limit.open.any() and len(asked) == 1
+    assert not limit.open.any() and len(calls) == 1
 
 
 @pytest.mark.parametrize("seed", SOFT)
 def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
-    """With the displacements of a node in another unit, its motion is far smaller than the others,
-    but the contact is the same."""
+    """The search tries an open node that touches, whatever the unit of its gap.
+
+    With the displacements of the node in another unit, its motion is far smaller than the others,
+    but the contact is the same.
+    """
     contact, cycle, limit = open_in_space(seed)
     motion = limit._motion.parts(contact).sum(axis=(0, 1))
     node = int(np.where(limit.open, motion, 0.0).argmax())
@@ -143,8 +151,11 @@ def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
 
 @pytest.mark.slow
 def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
-    """Node 6 is open and touches. It has half a percent of the largest motion, because the motion of
-    an open node is in the unit of its gap."""
+    """The search tries the touching node of a quarter of a flange, which hardly moves.
+
+    Node 6 is open and touches. It has half a percent of the largest motion, because the motion of
+    an open node is in the unit of its gap.
+    """
     steel = dict.fromkeys(("upper", "lower", "bolt"), fo.Material(E=210e3, nu=0.3))
     bodies = fo.split_bodies(fo.read_mesh(TUTORIAL / "flange.msh"), steel)
     contacts = [

@@ -128,9 +128,10 @@ def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, 
     system = agree(fo.read_calculix(job), blocks, rules, axis)
     assert rule is leaning or system.bonded["P"][1].sum() == pytest.approx(3.0 * axis)
     if rule is moves_as_one:
+        # With T^T f by hand.
         assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(
             0.478189583956, rel=1e-9
-        )  # with T^T f by hand
+        )
 
 
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
@@ -242,9 +243,8 @@ def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, 
         )
         work = sum(f * moved[n][k - 1] for n, k, f in forces)
         case = list(system.bonded).index(name)
-        assert system.compliance[case, case] == pytest.approx(
-            work, rel=1e-5
-        )  # CalculiX prints seven digits
+        # CalculiX prints seven digits.
+        assert system.compliance[case, case] == pytest.approx(work, rel=1e-5)
 
 
 def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
@@ -318,9 +318,8 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     )
     moves = np.isin(np.arange(len(found)), job.unknowns)
     known = np.array([known[node][direction - 1] for node, direction in job.labels[moves]])
-    assert (
-        np.abs(found[moves] - known).max() < 1e-6 * np.abs(known).max()
-    )  # CalculiX prints seven digits
+    # CalculiX prints seven digits.
+    assert np.abs(found[moves] - known).max() < 1e-6 * np.abs(known).max()
 
 
 def glued_modes(job, pairs):

@@ -88,9 +88,8 @@ def contact_problem(seed, tangents, bounded, own):
     return model.solve(0.4, rows).problem
 
 
-@pytest.mark.filterwarnings(
-    "ignore:The problem includes expressions"
-)  # of three dimensions, as cvxpy takes them
+# Of three dimensions, as cvxpy takes them.
+@pytest.mark.filterwarnings("ignore:The problem includes expressions")
 @pytest.mark.parametrize("own", [False, True])
 @pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -534,9 +533,9 @@ def test_why_there_is_no_optimum(kind, cone):
     if none:
         assert none.ruling == ruling and none.residual <= 1e-9 and none.z is None
         y = {row.label or index: row.dual_value for index, row in enumerate(problem.constraints)}
-        assert float(y["low"]) > 0 and float(y[1]) == pytest.approx(
-            float(y["low"])
-        )  # t balances: 1 < 2
+        # T balances: 1 < 2.
+        assert float(y["low"]) > 0
+        assert float(y[1]) == pytest.approx(float(y["low"]))
     if more:
         x, t = sorted(problem.variables(), key=lambda variable: -variable.size)
         ray, size = chain.value_along(more, x), chain.value_along(more, t)

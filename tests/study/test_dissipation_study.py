@@ -438,9 +438,8 @@ def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(
     )
     pd.testing.assert_frame_equal(results(study), results(table), check_exact=True)
     assert many.sizes == sizes and len(fo.results.read_store(tmp_path / "runs")) == len(table)
-    assert written == [60 // len(set(sizes))] * len(
-        set(sizes)
-    )  # what is done at the same time is written at once
+    # What is done at the same time is written at once.
+    assert written == [60 // len(set(sizes))] * len(set(sizes))
 
 
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])

@@ -71,9 +71,8 @@ def test_one_node_through_a_cycle_by_hand():
     assert np.allclose(path.q[at, 0], [0.0, -0.5, 0.5, -0.5, 0.5])
     assert np.allclose(path.cycle_work.sum(axis=1), [0.25 + 0.5, 1.0])
     slipping = path.time[np.flatnonzero(path.status[:, 0] == -1)]
-    assert slipping.min() == pytest.approx(
-        1.5
-    )  # backward slip starts half-way from corner 1 to corner 2
+    # Backward slip starts half-way from corner 1 to corner 2.
+    assert slipping.min() == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize(

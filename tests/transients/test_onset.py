@@ -299,9 +299,8 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
         found = fo.onset(contact, ONE_WAY, 0.5)
         assert found.mean_admissible and found.slip.load_factor == pytest.approx(first, abs=1e-12)
         assert found.slip.node == (None if first == np.inf else 0)
-        assert (found.separation.load_factor == np.inf) == (
-            p1 >= 0
-        )  # without pressure yet, but pressed by the load, too
+        # Without pressure yet, but pressed by the load, too.
+        assert (found.separation.load_factor == np.inf) == (p1 >= 0)
 
 
 def test_shear_of_pressing_alone_asks_for_friction_and_for_no_less_shear():

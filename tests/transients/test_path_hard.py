@@ -16,9 +16,8 @@ from helpers.systems import CYCLE, random_system
 
 
 @settings(max_examples=few(60))
-@example(
-    seed=858, nodes=4, corners=2, size=0.5
-)  # slip dies out by a factor of 12 a cycle, next to a node without friction
+# Slip dies out by a factor of 12 a cycle, next to a node without friction.
+@example(seed=858, nodes=4, corners=2, size=0.5)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 5),
