@@ -533,7 +533,7 @@ def test_why_there_is_no_optimum(kind, cone):
     if none:
         assert none.ruling == ruling and none.residual <= 1e-9 and none.z is None
         y = {row.label or index: row.dual_value for index, row in enumerate(problem.constraints)}
-        # T balances: 1 < 2.
+        # The multiplier t balances: 1 < 2.
         assert float(y["low"]) > 0
         assert float(y[1]) == pytest.approx(float(y["low"]))
     if more:

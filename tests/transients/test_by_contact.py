@@ -1,5 +1,7 @@
-"""What each contact does in a steady cycle, against equilibrium of its body and the table of its
-nodes."""
+"""The behaviour of each contact in a steady cycle.
+
+It is compared with equilibrium of the body of the contact, and with the table of its nodes.
+"""
 
 import numpy as np
 import pytest
@@ -71,8 +73,10 @@ def test_the_forces_on_a_cube_in_space_balance_its_loads():
 
 
 def test_shear_around_a_pin_has_the_resultant_of_its_directions():
-    """Twist of a pin in a hole has no resultant, though each node carries shear along its own
-    tangent."""
+    """Shear around a pin has the resultant of its directions.
+
+    Twist of a pin in a hole has no resultant, though each node carries shear along its own tangent.
+    """
     turns = 2 * np.pi * np.arange(8) / 8
     normals = np.column_stack([np.cos(turns), np.sin(turns)])
     frames = np.stack([np.column_stack([normals[:, 1], -normals[:, 0]]), normals], axis=1)
@@ -92,8 +96,11 @@ def test_shear_around_a_pin_has_the_resultant_of_its_directions():
 
 
 def test_of_a_period_of_two_cycles_the_last_one_counts():
-    """The cycle written down twice has the forces of both; the last three corners are those that
-    end in its last slip."""
+    """Only the last cycle of a period of two cycles counts.
+
+    The cycle written down twice has the forces of both cycles. Its last three corners are the
+    corners of the cycle that ends in the last slip.
+    """
     steady = fo.steady_state(*ASKED)
     twice = fo.steady_state(
         ASKED[0], fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), *ASKED[2:]
@@ -112,8 +119,11 @@ def test_of_a_period_of_two_cycles_the_last_one_counts():
 
 
 def test_the_share_of_a_cylinder_that_slips_is_that_of_partial_slip():
-    """Under alternating shear the strip from c to the half-width a slips, with c / a = sqrt(1 - Q /
-    (f P)); what is beyond a is open."""
+    """The slipping share of a cylinder is the share by Cattaneo and Mindlin.
+
+    Under alternating shear the strip from c to the half-width a slips, with c / a = sqrt(1 - Q / (f
+    P)); the nodes beyond a are open.
+    """
     cylinder = fo.ContactSystem.from_blocks(
         **half_plane_contact(nodes=400, half_length=1.25, E_star=1.0, R=1.0)
     )

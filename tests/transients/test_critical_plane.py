@@ -1,5 +1,8 @@
-"""Multiaxial parameters of a cycle against closed forms, whatever the axes, and from the fields of
-a contact."""
+"""Multiaxial fatigue parameters of a cycle.
+
+They are compared with closed forms in arbitrary axes, and are evaluated from the fields of a
+contact.
+"""
 
 import numpy as np
 import pandas as pd
@@ -95,8 +98,10 @@ def test_pressure_on_every_plane_leaves_no_damage_by_shear_and_none_below_zero()
 
 @pytest.mark.parametrize("seed", [13, 24, 27, 112])
 def test_no_plane_is_worse_where_stresses_turn(seed):
-    """Of many planes taken at random: loads out of phase have several peaks, some of them nearly as
-    high as the highest."""
+    """No random plane is worse than the critical plane where stresses turn.
+
+    Loads out of phase have several peaks, some of them nearly as high as the highest peak.
+    """
     rng = np.random.default_rng(seed)
     stress = 100.0 * rng.normal(size=(4, 3, 3))
     stress += stress.swapaxes(1, 2)

@@ -35,8 +35,11 @@ ENGINES = pytest.mark.parametrize("engine", [NewtonIncrement, ExactIncrement, Fr
     relax=st.sampled_from([1.0, 1.2]),
 )
 def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift, relax):
-    """Where the friction is far below the critical one, the state is the only one; nodes stick,
-    slip, and open."""
+    """Sweeps without Newton's method, and Newton's method without sweeps, find the same state.
+
+    Friction is far below its critical value, so that there is only one state. Nodes stick, slip,
+    and open.
+    """
     rng = np.random.default_rng(seed)
     contact = (
         random_contact(rng, nodes, coupling=0.2)
@@ -58,8 +61,10 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
 
 
 def random_problem(seed, nodes, in_space, friction, unlike=0.0):
-    """A contact with gaps at some nodes, dimensionless, its law, and a draw of loads; `unlike`
-    makes some ways to move soft."""
+    """A dimensionless contact with gaps at some nodes, its law, and a random draw of loads.
+
+    With `unlike` some motions of the contact are soft.
+    """
     rng = np.random.default_rng(seed)
     contact = (random_contact if in_space else random_system)(rng, nodes, coupling=0.4)
     units = np.exp(unlike * rng.normal(size=len(contact.S)))
@@ -87,8 +92,11 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
 # A node slips that is pulled, on twice what it lacks in pressure.
 @example(seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0)
 def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction, unlike):
-    """Also where the sweeps end far from any state: with so little stiffness of the tangents that
-    they swing."""
+    """The residual of the sweeps is the residual that judges the state.
+
+    This also holds where the sweeps end far from any state, because they swing with such a small
+    tangential stiffness.
+    """
     engine, drawn = random_problem(seed, nodes, in_space, friction, unlike)
     law, contact = engine.law, engine.system
     for share in (1.0, 0.6, 0.3):
@@ -128,11 +136,11 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
     hard=st.booleans(),
 )
 def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction, hard):
-    """Open nodes go on from their gap, and reactions from those before; one by one each begins
-    closed, from reactions of its own.
+    """Increments in succession agree with increments that are solved one by one.
 
-    Where sweeps reach no state, they are not tried again once cycles repeat, which begin at the
-    motions of the one before.
+    In succession, open nodes start from their gap, and reactions from the reactions before. One by
+    one, each increment begins closed, from its own reactions. If sweeps reach no state, they are
+    not tried again once cycles repeat; cycles begin at the motions of the cycle before.
     """
     engine, drawn = random_problem(seed, nodes, in_space, friction)
     contact = engine.system
@@ -199,8 +207,12 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
 @pytest.mark.parametrize("free", ["no motion", "an oblique motion", "a node"])
 @pytest.mark.parametrize("in_space", [True, False])
 def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
-    """One that closes is found, and the others stay eliminated, unless nothing holds one of them,
-    which leaves a singular matrix. One by one none is eliminated."""
+    """Open nodes are eliminated where sweeps fail.
+
+    A node that closes is found, and the other open nodes stay eliminated, unless nothing holds one
+    of them, which leaves a singular matrix. Increments that are solved one by one eliminate no
+    node.
+    """
     rng, n = np.random.default_rng(1), 12
     contact = (random_contact if in_space else random_system)(rng, n, coupling=0.2)
     axes, far = contact.tangents + 1, np.arange(n) > 4
@@ -245,8 +257,11 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
 
 
 def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
-    """A punch that rocks to and fro and lifts off at other nodes all the time: each of them is
-    eliminated once at most."""
+    """Nodes that close again are not eliminated again.
+
+    A punch rocks to and fro and keeps lifting off at other nodes. Each node is eliminated once at
+    most.
+    """
     punch = fo.scenes.SquarePunch(elements=5).condense()
     made = []
     honest = by_newton._Rest.__init__
@@ -269,8 +284,11 @@ def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
 def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_convex_program(
     monkeypatch,
 ):
-    """A punch that tips onto nodes that were open: without these nothing holds it. As without
-    elimination, state by state."""
+    """Where the reduced contact has no state, the whole contact is solved before any program.
+
+    A punch tips onto nodes that were open; without these nodes nothing holds it. Each state agrees
+    with the state without elimination.
+    """
     monkeypatch.setattr(
         by_newton.FrozenBoundIncrement, "_solved", lambda *asked: pytest.fail("a convex program")
     )
@@ -287,8 +305,11 @@ def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_co
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():
-    """Far above the critical friction several states obey the law; those that each increment has by
-    itself change little with their number."""
+    """A jump to another state is not taken again because it was taken once.
+
+    Far above the critical friction several states obey the law. The states that each increment
+    finds by itself change little with the number of increments.
+    """
     rng = np.random.default_rng(0)
     G = rng.normal(size=(12, 10))
     S = G @ G.T + 0.3 * np.eye(12)
@@ -319,8 +340,11 @@ def test_programs_with_frozen_bounds_give_the_same_states(in_space):
 
 
 def test_a_wedged_node_stays_and_its_other_state_is_found():
-    """A = 1, B = 0.5, friction 3 above the critical 2: slip 1 stays without load, and so could none
-    (validation: wedging)."""
+    """A wedged node stays wedged, and its other state is found.
+
+    A = 1, B = 0.5, and friction 3 is above the critical value 2. Without load both slip 1 and no
+    slip are states (validation: wedging).
+    """
     contact = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.5]], [[1.0]], [0.0], {"load": ([0.0], [1.0])}
     )

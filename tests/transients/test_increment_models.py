@@ -1,5 +1,8 @@
-"""The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity
-form; wedging at one node."""
+"""The cvxpy problems of increments.
+
+The tests cover names, DPP, the fall-back, convergence, printing, the complementarity form, and
+wedging of one node.
+"""
 
 import inspect
 import textwrap
@@ -61,8 +64,11 @@ def test_problems_are_dpp_and_named():
 
 @pytest.mark.parametrize("unit", [1.0, 1e6])
 def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
-    """In the units of the contact; a plain solve by cvxpy gives it again, and pressures are its
-    multipliers."""
+    """The problem holds the answer, which is its optimum.
+
+    It is in the units of the contact. A plain solve by cvxpy gives it again, and its multipliers
+    are the pressures.
+    """
     contact = fo.ContactSystem(
         unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap
     )
@@ -102,8 +108,11 @@ def test_the_record_names_newtons_steps():
 
 @pytest.mark.parametrize("sigma", [2.2, 4.0])
 def test_osqp_alone_finds_the_state(punch, sigma):
-    """Sweeps of quadratic programs to ten digits, by OSQP on matrices written down here, without
-    Newton's method."""
+    """OSQP finds the state without Newton's method.
+
+    Sweeps of quadratic programs, whose matrices are written down here, give the state to ten
+    digits.
+    """
     contact, f, n = punch(24), 0.7, 25
     q, p = contact.reaction({"P": 1.0, "sigma": sigma})
     none, one = sp.csc_matrix((n, n)), sp.eye_array(n)
@@ -176,8 +185,11 @@ def test_listings_run_in_a_bare_script(punch):
 
 
 def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
-    """HiGHS decides which of each motion and its slack vanishes; the value of the quadratic program
-    there is 0, and it is the enumerated state."""
+    """HiGHS solves the complementarity problem with a boolean for each pair.
+
+    The boolean decides whether a motion or its slack vanishes. The value of the quadratic program
+    at the solution is 0, and the solution is the enumerated state.
+    """
     for seed in range(8):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
         posed = complementarity_problem(contact, friction, slip, load)
@@ -247,8 +259,10 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
 
 
 def assert_a_state_by_newton():
-    """The exact increment answers with the one admissible state, in the problem, too, and says that
-    Newton's method found it."""
+    """The exact increment answers with the only admissible state.
+
+    The problem holds it, too, and the answer says that Newton's method found it.
+    """
     found = ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
     states = admissible_states(CONTACT, FRICTION, SLIP, LOAD)
     assert len(states) == 1 and distance(states, found) < 1e-9 and found.record.solver == "NEWTON"
@@ -267,8 +281,11 @@ def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
 
 
 def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
-    """The node has a state, at a slip of -50, which neither the program within the reach nor the
-    patched Newton's method finds."""
+    """A failed search does not claim that there is no state.
+
+    The node has a state, at a slip of -50. Neither the program within the reach nor the patched
+    Newton's method finds it.
+    """
     contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
     assert len(admissible_states(contact, 1.0, [0.0], ([1.5], [1.0]))) == 1
 
@@ -290,8 +307,11 @@ def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
 
 @pytest.mark.parametrize("reach", [1e2, 1e7, 1e9])
 def test_large_motions_and_a_large_reach_hide_no_state(reach):
-    """Where the tolerance of the booleans is more than the motions: a node that opens far away, and
-    three nodes whose motions are small."""
+    """Large motions and a large reach hide no state.
+
+    The tolerance of the booleans is larger than the motions: in one case a node opens far away, in
+    the other the motions of three nodes are small.
+    """
     S = np.array(
         [[3.774851562958601, -8.035512969077057], [-8.035512969077057, 18.815129556725918]]
     )
@@ -325,8 +345,11 @@ def test_a_solver_that_stops_is_no_proof(monkeypatch):
 
 @pytest.mark.parametrize("push", [1.5, 15.0])
 def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
-    """A = 0.01, B = 0: friction 1 holds 1 of the load, so that the node slips by 100 (load - 1), in
-    units of p / C; Newton's method finds that."""
+    """States beyond the reach are not ruled out.
+
+    A = 0.01, B = 0, and friction 1 holds 1 of the load, so that the node slips by 100 (load - 1),
+    in units of p / C. Newton's method finds this state.
+    """
     contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
     monkeypatch.setattr(
         by_booleans,

@@ -168,8 +168,10 @@ def test_the_line_of_an_onset_counts_nodes():
 
 
 def first_event(path, factor):
-    """Load factor at which the first closed node slips, or a node opens or touches, on the way from
-    the mean load to the first corner."""
+    """Load factor of the first event on the way from the mean load to the first corner.
+
+    An event is the first slip of a closed node, or a node that opens or touches.
+    """
     begin = np.searchsorted(path.time, 0.0, side="right") - 1
     closed = path.gap[begin] == 0
     for before, row in zip(

@@ -1,5 +1,7 @@
-"""When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact;
-and energy."""
+"""When cycles prove a steady state.
+
+Maps of one slip whose limit is known take the place of a contact; other tests check the energy.
+"""
 
 import re
 from dataclasses import replace
@@ -16,8 +18,11 @@ from helpers.return_maps import Mapped, settled
 
 
 def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
-    """Its changes count as none, but are no rounding: its work is asked, which does not repeat and
-    then is none."""
+    """Slip that seems to repeat may stop while its work is confirmed.
+
+    Its changes are below the tolerance but no rounding. The confirmation finds that the work does
+    not repeat, and then is zero.
+    """
     path, works = Mapped(lambda x: x / 2, PERIODIC), iter([4.0, 2.0, 3.0, 5.0, 0.0])
     made, path.cycle_on = (
         path.cycle_on,
@@ -47,8 +52,11 @@ def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
 
 
 def test_the_limit_of_other_events_is_not_that_of_the_cycles():
-    """Far out the map leads to 0, where it has a fixed point; but on the way there it bends, and
-    cycles end at 0.6."""
+    """The limit of a map with other events is not the limit of the cycles.
+
+    Far out the map leads to 0, where it has a fixed point. On the way it bends, and the cycles end
+    at 0.6.
+    """
 
     def bent(x):
         return 0.8 * x if x > 1 else 0.8 + 0.5 * (x - 1) if x > 0.1 else 3.5 * x
@@ -58,15 +66,21 @@ def test_the_limit_of_other_events_is_not_that_of_the_cycles():
 
 
 def test_events_next_to_the_limit_of_the_cycles_are_seen():
-    """The cycles lead to 0, where they would stay; but less than a millionth before, other states
-    come back too."""
+    """Events close to the limit of the cycles are found.
+
+    The cycles lead to 0 and would stay there. But within less than a millionth of 0 other states
+    come back, too.
+    """
     _, limit, _ = settled(Mapped(lambda x: 0.25 * x if x > 1.6e-6 else min(x, 4e-7), 50.0), 100)
     assert limit == pytest.approx(4e-7, rel=1e-3)
 
 
 def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
-    """Two slips decay, one slowly, one fast; once the slow one is more than three times the fast
-    one, a third node is dragged along and stays."""
+    """Events that the last cycles have not reached yet are found.
+
+    Two slips decay, one slowly and one fast. Once the slow slip is more than three times the fast
+    slip, a third node is dragged along and stays.
+    """
 
     def dragging(slow, fast, dragged):
         return 0.9 * slow, 0.5 * fast, dragged + 0.1 * max(slow - 3 * fast, 0.0)
@@ -89,8 +103,10 @@ def turning(x, y, dragged):
 
 
 def changing(x, y, dragged):
-    """One slip changes its sign in each cycle; a third node is dragged along once it is less than
-    half of the other."""
+    """A map whose first slip changes its sign in each cycle.
+
+    A third node is dragged along once this slip is less than half of the other slip.
+    """
     return -0.9 * x, 0.95 * y, dragged + 0.1 * max(min(-x, y + 2 * x), 0.0)
 
 
@@ -107,8 +123,11 @@ def test_states_that_turn_round_their_limit_or_change_sides_may_meet_other_event
 
 
 def test_a_limit_that_does_not_come_back_is_none():
-    """Closer to 0 than 1e-6 other events lead away from it, by much less than the map is off
-    elsewhere."""
+    """A point that does not come back is no limit.
+
+    Closer to 0 than 1e-6 other events lead away from 0, by much less than the error of the map
+    elsewhere.
+    """
 
     def leading(x):
         return 0.8 * x if x > 1e-6 else 4e-9 + 0.796 * x
@@ -119,8 +138,11 @@ def test_a_limit_that_does_not_come_back_is_none():
 
 @pytest.mark.parametrize("end", [1e-7, 0.0])
 def test_a_transient_does_not_jump_to_a_limit_that_does_not_come_back(end):
-    """At the limit 0 of the outer map itself everything slides away to -3; on the way to it cycles
-    end at 1e-7, or change by less than counts."""
+    """A transient does not jump to a limit that does not come back.
+
+    At 0, the limit of the outer map, everything slides away to -3. On the way to 0 the cycles end
+    at 1e-7, or their changes fall below the tolerance.
+    """
 
     def leading(x):
         return 0.8 * x if x > max(10 * end, 1e-12) else end + 0.5 * (x - end) if x > 1e-12 else -3.0
@@ -138,8 +160,11 @@ def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
 
 
 def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit():
-    """Slips up to 0.5 are safe, so each is a fixed point; cycles from outside end at the first of
-    them."""
+    """The limit of cycles is the first safe slip that they reach.
+
+    Slips up to 0.5 are safe, so that each of them is a fixed point. Cycles from outside end at the
+    first of them.
+    """
 
     def resting(x):
         return 0.8 * x if x > 1 else 0.5 + 0.6 * (x - 0.5) if x > 0.5 else x
@@ -157,8 +182,11 @@ def test_a_fixed_point_that_cycles_leave_is_not_their_limit():
 
 
 def test_small_changes_that_hardly_shrink_are_no_end():
-    """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5; here no two cycles
-    have the same events."""
+    """Small changes that hardly shrink do not end a transient.
+
+    Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5. Here no two cycles
+    have the same events.
+    """
     run = Run(Mapped(lambda x: (1 - 1e-5) * x, 1e-5, events=lambda x: hash(x)), 50)
     with pytest.raises(fo.NoContinuation, match="of most_cycles = 50"):
         run.settled()
@@ -221,8 +249,11 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
 @pytest.mark.parametrize("other", ["rubs", "slides", "opens"])
 @pytest.mark.parametrize("hard", [1.0, 1e2, 1e4, 1e5, 1e6, 1e8, 1e10])
 def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other):
-    """One node slips to and fro by q = +-f p at p = 1, and from -f at p = 1 + hard it needs no
-    more; whatever the other node does."""
+    """Cyclic slip that is small beside the largest force is no shakedown.
+
+    One node slips to and fro by q = +-f p at p = 1; from -f at p = 1 + hard it needs no more. The
+    result does not depend on the other node.
+    """
     friction = np.array([0.5, 0.0 if other == "slides" else 0.5])
     bonded = {
         "P": ([0.0, 0.0], [1.0, 1.0]),
@@ -254,8 +285,11 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
 def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
     soft, force, corner
 ):
-    """Node 0 slips to and fro by q = +-f p at p = force; node 1, without friction, opens under the
-    corner that presses node 2 hard."""
+    """Cyclic slip of a node with a much smaller pressure is no shakedown.
+
+    Node 0 slips to and fro by q = +-f p at p = force. Node 1, without friction, opens under the
+    corner that presses node 2 hard.
+    """
     friction, k = np.array([0.5, 0.0, 0.5]), np.diag([soft, 1.0, 1.0])
     bonded = {
         "P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]),
@@ -274,8 +308,10 @@ def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
 
 
 def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_missed():
-    """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the
-    other."""
+    """Slip is found under a load rate that is tiny beside the rate of another node.
+
+    The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the other.
+    """
     bonded = {
         "P": ([0.0, 0.0], [1.0, 1.0]),
         "X": ([1.0, 0.0], [0.0, 0.0]),
@@ -291,8 +327,11 @@ def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_
 
 @pytest.mark.parametrize(("ratio", "first"), [(0.5, 1e3), (0.9, 1.0), (0.99, 1e-6)])
 def test_the_cycles_left_follow_from_the_decay_of_their_changes(ratio, first, monkeypatch):
-    """Changes of a geometric sequence fall to the tolerance after as many cycles as its logarithm
-    says; without extrapolation the run ends when the estimate has counted down."""
+    """The estimated number of remaining cycles follows from the decay of their changes.
+
+    Changes that form a geometric sequence fall to the tolerance after a number of cycles given by a
+    logarithm. Without extrapolation the run ends when the estimate has counted down.
+    """
     monkeypatch.setattr(AffineLimit, "find", lambda *_: None)
     path = Mapped(lambda x: ratio * x, first)
     run, said = Run(path, 5000), []

@@ -1,5 +1,7 @@
-"""A body that nothing guides rolls a little in every cycle: what is said of it, against the march
-of all cycles."""
+"""A body that nothing guides rolls a little in every cycle.
+
+The answers about this drift are compared with the march of all cycles.
+"""
 
 import re
 
@@ -16,8 +18,10 @@ FRICTION, LOAD_FACTOR = 0.5, 1.0
 
 @pytest.fixture(scope="module")
 def rolling():
-    """A parabolic pad, pushed to and fro above its contact on a block; its mesh is a little to one
-    side."""
+    """A parabolic pad that is pushed to and fro above its contact on a block.
+
+    The mesh of the pad is a little to one side.
+    """
     radius = 50.0
     across = np.sinh(np.linspace(-3, 3, 21)) / np.sinh(3) * 6
     up = np.linspace(0, 1, 7) ** 1.5
@@ -73,8 +77,11 @@ def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):
 
 
 def test_a_gap_that_the_drift_closes_is_waited_for(rolling):
-    """A node is brought so near that the drift presses it after some fifty cycles: before, nothing
-    is said of all cycles to come."""
+    """A gap that the drift closes is waited for.
+
+    A node is brought so near that the drift presses it after some fifty cycles. Before, the answer
+    claims nothing about all later cycles.
+    """
     states, _ = drifts(rolling, 20)
     drift = (states[-1] - states[-2])[rolling.nodes :]
     gap = states[-1][rolling.nodes :] + rolling.gap

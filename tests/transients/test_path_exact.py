@@ -20,8 +20,11 @@ from helpers.systems import CYCLE, random_system, system
     with_gap=st.booleans(),
 )
 def test_every_state_obeys_the_law(seed, nodes, corners, size, with_gap):
-    """Coupled systems with separation, gaps, node-wise friction, any number of corners, and starts
-    that the law does not admit."""
+    """Every state of the exact path obeys the law of friction.
+
+    The random systems are coupled and have separation, gaps, node-wise friction, any number of
+    corners, and starts that the law does not admit.
+    """
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(
         0.3 * rng.random(nodes) * (rng.random(nodes) < 0.5) if with_gap else None
@@ -98,8 +101,11 @@ def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):
 
 
 def test_wedging_has_no_or_two_continuations():
-    """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990): at its backward bound, a node
-    pushed on jumps, one let go may stick or slip."""
+    """Wedging leaves no continuation, or two.
+
+    A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990). At its backward bound, a node that is
+    pushed on jumps; a node that is released may stick or slip.
+    """
     loads = {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], loads)
     with pytest.raises(

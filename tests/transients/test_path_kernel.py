@@ -1,5 +1,8 @@
-"""The compiled core of the path: where it is kept, that it is never stale, and that it speaks up
-while it compiles."""
+"""The compiled core of the path.
+
+The tests cover the folder that keeps it, that it is never stale, and that the program announces its
+compilation.
+"""
 
 import ast
 import os
@@ -38,8 +41,11 @@ def run(code, **environment):
 
 
 def test_compiled_code_stands_in_two_files_that_import_no_compiled_code():
-    """Numba judges its cache by the file of the outermost function: what stands elsewhere could
-    change without it."""
+    """Compiled code is in two files that import no compiled code.
+
+    Numba judges its cache by the file of the outermost function. Code elsewhere could change
+    without a new compilation.
+    """
     rooms = PACKAGE / "transients"
     texts = {path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     compiled = {path for path, text in texts.items() if "@entry_point" in text or "@inner" in text}
@@ -73,8 +79,11 @@ def test_its_copies_of_the_tolerances_are_true():
 
 @pytest.mark.slow
 def test_the_compilation_announces_itself_once_where_no_folder_can_be_written():
-    """As from a read-only installation with a read-only home: numba is left the one kind of folder
-    that does not exist here, within a zip archive."""
+    """The compilation is announced once if no folder can be written.
+
+    This is so for a read-only installation with a read-only home. Here numba gets a folder that
+    does not exist, within a zip archive.
+    """
     found = run(TRANSIENT, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator", NUMBA_OPT="0")
     assert found.stdout == "True\n" and found.stderr.count("frictopt: compiling") == 1
 

@@ -1,5 +1,7 @@
-"""The exact path on an incomplete contact: a cylinder pressed on a half-plane and sheared to and
-fro (Cattaneo 1938, Mindlin 1949)."""
+"""The exact path of an incomplete contact.
+
+A cylinder is pressed on a half-plane and sheared to and fro (Cattaneo 1938, Mindlin 1949).
+"""
 
 import numpy as np
 import pytest

@@ -1,5 +1,7 @@
-"""Steady states that come back after two load cycles, works that repeat to nine digits, and which
-nodes slip in them."""
+"""Steady states that come back after two load cycles.
+
+Their works repeat to nine digits, and the answers name the nodes that slip in them.
+"""
 
 import numpy as np
 import pytest
@@ -18,8 +20,11 @@ from validation.fuzz.embedded import embedded
     [(TWICE, {}, 1e-12), (embedded(TWICE, np.random.default_rng(0))[0], {"steps": 4}, 1e-9)],
 )
 def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, exact):
-    """The cycle written down twice is another description of the same loads: its steady state comes
-    back after one. In the plane and in space."""
+    """A contact of two nodes comes back after two cycles, in the plane and in space.
+
+    The cycle written down twice is another description of the same loads: its steady state comes
+    back after one cycle.
+    """
     asked = contact, ROUND, 1.2, 1.0
     steady = fo.steady_state(*asked, **options)
     path = fo.march(*asked, cycles=30, **options)
@@ -72,8 +77,11 @@ def test_a_return_after_two_cycles_is_not_missed_at_the_last_moment(least):
 
 
 def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
-    """Two attracting points of the map applied twice, 2 and -1, approached by a factor of .98 in
-    two cycles."""
+    """Maps that slowly come back after two cycles are extrapolated.
+
+    The map applied twice has two attracting points, 2 and -1, which it approaches by a factor of
+    .98 in two cycles.
+    """
 
     def swaps(x):
         return -1.0 - 0.7 * (x - 2.0) if x > 0.5 else 2.0 - 1.4 * (x + 1.0)
@@ -130,8 +138,10 @@ def test_a_node_without_friction_slides_but_does_not_slip():
 
 
 def with_little_work(seed, excess=1e-8):
-    """Four nodes that come to rest, some of them slowly, beside one of its own that slips to and
-    fro by 2 * excess; and the work of that one."""
+    """Four nodes that come to rest, a fifth that slips to and fro, and the work of the fifth.
+
+    Some of the four nodes come to rest slowly. The fifth node is uncoupled and slips by 2 * excess.
+    """
     rng, n, f = np.random.default_rng(seed), 4, 0.5
     G = rng.standard_normal((2 * n, 2 * n))
     S = G @ G.T / n + 0.1 * np.eye(2 * n)
@@ -157,8 +167,11 @@ def with_little_work(seed, excess=1e-8):
 
 @pytest.mark.parametrize("seed", [341, 145, 374, 8, 158])
 def test_a_little_work_is_not_that_of_slips_that_still_die_out(seed):
-    """The excess is known to 1e-8 of itself, and the state to its rounding: 2e-7 of the work is
-    left of both."""
+    """A little work of cyclic slip is distinguished from slips that still die out.
+
+    The excess is known to 1e-8 of itself, and the state to its rounding. Both leave an error of
+    2e-7 of the work.
+    """
     asked, start, work = with_little_work(seed)
     steady = fo.steady_state(*asked, initial_slip=start)
     assert steady.outcome is Outcome.CYCLIC_SLIP

@@ -1,5 +1,7 @@
-"""The inner algebra of the exact path: inverse of the active set, rate problem, complementary
-pivoting."""
+"""The inner algebra of the exact path.
+
+It consists of the inverse of the active set, the rate problem, and complementary pivoting.
+"""
 
 from itertools import product
 
@@ -83,8 +85,10 @@ def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, load_rate=(0.0, 0.0), friction=3.
 
 
 def test_wedging():
-    """A = 1, B = 1/2, C = 1: beyond f = A/B = 2 backward slip softens, so a load has no rates or
-    two (Klarbring 1990)."""
+    """Beyond the critical friction a load has no rates, or two.
+
+    With A = 1, B = 1/2, C = 1 backward slip softens beyond f = A/B = 2 (Klarbring 1990).
+    """
     no = one_node(q=1.5, p=0.5, load_rate=(1.0, 0.0))
     assert not no.found and no.complete
     two = one_node(q=1.5, p=0.5, load_rate=(-1.0, 0.0))
@@ -134,8 +138,11 @@ def test_statuses_that_change_without_end_are_an_error(punch, paper_cycle, monke
 
 
 def test_events_without_proof_are_counted(punch, paper_cycle):
-    """A free punch that slides as a whole from a far start: its stiffness against slip is not
-    positive definite, and no rates are proven."""
+    """Events whose rates are not proven are counted.
+
+    A free punch slides as a whole from a far start. Its stiffness against slip is not positive
+    definite, so that no rates are proven.
+    """
     contact = punch(40)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.5).load_factor
     far = 30.0 * np.random.default_rng(1).standard_normal(contact.nodes)

@@ -77,8 +77,11 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
 
 
 def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
-    """A node pressed by 1 at rest and pulled by 2 at the second corner opens there; its stuck
-    neighbour does not."""
+    """The answer names nodes that lift off in the steady cycle.
+
+    A node that is pressed by 1 at rest and pulled by 2 at the second corner opens there; its stuck
+    neighbour does not open.
+    """
     contact = system(np.eye(2), np.zeros((2, 2)), 0, (1, 1), 0, (2, 0), C=np.eye(2))
     steady = steady_state(contact, CYCLE, 0.5, 1.0)
     assert steady.open.tolist() == [True, False]
@@ -86,8 +89,11 @@ def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
 
 
 def test_slip_too_small_to_tell_is_said():
-    """Less than a part in 1e9 above the limit the cycle comes back, but its work drowns in the
-    tolerance."""
+    """The answer says where slip is too small to be distinguished from rest.
+
+    Less than a part in 1e9 above the limit the cycle comes back, but its work is below the
+    tolerance.
+    """
     contact = system(*ONE_NODE)
     limit = fo.shakedown_limit(contact, CYCLE, 0.4)
     with pytest.raises(
@@ -127,8 +133,11 @@ def test_a_mean_load_that_pulls_or_pushes_the_body_off_is_named(punch, run):
 
 
 def test_a_start_whose_rounding_hides_the_loads_is_named(punch, paper_cycle):
-    """Ten million slip scales of random slip leave a rigid slide of their size, in whose last
-    digits the forces stand."""
+    """An error names a start whose rounding hides the loads.
+
+    A random slip of ten million slip scales leaves a rigid slide of its size. The forces are in the
+    last digits of this slide.
+    """
     contact = punch(16)
     far = 1e7 * np.random.default_rng(0).standard_normal(contact.nodes)
     for run, options in ((fo.march, {"cycles": 3}), (fo.steady_state, {"most_cycles": 50})):

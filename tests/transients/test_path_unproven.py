@@ -16,8 +16,10 @@ def prove(S, f, state, force, proof):
 
 
 def strongly_coupled(rng, nodes):
-    """A mirror-symmetric contact with stiffnesses of very different size, its load cycle, and an
-    odd slip."""
+    """A mirror-symmetric contact, its load cycle, and an odd slip.
+
+    The stiffnesses of the contact differ in size.
+    """
     apart = np.abs(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
     spread = np.kron(np.eye(2), np.exp(-apart))
     G = rng.normal(size=(2 * nodes, 2 * nodes + 2))
@@ -44,8 +46,10 @@ def strongly_coupled(rng, nodes):
 
 
 def leaves_the_symmetry(seed):
-    """Whether the transient ends in a steady state that is not symmetric although all that is given
-    is, and the number of events without proof."""
+    """Whether a symmetric transient ends in an unsymmetric steady state, and the unproven events.
+
+    The second value is the number of events without proof.
+    """
     rng = np.random.default_rng(seed)
     contact, cycle, start = strongly_coupled(rng, int(rng.integers(2, 9)))
     try:
@@ -69,8 +73,10 @@ def test_a_path_that_leaves_a_symmetry_says_that_its_rates_may_not_be_the_only_o
 
 
 def test_ordinary_transients_are_proven(punch, paper_cycle):
-    """Without lift-off and below the critical friction every event has rates that are proven to be
-    the only ones."""
+    """Every event of an ordinary transient has proven rates.
+
+    Without lift-off and below the critical friction the rates are proven to be the only ones.
+    """
     contact = punch(40)
     for friction in (0.3, 0.7):
         limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
@@ -87,8 +93,10 @@ def test_ordinary_transients_are_proven(punch, paper_cycle):
 
 
 def state_of(status, friction, gap):
-    """A state of given statuses in which slipping nodes are at their bound and open ones have a
-    gap."""
+    """A state with the given statuses of the nodes.
+
+    Slipping nodes are at their bound, and open nodes have a gap.
+    """
     nodes = len(status)
     r = np.r_[np.where(np.abs(status) == 1, -status * friction, 0.0), 1.0 * (status != 2)]
     state = new_state(np.r_[np.zeros(nodes), gap * (status == 2)], r, np.zeros(nodes))
@@ -97,8 +105,10 @@ def state_of(status, friction, gap):
 
 
 def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
-    """Against eigenvalues, over states that follow each other, so that the proof grows, keeps what
-    it has and starts anew."""
+    """A proof holds exactly where the quadratic form is definite, by its eigenvalues.
+
+    The states follow each other, so that the proof grows, keeps its entries and starts anew.
+    """
     rng, verdicts = np.random.default_rng(2), []
     for _ in range(20):
         n, contact = 6, mirrored(rng, 6)

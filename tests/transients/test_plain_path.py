@@ -1,5 +1,7 @@
-"""The compiled path against the same on one page of numpy, `plain_path.py`, which shares no code
-with it."""
+"""The compiled path against a path on one page of numpy, `plain_path.py`.
+
+The two share no code.
+"""
 
 import numpy as np
 import pytest

@@ -1,5 +1,7 @@
-"""Pictures of what is given and of what nodes do: they show the numbers, on axes that say what they
-are."""
+"""Pictures of loads and contacts, and of the behaviour of nodes.
+
+They show the right numbers, on axes with the right labels.
+"""
 
 import gc
 import io
@@ -163,8 +165,11 @@ def test_deformed_bodies_stand_where_their_displacements_bring_them():
 
 
 def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
-    """A ring: twice the area of the triangles is that of a regular polygon less that of its
-    hole."""
+    """A filled face leaves its hole out and joins no contacts.
+
+    The face is a ring. The area of its triangles is the area of a regular polygon less the area of
+    its hole.
+    """
     angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ring = np.concatenate(
         [
@@ -196,8 +201,11 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
 
 
 def test_a_fine_rim_of_a_hole_is_not_filled():
-    """Nodes on circles, those of the hole closer than the circles are: short chords of the hole are
-    shorter than edges beside them."""
+    """The fine rim of a hole is not filled.
+
+    The nodes are on circles, and the nodes of the hole are closer than the circles are. Short
+    chords of the hole are shorter than the edges beside them.
+    """
     count, radii = 32, np.array([1.0, 1.5, 2.0])
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
     ring = np.concatenate(

@@ -24,8 +24,10 @@ def after_a_cycle(path):
 
 
 def stops_within_segments(status):
-    """How many changes of status stop some motion and let another one go on, which only happens
-    within a segment."""
+    """Number of changes of status that stop some motion and let another motion continue.
+
+    Such changes only happen within a segment.
+    """
     before, after = status[:-1], status[1:]
     return int(
         (
@@ -93,8 +95,11 @@ def test_one_node_forgets_its_start():
 
 
 def test_motions_on_each_stretch_keep_the_law():
-    """Reactions at nodes that slip stay on their bound, those of open ones stay zero, and a node
-    that sticks keeps its slip."""
+    """The motions on each stretch obey the law of friction.
+
+    Reactions at slipping nodes stay on their bound, reactions at open nodes stay zero, and a
+    sticking node keeps its slip.
+    """
     stretches = opens = 0
     for seed in range(8):
         n = 5

@@ -1,5 +1,7 @@
-"""Bodies that may slide, closed or with nodes that the mean load opens: how many slides there are,
-what they do to gaps, and what a proof says."""
+"""Bodies that may slide, closed or with nodes that the mean load opens.
+
+The tests check the number of slides, their effect on gaps, and the proofs of limits.
+"""
 
 import numpy as np
 import pytest
@@ -15,8 +17,11 @@ from helpers.oracle import Oracle
 
 
 def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
-    """The interior point goes as far as a slide opens gaps; all solvers prove one limit, with slips
-    of the size of those that the loads make."""
+    """Slides that only open gaps are as small as possible.
+
+    The interior point goes as far as a slide opens gaps. All solvers prove one limit, with slips of
+    the size of the slips by the loads.
+    """
     contact = fo.scenes.SquarePunch(elements=5).condense()
     contact = contact.with_gap(4.0 * (contact.points[:, :2] ** 4).sum(axis=1))
     one, other = (
@@ -30,8 +35,11 @@ def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
 
 @pytest.mark.parametrize(("seed", "tilt"), few([(1, 0.0), (1, 0.5), (4, 0.0), (7, 0.0), (2, 0.5)]))
 def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
-    """Along x a body moves freely. Level faces it leaves as far apart as before, but for rounding;
-    tilted ones open, as little as they need."""
+    """One closed node slides as far as the gaps need.
+
+    Along x a body moves freely. Level faces stay as far apart as before, but for rounding; tilted
+    faces open by no more than they need.
+    """
     rng = np.random.default_rng(seed)
     face = tilt * np.array([0.0, 1.0, 2.0, 1.5])
     free = np.r_[np.cos(face), np.zeros(4), -np.sin(face)] / 2
@@ -63,8 +71,11 @@ def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
 
 
 def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(monkeypatch):
-    """Slip of node 0 lifts node 1, and nothing resists it: that the cycle presses node 1 shut at
-    load factor 1 is no limit."""
+    """A mechanism proves no limit if a slide of the body does work on it.
+
+    Slip of node 0 lifts node 1, and nothing resists it. The cycle presses node 1 shut at load
+    factor 1, but this is no limit.
+    """
     k = np.eye(3)
     bonded = {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(

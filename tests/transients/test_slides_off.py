@@ -1,5 +1,7 @@
-"""Bodies that friction alone cannot hold under the mean load: every question says so, in the plane
-and in space, and says it only of those."""
+"""Bodies that friction alone cannot hold under the mean load.
+
+Every question says so, in the plane and in space, and says it only of such bodies.
+"""
 
 import re
 from dataclasses import replace
@@ -25,8 +27,10 @@ SHEARED = [{"Qx": 0.1}, {"Qx": -0.1}]
 
 
 def guided(axes):
-    """One node that a support presses and nothing else holds, and its cycle: the mean shear is 0.5
-    at a pressure of 1."""
+    """One node that only a support presses, and its cycle.
+
+    The mean shear is 0.5 at a pressure of 1.
+    """
     still = [0.0] * (axes - 2)
     node = fo.ContactSystem(
         np.diag([0.0] * (axes - 1) + [1.0]),
@@ -158,8 +162,10 @@ def test_a_cycle_slides_a_guided_node_off_where_its_shear_exceeds_friction():
 
 
 def without_coupling(rng, axes):
-    """A contact whose pressures slip does not change, with slides that nothing resists, and its
-    pressures by trying all sets of open nodes."""
+    """A contact whose pressures do not change with slip, and its pressures.
+
+    Nothing resists its slides. The pressures are found by trying all sets of open nodes.
+    """
     n, t = 4, axes - 1
     slides = np.linalg.qr(rng.normal(size=(t * n, int(rng.integers(1, t + 1)))))[0]
     if rng.random() < 0.5:
@@ -192,8 +198,10 @@ def without_coupling(rng, axes):
 
 
 def holds(slides, q0, p, f, strength):
-    """Whether shears of at most f p, or of the strength of the surface, have the resultants of the
-    load."""
+    """Whether admissible shears have the resultants of the load.
+
+    Shears are at most f p, or at most the strength of the surface.
+    """
     q = cp.Variable(q0.shape)
     problem = cp.Problem(
         cp.Minimize(0),

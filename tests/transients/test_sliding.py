@@ -1,5 +1,7 @@
-"""Gross sliding in space, named before a transient begins: against forces found by a cone
-program."""
+"""Gross sliding in space is named before a transient begins.
+
+The forces of equilibrium are found by a cone program.
+"""
 
 import re
 
@@ -17,8 +19,10 @@ SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 
 
 def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
-    """By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P =
-    1.2."""
+    """The answer names the direction in which a punch slides that only friction holds.
+
+    By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P = 1.2.
+    """
     system = SCENE.condense()
     turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(9))  # the tangents by a right angle
     loads = {name: turn @ joined(*pair) for name, pair in system.bonded.items()}
@@ -53,8 +57,10 @@ MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
 
 
 def contact(rng, motions):
-    """A random contact with rough faces whose body 1 has some of the six rigid motions, and loads
-    that press and shear it."""
+    """A random contact with rough faces, and loads that press and shear it.
+
+    Body 1 has some of the six rigid motions.
+    """
     n = int(rng.integers(3, 8))
     points = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2]
     normals = rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
@@ -101,8 +107,10 @@ def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
 
 
 def balance(system, rigid, friction, load):
-    """Status of the cone program for the smallest contact forces that balance a load in the rigid
-    motions."""
+    """Status of the cone program for the smallest contact forces in balance with a load.
+
+    The balance is taken in the rigid motions.
+    """
     q, p = cp.Variable((system.nodes, 2)), cp.Variable(system.nodes, nonneg=True)
     forces = cp.hstack([q[:, 0], q[:, 1], p])
     problem = cp.Problem(

@@ -1,5 +1,8 @@
-"""Where the cycles of a transient in three dimensions lead: plain following of the same increments,
-and the exact path of plane contacts."""
+"""The limits of cycles of a transient in three dimensions.
+
+They are compared with a plain run of the same increments, and with the exact path of plane
+contacts.
+"""
 
 import numpy as np
 import pytest
@@ -59,8 +62,10 @@ ENDS = [
 
 
 def unguided(rng, nodes, corners):
-    """Contact of a body that nothing but friction holds against sliding, its load cycle, friction,
-    and a start of some slip scales."""
+    """Contact of a body that only friction holds, its cycle, friction, and a start.
+
+    The start is some slip scales away.
+    """
     m = 3 * nodes
     G, slide = rng.normal(size=(m, m)), np.zeros((m, 2))
     slide[:nodes, 0] = slide[nodes : 2 * nodes, 1] = nodes**-0.5
@@ -81,8 +86,10 @@ def unguided(rng, nodes, corners):
 
 
 def embedded_case(seed):
-    """A random plane contact, the same in space with the slips along the directions (N, 2) that
-    come last, loads, friction, a load factor."""
+    """A random plane contact, the same contact in space, loads, friction, and a load factor.
+
+    The slips in space are along the directions (N, 2), which come last.
+    """
     rng = np.random.default_rng(seed)
     n = int(rng.choice([1, 2, 3, 5, 8]))
     G = rng.standard_normal((2 * n, 2 * n))
@@ -193,8 +200,11 @@ def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_i
 
 @pytest.mark.parametrize("seed", [2, 38, 56, 149, 128])
 def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(seed):
-    """Some nodes still slip or open in the last returns and not in the steady state, or the other
-    way: those events move it. None in the last."""
+    """The answer gives the error of a work whose last events are yet to come.
+
+    Some nodes slip or open in the last returns and not in the steady state, or vice versa. These
+    events change the work; no event is in the last return.
+    """
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(2, 13))
     friction = float(rng.uniform(0.1, 0.6))
@@ -234,8 +244,11 @@ def test_nodes_that_stop_before_the_limit_or_have_stopped_leave_no_error_untold(
 
 
 def test_a_single_node_on_its_own_stiffness_never_ratchets():
-    """A drift would stress it; here its slip goes to rest slowly, just below the load factor from
-    which on some start makes it slip for ever."""
+    """A single node on its own stiffness never ratchets, for a drift would stress it.
+
+    Its slip slowly comes to rest, just below the load factor from which on some start makes it slip
+    for ever.
+    """
     S = np.array([[1.1854, -0.1615, 0.5329], [-0.1615, 1.2455, -1.0787], [0.5329, -1.0787, 3.149]])
     rows = [[0.7236, -0.3088, 0.099], [-1.2535, 0.3448, -0.0804], [0.5298, -0.036, -0.0186]]
     contact = fo.ContactSystem(
@@ -260,8 +273,12 @@ def test_a_single_node_on_its_own_stiffness_never_ratchets():
 def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_times_what_a_transient_does(
     seed, steps
 ):
-    """The exact path of a plane contact tells the true one, also where all numbers of increments
-    have the same error."""
+    """The estimated error of increments bounds the true error.
+
+    It bounds it by one time the estimate of a steady state, and by five times the estimate of a
+    transient. The exact path of a plane contact gives the true error, also where all numbers of
+    increments have the same error.
+    """
     plane, solid, loads, friction, at, turned = embedded_case(seed)
     exact = fo.steady_state(plane, loads, friction, at)
     steady = fo.steady_state(solid, loads, friction, at, steps=steps)
@@ -280,8 +297,11 @@ def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_t
 
 
 def test_increments_that_have_several_times_the_work_say_so():
-    """One node at twice its limit, where two increments from corner to corner have almost five
-    times the work."""
+    """The answer says so if increments have several times the true work.
+
+    One node is at twice its limit. Two increments from corner to corner give almost five times the
+    work.
+    """
     bonded = {"P": ([0.0], [1.0]), "Q": ([-0.963], [-0.385]), "R": ([-0.545], [-0.323])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[-0.3]], [[1.0]], [0.0], bonded)
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}])
@@ -315,8 +335,11 @@ def test_a_node_does_no_work_while_it_is_open():
 
 @pytest.mark.parametrize("steps", [None, 2, 7])
 def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doubt(steps):
-    """All numbers of increments have the same error: in one it slides and opens, or comes down at
-    another slip than the one before."""
+    """The work of a node is in doubt in an increment in which the node opens or closes.
+
+    All numbers of increments have the same error: in one increment the node slides and opens, or
+    comes down at another slip than before.
+    """
     plane = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])}
     )
@@ -389,8 +412,11 @@ def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_p
 
 @pytest.mark.parametrize(("seed", "ratio"), [(39, 0.9015625), (55, 0.8875)])
 def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
-    """By plain following: each cycle has less work than the one before, and in the end less than a
-    millionth of the first one's."""
+    """Work that slowly dies out is rest, however close the limit is.
+
+    In a plain run each cycle has less work than the cycle before, and finally less than a millionth
+    of the work of the first cycle.
+    """
     rng, nodes = np.random.default_rng(seed), 2 + seed % 2
     contact, loads = random_contact(rng, nodes), cycle(nodes)
     asked = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor

@@ -1,5 +1,7 @@
-"""Plane contacts embedded in space have the plane's answers, at nodes without friction or pressure
-too."""
+"""Plane contacts embedded in space have the answers of the plane.
+
+Some nodes have no friction or no pressure.
+"""
 
 import numpy as np
 import pytest
@@ -20,8 +22,11 @@ OPPOSED = [{"a": 1.0}, {"a": -1.0}]
 
 @pytest.mark.parametrize("seed", [0, 3519, 17821, 21577])
 def test_several_slides_that_nothing_resists_leave_the_limit_of_the_plane(seed):
-    """The body slides along the plane, and nodes move freely across it. In all but the first LAPACK
-    does not find these slides alone."""
+    """Several slides that nothing resists do not change the limit of the plane.
+
+    The body slides along the plane, and nodes move freely across it. In all cases but the first
+    LAPACK does not find these slides alone.
+    """
     A = [[2.0, -1.0, -1.0], [-1.0, 2.0, -1.0], [-1.0, -1.0, 2.0]]
     bonded = {"P": (np.zeros(3), np.ones(3)), "Q": ([1.0, 0.5, -1.5], np.zeros(3))}
     flat = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.eye(3), range(3), bonded)
@@ -140,8 +145,11 @@ def graded(rng, nodes):
 
 @pytest.mark.parametrize("seed", [4, 9, 20, 22])
 def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
-    """Each tangent and normal has a stiffness of its own, over eight decades; the safe slip and the
-    mechanism are judged by the entries of S."""
+    """Limits are found for directions of very different stiffness.
+
+    Each tangent and normal has its own stiffness, over eight decades. The entries of S judge the
+    safe slip and the mechanism.
+    """
     rng = np.random.default_rng(seed)
     contact, size = graded(rng, int(rng.integers(4, 13)))
     f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes

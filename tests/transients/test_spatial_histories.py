@@ -1,5 +1,7 @@
-"""What follows from many transients, in space: the answers of the plane, closed forms of one node,
-and finite differences."""
+"""Results of many transients in space.
+
+They are compared with the plane, closed forms of one node, and finite differences.
+"""
 
 from copy import copy
 from dataclasses import replace
@@ -94,8 +96,11 @@ def test_the_least_excursion_is_that_of_the_plane():
 
 
 def test_the_range_is_that_of_the_plane():
-    """In the plane by the exact path and by increments, and in space, where slips across the plane
-    have no part in the least and the most work."""
+    """The range of work in space is the range in the plane.
+
+    In the plane the exact path and increments give it. In space slips across the plane have no part
+    in the least and the most work.
+    """
     asked = CYCLE, 0.6, 0.65
     # Of twelve increments the search makes five.
     ways = (
@@ -138,8 +143,11 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
 
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
-    """Its last cycle is taken for the steady one when later ones change the work by a thousandth;
-    it makes fewer of them."""
+    """A rough transient has the work of the settled transient but for a share.
+
+    Its last cycle is taken for the steady cycle when later cycles change the work by a thousandth;
+    it needs fewer cycles.
+    """
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 6)
     asked = (
@@ -234,8 +242,11 @@ def test_random_slips_are_smooth_and_rough_without_a_slide():
 
 
 def test_no_cycle_in_space_slips_less_than_is_proven():
-    """The states at the corners of cycles from random starts, against the weighted sum, and against
-    the least sum of slips."""
+    """No cycle in space slips less than the proven bound.
+
+    The states at the corners of cycles from random starts are compared with the weighted sum, and
+    with the least sum of slips.
+    """
     found = 0
     for seed in range(6):
         rng = np.random.default_rng(seed)
@@ -277,8 +288,11 @@ def test_the_least_slip_is_that_of_the_plane():
 
 
 def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
-    """A start beyond what rounding leaves fails; in space work is force times length, so that W
-    E*/P^2 is no number of its own."""
+    """Rows of a study in space are those of single calls, also where a call fails.
+
+    A start beyond the size that rounding leaves fails. In space work is force times length, so that
+    W E*/P^2 has a dimension.
+    """
     solid = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0)
     loads = cycle(2)
     slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])

@@ -1,5 +1,8 @@
-"""Transients and steady states in three dimensions: closed forms, the plane, limits, and the error
-of the increments."""
+"""Transients and steady states in three dimensions.
+
+They are compared with closed forms, the plane, and limits, and the error of the increments is
+estimated.
+"""
 
 import re
 
@@ -26,8 +29,10 @@ def test_one_node_dissipates_as_in_closed_form(load_factor):
 
 
 def sphere(cells, shear, nu=0.0):
-    """Work of friction per cycle of a sphere under a shear force of about `shear` times f P, over
-    that of Mindlin and Deresiewicz."""
+    """Work of friction per cycle of a sphere, over the work by Mindlin and Deresiewicz.
+
+    The shear force is about `shear` times f P.
+    """
     R, E, f = 5.0, 1.0, 0.5
     system = fo.ContactSystem(**half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu))
     P, G = E / (1.5 * R * (1 - nu**2)), E / (2 * (1 + nu))
@@ -49,8 +54,10 @@ def sphere(cells, shear, nu=0.0):
 
 
 def scatter(sizes, shear):
-    """Root mean square of the error over meshes of nearly the same size: their edges lie
-    differently on the circle."""
+    """Root mean square of the error over meshes of nearly the same size.
+
+    The edges of the meshes lie differently on the circle.
+    """
     return float(np.sqrt(np.mean([(sphere(cells, shear) - 1) ** 2 for cells in sizes])))
 
 
@@ -67,8 +74,10 @@ def test_small_shear_goes_with_its_third_power():
 
 
 def walking(spring=0.0):
-    """Two nodes that slide together, against a spring: while one is pressed it holds, and the other
-    one is dragged on (a walk)."""
+    """Two nodes that slide together, against a spring.
+
+    While one node is pressed it holds, and the other node is dragged on (a walk).
+    """
     A = np.array([[1.0, -1.0], [-1.0, 1.0]]) + spring * np.eye(2)
     S = np.zeros((6, 6))
     S[:2, :2] = S[2:4, 2:4] = A

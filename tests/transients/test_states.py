@@ -1,5 +1,7 @@
-"""A transient that begins from an earlier state goes on as if it had never stopped, with nodes that
-are open too."""
+"""A transient that begins from an earlier state continues as if it had never stopped.
+
+Some nodes are open at the state.
+"""
 
 import numpy as np
 import pytest
@@ -212,8 +214,10 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
 
 
 def nearly_free(rng, nodes):
-    """A random contact whose common slip has next to no stiffness: its slips are large, and
-    rounding of forces moves them."""
+    """A random contact whose common slip has next to no stiffness.
+
+    Its slips are large, and rounding of forces moves them.
+    """
     contact = random_system(rng, nodes)
     common = np.r_[np.ones(nodes), np.zeros(nodes)]
     held = contact.S @ common

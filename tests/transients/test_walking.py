@@ -1,5 +1,8 @@
-"""Smooth contacts: static shear while they roll to and fro, loads in phase, limits that belong to
-the mesh; by closed forms and transients."""
+"""Smooth contacts that walk: closed forms and transients.
+
+The tests cover static shear while the contacts roll to and fro, loads in phase, and limits that
+depend on the mesh.
+"""
 
 import numpy as np
 import pytest
@@ -12,8 +15,10 @@ P = np.pi / 4  # the half-width of the contact is 1
 
 
 def cylinder(cells, half_length=1.6):
-    """A cylinder of radius 1 on a half-plane of modulus 1; the load case "roll" moves its lowest
-    point by a unit length."""
+    """A cylinder of radius 1 on a half-plane of modulus 1.
+
+    The load case "roll" moves its lowest point by a unit length.
+    """
     contact = fo.ContactSystem.from_blocks(**half_plane_contact(cells, half_length, 1.0, R=1.0))
     return contact.with_bonded({"roll": (np.zeros(cells), contact.C @ contact.x)})
 
@@ -42,8 +47,11 @@ def pressed(contact, ends, shear, S):
 
 @pytest.mark.parametrize("way", [0.1, 0.2, 0.5])
 def test_a_cylinder_that_rolls_walks_above_the_least_pressures_of_its_way(way):
-    """T_max / (f P) is the share of the pressure that stays; nodes at the edges open and close, and
-    the transient of the true contact agrees."""
+    """A rolling cylinder walks above the sum of the least pressures along its way.
+
+    T_max / (f P) is the share of the pressure that stays. Nodes at the edges open and close, and
+    the transient of the true contact agrees.
+    """
     contact = cylinder(20)
     closed = 1 - 2 / np.pi * (way * np.sqrt(1 - way**2) + np.arcsin(way))
     ends = pressures(contact, [{"P": P, "roll": -way}, {"P": P, "roll": way}])
@@ -87,8 +95,11 @@ def test_a_contact_whose_pressure_and_shear_come_in_phase_rests_up_to_friction_t
 
 
 def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_zero():
-    """Shear is that of a flat punch and grows at the edge, where pressure falls: lam = f p / q is 2
-    f P / Q (1 - x^2), on cells a share of it."""
+    """The limit of a cylinder under constant pressure falls to zero with the mesh.
+
+    Shear is the shear of a flat punch and grows at the edge, where pressure falls: lam = f p / q is
+    2 f P / Q (1 - x^2), on cells a share of it.
+    """
     limits, shares = [], []
     for half in (8, 16, 32):
         # The edge of the contact, at 1, is a quarter of a cell outside of its last cell.

@@ -1,5 +1,8 @@
-"""The work of friction is physics: it does not know from which side a contact is looked at, in
-which units, or how it was computed."""
+"""The work of friction is a physical quantity.
+
+It does not depend on the side from which a contact is seen, on units, or on the way it was
+computed.
+"""
 
 import numpy as np
 import pytest
@@ -15,8 +18,10 @@ def cycle_with_shear(Q):
 
 
 def work_from_states(path):
-    """(cycles, N) work of friction from reactions and slips alone, both linear from state to state:
-    the integral of -q dv."""
+    """Work of friction (cycles, N) from reactions and slips.
+
+    Both are linear from state to state; the work is the integral of -q dv.
+    """
     spent = -(path.q[1:] + path.q[:-1]) / 2 * np.diff(path.slip, axis=0)
     so_far = np.vstack([0 * spent[:1], np.cumsum(spent, axis=0)])
     ends = (
@@ -45,11 +50,11 @@ def test_work_is_that_of_the_reactions_on_the_slips(punch, Q):
 
 @pytest.mark.parametrize("node", [0, 30, 59])
 def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
-    """60 nodes that do not feel each other, A = 1, f p = 1/2. q^w = 3/4 s at one of them: it slips
-    by 1/2 each way, W = 1/2, wherever it is.
+    """One node rubs beside other nodes that came to rest.
 
-    Its counterpart on the other side keeps a slip of -1/4, the mirror image of its own in the last
-    two segments, which other loads leave alone.
+    60 nodes do not feel each other, A = 1, f p = 1/2. One of them has q^w = 3/4 s: it slips by 1/2
+    each way, W = 1/2, wherever it is. Its counterpart on the other side keeps a slip of -1/4, the
+    mirror image of its own slip in the last two segments, which other loads leave alone.
     """
     n = 60
     identity, none, shape = np.eye(n), np.zeros(n), np.linspace(-0.1, 0.1, n)
@@ -62,8 +67,11 @@ def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
 
 
 def test_a_steady_state_is_the_one_that_the_cycles_come_to():
-    """Others are steady as well, next to it: coming back to itself does not make a state that of
-    this start. After 20 cycles this one has settled."""
+    """The steady state is the state to which the cycles lead.
+
+    Other states next to it are steady as well: a state that comes back to itself need not be the
+    state of this start. After 20 cycles this transient has settled.
+    """
     A = 2.2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     B = 0.4 * (np.eye(3, k=1) - np.eye(3, k=-1))
     loads = {
