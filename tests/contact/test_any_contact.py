@@ -1,5 +1,8 @@
-"""Contacts of any number, direction and shape, against closed forms, equilibrium, and themselves
-turned or exchanged."""
+"""Contacts of any number, direction and shape.
+
+They are compared with closed forms, equilibrium, and the same contacts turned or with exchanged
+bodies.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -55,8 +58,10 @@ FLAT, SOLID = (
     ],
 )
 def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed, element, nu):
-    """At any rotation: tractions, displacements and stresses are exact; also where nodes match, and
-    facets do not."""
+    """Any uniform stress passes between any meshes, at any rotation.
+
+    Tractions, displacements and stresses are exact, also where nodes match and facets do not.
+    """
     d, rng = len(upper) + 1, np.random.default_rng(seed or 0)
     R = np.linalg.qr(rng.normal(size=(d, d)))[0]
     shift = rng.normal(size=d)
@@ -238,8 +243,11 @@ def fitted(
     [(60, 60, 0.0, 1e-12), (60, 72, 0.0, 5e-3), (72, 60, 0.04, 5e-3), (60, 60, 0.05, 5e-3)],
 )
 def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, start, spread, exchanged):
-    """p = delta / (a (C_1 + C_2)), C = (r_1^2 + r_2^2) / (r_2^2 - r_1^2) / E' -+ nu'/E' of the
-    hollow pin and of the plate, in plane strain."""
+    """A pin shrunk into a plate has the pressure by Lame.
+
+    p = delta / (a (C_1 + C_2)), C = (r_1^2 + r_2^2) / (r_2^2 - r_1^2) / E' -+ nu'/E' of the hollow
+    pin and of the plate, in plane strain.
+    """
     a, bore, rim, delta = 1.0, 0.3, 4.0, 0.01
     modulus, ratio = 1 / (1 - 0.3**2), 0.3 / 0.7
     compliance = (
@@ -257,8 +265,11 @@ def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, start, s
 
 @pytest.mark.parametrize("exchanged", [False, True])
 def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(exchanged):
-    """Bound by friction times the sum of pressures; with the held plate as body 1 only for slips of
-    a size that assembly can leave."""
+    """A fit slides at its torque unless its facets wedge the part that turns.
+
+    The bound is friction times the sum of pressures. With the held plate as body 1 it holds only
+    for slips of a size that assembly can leave.
+    """
     model = fitted(24, 24, exchanged=exchanged, start=0.01)
     torque = fo.Traction("pin", "bore", x=lambda x, y: -y, y=lambda x, y: x)
     model = replace(
@@ -277,8 +288,11 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
 def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
-    """Of uneven size, with diagonals or not: its normals go through the axis, and it slides at
-    friction times the sum of pressures."""
+    """A fit turns without wedging, whatever its elements.
+
+    Elements have uneven sizes, with diagonals or without. The normals go through the axis, and the
+    fit slides at friction times the sum of pressures.
+    """
     whole = ring([0.3, 0.6, 1.0, 1.6, 2.4], 24, "bore", "rim")
     angle = np.arctan2(*whole.p[::-1])
     radius, angle = np.hypot(*whole.p), angle + 0.3 * np.sin(angle)
@@ -332,8 +346,10 @@ def test_a_loose_pin_has_the_same_gap_all_round(start, exchanged):
 
 
 def test_interference_is_a_negative_gap():
-    """Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load
-    case."""
+    """An interference is a negative gap.
+
+    Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load case.
+    """
     plain = wedge().condense()
     d = np.repeat([0.01, 0.02], 7)
     assert np.allclose(np.r_[plain.bonded["fit"]], plain.S @ np.r_[np.zeros(14), d], atol=1e-15)
@@ -356,8 +372,11 @@ def test_interference_is_a_negative_gap():
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_the_gap_of_a_rounded_punch_is_measured(angle):
-    """A parabola of height x^2 / 10 above a flat block: the gap along the normals, and none where
-    it is not asked for."""
+    """The gap of a rounded punch is measured along the normals.
+
+    The punch is a parabola of height x^2 / 10 above a flat block. Without a measurement the gap is
+    zero.
+    """
     x = np.linspace(-1.0, 1.0, 21)
     raw = blocks(x_punch=x, x_block=np.linspace(-1.0, 1.0, 17))
     mesh = raw["punch"].mesh

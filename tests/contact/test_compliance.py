@@ -1,5 +1,8 @@
-"""Displacements at the loads: against solves of the whole model, springs, and the work of friction
-in the loops."""
+"""Displacements at the loads.
+
+They are compared with solutions of the whole model, with springs, and with the work of friction in
+the loops.
+"""
 
 import numpy as np
 import pytest
@@ -63,8 +66,11 @@ def test_interference_given_later_is_the_same():
 
 
 def test_moved_supports_are_those_of_their_force():
-    """A block on rigid ground that is pulled down by its top: the force there, by the stress of a
-    column."""
+    """Moved supports have the displacement of their force.
+
+    A block on rigid ground is pulled down by its top. The force at the top follows from the stress
+    of a column.
+    """
     x = np.linspace(0, 1, 3)
     material = fo.Material(E=2.0, nu=0.0)
     model = fo.ContactModel(

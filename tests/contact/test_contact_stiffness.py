@@ -1,5 +1,8 @@
-"""Springs in series with the nodes of a contact: against flexibilities, closed forms and a
-published limit case, in the plane and in space."""
+"""Springs in series with the nodes of a contact.
+
+They are compared with flexibilities, closed forms and a published limit case, in the plane and in
+space.
+"""
 
 import numpy as np
 import pytest
@@ -88,8 +91,10 @@ def test_the_rigid_punch_settles_with_the_mesh(cells, give, limit, onset):
 @pytest.mark.parametrize("tangents", [1, 2])
 @pytest.mark.parametrize("size", [1e-14, 1e14, 1e-40, 1e40])
 def test_surfaces_far_softer_or_stiffer_than_the_bodies(tangents, size):
-    """Behind very soft surfaces the bodies are rigid: a free punch without turning is pressed and
-    sheared evenly."""
+    """Behind very soft surfaces the bodies are rigid.
+
+    A free punch that does not turn is pressed and sheared evenly.
+    """
     system = (
         fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense()
         if tangents == 1

@@ -45,8 +45,10 @@ def test_reactions_of_a_cycle():
 
 
 def random_history(rng, points):
-    """Two load cases that turn at random, with points on straight segments between, and the turning
-    points alone."""
+    """A history of two load cases that turn at random, and its turning points.
+
+    The history also has points on the straight segments between its turning points.
+    """
     turns = rng.uniform(-1, 1, size=(points, 2))
     shares = np.linspace(0, 1, 5)[:-1]
     rows = [a + share * (b - a) for a, b in itertools.pairwise(turns) for share in shares]
@@ -194,8 +196,11 @@ def test_an_index_of_times_is_the_time(index):
 
 
 def test_no_answer_changes_by_the_points_left_out():
-    """The limit of all points by another solver's program of all rows, and the steady state of a
-    transient through all points."""
+    """Points that are left out change no answer.
+
+    The limit of all points comes from a program of all rows by another solver, and the steady state
+    from a transient through all points.
+    """
     contact = random_system(np.random.default_rng(5), 4, loads=("mean", "a", "b"))
     history, _ = random_history(np.random.default_rng(4), 6)
     whole = fo.LoadCycle({"mean": 1.0}, history[["a", "b"]].to_dict("records"))
@@ -325,8 +330,11 @@ def test_a_reversal_is_a_turning_point_however_far_the_way_back_goes():
 
 
 def rotated(turn, size, mean=1.0):
-    """One uncoupled node under a normal load `mean`, and a shear and a normal load a quarter apart,
-    `turn` degrees from the corners of a polygon."""
+    """One uncoupled node under a normal load `mean`, and loads a quarter of a cycle apart.
+
+    The loads are a shear and a normal load, at the corners of a polygon, which is turned by `turn`
+    degrees.
+    """
     bonded = {"P": ([0.0], [mean]), "Q": ([1.0], [0.0]), "N": ([0.0], [1.0])}
     return fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], bonded), {
         "Q": (size, turn),
@@ -341,8 +349,11 @@ def rotated(turn, size, mean=1.0):
 def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_of_the_polygon(
     points, friction, size, turn
 ):
-    """A node sticks while `|Q cos t| <= f (P - N sin t)`, so up to `f P / sqrt(Q^2 + f^2 N^2)`
-    (Jang & Barber 2011: the phase counts)."""
+    """Loads a quarter of a cycle apart have the limit of their ellipse, but for the polygon.
+
+    A node sticks while `|Q cos t| <= f (P - N sin t)`, so up to `f P / sqrt(Q^2 + f^2 N^2)` (Jang &
+    Barber 2011: the phase counts).
+    """
     node, loads = rotated(turn, size)
     exact = friction / np.hypot(size, friction)
     limit = fo.shakedown_limit(

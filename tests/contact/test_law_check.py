@@ -12,8 +12,10 @@ F, NODE = 0.5, single()
 
 
 def admissible(seed, nodes=4):
-    """A contact, bonded reactions and a state of open, stuck and slipping nodes that obeys every
-    line of the law."""
+    """A contact, bonded reactions and a state that obeys every line of the law of friction.
+
+    Its nodes are open, stuck or slipping.
+    """
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes).with_gap(0.1 * rng.random(nodes))
     p = rng.uniform(0.5, 2.0, nodes)
@@ -114,8 +116,11 @@ def test_a_small_slip_is_not_blamed_for_rounding_across_it(place, step, across, 
 @pytest.mark.parametrize("step", [1e-8, 1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("angle", [1e-3, 1.0, 2.0, 3.1])
 def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
-    """The state is mended by no slip, by turning q, or by turning the slip; the last two cost the
-    same angle."""
+    """Slip in a wrong direction counts by the smallest correction.
+
+    Corrections of the state are to drop the slip, to turn q, or to turn the slip; the last two cost
+    the same angle.
+    """
     slip = step * np.array([np.cos(angle), np.sin(angle)])
     q = np.array([[-0.5, 0.0]])
     verdict = fo.reference.check_contact_law(

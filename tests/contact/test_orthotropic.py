@@ -1,5 +1,8 @@
-"""Friction that differs along the tangents: against its ellipse in lengths as they are, cone
-programs, and tangents that change places."""
+"""Friction that differs along the two tangents.
+
+It is compared with its ellipse in unscaled lengths, with cone programs, and with the same contact
+whose tangents change places.
+"""
 
 from functools import partial
 
@@ -32,8 +35,11 @@ def turned(system):
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.0, np.pi / 2])
 def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
-    """`(x / f1)^2 + (y / f2)^2 = (p / Q)^2`, by onset, limit, sliding-off load and the work of a
-    transient along an axis."""
+    """One node slips where its shear reaches the ellipse.
+
+    `(x / f1)^2 + (y / f2)^2 = (p / Q)^2`, by onset, limit, sliding-off load and the work of a
+    transient along an axis.
+    """
     x, y, ratio, P = np.cos(angle), np.sin(angle), 0.3, 2.0
     node = fo.ContactSystem(
         np.diag([1.0, 1.0, 2.0]), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}
@@ -59,8 +65,11 @@ def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
 
 
 def test_increments_obey_the_ellipse_and_its_normal_in_lengths_as_they_are():
-    """Of random coupled contacts with gaps: equilibrium with their own stiffness, and slip normal
-    to the ellipse, against the force."""
+    """Increments obey the ellipse and its normal in unscaled lengths.
+
+    Random coupled contacts with gaps are in equilibrium with their own stiffness, and slip is
+    normal to the ellipse, against the force.
+    """
     rng, slid = np.random.default_rng(0), 0
     for _ in range(25):
         n = 4
@@ -113,8 +122,11 @@ def test_the_limit_is_that_of_the_cone_program_in_lengths_as_they_are():
 
 
 def test_tangents_that_change_places_change_no_answer():
-    """Friction f and r f along t1 and t2 is r f and f along t2 and -t1, ratio 1 / r: limits, loads
-    that slide off, works, tables and texts."""
+    """Exchanged tangents change no answer.
+
+    Friction f and r f along t1 and t2 is r f and f along t2 and -t1, ratio 1 / r. Limits, loads
+    that slide off, works, tables and texts agree.
+    """
     bare = random_contact(np.random.default_rng(2), 4)
     bare = fo.ContactSystem(bare.S, bare.points, dict(bare.bonded), width=[0.5, 1.0, 1.5, 2.0])
     ratio = np.array([0.5, 2.0, 0.8, 1.4])
@@ -169,8 +181,11 @@ def test_searches_and_regions_see_the_same_ellipse():
 
 
 def test_the_shear_through_a_contact_is_that_of_the_loads():
-    """A block that its load cannot turn: the sum of its shear forces is the push, in a table, along
-    the second tangent."""
+    """The shear through a contact is the shear of the loads.
+
+    A block cannot turn under its load. The sum of its shear forces is the push along the second
+    tangent, in a table.
+    """
     points = np.array([[x, y, 0.0] for x in (-4.0, 0.0, 4.0) for y in (-1.0, 1.0)])
     n = len(points)
     push = {

@@ -1,5 +1,8 @@
-"""Surfaces that shear off at a strength: against enumeration, scipy, closed forms, and friction
-that is lowered where pressures never change."""
+"""Surfaces that shear off at a strength.
+
+They are compared with enumeration, scipy, closed forms, and a lower friction where pressures never
+change.
+"""
 
 import re
 from dataclasses import replace
@@ -115,8 +118,10 @@ def test_newtons_method_alone_finds_them_too():
 
 
 def test_the_limit_is_that_of_raw_rows_by_scipy():
-    """Pressures change with slip and load; corners, mechanism and bound are those of the same
-    contact."""
+    """The limit agrees with a program of raw rows by scipy.
+
+    Pressures change with slip and load. Corners, mechanism and bound belong to the same contact.
+    """
     rng, ruled = np.random.default_rng(2), 0
     for case in range(12):
         n = 1 + case % 5
@@ -185,8 +190,11 @@ def test_rates_of_the_limit_are_its_differences():
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
-    """Coulomb's law with `f' = min(f, c / p)` in limits, onset, bounds of slip and transients;
-    those in the plane by the exact path."""
+    """Where pressures never change, a strength lowers friction to `f' = min(f, c / p)`.
+
+    Coulomb's law with this friction gives the same limits, onset, bounds of slip and transients;
+    the transients in the plane follow the exact path.
+    """
     rng = np.random.default_rng(4)
     bare, p = uncoupled(rng, 5, tangents)
     c = np.array([0.2, np.inf, 0.3, 0.1, 5.0])
@@ -231,8 +239,10 @@ def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_slip_of_an_uncoupled_contact_ends_below_the_limit_from_random_starts(tangents):
-    """Its pressures change with the load, and friction rules at some corners, the strength at
-    others."""
+    """Slip of an uncoupled contact ends below the limit, from random starts.
+
+    Its pressures change with the load. Friction governs at some corners, the strength at others.
+    """
     rng = np.random.default_rng(8)
     bare, p = uncoupled(rng, 4, tangents)
     pressing = joined(0.3 * rng.normal(size=bare.slip_shape), 0.5 * p)
@@ -256,8 +266,11 @@ def test_slip_of_an_uncoupled_contact_ends_below_the_limit_from_random_starts(ta
 
 
 def test_the_capped_rod_in_closed_form():
-    """A rod pulled to and fro over a foundation: its work falls with the cube of the force over the
-    shear, which is the strength times the width."""
+    """A rod on a foundation with a strength has its work in closed form.
+
+    The rod is pulled to and fro. Its work is proportional to the cube of the force over the shear,
+    and the shear is the strength times the width.
+    """
     rod = fo.ContactSystem.from_blocks(
         **fo.reference.foundation_rod(nodes=100, EA=1.0, h=1.0), width=[1.0] * 100
     )
@@ -312,8 +325,11 @@ def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
 
 
 def test_a_coupled_node_in_space_in_closed_form():
-    """One node that its load also presses at one corner and relieves at the other: `2 lam = min(f
-    (p0 + lam p1), c) + min(f (p0 - lam p1), c)`."""
+    """A coupled node in space has a limit in closed form.
+
+    Its load also presses it at one corner and relieves it at the other: `2 lam = min(f (p0 + lam
+    p1), c) + min(f (p0 - lam p1), c)`.
+    """
     node = fo.ContactSystem(
         np.eye(3) * [1.0, 1.0, 2.0], [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [0.6, 0.8, 0.3]}
     )
@@ -355,8 +371,11 @@ def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(ax
 
 
 def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rules():
-    """One node: pressure `P - C h` falls as depth h grows, and work stays that of the strength
-    while it is below `f p`."""
+    """Wear at the strength takes the same depth in each cycle, until friction governs.
+
+    The pressure `P - C h` of one node falls as the depth h grows. The work is the work of the
+    strength while the strength is below `f p`.
+    """
     P, C, A, c, f, Q, width = 4.0, 2.0, 3.0, 0.5, 0.5, 2.0, 0.25
     node = fo.ContactSystem.from_blocks(
         [[A]], [[0.0]], [[C]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[width]
@@ -476,8 +495,11 @@ def test_a_picture_of_a_limit_is_over_the_strength():
 
 
 def test_open_nodes_in_space_are_eliminated_with_their_strengths():
-    """A transient in which sweeps fail and nodes are open gives the same, from what is left of the
-    contact."""
+    """Open nodes in space are eliminated together with their strengths.
+
+    A transient in which sweeps fail and nodes are open gives the same result from the reduced
+    contact.
+    """
     rng = np.random.default_rng(7)
     system = strong(
         random_contact(rng, 6).with_gap([0.0] * 4 + [5.0] * 2), 0.1, 0.2, np.inf, 0.15, 0.1, 0.1

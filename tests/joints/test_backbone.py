@@ -1,5 +1,8 @@
-"""Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of
-rods, cylinders and spheres, Masing's rule."""
+"""Frequency and damping as functions of the amplitude.
+
+They are compared with Jenkins' element, a published oscillator, closed forms of rods, cylinders and
+spheres, and Masing's rule.
+"""
 
 from dataclasses import replace
 from importlib import import_module
@@ -73,8 +76,11 @@ def test_the_element_of_jenkins():
 
 
 def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
-    """The closed contact rests there from every start, but a node that is open under the mean load
-    closes in each cycle: random starts tell."""
+    """Below the guaranteed limit damping is not zero if a node opens and closes.
+
+    The closed contact rests there from every start, but a node that is open under the mean load
+    closes in each cycle. Random starts show this.
+    """
     loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.2])}
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
     pair = fo.ContactSystem.from_blocks(
@@ -102,8 +108,11 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
 
 
 def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
-    """What a state with the open node vibrates with, seen by a load so small that nothing slips and
-    nothing closes."""
+    """The frequency of a mode may belong to a state with open nodes.
+
+    The reference is the vibration of the state with the open node under a load so small that
+    nothing slips and nothing closes.
+    """
     loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.9])}
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
     pair = fo.ContactSystem.from_blocks(
@@ -147,8 +156,11 @@ def test_a_node_without_friction_slides_where_the_others_rest():
 
 
 def oscillator():
-    """Three masses in the plane, two wedge faces of 40 degrees with springs (Balaji and
-    Ferhatoglu): the contact, frequency of its third mode."""
+    """The contact of a published oscillator, and the frequency of its third mode.
+
+    Three masses in the plane have two wedge faces of 40 degrees with springs (Balaji and
+    Ferhatoglu).
+    """
     k, kxy, kD, kt, kn = 1e5, 3e5, 1e6, 3e5, 3e5
     J, none = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.zeros((2, 2))
     blocks = [3 * kxy * J, kxy * J, kD * J]
@@ -181,8 +193,11 @@ def oscillator():
 
 
 def test_a_published_oscillator(monkeypatch):
-    """Its sampled values are those of 25 residual tractions by a code with 100 steps a quarter
-    cycle, 1 % in damping; the range holds them."""
+    """The curve agrees with the curves of a published oscillator.
+
+    The published values are samples of 25 residual tractions, by a code with 100 steps a quarter
+    cycle and 1 % error in damping. The range holds them.
+    """
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
@@ -272,8 +287,11 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_a_load_that_is_no_mode_has_no_frequency():
-    """A frequency of it would be the root of a stiffness per load factor, in no unit of a
-    frequency."""
+    """A load that is no mode has no frequency.
+
+    Its frequency would be the root of a stiffness per load factor, which has not the unit of a
+    frequency.
+    """
     punch = fo.scenes.PunchOnHalfPlane(elements=24).condense()
     cycle = opposed("sigma", {"P": 1.0})
     curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], range=True)
@@ -368,8 +386,11 @@ def test_two_sliders_in_space_contact_by_contact():
 
 
 def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
-    """Slip comes as far as the end force over the friction of a length; work is a closed form for
-    whole numbers of nodes."""
+    """The curve of a rod is known in closed form.
+
+    Slip comes as far as the end force over the friction of a length. The closed form of the work
+    holds for whole numbers of nodes.
+    """
     # Free to lift off.
     rod = fo.ContactSystem.from_blocks(
         **fo.reference.foundation_rod(nodes=20, EA=2.0, h=0.1) | {"C": np.zeros((20, 20))}
@@ -442,8 +463,11 @@ def test_a_contact_that_ratchets_has_work_and_no_displacement():
 
 
 def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_count():
-    """A load case that the cycle does not use may be as soft as it likes; small corners with large
-    load factors are the same cycle."""
+    """Neither the compliance of other load cases nor the size of amplitudes matters.
+
+    A load case that the cycle does not use may have any softness. Small corners with large load
+    factors are the same cycle.
+    """
     system, stuck = oscillator()
     given = {"natural_frequency": stuck}, {}
     right = [
@@ -554,8 +578,11 @@ def test_bad_input():
 
 
 def test_the_load_of_a_mode():
-    """Two bodies of three springs and masses each, glued at their ends: the frequency of the glued
-    joint is that of its compliance."""
+    """The load of a mode has the frequency of the mode.
+
+    Two bodies of three springs and masses each are glued at their ends. The frequency of the glued
+    joint follows from its compliance.
+    """
     rng = np.random.default_rng(4)
     n = 12
     root = rng.normal(size=(n, n))
@@ -600,8 +627,11 @@ def test_the_load_of_a_mode():
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress"])
 def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
-    """A pad that is glued by friction to a pad of the same steel: its sheared face moves by the
-    mean of its displacements, which `recover` finds."""
+    """The motion of a load is a length.
+
+    Friction glues a pad to a pad of the same steel. The sheared face of the pad moves by the mean
+    of its displacements, which `recover` finds.
+    """
     x, steel = np.linspace(0.0, 20.0, 9), fo.Material(E=210e3, nu=0.3)
     sides = {"low": lambda x: x[1] == x[1].min(), "high": lambda x: x[1] == x[1].max()}
     pad, base = (
@@ -651,8 +681,11 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
 
 
 def test_a_steady_cycle_beyond_friction_moves_its_load_further():
-    """One node of stiffness k under a force F: half of its range is F / k and the slip that
-    friction leaves, for a load of any size."""
+    """A steady cycle beyond friction moves its load further.
+
+    One node has the stiffness k and the force F. Half of its range is F / k and the slip that
+    friction leaves, for a load of any size.
+    """
     loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     slider = fo.ContactSystem.from_blocks(
         [[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]]

@@ -1,5 +1,8 @@
-"""Forced responses: the slider in closed form, the linear mode, works by hand, folds, units, other
-modes, and time integration that shares no code with the package."""
+"""Forced responses against independent methods.
+
+The methods are the slider in closed form, the linear mode, works by hand, folds, units, other
+modes, and a time integration that shares no code with the package.
+"""
 
 from dataclasses import replace
 
@@ -122,8 +125,10 @@ def test_without_slip_a_mode_is_linear(ratio):
 
 
 def by_hand(curve, work):
-    """A curve with the works of a function of the amplitude, and the stiffness of its first load
-    factor."""
+    """A curve whose works are a function of the amplitude.
+
+    It has the stiffness of its first load factor.
+    """
     a = curve.displacement
     constant = np.full(len(a), curve.natural_frequency)
     return replace(curve, work=work(a), resonance=constant, frequency=constant)
@@ -143,8 +148,11 @@ def test_a_work_that_grows_with_the_cube_of_the_amplitude(curve):
 
 
 def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve(curve):
-    """W grows with the cube up to a knee and stays. Then `pi f a = W + 2 pi zeta w0^2 a^2` has two
-    roots above the knee."""
+    """A friction force that falls with the amplitude gives a detached curve.
+
+    W grows with the cube of the amplitude up to a knee and then is constant. Then `pi f a = W + 2
+    pi zeta w0^2 a^2` has two roots above the knee.
+    """
     knee, ratio = curve.displacement[60], 1e-3
     viscous = 2 * ratio * (2 * np.pi * curve.natural_frequency) ** 2
     most = 10 * np.pi * knee**2 * viscous
@@ -178,8 +186,11 @@ def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve(curve):
 
 
 def test_every_row_holds_the_force(light):
-    """`a |k + i (g + 2 zeta w0 w) - w^2| = f` with the stiffness and the loss between the load
-    factors by an interpolation of the test."""
+    """Every row fulfils the equation of its force.
+
+    `a |k + i (g + 2 zeta w0 w) - w^2| = f` with the stiffness and the loss between the load factors
+    by an interpolation of the test.
+    """
     forces, ratio = [0.33, 0.83, 1.7], 5e-3
     answer = light.response(forces, damping=ratio, scale=2.5)
     a = light.displacement
@@ -287,8 +298,11 @@ def test_the_band_over_residual_slips_encloses_the_curve():
 
 
 def modal_series(b, steady, k, times):
-    """(times, n) modal coordinates of all modes under x = a cos t, by the statics of the whole
-    structure whose springs the slips and gaps have moved."""
+    """Modal coordinates (times, n) of all modes under x = a cos t.
+
+    They follow from the statics of the whole structure, whose springs are moved by the slips and
+    gaps.
+    """
     path = steady.states()
     _, shapes = b.modes()
     amplitude = path.amplitudes[:, list(path.system.bonded).index(f"mode {k}")]

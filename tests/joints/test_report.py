@@ -1,5 +1,8 @@
-"""The report on a joint: its numbers against closed forms and the calls that it stands for, what it
-leaves out, and the file that it writes."""
+"""The report on a joint.
+
+Its numbers are compared with closed forms and with the calls that it summarises; other tests check
+what it leaves out, and the file that it writes.
+"""
 
 import re
 from dataclasses import replace
@@ -208,8 +211,11 @@ def test_a_mean_load_that_opens_all_nodes_in_space_leaves_a_report():
 
 
 def test_a_press_fit_is_said_to_be_one():
-    """Statics cannot know how far it presses: report, table and chart say so, and have the load at
-    which the transient slides off."""
+    """Report, table and chart say that a joint is a press fit.
+
+    Statics cannot know the pressure of the fit. They give the load at which the transient slides
+    off.
+    """
     system = replace(fo.scenes.PressFit(elements=12).condense(), units="N, mm")
     joint = fo.report(
         system,
@@ -235,8 +241,10 @@ def test_a_press_fit_is_said_to_be_one():
 
 
 def test_all_numbers_of_a_report_have_units():
-    """In the table and in the text, in the names that the user gave and without; a displacement
-    that is no length is not called so."""
+    """All numbers of a report have units, in the table and in the text.
+
+    The names are given by the user or not. A displacement that is no length is not called a length.
+    """
     system = replace(fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense(), units="N, mm")
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
     joint = fo.report(system, cycle, friction=0.5, load_factors=[0.5, 1.0])

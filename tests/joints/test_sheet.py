@@ -1,5 +1,7 @@
-"""The sheet of a joint: pages, safety factors, verdicts, names of motions, and files, against
-closed forms, and unchanged by units."""
+"""The sheet of a joint: pages, safety factors, verdicts, names of motions, and files.
+
+They are compared with closed forms, and do not change with units.
+"""
 
 import json
 from dataclasses import replace
@@ -94,8 +96,10 @@ def test_against_slip_the_corners_are_followed():
 
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_at_other_loads_a_report_has_the_states_from_no_slip(seed):
-    """They begin at the mean load, which all loads share, and end where a transient of their own
-    ends."""
+    """At other loads a report has the states that begin without slip.
+
+    They begin at the mean load, which all loads share, and end at the end of their own transient.
+    """
     contact = random_contact(np.random.default_rng(seed), 4)
     asked = contact, spatial_cycle(), 0.4
     joint = fo.report(*asked, [0.6, 1.0, 1.4], pages=2)

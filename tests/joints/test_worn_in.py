@@ -1,5 +1,7 @@
-"""What a contact wears into, against closed forms, simulated wear, and the limit of the worn
-contact."""
+"""The state into which a contact wears.
+
+It is compared with closed forms, simulated wear, and the limit of the worn contact.
+"""
 
 import numpy as np
 import pytest
@@ -11,8 +13,11 @@ CONTACT = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
 
 
 def worn_pressure(x, Q0):
-    """Pressure within the stick zone: that of Hertz under `P - |Q0| / f`, and of a flat punch under
-    the rest (Ciavarella 1998, Popov 2014)."""
+    """Pressure within the stick zone of a worn contact.
+
+    It is the pressure by Hertz under `P - |Q0| / f`, and the pressure of a flat punch under the
+    rest (Ciavarella 1998, Popov 2014).
+    """
     root = np.sqrt(CONTACT.stick_half_width(Q0) ** 2 - x**2)
     return CONTACT.E_star / (2 * CONTACT.R) * root + Q0 / CONTACT.f / (np.pi * root)
 
@@ -127,8 +132,11 @@ def test_a_fixed_part_of_the_cycle_counts():
 
 
 def test_under_a_varying_force_wear_comes_ever_closer():
-    """Only near the largest force there is pressure left in the end: what is missing falls with the
-    cycles, tenfold in ten times as many."""
+    """Under a varying force wear comes ever closer to its final state.
+
+    In this state there is pressure only near the largest force. The difference falls with the
+    number of cycles, tenfold in ten times as many cycles.
+    """
     contact, cycle, f, load_factor = cylinder(24)
     cycle = fo.LoadCycle(cycle.mean, [{"Q": 1.0, "P": 0.8}, {"Q": -1.0, "P": -0.8}])
     end = fo.worn_in(contact, cycle, f, load_factor)
@@ -170,8 +178,10 @@ COARSE = cylinder(16)
 
 
 def contact(stiffness, p, q, coupling=0.0):
-    """A contact with the same stiffness along and across, under the load cases P, which presses,
-    and Q, which shears."""
+    """A contact with the same stiffness along and across its face.
+
+    The load case P presses it, and Q shears it.
+    """
     A, n = np.array(stiffness), len(stiffness)
     return fo.ContactSystem.from_blocks(
         A, coupling * np.eye(n), A, np.arange(n), {"P": (np.zeros(n), p), "Q": (q, np.zeros(n))}

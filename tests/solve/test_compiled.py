@@ -1,5 +1,7 @@
-"""Programs as cvxpy compiles them, smaller and scaled: each step gives back a solution of the
-whole, whatever it is about."""
+"""Programs as cvxpy compiles them, made smaller and scaled.
+
+Each step gives back a solution of the whole program, whatever the program is about.
+"""
 
 import warnings
 from types import SimpleNamespace
@@ -28,8 +30,10 @@ from helpers.systems import CYCLE, SEEDS, random_system
 
 
 def whole(compiled):
-    """All rows of a compiled program with its dense equations in them, and which of its rows these
-    are."""
+    """All rows of a compiled program with its dense equations in them.
+
+    Also returns which of the rows are these equations.
+    """
     matrix, kept = compiled.matrix.toarray(), np.ones(len(compiled.right), dtype=bool)
     for block in compiled.blocks:
         at = np.arange(block.rows.start, block.rows.stop)
@@ -144,8 +148,10 @@ def test_parameters_are_read_anew():
 
 
 def any_program(rng, cones, n=5):
-    """A bounded program with dense and sparse equations, bounds of abs and maybe norm, rows that
-    others stand for, and a point inside of it."""
+    """A bounded random program and a point inside of it.
+
+    It has dense and sparse equations, bounds of abs and perhaps norm, and redundant rows.
+    """
     G, M, free = rng.normal(size=(n, n - 1)), rng.normal(size=(3, n)), rng.normal(size=n)
     free /= np.linalg.norm(free)
     # One direction it does not resist.
@@ -285,8 +291,11 @@ def test_rows_that_differ_in_the_coefficient_of_a_load_all_stay_in_any_unit_of_i
 
 @pytest.mark.parametrize("simplify", [True, False])
 def test_rows_that_others_stand_for(simplify):
-    """With load >= 0, of rows that differ in its coefficient alone those are left out that another
-    one is above in it, and not in the right side."""
+    """Redundant rows are left out.
+
+    With load >= 0, of rows that differ only in the coefficient of the load a row is left out if
+    another row has a larger coefficient and no larger right side.
+    """
     x, y, load = cp.Variable(), cp.Variable(), cp.Variable()
     rows = [
         load >= 0,
@@ -311,8 +320,11 @@ def test_rows_that_others_stand_for(simplify):
 
 @pytest.mark.parametrize("sign", ["none", "<= 0", ">= -1", ">= 0", ">= 0.5"])
 def test_rows_that_others_stand_for_only_where_the_unknown_has_the_sign(sign):
-    """`load + y <= 3` follows from `2 load + y <= 2` if load >= -1, but the way that this is told
-    needs load >= 0."""
+    """Rows are redundant only if the unknown has the sign.
+
+    `load + y <= 3` follows from `2 load + y <= 2` if load >= -1, but the test of redundancy needs
+    load >= 0.
+    """
     y, load = cp.Variable(), cp.Variable()
     signed = {
         "none": [],
@@ -481,8 +493,10 @@ def test_unknowns_that_no_row_feels_are_no_unknowns_and_their_values_follow():
 
 @pytest.mark.parametrize("felt", [True, False])
 def test_what_a_square_matrix_does_not_resist_is_an_unknown_only_where_a_row_feels_it(felt):
-    """One body of two nodes that may slide: the slide alone opens a gap, which may matter or
-    not."""
+    """A motion without resistance is an unknown only if a row depends on it.
+
+    One body of two nodes may slide. Only the slide opens a gap, which may matter or not.
+    """
     G, M, W = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[1.0, -1.0]]), np.array([[1.0, 1.0]])
     x, y, w, gap = cp.Variable(2), cp.Variable(2), cp.Variable(1), cp.Variable(1)
     dense = [y == named(G, "G") @ x, w == named(M, "M") @ x, gap == named(W, "W") @ x]
@@ -566,8 +580,11 @@ def test_solvers_that_agree_on_no_optimum_are_not_believed_without_a_proof(kind)
 @pytest.mark.parametrize("damage", ["unbalanced", "the wrong way", "none"])
 @pytest.mark.parametrize("kind", ["infeasible", "feasible"])
 def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
-    """Whatever excess a search for one claims: its multipliers must balance, and lack what they
-    say."""
+    """Damaged multipliers prove no contradiction.
+
+    Whatever excess a search of a contradiction claims, its multipliers must balance, and must prove
+    this excess.
+    """
     chain = Chain(tiny(kind, True)[0], {})
     honest = chains._least_excess
 
@@ -615,8 +632,11 @@ def test_an_excess_needs_multipliers_that_prove_it(monkeypatch):
 
 @pytest.mark.parametrize("cone", [False, True])
 def test_multipliers_outside_their_cones_prove_no_limit(cone, monkeypatch):
-    """All solvers give the least value as the largest one: their multipliers balance, and the
-    bound is that value, but one multiplier has the wrong sign."""
+    """Multipliers outside of their cones prove no limit.
+
+    All solvers return the least value as the largest one. Their multipliers balance, and the bound
+    is that value, but one multiplier has the wrong sign.
+    """
     x = cp.Variable(2)
     row = cp.SOC(cp.Constant(1.0), x) if cone else cp.abs(x) <= 1.0
     chain = Chain(cp.Problem(cp.Maximize(x[0]), [row]), {})
@@ -638,8 +658,11 @@ def test_multipliers_outside_their_cones_prove_no_limit(cone, monkeypatch):
 
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkeypatch):
-    """The first says that all unknowns and multipliers are 0, or that multipliers which do not
-    balance prove some excess."""
+    """The next solver is called if one solver returns a wrong excess.
+
+    The first solver returns zeros for all unknowns and multipliers, or multipliers that do not
+    balance but prove some excess.
+    """
     chain, names = Chain(tiny("infeasible", True)[0], {}), []
 
     def told(program, name, above):

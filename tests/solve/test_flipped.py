@@ -1,5 +1,7 @@
-"""The dual of balances: its answers are those of the program, from solvers that take it as it
-stands."""
+"""The dual of programs of balances.
+
+Its answers are the answers of the program, by solvers that take the program without this step.
+"""
 
 import numpy as np
 import pytest
@@ -12,8 +14,11 @@ from helpers.cases import few
 
 
 def balance(rng, nodes, equations, free=1, extra=2):
-    """A program with a solution: cones of own unknowns, some moved by a load >= 0, more cones,
-    unknowns without a cone, and equations."""
+    """A program with a solution.
+
+    It has cones of own unknowns, some moved by a load >= 0, more cones, unknowns without a cone,
+    and equations.
+    """
     width = 3 * nodes + 1 + free
     load, heads = 3 * nodes, 3 * np.arange(nodes)
     own = np.zeros((3 * nodes, width))

@@ -1,5 +1,7 @@
-"""The interior point for large cone programs: programs with known solutions, and limits in space
-against Clarabel."""
+"""The interior point method for large cone programs.
+
+It is tested on programs with known solutions, and on limits in space against Clarabel.
+"""
 
 from contextlib import suppress
 
@@ -21,8 +23,10 @@ from helpers.spatial import cycle, random_contact, vectors
 
 
 def planted(rng, n, numbers, circles, defined):
-    """A program whose optimum is planted: slacks and multipliers that are complementary, of numbers
-    and of cones of two dimensions."""
+    """A program whose optimum is planted.
+
+    Its slacks and multipliers are complementary, for numbers and for cones of two dimensions.
+    """
     x, rows, total = cp.Variable(n), [], np.zeros(n)
     z0 = rng.normal(size=n)
     G = rng.normal(size=(defined, n))
@@ -96,8 +100,11 @@ def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
-    """A limit of a hundredth of its unit, say: from its proofs nothing is left for a polish to
-    mend."""
+    """The gap of the objectives is relative to their size where that is small.
+
+    An example is a limit of a hundredth of its unit: its proofs leave nothing for a polish to
+    correct.
+    """
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
     _, value, bound = ours(
         cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints)
@@ -189,8 +196,11 @@ def test_large_programs_are_its_own_and_others_are_not(monkeypatch):
 
 
 def test_equations_without_a_variable_of_their_own_are_solved_for_one():
-    """A node without friction has no circle but an equation, which keeps its shear at zero; a
-    critical node of a guaranteed limit has three."""
+    """Equations without an own variable are solved for one of their variables.
+
+    A node without friction has no circle but an equation, which keeps its shear at zero; a critical
+    node of a guaranteed limit has three equations.
+    """
     rng = np.random.default_rng(1)
     contact, friction = random_contact(rng, 4), np.array([0.0, 0.5, 0.6, 0.4])
     cases = {
@@ -276,8 +286,11 @@ def inside(rng, cones, depth):
 @pytest.mark.parametrize("depth", [1.0, 1e-3, 1e-5])
 @pytest.mark.parametrize("zero", [0, 2])
 def test_the_equations_of_a_step_hold(zero, depth):
-    """Against one dense solve, of all rows on the unknowns that the equations leave, a row that
-    counts as dense and cones of several sizes."""
+    """A step fulfils its equations, by one dense solve.
+
+    The dense system has all rows on the unknowns that the equations leave, a row that counts as
+    dense, and cones of several sizes.
+    """
     rng, sizes = np.random.default_rng(4), np.array([1, 1, 2, 3, 3, 4] * 5)
     rows, block = zero + int(sizes.sum()), rng.normal(size=(4, 9))
     sparse = csr_array(rng.normal(size=(rows, 13)) * (rng.random((rows, 13)) < 0.3))

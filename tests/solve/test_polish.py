@@ -17,8 +17,10 @@ from helpers.cases import few
 
 
 def random_program(rng, equations):
-    """A bounded program over six unknowns with rows, cones of two sizes and maybe equations, and a
-    point inside of it."""
+    """A bounded random program over six unknowns, and a point inside of it.
+
+    It has rows, cones of two sizes and perhaps equations.
+    """
     z = cp.Variable(6)
     size = cp.Variable(6)
     inside = 0.1 * rng.normal(size=6)

@@ -1,5 +1,7 @@
-"""The found range against closed forms, published cases, samples of starts, and what is proven of
-the slip."""
+"""The range of dissipation that a search finds.
+
+It is compared with closed forms, published cases, samples of starts, and proven bounds of the slip.
+"""
 
 import numpy as np
 import pytest
@@ -138,8 +140,11 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
 
 
 def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
-    """A program for each corner and each step of a history of hundreds would be tens of thousands
-    of them."""
+    """A sampled history has starts at its ends and at a few corners between them.
+
+    One program for each corner and each step of a history of hundreds of steps would give tens of
+    thousands of programs.
+    """
     places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle(
         {"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places]
@@ -161,8 +166,10 @@ def test_the_search_finds_more_than_the_extreme_slips(paper_punch):
 
 
 def blocky(seed, n, least_nodes, frictions):
-    """A dense random contact and its loads, with a friction that is the same at all nodes or
-    not."""
+    """A dense random contact and its loads.
+
+    Its friction is the same at all nodes or not.
+    """
     rng = np.random.default_rng(seed)
     assert rng.integers(least_nodes, 13) == n and rng.choice(4) < 4
     coupling, G = rng.uniform(0.2, 1.0), rng.standard_normal((2 * n, 2 * n))
@@ -193,8 +200,11 @@ def around(start, rng, count):
 def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_less(
     seed, n, seed_of_starts, count
 ):
-    """Below the limit, where few random starts lead to the basin of the most work: one in twenty,
-    one in sixty."""
+    """No start beside the worst start has more work.
+
+    Below the limit few random starts lead to the basin of the most work: one in twenty, one in
+    sixty.
+    """
     contact, turns, f, _ = blocky(seed, n, 2, (0.1, 0.9))
     load_factor, span = found(contact, turns, f, 0.9)
     works = [
@@ -228,8 +238,11 @@ def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
 
 
 def test_a_search_follows_no_start_in_vain(paper_punch):
-    """Starts that one cycle brings to the same state have the work of one; those given up have less
-    than looked for, others what they have."""
+    """A search follows no start in vain.
+
+    Starts that one cycle brings to the same state have the work of one start. Starts that are given
+    up have less work than the search looks for; the other starts have their own work.
+    """
     contact, f = paper_punch(16), np.full(17, 0.7)
     load_factor = 1.2 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())

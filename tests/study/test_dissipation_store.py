@@ -1,5 +1,7 @@
-"""The file that keeps the runs of a study: what it holds, what is left alone, and what is not
-believed."""
+"""The file that keeps the runs of a study.
+
+The tests check its contents, the data that are left alone, and the data that are refused.
+"""
 
 import os
 import resource
@@ -255,8 +257,11 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(
 
 
 def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed):
-    """Each process goes on where the last one was killed, and is killed itself after some more
-    runs."""
+    """A killed process loses no finished run.
+
+    Each process continues where the last process was killed, and is killed itself after some more
+    runs.
+    """
     for done in (1, 8):
         with subprocess.Popen(
             [sys.executable, "-c", DRIVER, tmp_path / "runs"],

@@ -1,5 +1,7 @@
-"""The guaranteed limit against exact transients: from the witness slip never stops just above it,
-from no start does it go on just below."""
+"""The guaranteed limit against exact transients.
+
+Just above the limit slip from the witness never stops; just below it slip from no start continues.
+"""
 
 from dataclasses import replace
 
@@ -42,8 +44,11 @@ def test_the_papers_scene(punch, paper_cycle, friction):
 
 
 def test_a_limit_that_is_too_high_is_found_out():
-    """Between lambda_1 and lambda_2 the start decides: with lambda_2 in the place of lambda_1, some
-    starts keep slipping below it."""
+    """A limit that is too high is detected.
+
+    Between lambda_1 and lambda_2 the start decides. With lambda_2 in the place of lambda_1, some
+    starts keep slipping below it.
+    """
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, load_factor=limit.shakedown.load_factor, slip=limit.shakedown.slip)
@@ -67,8 +72,11 @@ def test_a_witness_that_is_none_does_not_persist():
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
-    """Shear +- lam, held by f (1 + B v): at lam = f without slip both bounds are met; above it
-    slips v >= (lam - f) / (f B - 1) relieve both."""
+    """A node above its critical friction may wedge itself.
+
+    The shear +- lam is held by f (1 + B v). At lam = f both bounds are met without slip; above it
+    slips v >= (lam - f) / (f B - 1) relieve both bounds.
+    """
     S, still = np.eye(tangents + 1), [0.0] * (tangents - 1)
     S[0, -1] = S[-1, 0] = 0.8
     node = fo.ContactSystem(

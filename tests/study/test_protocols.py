@@ -1,5 +1,8 @@
-"""Limits after a protocol and least excursions against the limits they lie between, computed
-values, and the transients that they claim."""
+"""Limits after a protocol, and least excursions.
+
+They are compared with the limits on both sides, computed values, and the transients that they
+claim.
+"""
 
 from itertools import islice
 
@@ -101,8 +104,11 @@ def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_lim
 
 
 def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
-    """Under a load that grows in proportion from zero every node slips in one sense only, and one
-    increment is exact."""
+    """Assembly leaves the slip of one increment from zero load.
+
+    Under a load that grows in proportion from zero every node slips in one sense only, and one
+    increment is exact.
+    """
     slipped = 0
     for seed in range(12):
         contact = random_system(np.random.default_rng(seed), 4, coupling=1.0)
@@ -217,8 +223,11 @@ def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
 
 
 def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
-    """Nothing but friction holds the pair: pulled along by 3 lam at each node it slides freely from
-    3 lam = f p on."""
+    """A contact that slides away is undecided and not at rest.
+
+    Only friction holds the pair. Pulled along by 3 lam at each node it slides freely from 3 lam = f
+    p on.
+    """
     loads = {"mean": ([0, 0], [1, 1]), "cyclic": ([1, -1], [0, 0]), "pull": ([1, 1], [0, 0])}
     free = fo.ContactSystem.from_blocks(
         [[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
@@ -232,8 +241,12 @@ def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
 
 
 def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(monkeypatch):
-    """With few of them, in a contact where some need more than all extreme slips: after the answer
-    no start is random and known before."""
+    """A random start that keeps slipping is added, until new random starts rest.
+
+    The search uses eight random starts, in a contact where some of them need a larger excursion
+    than all extreme slips. After the answer is found eight random starts rest that were not tried
+    before.
+    """
     contact = random_system(np.random.default_rng(3), 5, coupling=0.9)
     followed = []
     outcome = TransientsAfter.outcome
@@ -265,8 +278,11 @@ def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(mo
 
 
 def test_every_second_sampled_slip_is_smooth():
-    """Steps from node to node are as large as the slip itself where it is noise, and a small part
-    of it where they add up to it."""
+    """Every second sampled slip is smooth.
+
+    The steps of a noisy slip from node to node are as large as the slip itself. The steps of a
+    smooth slip are a small part of it.
+    """
     A = np.eye(200)
     drawn = _random_slips(
         fo.ContactSystem.from_blocks(A, 0 * A, A, np.arange(200.0), {"P": (A[0], A[0])}),

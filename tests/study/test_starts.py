@@ -1,5 +1,7 @@
-"""Starts of a study in every form that a user may have them in, and what is refused before anything
-runs."""
+"""Starts of a study in every admissible form, and refused starts.
+
+Wrong starts are refused before anything runs.
+"""
 
 from dataclasses import replace
 

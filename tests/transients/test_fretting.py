@@ -173,25 +173,25 @@ def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
     Of two nodes without coupling one slips: to and fro along one direction, and on a closed curve,
     where each two states are compared.
     """
-    way = np.array([np.cos(angle), np.sin(angle)])
+    direction = np.array([np.cos(angle), np.sin(angle)])
     across = np.array([-np.sin(angle), np.cos(angle)])
     q = np.array([[2.0], [0.1]])
     loads = {
         "P": np.r_[np.zeros(4), 1.0, 1.0],
-        "a": joined(q * way, np.zeros(2)),
+        "a": joined(q * direction, np.zeros(2)),
         "b": joined(0.5 * q * across, np.zeros(2)),
     }
     contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
     stress = np.array(
         [
-            [3.0 * np.outer(way, way) - 7.0 * np.outer(across, across)] * 2,
-            [np.outer(across, across) - np.outer(way, way)] * 2,
+            [3.0 * np.outer(direction, direction) - 7.0 * np.outer(across, across)] * 2,
+            [np.outer(across, across) - np.outer(direction, direction)] * 2,
         ]
     )
     strain = np.array(
         [
-            [0.2 * np.outer(way, way)] * 2,
-            [9.0 * np.outer(across, across) - 0.1 * np.outer(way, way)] * 2,
+            [0.2 * np.outer(direction, direction)] * 2,
+            [9.0 * np.outer(across, across) - 0.1 * np.outer(direction, direction)] * 2,
         ]
     )
     for corners in ([{"a": 1.0}, {"a": -1.0}], [{"a": 1.0}, {"b": 1.0}, {"a": -1.0}, {"b": -1.0}]):
@@ -200,7 +200,7 @@ def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
         slip = steady.states().slip[:, 0]
         one, other = max(combinations(slip, 2), key=lambda pair: np.linalg.norm(pair[0] - pair[1]))
         size = np.linalg.norm(one - other)
-        along = way if len(corners) == 2 else (one - other) / size
+        along = direction if len(corners) == 2 else (one - other) / size
         tension, extent = ((part[:, 0] @ along) @ along for part in (stress, strain))
         assert size > 1.5 and table["slip_range"].to_numpy() == pytest.approx([size, 0.0], rel=1e-9)
         assert table["SWT"][0] == pytest.approx(max(tension) * np.ptp(extent) / 2, rel=1e-6)

@@ -145,11 +145,11 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
     engine, drawn = random_problem(seed, nodes, in_space, friction)
     contact = engine.system
     loads = [drawn() for _ in range(6)]
-    asked = []
+    starts = []
     swept = engine._swept
 
     def failing(u, r, law):
-        asked.append(u)
+        starts.append(u)
         state, r = swept(u, r, law)
         return replace(state, error=np.inf), r
 
@@ -159,7 +159,7 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
     slip = np.zeros(contact.slip_shape)
     u = joined(np.zeros(contact.slip_shape), -contact.gap)
     for _ in range(5):
-        asked.clear()
+        starts.clear()
         for load, (found, r, status) in zip(loads, engine.along(u, loads), strict=True):
             (v, w), (q, p) = parted(found, contact.tangents + 1), parted(r, contact.tangents + 1)
             state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
@@ -179,7 +179,7 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
                 assert np.allclose(one.gap, w + contact.gap, atol=1e-9)
                 assert (one.status == status).all()
             slip, u = v, found
-    assert not asked or friction > 0.5
+    assert not starts or friction > 0.5
 
 
 def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
@@ -217,10 +217,10 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
     contact = (random_contact if in_space else random_system)(rng, n, coupling=0.2)
     axes, far = contact.tangents + 1, np.arange(n) > 4
     last = np.tile(np.arange(n) == n - 1, axes)
-    way = np.linalg.qr(np.where(last, rng.normal(size=len(last)), 0.0)[:, None])[0]
+    oblique = np.linalg.qr(np.where(last, rng.normal(size=len(last)), 0.0)[:, None])[0]
     held = {
         "no motion": np.eye(len(last)),
-        "an oblique motion": np.eye(len(last)) - way @ way.T,
+        "an oblique motion": np.eye(len(last)) - oblique @ oblique.T,
         "a node": np.diag(1.0 - last),
     }[free]
     contact = fo.ContactSystem(
@@ -231,10 +231,10 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
     )
     engine = NewtonIncrement(contact, 0.3)
     newton = NewtonIncrement._by_newton
-    asked = []
+    newton_calls = []
     long = []
     engine._swept = lambda u, r, law: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
-    engine._by_newton = lambda *start: asked.append(1) or newton(engine, *start)
+    engine._by_newton = lambda *start: newton_calls.append(1) or newton(engine, *start)
     shear = np.tile(rng.normal(size=n), contact.tangents)
     press = np.where(far, 0.0, 1.0)
     slip = np.zeros(contact.slip_shape)
@@ -250,8 +250,8 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
         assert (one.status == status).all()
         assert np.abs(joined(one.q, one.p) - r).max() < 1e-12
         slip = parted(u, axes)[0]
-        long.append(len(asked))
-        asked.clear()
+        long.append(len(newton_calls))
+        newton_calls.clear()
     assert (status == 2).sum() == 6
     assert long == ([1, 0, 0, 0, 0] if free == "no motion" else [1] * 5)
 
@@ -266,7 +266,9 @@ def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
     made = []
     honest = by_newton._Rest.__init__
     monkeypatch.setattr(
-        by_newton._Rest, "__init__", lambda rest, *asked: made.append(asked) or honest(rest, *asked)
+        by_newton._Rest,
+        "__init__",
+        lambda rest, *arguments: made.append(arguments) or honest(rest, *arguments),
     )
     monkeypatch.setattr(
         NewtonIncrement,
@@ -290,16 +292,16 @@ def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_co
     with the state without elimination.
     """
     monkeypatch.setattr(
-        by_newton.FrozenBoundIncrement, "_solved", lambda *asked: pytest.fail("a convex program")
+        by_newton.FrozenBoundIncrement, "_solved", lambda *problem: pytest.fail("a convex program")
     )
     punch = fo.scenes.SquarePunch(elements=4).condense()
     around = fo.LoadCycle(
         {"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")]
     )
-    asked = punch, around, 0.8, 2.0 * fo.shakedown_limit(punch, around, 0.8).load_factor
-    path = fo.march(*asked, cycles=2, steps=3)
-    monkeypatch.setattr(NewtonIncrement, "_without_open", lambda *asked: None)
-    whole = fo.march(*asked, cycles=2, steps=3)
+    problem = punch, around, 0.8, 2.0 * fo.shakedown_limit(punch, around, 0.8).load_factor
+    path = fo.march(*problem, cycles=2, steps=3)
+    monkeypatch.setattr(NewtonIncrement, "_without_open", lambda *problem: None)
+    whole = fo.march(*problem, cycles=2, steps=3)
     assert np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max()
     assert np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
 

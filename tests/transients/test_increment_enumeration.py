@@ -73,8 +73,8 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
 def test_the_program_decides_and_not_the_guess(monkeypatch):
     """With the worst of guesses for a start, the same states."""
 
-    def wrong(*asked):
-        state = newton(*asked)
+    def wrong(*start):
+        state = newton(*start)
         status = np.where(state.status == 2, 0, 2).astype(np.int8)
         return replace(
             state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan)

@@ -271,13 +271,15 @@ def assert_a_state_by_newton():
 
 
 def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
-    asked = []
+    solvers = []
     lying(
         monkeypatch,
-        lambda _, name: asked.append(name) or ("infeasible" if name.startswith("HIGHS") else None),
+        lambda _, name: (
+            solvers.append(name) or ("infeasible" if name.startswith("HIGHS") else None)
+        ),
     )
     assert_a_state_by_newton()
-    assert [name for name in asked if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
+    assert [name for name in solvers if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
 
 
 def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
@@ -409,9 +411,9 @@ def test_complementarity_matrix_is_the_law():
 def test_explain():
     frozen = FrozenBoundIncrement(CONTACT, FRICTION)
     exact = ExactIncrement(CONTACT, FRICTION)
-    said = explained(frozen.solve(SLIP, LOAD))
+    printed = explained(frozen.solve(SLIP, LOAD))
     assert all(
-        part in said
+        part in printed
         for part in (
             "frozen bound",
             "optimal",
@@ -422,9 +424,9 @@ def test_explain():
             "3 of 3 rows bind",
         )
     )
-    said = explained(exact.solve(SLIP, LOAD))
+    printed = explained(exact.solve(SLIP, LOAD))
     assert all(
-        part in said
+        part in printed
         for part in (
             "mixed-integer",
             "optimal",

@@ -307,7 +307,7 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
 
 def test_shear_of_pressing_alone_asks_for_friction_and_for_no_less_shear():
     """Shears of +-0.8 balance each other: the load has none as a whole. With 0.8 and 0.2 it has."""
-    for shears, told in (
+    for shears, expected in (
         (
             (0.8, -0.8),
             "more friction; the resultant shear of the load is zero: the pressing load causes the shear",
@@ -319,4 +319,4 @@ def test_shear_of_pressing_alone_asks_for_friction_and_for_no_less_shear():
             np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
         )
         first = fo.onset(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5)
-        assert told in first.reason and ("less shear" in first.reason) is ("less" in told)
+        assert expected in first.reason and ("less shear" in first.reason) is ("less" in expected)

@@ -334,11 +334,11 @@ def test_the_cycles_left_follow_from_the_decay_of_their_changes(ratio, first, mo
     """
     monkeypatch.setattr(AffineLimit, "find", lambda *_: None)
     path = Mapped(lambda x: ratio * x, first)
-    run, said = Run(path, 5000), []
-    while run.advance() is None and len(said) < 60:
-        said.append((run.last[-1].change if run.last else np.nan, run.progress()))
-    assert said[0][1] == "" and "left" not in said[2][1]
-    for change, text in said[4:]:
+    run, changes_and_texts = Run(path, 5000), []
+    while run.advance() is None and len(changes_and_texts) < 60:
+        changes_and_texts.append((run.last[-1].change if run.last else np.nan, run.progress()))
+    assert changes_and_texts[0][1] == "" and "left" not in changes_and_texts[2][1]
+    for change, text in changes_and_texts[4:]:
         left = np.log(PERIODIC / change) / np.log(ratio)
         assert f"slip changes by {change:.1e} a cycle, {ratio:g} times the change before: " in text
         assert abs(int(re.search(r"about (\d+) cycles left", text)[1]) - left) <= 1

@@ -61,19 +61,19 @@ def drifts(contact, cycles):
 
 def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):
     most = 400
-    with pytest.raises(fo.NoContinuation, match="guide it by a Support") as told:
+    with pytest.raises(fo.NoContinuation, match="guide it by a Support") as caught:
         fo.steady_state(rolling, CYCLE, FRICTION, LOAD_FACTOR, most_cycles=most)
-    said = re.search(
+    numbers = re.search(
         r"within (\d+) of .* changes by (\S+) slip.* in (\d+) more cycles .* drifts by (\S+)$",
-        str(told.value),
+        str(caught.value),
     ).groups()
-    asked, change, left, later = (float(number) for number in said)
+    cycle, change, left, later = (float(number) for number in numbers)
     states, length = drifts(rolling, most + 1)
     steps = np.abs(np.diff(states, axis=0)).max(axis=1) / length
-    assert asked <= 20 and left >= most - 20
-    assert change == pytest.approx(steps[int(asked)], rel=0.03)
+    assert cycle <= 20 and left >= most - 20
+    assert change == pytest.approx(steps[int(cycle)], rel=0.03)
     assert later == pytest.approx(steps[-1], rel=0.03)
-    assert "allow more" not in str(told.value)
+    assert "allow more" not in str(caught.value)
 
 
 def test_a_gap_that_the_drift_closes_is_waited_for(rolling):
@@ -97,5 +97,5 @@ def test_a_gap_that_the_drift_closes_is_waited_for(rolling):
         assert (
             fo.steady_state(contact, CYCLE, FRICTION, LOAD_FACTOR, most_cycles=400).cycles > closes
         )
-    except fo.NoContinuation as told:
-        assert int(re.search(r"within (\d+) of", str(told)).group(1)) > closes
+    except fo.NoContinuation as error:
+        assert int(re.search(r"within (\d+) of", str(error)).group(1)) > closes

@@ -25,9 +25,9 @@ def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, ex
     The cycle written down twice is another description of the same loads: its steady state comes
     back after one cycle.
     """
-    asked = contact, ROUND, 1.2, 1.0
-    steady = fo.steady_state(*asked, **options)
-    path = fo.march(*asked, cycles=30, **options)
+    problem = contact, ROUND, 1.2, 1.0
+    steady = fo.steady_state(*problem, **options)
+    path = fo.march(*problem, cycles=30, **options)
     works = path.cycle_work
     ends = path.slip[[np.searchsorted(path.time, 3 * k + 1e-9) - 1 for k in range(27, 31)]]
     # By the transient itself.
@@ -49,11 +49,11 @@ def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, ex
     assert twice.step_error == pytest.approx(steady.step_error, rel=0.1)
     if not options:
         states = steady.states()
-        way = np.abs(np.diff(states.slip, axis=0) * (states.status[:-1] != 2)).sum(axis=0)
-        assert way.min() > 0
+        slip_lengths = np.abs(np.diff(states.slip, axis=0) * (states.status[:-1] != 2)).sum(axis=0)
+        assert slip_lengths.min() > 0
         assert (
             steady.sliding_distance
-            == pytest.approx(way / 2, rel=1e-12)
+            == pytest.approx(slip_lengths / 2, rel=1e-12)
             == twice.sliding_distance / 2
         )
 
@@ -86,7 +86,8 @@ def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
     def swaps(x):
         return -1.0 - 0.7 * (x - 2.0) if x > 0.5 else 2.0 - 1.4 * (x + 1.0)
 
-    outcome, limit, run = settled(path := Mapped(swaps, 2.4), 200)
+    path = Mapped(swaps, 2.4)
+    outcome, limit, run = settled(path, 200)
     assert outcome is Outcome.CYCLIC_SLIP
     assert run.period == 2
     assert run.cycles < 100
@@ -96,7 +97,8 @@ def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
 
 
 def test_a_map_that_turns_to_and_fro_around_its_fixed_point_has_period_one():
-    outcome, limit, run = settled(path := Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0), 200)
+    path = Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0)
+    outcome, limit, run = settled(path, 200)
     assert outcome is Outcome.CYCLIC_SLIP
     assert limit == pytest.approx(3.0, abs=1e-8)
     assert run.cycles < 60
@@ -112,15 +114,15 @@ def punched(ratio):
 @pytest.mark.parametrize("ratio", [1.01, 1.2, 2.0])
 def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
     """By the states of the cycle itself, whatever the works of the others are."""
-    asked = punched(ratio)
-    steady = fo.steady_state(*asked)
+    problem = punched(ratio)
+    steady = fo.steady_state(*problem)
     moved = steady.fretting_table()["slip_range"].to_numpy()
     assert np.array_equal(steady.slipping, moved > 1e-6 * moved.max())
     assert 0 < steady.slipping.sum() < len(moved)
-    assert fo.dissipation_study(*asked[:3], [asked[3]], progress=False)["slipping"].tolist() == [
-        steady.slipping.sum()
-    ]
-    assert not fo.steady_state(*asked[:3], 0.5 * asked[3] / ratio).slipping.any()
+    assert fo.dissipation_study(*problem[:3], [problem[3]], progress=False)[
+        "slipping"
+    ].tolist() == [steady.slipping.sum()]
+    assert not fo.steady_state(*problem[:3], 0.5 * problem[3] / ratio).slipping.any()
 
 
 def test_a_node_without_friction_slides_but_does_not_slip():
@@ -172,8 +174,8 @@ def test_a_little_work_is_not_that_of_slips_that_still_die_out(seed):
     The excess is known to 1e-8 of itself, and the state to its rounding. Both leave an error of
     2e-7 of the work.
     """
-    asked, start, work = with_little_work(seed)
-    steady = fo.steady_state(*asked, initial_slip=start)
+    problem, start, work = with_little_work(seed)
+    steady = fo.steady_state(*problem, initial_slip=start)
     assert steady.outcome is Outcome.CYCLIC_SLIP
     assert steady.dissipation == pytest.approx(work, rel=4e-7, abs=0)
     assert steady.slipping.tolist() == [False] * 4 + [True]

@@ -47,10 +47,10 @@ def test_it_agrees_with_differences():
             {"mean": 1.0},
             [{"one": 1.0}, {"other": 1.0}, {"one": -1.0, "other": 0.3}, {}][: 2 + seed % 3],
         )
-        asked = (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5))
+        problem = (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5))
         start = 0.3 * rng.normal(size=n)
         try:
-            path = at_last_corner(*asked, start)
+            path = at_last_corner(*problem, start)
             one = return_map(path)
         except fo.NoContinuation:
             continue
@@ -58,9 +58,9 @@ def test_it_agrees_with_differences():
         stops += stops_within_segments(one.status)
         opens += bool((one.status == 2).any())
         for _ in range(3):
-            way, found = STEP * rng.normal(size=n), []
+            step, found = STEP * rng.normal(size=n), []
             for sense in (1, -1):
-                path = at_last_corner(*asked, start + sense * way)
+                path = at_last_corner(*problem, start + sense * step)
                 before = path.state.u.copy()
                 found.append(
                     (
@@ -75,7 +75,7 @@ def test_it_agrees_with_differences():
             if size < 1e-3 * STEP or any(
                 np.abs(there + back).max() > 1e-5 * size for there, back in zip(*found, strict=True)
             ):
-                # another cycle from one side than from the other: where events happen at once
+                # One side has another cycle than the other side, where events happen at once.
                 continue
             for change, moved, gained in found:
                 assert np.abs(moved - one.derivative @ change).max() < 1e-4 * size

@@ -87,7 +87,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
     )
     assert not fo.shakedown_limit(contact, question.cycle, 0.5).load_factor <= 1.0
     assert not fo.ShakedownModel(contact, question.cycle).of_set(question).load_factor <= 1.0 + 1e-3
-    told = []
+    lies = []
 
     def less(program, name, above):
         """A load factor that is no limit, and the multipliers that come closest to a proof."""
@@ -101,16 +101,16 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
             [-share / question.load_unit],
             bounds=[(None, None)] * n,
         ).x
-        told.append(x)
+        lies.append(x)
         return "optimal", x, persuasive(program, x)
 
     with monkeypatch.context() as patch:
         patch.setattr(chain, "run", less)
         unpolished(patch)
-        for share in (0.5, 1.0):  # noqa: B007  it is what is told
+        for share in (0.5, 1.0):  # noqa: B007  the solver returns it
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                 fo.ShakedownModel(contact, question.cycle).of_set(question)
-    assert len(told) == 6
+    assert len(lies) == 6
     # Which lets node 0 lift node 1 by 2 more.
     within = pose(contact, question.cycle, 5.0, slip_bound=2.0)
     limit = fo.ShakedownModel(contact, question.cycle, slip_bound=2.0).of_set(

@@ -109,29 +109,29 @@ ENDS = {
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("question", ANSWERS)
 def test_limits_are_answers_that_name_the_motion(question, case):
-    system, cycle, said = CASES[case]
+    system, cycle, reason = CASES[case]
     found = ANSWERS[question](system, cycle, 0.3)
     assert getattr(found, "kind", fo.LimitKind.NO_SAFE_SLIP) is fo.LimitKind.NO_SAFE_SLIP
     assert not getattr(found, "exists", False)
-    assert re.search(said, found.reason), found.reason
+    assert re.search(reason, found.reason), found.reason
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("question", ENDS)
 def test_transients_end_with_the_motion(question, case):
-    system, cycle, said = CASES[case]
-    with pytest.raises(fo.NoContinuation, match=said):
+    system, cycle, reason = CASES[case]
+    with pytest.raises(fo.NoContinuation, match=reason):
         ENDS[question](system, cycle, 0.3)
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_study_has_the_motion_in_its_rows(case):
-    system, cycle, said = CASES[case]
+    system, cycle, reason = CASES[case]
     start = fo.starts.Start("own", "none", np.zeros(system.slip_shape))
     (row,) = fo.dissipation_study(system, cycle, 0.3, [1.0], [start], progress=False).to_dict(
         "records"
     )
-    assert re.search(said, row["error"])
+    assert re.search(reason, row["error"])
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -152,12 +152,12 @@ def test_a_cycle_slides_a_guided_node_off_where_its_shear_exceeds_friction():
         cycle = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
         assert fo.shakedown_limit(node, cycle, 0.3).load_factor == pytest.approx(1.0)
         assert fo.steady_state(node, cycle, 0.3, 0.999).outcome is fo.Outcome.SHAKEDOWN
-        said = (
+        reason = (
             "shear force of 0.3, of at most f p = 0.3"
             if axes == 2
             else re.escape("the load at the corner (a = +1) has the shear force 0.3002")
         )
-        with pytest.raises(fo.NoContinuation, match=said):
+        with pytest.raises(fo.NoContinuation, match=reason):
             fo.steady_state(node, cycle, 0.3, 1.001)
 
 

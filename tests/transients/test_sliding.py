@@ -34,9 +34,9 @@ def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
     ):
         cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
         load = f"the load at the corner ({cycle.corner_names[1]})"
-        told = f"the body slides as a whole: {load} has the shear force {demand} along {along}, above f P = 1.2;"
+        message = f"the body slides as a whole: {load} has the shear force {demand} along {along}, above f P = 1.2;"
         for ask, contact in ((fo.march, system), (fo.steady_state, turned)):
-            with pytest.raises(fo.NoContinuation, match=re.escape(told)):
+            with pytest.raises(fo.NoContinuation, match=re.escape(message)):
                 ask(contact, cycle, 0.3, 1.0)
     assert (
         fo.march(

@@ -202,8 +202,8 @@ def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_i
 def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(seed):
     """The answer gives the error of a work whose last events are yet to come.
 
-    Some nodes slip or open in the last returns and not in the steady state, or vice versa. These
-    events change the work; no event is in the last return.
+    Some nodes still slip or open in the last returns and not in the steady state, or vice versa,
+    and such events change the steady state. The last seed has no such event.
     """
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(2, 13))
@@ -284,14 +284,14 @@ def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_t
     steady = fo.steady_state(solid, loads, friction, at, steps=steps)
     assert steady.outcome is exact.outcome is fo.Outcome.CYCLIC_SLIP
     assert 1e-9 < abs(exact.dissipation / steady.dissipation - 1) < steady.step_error
-    way = fo.march(plane, loads, friction, at, cycles=3)
+    plane_path = fo.march(plane, loads, friction, at, cycles=3)
     path = fo.march(solid, loads, friction, at, cycles=3, steps=steps)
     length = (
-        max(float(np.abs(way.bonded_p).max()), float(np.abs(way.bonded_q).max()))
+        max(float(np.abs(plane_path.bonded_p).max()), float(np.abs(plane_path.bonded_q).max()))
         / solid.stiffness_scale
     )
     assert (
-        np.abs(corner_slips(path) - corner_slips(way)[..., None] * turned).max() / length
+        np.abs(corner_slips(path) - corner_slips(plane_path)[..., None] * turned).max() / length
         < 5 * path.step_error + 1e-9
     )
 
@@ -419,13 +419,13 @@ def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
     """
     rng, nodes = np.random.default_rng(seed), 2 + seed % 2
     contact, loads = random_contact(rng, nodes), cycle(nodes)
-    asked = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    problem = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor
     start = 0.5 * rng.normal(size=(nodes, 2))
-    steady = fo.steady_state(*asked, initial_slip=start, steps=2)
+    steady = fo.steady_state(*problem, initial_slip=start, steps=2)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
-    q, p = at_corners(contact, loads, asked[3], steady.slip)
+    q, p = at_corners(contact, loads, problem[3], steady.slip)
     assert (np.linalg.norm(q, axis=2) <= 0.5 * p + 1e-9).all()
-    works = fo.march(*asked, cycles=600, initial_slip=start, steps=2).cycle_work.sum(axis=1)
+    works = fo.march(*problem, cycles=600, initial_slip=start, steps=2).cycle_work.sum(axis=1)
     assert (np.diff(works) <= 1e-14).all() and works[-1] < 1e-6 * works[0]
 
 

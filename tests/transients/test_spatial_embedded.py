@@ -103,8 +103,11 @@ def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, 
         "Z": [0, 0, 0, 0, 0.1, -0.2],
     }
     S = np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]])
-    asked = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners)
-    limit = fo.ShakedownModel(*asked).of_set(pose(*asked, friction))  # all nodes closed
+    question = (
+        fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded),
+        fo.LoadCycle({"P": 1.0}, corners),
+    )
+    limit = fo.ShakedownModel(*question).of_set(pose(*question, friction))  # all nodes closed
     assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE)
     advice = "; a state of rest with nodes that open and close may exist: pass events=True"
     assert limit.reason.endswith(why if "no friction" in why else why + advice)

@@ -72,9 +72,9 @@ def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
     assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
 
 
-def in_both(ask, *given, **options):
+def in_both(ask, *arguments, **options):
     """What the contact answers in the plane, and in space by increments."""
-    return ask(PAIR, *given, **options), ask(SOLID, *given, **options, steps=2)
+    return ask(PAIR, *arguments, **options), ask(SOLID, *arguments, **options, steps=2)
 
 
 @pytest.mark.parametrize(
@@ -101,14 +101,14 @@ def test_the_range_is_that_of_the_plane():
     In the plane the exact path and increments give it. In space slips across the plane have no part
     in the least and the most work.
     """
-    asked = CYCLE, 0.6, 0.65
+    question = CYCLE, 0.6, 0.65
     # Of twelve increments the search makes five.
     ways = (
         (PAIR, {}),
         (PAIR, {"steps": 12}),
         (SOLID, {"steps": 6}),
     )
-    plane, many, space = (fo.dissipation_range(contact, *asked, **how) for contact, how in ways)
+    plane, many, space = (fo.dissipation_range(contact, *question, **how) for contact, how in ways)
     for found in (many, space):
         assert found.most == pytest.approx(plane.most, rel=0.03)
         assert found.least == plane.least == 0.0
@@ -150,13 +150,13 @@ def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed)
     """
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 6)
-    asked = (
+    question = (
         pose(contact, cycle(), 0.5),
         (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor,
     )
     start = rng.normal(size=(6, 2))
     rough, settled = (
-        Search(*asked, 5, rough=how).follow("random", start).state for how in (True, False)
+        Search(*question, 5, rough=how).follow("random", start).state for how in (True, False)
     )
     assert settled.dissipation > 0 and rough.cycles < settled.cycles
     assert rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3)
@@ -188,19 +188,19 @@ def test_a_range_is_drawn_as_maps_of_both_its_ends(free):
 
 @pytest.mark.slow
 def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free):
-    rng, (asked, span) = np.random.default_rng(6), free
+    rng, (problem, span) = np.random.default_rng(6), free
     table = span.to_frame()
     assert span.most > table.loc[table["end"] == "followed", "dissipation"].max()
     for number in range(8):
         start = 10.0 ** rng.uniform(-1, 1) * rng.normal(size=(2, 2))
-        state = fo.steady_state(*asked, initial_slip=start, steps=2)
+        state = fo.steady_state(*problem, initial_slip=start, steps=2)
         assert span.least * (1 - 1e-3) <= state.dissipation <= span.most * (1 + 1e-3), number
 
 
 @pytest.mark.slow
 def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
-    asked, span = free
-    bound = fo.dissipation_range(*asked, slip_bound=0.2, steps=2)
+    problem, span = free
+    bound = fo.dissipation_range(*problem, slip_bound=0.2, steps=2)
     assert (
         np.linalg.norm(bound.worst_start, axis=1).max()
         <= 0.2 * (1 + 1e-9)

@@ -114,16 +114,16 @@ def test_a_walk_against_a_weak_spring_is_called_a_drift_once_an_extrapolation_fa
     path = fo.march(*problem, cycles=4, steps=4)
     steps = np.diff(path.slip[np.isin(path.time, [4.0, 8.0, 12.0, 16.0])], axis=0)
     decay = np.abs(steps[-1] - steps[-2]).max() / np.abs(steps[-1]).max()
-    with pytest.raises(fo.NoContinuation) as told:
+    with pytest.raises(fo.NoContinuation) as caught:
         fo.steady_state(*problem, steps=4, most_cycles=most)
     drift = re.search(
         r"the relative difference of this change is only (\S+): .*; guide it by a Support",
-        str(told.value),
+        str(caught.value),
     )
     assert (
         (float(drift[1]) == pytest.approx(decay, rel=0.05))
         if most == 40
-        else "allow more" in str(told.value)
+        else "allow more" in str(caught.value)
     )
 
 

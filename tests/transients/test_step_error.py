@@ -29,16 +29,16 @@ def problem(seed):
     return contact, loads, friction, ratio * limit.load_factor
 
 
-def estimated_over_true_errors(asked, numbers, many):
+def estimated_over_true_errors(question, numbers, many):
     """Ratios of the estimated to the true error, one for each number of increments.
 
     The true work is extrapolated from `many` increments and twice as many. A ratio is inf if there
     is no true error, or if no error could be estimated.
     """
-    fine = fo.steady_state(*asked, steps=many, progress=False)
-    finest = fo.steady_state(*asked, steps=2 * many, initial_state=fine.state, progress=False)
+    fine = fo.steady_state(*question, steps=many, progress=False)
+    finest = fo.steady_state(*question, steps=2 * many, initial_state=fine.state, progress=False)
     work = 2 * finest.dissipation - fine.dissipation
-    states = [fo.steady_state(*asked, steps=steps, progress=False) for steps in numbers]
+    states = [fo.steady_state(*question, steps=steps, progress=False) for steps in numbers]
     true = np.array([abs(work - state.dissipation) for state in states])
     estimated = np.array(
         [
@@ -111,7 +111,7 @@ def work_of_a_rope(corners, cycles=20000):
     """
     node, last = np.zeros(2), np.inf
     for _ in range(cycles):
-        way = 0.0
+        slip_length = 0.0
         for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
             length = np.linalg.norm(end - begin)
             along = (end - begin) / length
@@ -127,12 +127,12 @@ def work_of_a_rope(corners, cycles=20000):
             angle = 2 * np.arctan(
                 np.tan(np.arctan2(sine, rope @ along) / 2) * np.exp(slack - length)
             )
-            way += np.log(sine / np.sin(angle))
+            slip_length += np.log(sine / np.sin(angle))
             node = end - np.cos(angle) * along - np.sin(angle) * across / sine
-        if abs(way - last) <= 1e-13 * way:
+        if abs(slip_length - last) <= 1e-13 * slip_length:
             break
-        last = way
-    return way
+        last = slip_length
+    return slip_length
 
 
 @pytest.mark.parametrize("count", [3, 4, 6])
@@ -169,8 +169,8 @@ def test_the_estimated_error_of_a_plane_contact_in_space_is_not_below_the_true_e
     )
     S = np.zeros((3 * n, 3 * n))
     S[n : 2 * n, n : 2 * n] = plane.A
-    own = np.r_[0:n, 2 * n : 3 * n]
-    S[np.ix_(own, own)] = plane.S
+    in_plane = np.r_[0:n, 2 * n : 3 * n]
+    S[np.ix_(in_plane, in_plane)] = plane.S
     bonded = {
         name: turn @ np.concatenate([q, np.zeros(n), p]) for name, (q, p) in plane.bonded.items()
     }
