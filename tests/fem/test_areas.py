@@ -1,5 +1,8 @@
-"""Areas of the nodes on faces of decks, by hand and by the forces of a uniform pressure; and what
-needs them: wear, tractions, surfaces that give."""
+"""Areas of the nodes on faces of decks.
+
+They are compared with areas by hand and with the forces of a uniform pressure. Wear, tractions, and
+surfaces that give use them.
+"""
 
 import numpy as np
 import pytest
@@ -94,8 +97,11 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
 
 @needs_ccx
 def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
-    """By Archard's law a first small jump wears the volume k W / f, whatever the areas; with areas
-    tractions are forces over them."""
+    """Wear and tractions of a deck use the areas of its nodes.
+
+    By Archard's law a first small jump wears the volume k W / f, whatever the areas; tractions are
+    forces over areas.
+    """
     pairs = bricks.pairs("CU", "CL")
     loads = {
         "P": bricks.force("TOP", pressure=1.0),

@@ -1,5 +1,7 @@
-"""Bolts that are tightened, against bars, springs, ties by multipliers, and pretension sections of
-CalculiX."""
+"""Bolts that are tightened.
+
+They are compared with bars, springs, ties by multipliers, and pretension sections of CalculiX.
+"""
 
 import re
 
@@ -16,8 +18,10 @@ HEIGHTS = np.array([0.0, 0.7, 1.5, 3.0])
 
 
 def bar(kind=MeshQuad, low=0, high=None, half=1.0, kinematics=None):
-    """A bar from y (in space z) = 0 to 3 with the section 1.5, or the part of it between two of its
-    heights."""
+    """A bar from y (in space z) = 0 to 3 with the section 1.5.
+
+    With two heights it is only the part of the bar between them.
+    """
     x = (
         np.array([0.5, 0.7, 1.0]) * half
         if kinematics == "axisymmetric"
@@ -77,8 +81,11 @@ def glued(model, **loads):
 def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere(
     kind, kinematics, area, element
 ):
-    """Bars of length 1.5 on either side of the section, the lower one on a base of length 1; nodes
-    amid edges are cut as corners are."""
+    """The stress of a bar is its force over its area, whatever pulls elsewhere.
+
+    Bars of length 1.5 are on either side of the section, the lower one on a base of length 1. The
+    section cuts nodes amid edges as it cuts corners.
+    """
     model = stands(kind, kinematics=kinematics, element=element)
     fields, down = (glued(model, F=2.0, down=load) for load in (0.0, 3.0))
     axial = 1 if kind().dim() == 2 else 3
@@ -110,8 +117,11 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
 
 @pytest.mark.parametrize("kind", [MeshTri, MeshHex])
 def test_the_faces_move_as_multipliers_tie_them(kind):
-    """Both halves of the bolt as bodies of their own, and every tie as a row of a saddle-point
-    system."""
+    """The faces of the section move as multipliers tie them.
+
+    The reference has both halves of the bolt as separate bodies, and every tie as a row of a
+    saddle-point system.
+    """
     material = fo.Material(E=2.0, nu=0.3)
     d = kind().dim()
     up = "xyz"[kind().dim() - 1]
@@ -273,8 +283,11 @@ def test_arguments_of_a_bolt(arguments, message):
 
 @needs_ccx
 def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
-    """A bolt between a base and a fixed top, pushed aside too: its displacements, and its tension
-    in the contact at its foot."""
+    """A tightened bolt agrees with a pretension section of CalculiX.
+
+    The bolt is between a base and a fixed top, and is pushed aside, too. Its displacements agree,
+    and its tension in the contact at its foot.
+    """
     base = Block(1, lines((-1, 2, 6), (-1, 2, 6), (-1, 0, 2)), 1.0, 0.3, "BASE")
     bolt = Block(1001, lines((0, 1, 2), (0, 1, 2), (0, 2, 4)), 2.0, 0.2, "BOLT")
     on_base = {tuple(point): n for n, point in zip(base.numbers, base.points, strict=True)}

@@ -1,5 +1,7 @@
-"""Corners at which three bodies meet, in the plane and in space: against uniform stress, and
-against equations with multipliers by dense algebra."""
+"""Corners at which three bodies meet, in the plane and in space.
+
+They are compared with uniform stress, and with equations with multipliers by dense algebra.
+"""
 
 import re
 from dataclasses import replace
@@ -39,8 +41,10 @@ JOINTS.append(("left", "right", "x1", "x0"))
 
 
 def box(kind, x0, x1, y0, y1, across, up=3):
-    """A box of the plane, or one of depth 0 .. 1 in space, whose sides are x0, x1, y0 and y1, and
-    z0 in space."""
+    """A box with sides x0, x1, y0 and y1 in the plane, or in space.
+
+    In space the box has the sides x0, x1, y0, y1 and z0, or the depth 0 .. 1.
+    """
     steps = [np.linspace(x0, x1, across + 1), np.linspace(y0, y1, up + 1)]
     if kind in (MeshHex, MeshTet):
         steps.append(np.array([0.0, 0.3, 0.6, 1.0]))
@@ -54,8 +58,10 @@ def box(kind, x0, x1, y0, y1, across, up=3):
 
 
 def shims(kind, plate=4, element=None, up=3, contacts=None, **more):
-    """Two shims side by side between two plates, free to strain, under P across the plates and S
-    along them."""
+    """Two shims side by side between two plates.
+
+    They are free to strain under P across the plates and S along them.
+    """
     meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
         name: box(kind, *sizes, plate) for name, sizes in PLATES.items()
     }
@@ -90,8 +96,11 @@ OFTEN = [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (Me
     ],
 )
 def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
-    """P presses the level faces alone and S the upright one alone; at the corner of the shims
-    plates of 3 or 5 elements have no node."""
+    """Uniform stresses pass through by superposition.
+
+    P presses only the level faces, and S only the upright face. At the corner of the shims plates
+    of 3 or 5 elements have no node.
+    """
     system = shims(kind, plate, element).condense()
     d = 2 if kind in (MeshQuad, MeshTri) else 3
     level = np.abs(system.normals[:, 1]) > 0.5
@@ -109,8 +118,11 @@ def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
 @pytest.mark.parametrize("up", [2, 3])
 @pytest.mark.parametrize("kind", KINDS)
 def test_shims_side_by_side_against_multipliers(kind, up):
-    """Pairs by hand: all of the level faces; of the upright one those within, which take half of
-    the width of a corner beside them."""
+    """Shims side by side agree with multipliers.
+
+    The pairs are set by hand: all pairs of the level faces, and of the upright face the pairs
+    within it, which take half of the width of a corner beside them.
+    """
     force = fo.BodyForce("above", 0.5, -3.0)
     model = shims(kind, up=up, W=[force])
     d = 3 if kind in (MeshHex, MeshTet) else 2
@@ -151,8 +163,10 @@ def test_shims_side_by_side_against_multipliers(kind, up):
 
 
 def widths(body, point, h):
-    """Widths of the nodes that a pair of the upright face stands for: its own, and a corner's where
-    that is next to it."""
+    """Widths of the nodes that a pair of the upright face stands for.
+
+    A pair stands for its own width, and for the width of a corner next to it.
+    """
     places = [
         point,
         *(np.r_[1.0, y, point[2:]] for y in (0.0, 0.75) if np.isclose(abs(point[1] - y), h)),
@@ -166,8 +180,11 @@ def widths(body, point, h):
 
 
 def test_the_first_contact_of_the_list_has_the_corner():
-    """Whichever order: the means belong to the last one, and the reactions balance a lateral load
-    on the shims alone."""
+    """The first contact of the list has the corner.
+
+    In either order the reactions balance a lateral load on the shims; the means belong to the last
+    contact.
+    """
     order = [JOINTS[i] for i in (4, 0, 1, 2, 3)]
     model = shims(
         MeshQuad, contacts=[fo.Contact(*joint, name=" ".join(joint[:2])) for joint in order]
@@ -265,8 +282,11 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
 
 
 def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
-    """A column that slides along a wall of its own: against multipliers, with its node on the
-    contact held across."""
+    """A side of body 1 may be held where body 2 is free.
+
+    A column slides along a separate wall, and its node on the contact is held across. Multipliers
+    give the same result.
+    """
     upper, lower = box(MeshQuad, 0, 1, 0, 1, 2, 2), box(MeshQuad, 0, 1, -1, 0, 2, 2)
     model = fo.ContactModel(
         {"upper": fo.Body(upper), "lower": fo.Body(lower)},
@@ -279,8 +299,11 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
 
 
 def test_a_plate_that_is_moved_takes_the_shims_along():
-    """A plate moved as a whole, and all that is glued to it: no forces, and the same displacement
-    everywhere."""
+    """A plate that is moved takes the shims along.
+
+    The plate moves as a whole, with everything that is glued to it. There are no forces, and the
+    displacement is the same everywhere.
+    """
     bodies, _, _, contacts = corner_block()
     move = [
         fo.Displacement(body, side, x=0.25, y=-0.5)
@@ -301,11 +324,11 @@ def test_a_plate_that_is_moved_takes_the_shims_along():
 def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_first(
     kind, order, exchanged
 ):
-    """Two faces of two bodies that meet at a corner, each with either of them as body 1: the
-    displacements of one mesh without a contact.
+    """A held block in a notch is glued as one body, whichever body is the first.
 
-    Next to the corner all nodes of the block but those of its faces are held, and most of the seat
-    lies behind the floor.
+    Two faces of two bodies meet at a corner, each with either body as body 1. The displacements are
+    those of one mesh without a contact. Next to the corner all nodes of the block are held, except
+    the nodes of its faces, and most of the seat lies behind the floor.
     """
     steps = [np.array([0.0, 1.0, 1.2]), np.array([0.0, 0.2, 1.2]), np.array([0.0, 0.5])]
     whole = kind.init_tensor(*steps[: 2 if kind is MeshQuad else 3])
@@ -354,8 +377,10 @@ def nodes_at(mesh, points):
 
 
 def cracked(kind, material, off=0.0, **traction):
-    """A plate with a crack from its side, and the nodes of its upper and lower lip, but for the
-    tip; the lower ones are off by so much along it."""
+    """A plate with a crack from its side, and the nodes of its upper and lower lip.
+
+    The lips have no node at the tip. The lower nodes are moved along the crack by a given distance.
+    """
     whole = box(kind, -1.0, 1.0, -1.0, 1.0, 4, 4)
     lower = np.flatnonzero((whole.p[1] == 0) & (whole.p[0] < 0.25))
     copies = np.arange(whole.p.shape[1])

@@ -1,5 +1,8 @@
-"""Forces on nodes, and couplings of nodes to a point: against dense algebra with the point and
-multipliers, supports, resultants by hand, and what is refused."""
+"""Forces on nodes, and couplings of nodes to a point.
+
+They are compared with dense algebra with the point and multipliers, supports, and resultants by
+hand. Wrong couplings are refused.
+"""
 
 import re
 
@@ -45,8 +48,10 @@ def motions(points, about):
 
 
 def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load):
-    """Stiffness of the pairs, reactions of a load on the point, and its work, with the motion of
-    the point as further unknowns and all constraints by multipliers."""
+    """Stiffness of the pairs, reactions of a load on the point, and its work.
+
+    The motion of the point is a further unknown, and multipliers enforce all constraints.
+    """
     parts = Assembled(bodies)
     d, n = system.points.shape[1], len(parts.K)
     rows = np.array([parts.rows("upper", point) for point in chosen])

@@ -1,5 +1,7 @@
-"""Normals at the nodes of curved faces, at their free ends and rims, too: what turns about the axis
-of its face turns freely, whatever the mesh."""
+"""Normals at the nodes of curved faces, also at their free ends and rims.
+
+A body that turns about the axis of its face turns freely, whatever the mesh.
+"""
 
 import numpy as np
 import pytest
@@ -21,8 +23,11 @@ def arc(radii, edges, half=np.pi / 3):
 
 
 def extruded_arc(radii, edges, rows=2, taper=0.0, moved=0.0, half=np.pi / 3):
-    """An arc with a length; its radii grow along it by a taper, and nodes amid the face are moved
-    along it at random. With half = pi it is closed."""
+    """An arc with a length.
+
+    Its radii grow along it by a taper, and nodes amid the face are moved along it at random. With
+    half = pi it is closed.
+    """
     mesh = MeshHex.init_tensor(
         np.array(radii),
         np.linspace(np.pi / 2 - half, np.pi / 2 + half, edges + 1),
@@ -194,8 +199,11 @@ def test_a_corner_of_two_flat_faces_is_not_rounded(angle, edges):
 
 
 def test_flat_edges_beside_corners_stay_flat():
-    """A chain of three flat faces, 12 degrees apart, the first and the last one of two edges, that
-    amid them of one."""
+    """Flat edges beside corners stay flat.
+
+    A chain has three flat faces, 12 degrees apart. The first and the last face have two edges, the
+    face between them has one.
+    """
     ways = np.radians([12.0, 12.0, 0.0, -12.0, -12.0])
     points = np.vstack(
         [[0.0, 0.0], np.cumsum(np.column_stack([np.cos(ways), np.sin(ways)]), axis=0)]
@@ -252,8 +260,11 @@ def test_free_triangles_on_a_cylinder_or_a_cone_have_its_normals(taper):
 
 @pytest.mark.parametrize("tetrahedra", [False, True])
 def test_beyond_its_friction_a_fit_in_space_slides_off(tetrahedra):
-    """Its pressures are self-stress, which statics does not know: contact forces within friction
-    balance any torque."""
+    """A fit in space slides off beyond its friction.
+
+    Its pressures are self-stress, which statics does not know: contact forces within friction
+    balance any torque.
+    """
     parts = bodies(extruded_arc, 12, 2, tetrahedra=tetrahedra, moved=0.3, half=np.pi)
     loads = {"T": torque(), "fit": [fo.Interference("contact", 0.01)]}
     system = fo.ContactModel(

@@ -23,15 +23,19 @@ def decimals(x, count):
 
 
 def fields(x, count):
-    """The numbers in fields of eight characters, without a zero before the point: those with a
-    minus have one digit less."""
+    """The numbers in fields of eight characters, without a zero before the point.
+
+    Numbers with a minus have one digit less.
+    """
     written = [f"{value:.{count + 1 - (value < 0)}f}" for value in x.ravel()]
     return np.array([float(value) for value in written]).reshape(x.shape)
 
 
 def lap(space, written, angle, apart=0.0, **how):
-    """Two plates of 1 x 0.2, turned by an angle, with faces that are meshed differently; uniform
-    pressure 1 goes through them."""
+    """Two plates of 1 x 0.2, turned by an angle, with faces that are meshed differently.
+
+    A uniform pressure of 1 goes through them.
+    """
     bodies = {}
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     for name, n, z in (("a", 7, [0.0, 0.1, 0.2]), ("b", 5, [-0.2, -0.1, 0.0])):
@@ -79,8 +83,11 @@ def test_uniform_pressure_goes_through_flat_oblique_faces(angle, count, form, sp
     space=st.booleans(),
 )
 def test_what_is_beyond_the_digits_is_told(angle, count, form, space):
-    """Of numbers up to 1 the last digit is at most 10^-count. Two errors of half a unit in two
-    coordinates are sqrt(2) units, and so is the sag."""
+    """The answer names deviations beyond the digits.
+
+    The last digit of numbers up to 1 is at most 10^-count. Errors of half a unit in two coordinates
+    of two points are sqrt(2) units, and so is the sag.
+    """
     far = 8 * 10.0**-count * (10 if count < 8 and form is digits else 1)
     with pytest.raises(fo.ModelError, match="the bodies overlap by"):
         lap(space, lambda x: form(x, count), angle, apart=-far)
@@ -132,8 +139,10 @@ def test_an_overlap_of_round_numbers_is_told():
 
 
 def ring(count, start, form=digits):
-    """A sector of a ring in space, of which the nodes on one cut are turned copies of those on the
-    other."""
+    """A sector of a ring in space.
+
+    The nodes on one cut are turned copies of the nodes on the other cut.
+    """
     n = 12
     mesh = MeshHex.init_tensor(
         np.linspace(30, 40, 4), np.linspace(start, start + 2 * np.pi / n, 5), np.array([0.0, 5.0])
@@ -149,8 +158,11 @@ def ring(count, start, form=digits):
 @pytest.mark.parametrize("count", [6, 7, 8, 10])
 @pytest.mark.parametrize("start", [0.0, 0.2, 1.1, 2.5, 4.4])
 def test_cut_faces_of_sectors_are_copies(count, start):
-    """Two rings on each other; the pressure on one sector goes through its contact, which reaches
-    the cuts."""
+    """Cut faces of sectors are copies of each other.
+
+    Two rings lie on each other. The pressure on one sector goes through its contact, which reaches
+    the cuts.
+    """
     mesh = ring(count, start)
     below = MeshHex(mesh.p - [[0], [0], [5]], mesh.t, mesh.boundaries)
     bodies = {"a": fo.Body(mesh), "b": fo.Body(below)}
@@ -186,8 +198,11 @@ def test_cut_faces_that_are_off_by_more_than_their_digits_are_none():
 
 @pytest.mark.parametrize(("units", "found"), [(0, 4), (1, 4), (3, 3)])
 def test_nodes_of_a_job_match_to_their_digits(units, found):
-    """Two bricks on each other; a node of one is moved along the face by units of the sixth
-    digit."""
+    """Nodes of a job match to their digits.
+
+    Two bricks lie on each other; a node of one brick is moved along the face by units of the sixth
+    digit.
+    """
     x = digits(
         np.array([(a, b, c) for c in (0, 1, 1, 2) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))])
         * np.sqrt(2.0)
@@ -223,8 +238,11 @@ def test_nodes_of_a_job_match_to_their_digits(units, found):
     power=st.integers(-6, 6),
 )
 def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
-    """And the error is no more than what rounding may make: half a unit of numbers from 0.1 on; the
-    other part is 5e-10 of the size."""
+    """No coordinate deviates by more than its error.
+
+    The error is no more than rounding may cause: half a unit of numbers from 0.1 on; the other part
+    is 5e-10 of the size.
+    """
     x = np.random.default_rng(seed).uniform(-1.0, 1.0, size=(200, 3))
     found = coordinate_errors(form(x, count) * 10.0**power)
     own = np.abs(form(x, count) - x) * 10.0**power

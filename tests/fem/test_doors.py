@@ -1,5 +1,8 @@
-"""One joint through every door of matrices: files that CalculiX, pyNastran and pyyeti wrote, and
-files written here as Abaqus documents them."""
+"""One joint through every reader of matrices.
+
+CalculiX, pyNastran and pyyeti wrote some of the files; the test writes others in the format that
+Abaqus documents.
+"""
 
 from pathlib import Path
 
@@ -43,8 +46,11 @@ def deck(tmp_path):
 
 @needs_ccx
 def test_the_substructure_of_calculix_is_not_reduced(tmp_path, deck, limit):
-    """It has the rows of the whole stiffness. The whole stiffness of the same deck is read and
-    reduced, as the error says."""
+    """The substructure of CalculiX is not reduced, and the error says so.
+
+    It has the rows of the whole stiffness. The whole stiffness of the same deck is read and
+    reduced, as the error recommends.
+    """
     beside = Block(901, lines((9, 10, 2), (0, 1, 2), (0, 1, 2)), 1.0, 0.0, "BESIDE")
     held = node_set("FOOT", beside.on(2, 0)) + "*BOUNDARY\nFOOT, 1, 3\n"
     step = "*SUBSTRUCTURE GENERATE\n*RETAINED NODAL DOFS, SORTED=NO\nFREE, 1, 3\n*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, FILE NAME=reduced\n"
@@ -89,8 +95,11 @@ def element(K, nodes, directions, *, before="", unlike=()):
 
 
 def reduced():
-    """Rows of the joint with two modes of its upper body, joined to its first node, and a rotation
-    of node 4 with no stiffness but its own."""
+    """Rows of the joint with two modes of its upper body, and a rotation.
+
+    The modes are joined to the first node of the body, and the rotation of node 4 has only its own
+    stiffness.
+    """
     nodes = list(dict.fromkeys(LABELS[:, 0].tolist()))
     whole = np.zeros((69, 69))
     order = np.r_[0:12, 13:67]  # the rotation comes after node 4, the modes last
@@ -149,8 +158,11 @@ def frame(K, labels):
 
 
 def test_the_files_of_pyyeti(tmp_path, limit):
-    """Text and binary; DMIG with a mass beside it and scalar points for modes; OUTPUT4 of all grid
-    points."""
+    """The files of pyyeti are read in all their forms.
+
+    They are text and binary files; DMIG with a mass beside it and scalar points for modes; OUTPUT4
+    of all grid points.
+    """
     whole, nodes, directions = reduced()
     labels = [(n, k) for n, own in zip(nodes, directions, strict=True) for k in own if n < 9000] + [
         (9001, 0),
@@ -191,8 +203,10 @@ def test_the_files_of_pyyeti(tmp_path, limit):
 
 
 def grooved(K, noise, lean=0.5):
-    """The joint on a groove along y, along which its upper block slides but for the noise of the
-    normals, or what is added to them."""
+    """The joint on a groove along y, along which its upper block slides.
+
+    Its stiffness along y is the noise of the normals, or an added stiffness.
+    """
     job = fo.MatrixJob(K, LABELS, joint.POINTS)
     place = {int(n): i for i, n in enumerate(job.deck.numbers)}
     pairs = np.vectorize(place.get)(joint.PAIRS)
@@ -233,8 +247,11 @@ def test_ten_digits_of_a_stiffness_hold_no_body():
 
 
 def test_bricks_of_twenty_nodes_of_nastran(tmp_path):
-    """Its cards have the upright edges before the upper ones. Nodal forces of a uniform pressure: a
-    third amid edges, -1/12 at corners."""
+    """Bricks of twenty nodes of Nastran have their own order of nodes.
+
+    The cards have the upright edges before the upper edges. Nodal forces of a uniform pressure are
+    a third amid edges, and -1/12 at corners.
+    """
     ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
     corners = np.array([(*point, z) for z in (0, 1) for point in ring], dtype=float)
     edges = (

@@ -1,5 +1,7 @@
-"""Meshes that gmsh makes, in every kind of file that it writes: they are the bodies that were
-drawn, and what was left out is named."""
+"""Meshes that gmsh makes, in every kind of file that it writes.
+
+They are the bodies that were drawn, and errors name omitted parts.
+"""
 
 import re
 from pathlib import Path
@@ -14,8 +16,10 @@ from helpers.gmsh_files import gmsh_with
 
 
 def disc(files, solid, quads, **options):
-    """A disc of radius 1, in the plane or 1 thick, with quadratic elements of gmsh; its rim, or its
-    upper side, has a name."""
+    """A disc of radius 1 with quadratic elements of gmsh, in the plane or 1 thick.
+
+    Its rim, or its upper side, has a name.
+    """
     with gmsh_with(
         **{"Mesh.MeshSizeMax": 0.6, "Mesh.ElementOrder": 2, "Mesh.RecombineAll": quads, **options}
     ) as gmsh:
@@ -45,8 +49,11 @@ def disc(files, solid, quads, **options):
 def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(
     tmp_path, kind, solid, quads, ending
 ):
-    """The area of a disc, some 23 edges around, is 2e-5 off with curved sides, 1e-2 through the
-    corners; 8-node faces are completed."""
+    """Curved meshes are read with the nodes amid their sides.
+
+    The area of a disc with some 23 edges around is 2e-5 off with curved sides, and 1e-2 off through
+    the corners. Faces of 8 nodes are completed.
+    """
     path, made = tmp_path / f"a.{ending}", tmp_path / "made.msh"
     for incomplete in (1,) if ending == "inp" else (0, 1):
         disc(
@@ -151,8 +158,11 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
 
 
 def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_it(tmp_path):
-    """A bar with a slit from one side, under uniform pressure and without lateral strain: each node
-    of the slit bears the pressure times its area."""
+    """A crack of gmsh is a contact of its body, as on the page of questions.
+
+    A bar with a slit from one side is under uniform pressure, without lateral strain. Each node of
+    the slit bears the pressure times its area.
+    """
     with gmsh_with(**{"Mesh.MeshSizeMax": 0.5}) as gmsh:
         bar = gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2)
         slit = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)

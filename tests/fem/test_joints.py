@@ -22,8 +22,10 @@ STEEL = fo.Material(E=210e3, nu=0.3)
 
 
 def dovetail(file, angle, length, half):
-    """A blade root in the slot of a disc; the flanks of the blade stand out of the slot, those of
-    the disc below the blade."""
+    """A blade root in the slot of a disc.
+
+    The flanks of the blade stand out of the slot, and the flanks of the disc reach below the blade.
+    """
     along = np.array([np.cos(np.radians(angle)), -np.sin(np.radians(angle))])
     inner, outer, begins, ends = (
         np.array([half, 0.0]) + s * along for s in (0.0, length, 1.0, length + 1.0)
@@ -75,8 +77,10 @@ def dovetail(file, angle, length, half):
 
 
 def carried(system, load):
-    """Force and moment about the origin of the reactions on body 1, in space, contact by
-    contact."""
+    """Force and moment of the reactions on body 1, in space, contact by contact.
+
+    The moment is about the origin.
+    """
     forces = np.einsum("nr,nra->na", np.column_stack(system.bonded[load]), system.frames)
     forces, points = (
         np.pad(part, ((0, 0), (0, 3 - part.shape[1]))) for part in (forces, system.points)
@@ -89,8 +93,10 @@ def carried(system, load):
 
 
 def shakes_down_up_to(limit, system, cycle, friction, share, **options):
-    """The transient from the residual slip of a limit comes to rest below it, and slips for ever
-    above."""
+    """Transients come to rest below a limit and slip for ever above it.
+
+    They start from the residual slip of the limit.
+    """
     for ratio, outcome in ((1 - share, "SHAKEDOWN"), (1 + share, "CYCLIC_SLIP")):
         steady = fo.steady_state(
             system, cycle, friction, ratio * limit.load_factor, initial_slip=limit.slip, **options
@@ -124,8 +130,10 @@ def test_a_dovetail_of_gmsh_carries_its_loads_and_has_a_limit(tmp_path, angle, l
 
 
 def scripted(name, folder, monkeypatch):
-    """A mesh of the tutorial from its script, which has the bodies and boundaries of the file
-    beside it."""
+    """A mesh of the tutorial from its script.
+
+    The script has the bodies and boundaries of the file beside it.
+    """
     monkeypatch.chdir(folder)
     runpy.run_path(str(TUTORIAL / f"{name}.py"))
     mesh, kept = fo.read_mesh(f"{name}.msh"), fo.read_mesh(TUTORIAL / f"{name}.msh")
@@ -138,8 +146,11 @@ def scripted(name, folder, monkeypatch):
 
 
 def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
-    """As much damping from the script as from the file, at an amplitude at which whole flanks slip,
-    and twice as fine: it settles with the mesh."""
+    """The blade of the tutorial has the same damping from the script as from the file.
+
+    At the amplitude whole flanks slip. A mesh that is twice as fine has as much damping: it settles
+    with the mesh.
+    """
     script = (TUTORIAL / "blade.py").read_text()
     (tmp_path / "fine.py").write_text(
         script.replace('"SizeMin": 0.5', '"SizeMin": 0.25').replace("blade.msh", "fine.msh")

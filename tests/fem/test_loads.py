@@ -16,8 +16,10 @@ TOP = [fo.Support("upper", "top", "y")]
 def column(
     kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL, element=None
 ):
-    """Two blocks one on the other, 0 <= x <= half (axisymmetric: from 0.5), from y = -1 to 2, on
-    rollers."""
+    """Two blocks one on the other, on rollers, from y = -1 to 2.
+
+    Their sides are 0 <= x <= half (axisymmetric: from 0.5).
+    """
     x = np.linspace(0.5 if kinematics == "axisymmetric" else 0.0, half, 5)
     face = {"contact": lambda x: x[1] == 0.0}
     upper = MeshQuad.init_tensor(x, np.linspace(0.0, 2.0, 5)).with_boundaries(
@@ -250,8 +252,10 @@ def test_displacements_that_share_a_node_agree_or_are_refused():
 
 
 def test_a_spinning_disc():
-    """Stresses of a thin ring that spins (Timoshenko & Goodier, Theory of Elasticity, section
-    32)."""
+    """A spinning ring has the stresses of a thin ring.
+
+    Timoshenko & Goodier, Theory of Elasticity, section 32.
+    """
     density, speed, a, b, nu = 2.0, 0.7, 0.5, 2.0, STEEL.nu
     model = ring({"spin": [fo.Centrifugal(body, density, speed) for body in ("rim", "hub")]})
     fields = glued(model, spin=1.0)
@@ -270,8 +274,11 @@ def test_a_spinning_disc():
 
 
 def test_lames_press_fit():
-    """A long solid shaft in a long collar of the same material, away from the ends, with the shear
-    of the contact taken off."""
+    """A press fit of a long shaft has the pressure by Lame.
+
+    A long solid shaft is in a long collar of the same material. The pressure is taken away from the
+    ends, without the shear of the contact.
+    """
     scene = fo.scenes.PressFit(
         collar_length=16.0,
         shaft_length=16.2,

@@ -1,5 +1,8 @@
-"""Locked bolts, against bars in series and in parallel, the same joints with bolts that are not
-locked, and pretension sections of CalculiX."""
+"""Locked bolts.
+
+They are compared with bars in series and in parallel, the same joints with bolts that are not
+locked, and pretension sections of CalculiX.
+"""
 
 import re
 
@@ -14,8 +17,10 @@ STEEL = fo.Material(E=3.0, nu=0.3)
 
 
 def bars(kind=MeshQuad, force=10.0):
-    """A bolt, and a tube on a base beside it, all bars of one section, whose tops a rigid head
-    holds together."""
+    """A bolt, and a tube on a base beside it, whose tops a rigid head holds together.
+
+    All are bars of one section.
+    """
     up = "xyz"[kind().dim() - 1]
     levels = [np.array([0.0, 0.4, 1.0])] * (kind().dim() - 1)
 
@@ -43,8 +48,11 @@ def bars(kind=MeshQuad, force=10.0):
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_bars_in_series_and_in_parallel(kind):
-    """Up to the knee the bolt takes the share of a pull that its stiffness has, beyond it all of
-    the pull."""
+    """A locked bolt is a bar in parallel to the tube.
+
+    Up to the knee the bolt takes a share of a pull in proportion to its stiffness; beyond the knee
+    it takes all of the pull.
+    """
     system, F, kb, kc = bars(kind).condense(), 10.0, 3.0 / 2, 3.0 / 3
     opens = F * (1 + kb / kc)
     # the head comes down by F / kc as the bolt is tightened without a pull, and is up again where
@@ -84,8 +92,10 @@ def without(mesh, outside):
 
 
 def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
-    """Two axisymmetric plates, and a bolt with head and nut. The upper plate is pulled at its rim,
-    or held there and cut by a bolt that is free."""
+    """Two axisymmetric plates, and a bolt with head and nut.
+
+    The upper plate is pulled at its rim, or it is held there and cut by a free bolt.
+    """
     heights = np.array([-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5])
     bolt = without(MeshQuad.init_tensor(RADII[:6], heights), lambda x, y: (x > 0.5) & (abs(y) < 1))
     bolt = bolt.with_boundaries(
@@ -152,8 +162,11 @@ def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
     "more", [{}, {"stiffness": 3.0, "gap": lambda x, y: 0.01 * x**2}, {"cut": True}]
 )
 def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
-    """So that its faces stay as close: with the same tension both joints have the same forces in
-    the contact, and displacements in the bodies."""
+    """A locked bolt equals a bolt that is tightened again in each state.
+
+    The faces of its section keep their distance. With the same tension both joints have the same
+    forces in the contact, and the same displacements in the bodies.
+    """
     model, again = flange(**more), flange(locked=False, **more)
     locked, free = model.condense(), again.condense()
     rng = np.random.default_rng(3)
@@ -187,8 +200,11 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
 
 
 def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked():
-    """Whose state is that of its force, whatever the way to it; the plates open at the rim, and the
-    mean load pulls."""
+    """Without friction the shortening is that of a bolt that is not locked.
+
+    The state of such a bolt depends only on its force. The plates open at the rim, and the mean
+    load pulls.
+    """
     locked, free = flange().condense(), flange(locked=False).condense()
     cycle = fo.LoadCycle({"bolt": 0.8, "pull": 1.0}, [{"pull": 0.3}, {"pull": -0.3}])
     tight = fo.tightened(locked, cycle, 0.0)
@@ -344,8 +360,10 @@ RING = [0, 2, 4, 1, 3, 6, 7, 5]  # corners of a hexahedron of scikit-fem in the 
 
 
 def deck_of(bodies, first):
-    """Nodes, elements and materials of bodies in space; the number of the first node and element of
-    each body is given."""
+    """Nodes, elements and materials of bodies in space.
+
+    The numbers of the first node and element of each body are prescribed.
+    """
     deck = ""
     for name, body in bodies.items():
         nodes = "".join(
@@ -362,8 +380,10 @@ def deck_of(bodies, first):
 
 
 def bolted():
-    """Two plates in space with a square hole, a bolt with square head and nut, and a pull at one
-    end of the upper plate."""
+    """Two plates in space with a square hole, a bolt with square head and nut, and a pull.
+
+    The pull acts at one end of the upper plate.
+    """
     x = np.array([-3.5, -2.5, -1.5, -1.0, 1.0, 1.5, 2.5, 3.5])
     y = np.array([-2.5, -1.5, -1.0, 1.0, 1.5, 2.5])
     z = np.arange(-3.0, 4.0)
@@ -408,8 +428,11 @@ def bolted():
 
 @needs_ccx
 def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
-    """Tension against pull, from the closed joint to the open one; CalculiX is told which nodes are
-    closed, and how far these slip."""
+    """A locked bolt agrees with a locked pretension section of CalculiX.
+
+    The tension is compared against the pull, from the closed joint to the open one. CalculiX gets
+    the closed nodes and their slips as input.
+    """
     model, pulls = bolted(), [0.5, 1.0, 2.5]
     system, bodies = model.condense(), model.bodies
     tight = fo.tightened(

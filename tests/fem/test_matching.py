@@ -1,5 +1,7 @@
-"""Bodies and matching faces of one matrix, and matrices of one's own: against blocks whose nodes
-are known."""
+"""Bodies and matching faces of one matrix, and matrices of the user.
+
+They are compared with blocks whose nodes are known.
+"""
 
 import numpy as np
 import pytest
@@ -47,8 +49,11 @@ def test_the_face_of_a_deck_in_space(cube):
 
 
 def test_three_bodies_meet_two_by_two(tmp_path):
-    """Two punches side by side on a block: a corner belongs to three faces; body 1, the one that
-    comes first, is on the left of each way."""
+    """Three bodies meet two by two.
+
+    Two punches stand side by side on a block, and a corner belongs to three faces. Body 1, the body
+    that comes first, is on the left of each direction.
+    """
     left = block(1, (0, 1, 2), (0, 2, 2), name="LEFT")
     right = block(51, (1, 2, 1), (0, 2, 2), name="RIGHT")
     base = Block(
@@ -127,8 +132,11 @@ def test_a_matrix_of_points_alone_has_faces_in_space(pair_in_space):
 
 
 def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
-    """Two halves of the lower body, that only a coordinate of the node 0 joins, are one body; a
-    rotation of a node is no displacement of it."""
+    """A generalised coordinate joins the bodies that it couples.
+
+    Two halves of the lower body that only a coordinate of the node 0 joins are one body. A rotation
+    of a node is no displacement of it.
+    """
     K, labels, points, _ = pair_in_space
     n = len(labels)
     row = np.zeros(n)

@@ -1,5 +1,7 @@
-"""Mirror images of contacts have mirrored answers, and contacts that are their own image answers
-that are safe mirrored, too."""
+"""Mirror images of contacts have mirrored answers.
+
+Contacts that are their own image have answers that are safe when mirrored, too.
+"""
 
 from functools import reduce
 
@@ -30,11 +32,10 @@ def reflections(points, planes, tangents):
 
 
 def scene(seed, tangents=2, *, planes=None):
-    """A random symmetric contact with nodes on its mirror planes or none, gaps in some cases; its
-    cycle, friction, slip bound and reflections.
+    """A random symmetric contact, its cycle, friction, slip bound and reflections.
 
-    The load case "swing" turns its sign in the first mirror plane, so that its two corners are the
-    images of each other.
+    It has nodes on its mirror planes or none, and gaps in some cases. The load case "swing" turns
+    its sign in the first mirror plane, so that its two corners are the images of each other.
     """
     rng = np.random.default_rng(seed)
     planes = ((0, 1), (0,), (1,))[seed % 3] if planes is None else planes
@@ -91,8 +92,10 @@ def scene(seed, tangents=2, *, planes=None):
 
 
 def image(contact, friction, most, plane, rng):
-    """The mirror image of a contact, its friction and slip bound, with its nodes in another order;
-    and what the mirror does to motions."""
+    """The mirror image of a contact, its friction and slip bound, with reordered nodes.
+
+    Also returns the effect of the mirror on motions.
+    """
     n, tangents = contact.nodes, contact.tangents
     order = rng.permutation(n) if tangents == 2 else np.arange(n)[::-1]  # along the interface
     signs = np.ones(tangents + 1)
@@ -178,8 +181,11 @@ def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_th
 @BOTH
 @SEEDS
 def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_halved(seed, tangents):
-    """Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as
-    safe as it."""
+    """A safe slip of a symmetric contact is safe when mirrored, and so is the mean of both.
+
+    Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as safe
+    as the slip.
+    """
     contact, cycle, friction, most, mirrors = scene(seed, tangents)
     limit = fo.shakedown_limit(contact, cycle, friction, slip_bound=most)
     task = pose(contact, cycle, friction, slip_bound=most)
@@ -196,8 +202,11 @@ def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_hal
 
 
 def test_a_bound_holds_a_node_on_a_mirror_plane_once():
-    """Three nodes that do not feel each other; the middle one needs a slip of -0.1 from 2 lam = 0.6
-    on, which is its bound."""
+    """A bound on slip counts once for a node on a mirror plane.
+
+    Three nodes do not feel each other. The middle node needs a slip of -0.1 from 2 lam = 0.6 on,
+    which is its bound.
+    """
     shear = np.array([[0.1, 0.0], [2.0, 0.0], [0.1, 0.0]])
     bonded = {"mean": (np.zeros((3, 2)), np.ones(3)), "shear": (shear, np.zeros(3))}
     contact = fo.ContactSystem(
@@ -223,8 +232,11 @@ def test_frictions_of_different_symmetry_in_one_model():
 
 
 def test_a_middle_node_alone_limits_the_load():
-    """Little friction in the middle: it cannot slip in a symmetric state, but lifts off at load
-    factor 1; no node else feels the load."""
+    """Only the middle node limits the load.
+
+    It has little friction and cannot slip in a symmetric state, but lifts off at load factor 1. No
+    other node feels the load.
+    """
     one, friction = np.eye(3), [0.5, 0.001, 0.5]
     cases = {
         "mean": ([0, 0, 0], [1, 1, 1]),

@@ -1,5 +1,8 @@
-"""Modes of models: closed forms of bars and beams, dense matrices with nodes merged, loads of
-modes, and steps of CalculiX."""
+"""Modes of models.
+
+They are compared with closed forms of bars and beams, dense matrices with merged nodes, loads of
+modes, and steps of CalculiX.
+"""
 
 import re
 from dataclasses import replace
@@ -26,8 +29,10 @@ LENGTH, HIGH = 10.0, 1.0
 
 
 def bars(kind, cells, across=2, height=HIGH, nu=0.0, low=0.0, **options):
-    """A bar of two bodies of the same length that meet in its middle; it lies along x, from 0 to
-    10, and is `height` high and thick."""
+    """A bar of two bodies of the same length that meet in its middle.
+
+    It lies along x, from 0 to 10, and is `height` high and thick.
+    """
     x = np.linspace(0.0, LENGTH, cells + 1)
     sides = [np.linspace(0.0, height, across + 1) + low] * (dimensions(kind) - 1)
     steel, middle, bodies = fo.Material(E, nu, RHO), x[cells // 2], {}
@@ -52,8 +57,10 @@ def straight(kind):
 
 
 def of_elements(waves, h):
-    """Frequencies of waves along a bar of linear elements with consistent mass: exact for the wave
-    number k = waves."""
+    """Frequencies of waves along a bar of linear elements with consistent mass.
+
+    They are exact for the wave number k = waves.
+    """
     return (
         np.sqrt(6 / h**2 * (1 - np.cos(waves * h)) / (2 + np.cos(waves * h))) * SPEED / (2 * np.pi)
     )
@@ -63,8 +70,11 @@ def of_elements(waves, h):
     "kind, kinematics", [(MeshQuad, None), (MeshQuad, "plane_stress"), (MeshHex, None)]
 )
 def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, kinematics):
-    """Poisson's ratio 0, one element across: only motions along x; free n c / (2 L), with a clamped
-    end (n + 1/2) c / (2 L) but for the mesh."""
+    """A bar without lateral strain has the frequencies of its elements.
+
+    With Poisson's ratio 0 and one element across there are only motions along x. The frequencies
+    are n c / (2 L) of the free bar, and (n + 1/2) c / (2 L) with a clamped end, but for the mesh.
+    """
     free = bars(kind, 20, 1, kinematics=kinematics, supports=straight(kind))
     numbers, h = np.arange(4), LENGTH / 20
     modes = free.modes(4)
@@ -108,8 +118,11 @@ def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
 
 
 def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
-    """Plane stress, 40 times as long as high: shear and rotation take off some 0.1 %; finer linear
-    elements come from above to the quadratic ones."""
+    """A slender cantilever bends as the theory of Euler and Bernoulli predicts.
+
+    It is in plane stress and 40 times as long as high. Shear and rotation take off some 0.1 %.
+    Finer linear elements approach the quadratic elements from above.
+    """
     height, root = 0.25, [fo.Support("left", "end")]
     roots = np.array([1.8751, 4.6941, 7.8548])  # of cos cosh = -1
     beam = (roots / LENGTH) ** 2 * SPEED * height / np.sqrt(12) / (2 * np.pi)
@@ -141,9 +154,11 @@ def test_a_free_body_has_its_rigid_motions_and_pairs_of_bending_modes():
 
 
 def dense(bodies, joined, held):
-    """Squares of angular frequencies, modes (unknowns, n), mass, and directions of the unknowns, of
-    bodies with nodes in pairs merged; unknowns
-    node by node, body after body, less those of held nodes."""
+    """Squares of angular frequencies, modes (unknowns, n), mass, and directions of the unknowns.
+
+    Nodes in pairs are merged. The unknowns are ordered node by node, body after body, without the
+    unknowns of held nodes.
+    """
     parts = []
     for body in bodies.values():
         basis = Basis(body.mesh, ElementVector(body.mesh.elem()))
@@ -171,8 +186,11 @@ def dense(bodies, joined, held):
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
 @pytest.mark.parametrize("opened", [0, 2])
 def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, opened):
-    """With nodes that are open, or without; the shapes by their products with the mass, masses and
-    participation by sums."""
+    """Modes agree with dense matrices in which the closed nodes are merged.
+
+    Some nodes are open, or none. Shapes are compared by their products with the mass, masses and
+    participation by sums.
+    """
     model = bars(kind, 4, 2, height=3.0, nu=0.3, supports=[fo.Support("left", "end")])
     system = model.condense()
     open_nodes = np.arange(system.nodes) < opened
@@ -204,8 +222,11 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
 
 
 def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
-    """All modes but one of 16 against the projection of translations onto the motions of free
-    nodes, with the mass of dense matrices."""
+    """All effective masses sum up to the mass that supports leave.
+
+    All modes but one of 16 are compared with the projection of translations onto the motions of
+    free nodes, with the mass of dense matrices.
+    """
     model = bars(MeshQuad, 4, 1, nu=0.3, supports=[fo.Support("left", "end")])
     modes = model.modes(15)
     _, _, M, along = dense(model.bodies, np.zeros((0, 2), dtype=int), np.zeros(0))
@@ -221,8 +242,11 @@ def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
 
 
 def test_bars_that_touch_nowhere_vibrate_by_themselves():
-    """The one is free, n c / L of its length L / 2, the other clamped, (n + 1/2) c / L, but for the
-    elements."""
+    """Bars that do not touch vibrate independently.
+
+    One bar is free and has n c / L of its length L / 2; the other is clamped and has (n + 1/2) c /
+    L, but for the elements.
+    """
     model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.Support("left", "end")])
     apart = model.modes(5, open=[True, True])
     steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
@@ -233,8 +257,11 @@ def test_bars_that_touch_nowhere_vibrate_by_themselves():
 
 
 def test_surfaces_that_give_are_springs_between_heavy_ends():
-    """Two bodies of mass m on soft springs of stiffness k: rigid motions, then sqrt(2 k / m), along
-    the normal and across it."""
+    """Surfaces that give are springs between heavy ends.
+
+    Two bodies of mass m on soft springs of stiffness k have rigid motions, then sqrt(2 k / m),
+    along the normal and across it.
+    """
     stiff = replace(
         bars(MeshQuad, 4, 1),
         contacts=[fo.Contact("right", "left", normal_stiffness=1e-6)],
@@ -290,8 +317,11 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex])
 def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
-    """By the condensed system: under the unit load of a mode the displacement of another load is
-    its modal force over the square of the angular frequency."""
+    """The modal force of loads is their work in the mode.
+
+    In the condensed system the displacement of a load under the unit load of a mode is its modal
+    force over the square of the angular frequency.
+    """
     d = dimensions(kind)
     base = bars(kind, 8, supports=[fo.Support("left", "end")])
     modes = base.modes(3)
@@ -447,8 +477,11 @@ def test_a_frequency_is_in_hertz_if_the_density_is_that_of_seconds(units, per, u
 
 
 def test_a_mode_in_space_stands_over_its_undeformed_edges():
-    """Each half of the bar has the twelve edges of its box, 4 (5 + 1 + 1) long in all: a diagonal of
-    the mesh within a face is none."""
+    """The picture of a mode in space shows the undeformed edges, too.
+
+    Each half of the bar has the twelve edges of its box, 4 (5 + 1 + 1) long in all. A diagonal of
+    the mesh within a face is no edge.
+    """
     model = bars(MeshTet, 4, 1, supports=[fo.Support("left", "end")])
     axes = model.modes(1).plot()
     outlines = [part for part in axes.collections if isinstance(part, Line3DCollection)]
@@ -460,8 +493,10 @@ def test_a_mode_in_space_stands_over_its_undeformed_edges():
 
 
 def from_frequency(folder, text, count):
-    """Frequencies (count,) and effective masses (count, 3) that CalculiX prints, with five or more
-    digits."""
+    """Frequencies (count,) and effective masses (count, 3) that CalculiX prints.
+
+    They have five or more digits.
+    """
     path, _ = run(folder, text, f"*FREQUENCY\n{count}\n", "modes")
     parts = re.split(
         r"P A R T I C I P A T I O N|E F F E C T I V E|T O T A L",
@@ -487,8 +522,11 @@ def midsides(body, nodes):
 @needs_ccx
 @pytest.mark.parametrize("kind, tolerance", [("C3D10", 1e-6), ("C3D20", 2e-2)])
 def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkeypatch):
-    """Glued by equations. C3D10 are our tetrahedra, once their mass is summed at CalculiX's four
-    points; C3D20 our hexahedra less some nodes."""
+    """Modes agree with a frequency step of CalculiX, glued by equations.
+
+    Its C3D10 are the tetrahedra of the package, if their mass is summed at CalculiX's four points.
+    Its C3D20 are the hexahedra of the package less some nodes.
+    """
     bodies = two_boxes(
         {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3, 1.0), bulge=None
     )

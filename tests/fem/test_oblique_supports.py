@@ -15,8 +15,10 @@ STEEL, ALLOY = fo.Material(E=2.0, nu=0.3), fo.Material(E=0.7, nu=0.2)
 
 
 def held(kinds, upper, lower, turn, element="linear"):
-    """Two blocks whose sides and bottom are held along their normals, the whole turned by a
-    matrix."""
+    """Two blocks whose sides and bottom are held along their normals.
+
+    A matrix turns the whole model.
+    """
     d, meshes = len(turn), two_blocks(kinds, upper, lower)
     bodies = {
         name: fo.Body(turned(mesh, turn), material, element)
@@ -84,8 +86,10 @@ def test_a_model_may_be_turned(kinds, upper, lower, turn, element):
 
 
 def fit(whole):
-    """A ring on another one, pressed by a load with four periods around; the whole, or the eighth
-    between two of its planes of symmetry."""
+    """A ring on another ring, pressed by a load with four periods around.
+
+    The model is the whole, or the eighth between two of its planes of symmetry.
+    """
     rings = {
         "hub": ring([1.0, 1.3, 1.8], 40, "contact", "outside"),
         "shaft": ring([0.4, 0.7, 1.0], 40, "bore", "contact"),
@@ -132,8 +136,11 @@ def test_a_sector_between_planes_of_symmetry_has_the_answers_of_the_whole():
 
 
 def test_a_tube_is_held_in_a_cylinder_along_the_normal_of_each_node():
-    """Against multipliers that hold the nodes of a tube in space along their radii, and along its
-    axis at both ends."""
+    """A tube is held in a cylinder along the normal of each node.
+
+    Multipliers hold the nodes of a tube in space along their radii, and along its axis at both
+    ends.
+    """
     flat = ring([0.7, 1.0, 1.4], 9, "bore", "contact")
     n = flat.p.shape[1]
     heights, (a, b, c, d) = np.array([0.0, 0.5, 1.1]), flat.t

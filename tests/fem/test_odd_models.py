@@ -1,5 +1,7 @@
-"""Values that are no errors but seldom meant: one warning each, at the user's own call, and none
-from calls of the package among its own."""
+"""Values that are no errors but seldom intended cause one warning each.
+
+The warning is at the user's own call. Calls of the package among its own functions cause none.
+"""
 
 import warnings
 from dataclasses import replace
@@ -109,8 +111,11 @@ def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
     ],
 )
 def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
-    """Of dry steel (Podra & Andersson 1999) and of others, in the unit that the model has and in
-    another one."""
+    """A coefficient of wear in other units than the model causes a warning.
+
+    Coefficients of dry steel (Podra & Andersson 1999) and of other materials are in the unit of the
+    model and in another unit.
+    """
     system, cycle = replace(SYSTEM, units=units), CYCLE
     (told,) = warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
     force, length = units.split(", ")

@@ -1,5 +1,8 @@
-"""Faces of body 1 that reach beyond body 2: the part that lies opposite, what carries the load, how
-much is free, bodies exchanged, and both ways into the condensation."""
+"""Faces of body 1 that reach beyond body 2.
+
+The tests cover the part that lies opposite, the nodes that carry the load, the free share,
+exchanged bodies, and both ways into the condensation.
+"""
 
 import re
 import warnings
@@ -77,8 +80,11 @@ def test_the_contact_carries_the_load_and_has_the_size_of_what_lies_opposite(kin
 @pytest.mark.parametrize("kinds", KINDS[:1] + KINDS[2:3])
 @pytest.mark.parametrize("edge", [2.6, 2.9])
 def test_pressure_and_moments_are_those_of_the_exchanged_bodies(kinds, edge):
-    """Exchanged, the narrow body has the nodes, and all its facets lie opposite. The compliance
-    of the glued bodies settles to the same number."""
+    """Pressure and moments agree with those of the exchanged bodies.
+
+    With exchanged bodies, the narrow body has the nodes, and all its facets lie opposite. The
+    compliance of the glued bodies converges to the same number.
+    """
     compliances = []
     for cells in (16, 32):
         bodies = narrow_below(kinds, edge, (cells, cells))
@@ -127,8 +133,11 @@ def test_mirrored_and_turned_bodies_have_the_same_contact():
 
 @pytest.mark.parametrize("at", [2.0, 2.45, 2.85, 3.2])
 def test_a_block_on_an_edge_tips_over_where_its_weight_lies_beyond(at):
-    """The load acts on the facet of the top around `at`; the edge of the ground is at 2.6, and
-    pressure acts up to half a facet, 0.1, beyond it or short of it."""
+    """A block on an edge tips over if its weight is beyond the edge.
+
+    The load acts on the facet of the top around `at`. The edge of the ground is at 2.6, and
+    pressure acts up to half a facet, 0.1, beyond the edge or short of it.
+    """
     upper = box(MeshQuad, np.linspace(0.0, 4.0, 21), [0.0, 0.5, 1.0])
     upper = upper.with_boundaries({"load": lambda x: (x[1] == 1.0) & (abs(x[0] - at) < 0.11)})
     bodies = {"upper": fo.Body(upper), "lower": narrow_below(KINDS[0], 2.6)["lower"]}
@@ -245,8 +254,11 @@ def test_matrices_of_a_deck_have_the_contact_of_the_model(tmp_path, d, edge):
 
 @pytest.mark.parametrize("edge", [2.55, 2.7, 4.2])
 def test_the_projection_is_that_of_integrals_by_brute_force(tmp_path, edge):
-    """Biorthogonal functions on the part of each facet that lies opposite, by sums over many
-    points. Beyond the edge the nearest node has the mean motion of both."""
+    """The projection agrees with integrals by brute force.
+
+    Biorthogonal functions on the part of each facet that lies opposite are summed over many points.
+    Beyond the edge the nearest node has the mean motion of both.
+    """
     job, _ = jobs(tmp_path, edge, 2)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fo.ModelWarning)

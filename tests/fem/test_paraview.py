@@ -1,5 +1,7 @@
-"""Files for ParaView, read back by pyvista and meshio: against the model, its loads, and what the
-two bodies say of each other."""
+"""Files for ParaView, read back by pyvista and meshio.
+
+They are compared with the model, its loads, and each body with the other.
+"""
 
 import sys
 
@@ -49,8 +51,11 @@ def facing(block, what="normal"):
 
 
 def check_state(blocks, one, two):
-    """What one file says: the face is where body 1 is, and slip and gap are the motion of body 1
-    relative to body 2."""
+    """Check the face and the motions in one file.
+
+    The face is at the place of body 1, and slip and gap are the motion of body 1 relative to body
+    2.
+    """
     face = blocks["contact"]
     moved = at(blocks[one], face.points)
     assert np.allclose(face["displacement"], moved, rtol=0, atol=1e-12)
@@ -109,8 +114,11 @@ def test_a_cycle_of_the_plane(tmp_path, punch, every):
 
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])
 def test_a_state_in_space(tmp_path, kind):
-    """A column on a block under pressure and shear: the resultants on the face are the loads, whose
-    traction on the body above is their opposite."""
+    """The file of a state in space has the resultants of the loads.
+
+    A column on a block is under pressure and shear. The traction of the loads on the body above is
+    opposite to the traction on the face.
+    """
     x = np.linspace(0, 1, 4)
     above, below = (
         box(kind, x, x, z) for z in (np.array([0.0, 0.5, 1.0]), np.array([-1.0, -0.5, 0.0]))
@@ -144,8 +152,11 @@ def test_a_state_in_space(tmp_path, kind):
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", [MeshTri, MeshQuad, MeshTet, MeshHex])
 def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element, mirror):
-    """Else VTK takes their volumes for negative, and integrals and fluxes are wrong: tetrahedra of
-    scikit-fem are of either hand."""
+    """Cells are right-handed, however the mesh numbers its nodes.
+
+    Otherwise VTK takes their volumes for negative, and integrals and fluxes are wrong. Tetrahedra
+    of scikit-fem are of either hand.
+    """
     d, x = kind().dim(), np.linspace(0, 1, 3)
     across = np.diag([mirror, *[1.0] * (d - 1)])
     bodies = {
@@ -184,8 +195,11 @@ def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element,
 
 
 def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides(tmp_path):
-    """Two nodes of body 1 at one place: each facet has those of its own body, here as the slit
-    opens."""
+    """A face that a slit cuts has the nodes of both sides.
+
+    Two nodes of body 1 are at one place. Each facet has the nodes of its own side, here as the slit
+    opens.
+    """
     whole = box(MeshHex, [-1, 0, 1], [0, 1], [0, 0.5, 1])
     mouth = np.flatnonzero((whole.p[0] == 0) & (whole.p[2] == 0))
     copies = np.arange(whole.p.shape[1])
@@ -216,8 +230,11 @@ def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides(tmp_path):
 
 
 def test_each_contact_has_its_facets(tmp_path):
-    """Two shims side by side on a block: a corner that belongs to three contacts, in pairs that are
-    fewer."""
+    """Each contact has its own facets.
+
+    Two shims are side by side on a block. Their common corner belongs to three contacts, with fewer
+    pairs than that.
+    """
     x = np.array([0.0, 0.5, 1.0])
     bodies = {
         name: fo.Body(box(MeshQuad, start + x, x))

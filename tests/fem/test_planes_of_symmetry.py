@@ -1,5 +1,8 @@
-"""Models of a half or a quarter, which supports hold on their planes of symmetry, against the
-whole; and bodies that meet on their axis."""
+"""Models of a half or a quarter, compared with the whole model.
+
+Supports hold the parts on their planes of symmetry. Other tests have bodies that meet on their
+axis.
+"""
 
 from functools import cache
 
@@ -19,8 +22,11 @@ def half_of(line):
 
 
 def punch(scene, cut, clamped=None):
-    """The model of a scene, of which planes x = 0 and, for 2, y = 0 cut away all but a part; the
-    middle node of a body may be held."""
+    """The model of a scene, cut by its planes of symmetry.
+
+    The plane x = 0 and, for 2, the plane y = 0 cut away all but a part. The middle node of a body
+    may be held.
+    """
     kind = MeshHex if len(scene._grids[0]) == 3 else MeshQuad
     lines = [
         [half_of(line) if axis < cut else line for axis, line in enumerate(grid)]
@@ -128,8 +134,10 @@ def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
 
 
 def beside(kind, cells, half, lean):
-    """A body of 6 elements above one of `cells`, or the half of both at x > 0; the lower face of
-    the upper one is flat, or leans by its gap."""
+    """A body of 6 elements above a body of `cells`, or the half of both at x > 0.
+
+    The lower face of the upper body is flat, or leans by its gap.
+    """
     d, ends, bodies = kind().dim(), (0.0 if half else -1.0, 1.0), {}
     for name, low, n in (("upper", 0.0, 6), ("lower", -1.0, cells)):
         across = [np.linspace(*ends, (1 if half else 2) * n + 1), *[[0.0, 0.4]] * (d - 2)]
@@ -161,8 +169,11 @@ def beside(kind, cells, half, lean):
 @pytest.mark.parametrize("cells", [4, 5, 6, 9])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kind, cells, lean):
-    """Mortar weights join a node on the plane of symmetry to others beside it, by what the mirror
-    images of these take away."""
+    """Half of a model with unlike meshes is pressed and sheared as a half of the whole model.
+
+    Mortar weights join a node on the plane of symmetry to nodes beside it; the mirror images of
+    these nodes take a part away.
+    """
     found = []
     for half in (True, False):
         system = beside(kind, cells, half, lean).condense()
@@ -183,8 +194,11 @@ def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kin
 
 
 def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
-    """All nodes of body 2 are beside the plane for the pair on it, and follow in the pair at the
-    other end, whose node of body 1 is held upright."""
+    """The other end of an element on a plane of symmetry may be held.
+
+    All nodes of body 2 are beside the plane for the pair on it. They follow in the pair at the
+    other end, whose node of body 1 is held along the vertical.
+    """
     found = []
     for half in (True, False):
         model = beside(MeshQuad, 1, half, 0.0)

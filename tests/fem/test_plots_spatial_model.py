@@ -1,5 +1,7 @@
-"""The picture of a model in three dimensions: faces, contact, held nodes and loads are those of the
-model."""
+"""The picture of a model in three dimensions.
+
+Its faces, contact, held nodes and loads are those of the model.
+"""
 
 from dataclasses import replace
 
@@ -20,8 +22,11 @@ SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """The axes, the polygons by label, those of a body by its colour, and the arrows by colour:
-    where they begin, and their step."""
+    """The axes, polygons and arrows of a picture.
+
+    Polygons are sorted by label, the polygons of a body by its colour. Arrows are sorted by colour,
+    with their beginnings and steps.
+    """
     polygons, arrows, (collection, quiver) = {}, {}, (bodies.Poly3DCollection, Axes3D.quiver)
 
     def kept_polygons(corners, label=None, facecolors=(), **look):

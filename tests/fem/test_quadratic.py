@@ -1,5 +1,8 @@
-"""Quadratic elements, straight and curved: against uniform stress, bending, integrals over a curved
-body, and finer linear meshes."""
+"""Quadratic elements, straight and curved.
+
+They are compared with uniform stress, bending, integrals over a curved body, and finer linear
+meshes.
+"""
 
 from dataclasses import replace
 
@@ -17,8 +20,11 @@ from helpers.quadratic import SECOND, arched, box, dimensions, two_boxes
 @pytest.mark.parametrize("kind", SECOND)
 @pytest.mark.parametrize("nu", [0.3, 0.4999])
 def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
-    """On all sides: each pair carries its share of the area, as on linear faces, and the stress is
-    uniform at all nodes; the whole is turned."""
+    """Uniform pressure passes between curved bodies.
+
+    It acts on all sides. Each pair carries its share of the area, as on linear faces, and the
+    stress is uniform at all nodes. The whole model is turned.
+    """
     d, material = dimensions(kind), fo.Material(2.0, nu)
     turn = (
         rotation(0.6) if d == 2 else np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
@@ -47,8 +53,11 @@ def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
 
 @pytest.mark.parametrize("kind", SECOND)
 def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
-    """The upper body has its rigid motions against the stiffness, and the reactions are in balance
-    with any load on it."""
+    """A curved face transmits forces and moments and lets bodies turn.
+
+    The rigid motions of the upper body need no force against the stiffness, and the reactions are
+    in balance with any load on it.
+    """
     d = dimensions(kind)
     bodies = two_boxes(kind, fo.Material(), bulge=arched)
     pull = [
@@ -74,8 +83,10 @@ def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
 
 
 def bent(kind, nu, element):
-    """Two glued boxes, 4 long and 1 high together, that couples bend by the curvature 1: the model
-    and its fields."""
+    """The model of two glued boxes and its fields under bending.
+
+    The boxes are 4 long and 1 high together, and couples bend them by the curvature 1.
+    """
     d, material = dimensions(kind), fo.Material(3.0, nu)
     depth = [(0.0, 0.7)] * (d - 2)
     bodies = {
@@ -100,8 +111,11 @@ def bent(kind, nu, element):
 
 @pytest.mark.parametrize("kind", SECOND)
 def test_pure_bending_is_exact_without_lateral_strain(kind):
-    """u_x = x y, u_y = - x^2 / 2, by elements that linear meshes are given: a section stays plane,
-    so its midside nodes need not follow."""
+    """Pure bending is exact without lateral strain.
+
+    u_x = x y, u_y = - x^2 / 2, by the elements that linear meshes become. A section stays plane, so
+    that its midside nodes need not follow.
+    """
     model, fields = bent(kind, 0.0, "quadratic")
     for name, body in model.bodies.items():
         x, y = body.mesh.p[:2]
@@ -129,16 +143,21 @@ HUMP = 0.2
 
 
 def hump(p):
-    """Raise the upper side of a box between heights 0 and 1, and x = -1 and 1, to the parabola 1 +
-    HUMP (1 - x^2)."""
+    """Raise the upper side of a box to a parabola.
+
+    The box is between heights 0 and 1, and x = -1 and 1. The parabola is 1 + HUMP (1 - x^2).
+    """
     p[-1] *= 1 + HUMP * (1 - p[0] ** 2)
     return p
 
 
 @pytest.mark.parametrize("kind", SECOND)
 def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
-    """Its outline is a parabola, which quadratic elements have exactly: integrals in closed form,
-    over a depth of 0.7 in space."""
+    """Loads on a curved body have the totals of its parabola.
+
+    Quadratic elements represent the parabola of its outline exactly. The integrals are known in
+    closed form, over a depth of 0.7 in space.
+    """
     d = dimensions(kind)
     thick = 0.7 if d == 3 else 1.0
     body = fo.Body(

@@ -1,5 +1,7 @@
-"""The fields in the bodies against the state of the contact, scikit-fem's own elasticity, and
-files."""
+"""The fields in the bodies.
+
+They are compared with the state of the contact, scikit-fem's own elasticity, and files.
+"""
 
 import numpy as np
 import pytest
@@ -43,8 +45,11 @@ def test_recovered_reactions_are_those_of_the_state(name):
 
 
 def test_the_field_of_a_rounded_punch_is_that_of_its_states():
-    """Through the initial gap of the model; a system with a gap that the model does not have is
-    warned of."""
+    """The field of a rounded punch agrees with its states.
+
+    It includes the initial gap of the model. A warning names a system with a gap that the model
+    does not have.
+    """
     scene = fo.scenes.RoundedPunch(
         radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)
     )
@@ -91,8 +96,10 @@ def test_without_loads_nothing_moves_where_the_bodies_are_apart():
 
 @pytest.mark.parametrize("name", ["punch", "dovetail"])
 def test_the_recovered_field_is_in_equilibrium(name):
-    """By scikit-fem's own stiffness: no force is left at nodes without load, support or contact,
-    and all forces on a body balance."""
+    """The recovered field is in equilibrium, by scikit-fem's own stiffness.
+
+    No force is left at nodes without load, support or contact, and all forces on a body balance.
+    """
     model, system, loads, v, w = states(name)
     fields = model.recover(loads, v, system.gap + np.abs(w))
     for body, part in model.bodies.items():
@@ -122,8 +129,10 @@ def test_the_recovered_field_is_in_equilibrium(name):
 
 
 def test_stress_along_the_interface():
-    """A plate pulled along its contact, stuck to a soft one: the stress is the mean stress of each
-    in the middle."""
+    """The stress along the interface is the mean stress of each body in the middle.
+
+    A plate is pulled along its contact and is stuck to a soft plate.
+    """
     scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
     fields = scene.model().recover({"sigma": 2.0}, np.zeros(9))
     stress, strain = fields.at_contact(2)
@@ -134,8 +143,10 @@ def test_stress_along_the_interface():
 
 
 def test_stresses_by_name():
-    """The rows as `BodyFields.stress` has them; von Mises' stress from the deviator of the whole
-    tensor."""
+    """Stresses by name are the rows of `BodyFields.stress`.
+
+    Von Mises' stress follows from the deviator of the whole tensor.
+    """
     model = fo.scenes.SquarePunch(elements=2, growth=2.0).model()
     fields = model.recover({"P": 1.0}, np.zeros((9, 2)))
     rows = dict(zip(("xx", "yy", "xy", "zz", "xz", "yz"), fields.stress["punch"], strict=True))
@@ -154,8 +165,11 @@ def test_stresses_by_name():
 
 
 def test_mean_dilatation_has_its_own_stress():
-    """A punch of rubber: div u times Lame's first constant would oscillate by hundreds of times the
-    pressure."""
+    """Mean dilatation has its own stress.
+
+    In a punch of rubber div u times Lame's first constant would oscillate by hundreds of times the
+    pressure.
+    """
     rubber = fo.Material(1.0, 0.49999)
     scene = fo.scenes.PunchOnHalfPlane(
         elements=8,

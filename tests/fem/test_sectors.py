@@ -1,5 +1,8 @@
-"""Sectors of rings against the whole, made of turned copies of their meshes; cut faces that do not
-match; and what is refused."""
+"""Sectors of rings against the whole.
+
+The whole is made of turned copies of the meshes of the sector. Other tests have cut faces that do
+not match, and wrong sectors that are refused.
+"""
 
 import re
 from pathlib import Path
@@ -34,8 +37,10 @@ def cuts(count):
 
 
 def circles(faces, count, cells):
-    """Where the facets of circles, name -> radius, have their middles, so many in a sector: between
-    the chord and the circle."""
+    """Where the facets of circles, name -> radius, have their middles.
+
+    A middle is between the chord and the circle. The number of facets in a sector is prescribed.
+    """
     half = np.cos(np.pi / count / cells)
     return {
         name: lambda x, r=r: (np.hypot(*x[:2]) > r * half - 1e-9) & (np.hypot(*x[:2]) < r)
@@ -44,16 +49,21 @@ def circles(faces, count, cells):
 
 
 def polar(kind, radii, count, cells, faces):
-    """A sector of a ring, of so many elements around, with its cut faces and circles of these
-    names."""
+    """A sector of a ring, with its cut faces.
+
+    The number of elements around and the names of circles are prescribed.
+    """
     grid = kind.init_tensor(np.array(radii), np.linspace(0, 2 * np.pi / count, cells + 1))
     mesh = kind(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
     return mesh.with_boundaries(cuts(count) | circles(faces, count, cells))
 
 
 def joined(sectors, count, whole, turn, centre, axis, supports, loads, element="linear", **more):
-    """A model of bodies, name -> mesh of a sector about z and the origin: of one sector, or the
-    whole ring; turned by a matrix and moved."""
+    """A model of bodies, from meshes of a sector about z and the origin.
+
+    The bodies are name -> mesh. The model is one sector or the whole ring, turned by a matrix and
+    moved.
+    """
     d = len(turn)
     step = Rotation.from_rotvec([0, 0, 2 * np.pi / count]).as_matrix()[:d, :d]
     bodies = {}
@@ -73,8 +83,10 @@ def joined(sectors, count, whole, turn, centre, axis, supports, loads, element="
 
 
 def waves(count, turn, centre, body, face):
-    """Tractions along the radius and around the axis that repeat from sector to sector of a ring,
-    which is turned and moved."""
+    """Tractions along the radius and around the axis that repeat from sector to sector.
+
+    The ring is turned and moved.
+    """
 
     def traction(axis):
         def along(*x):
@@ -150,8 +162,11 @@ def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
 
 
 def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
-    """A drop, mirrored about its axis: at its round end both faces have the normal along the axis,
-    at its tip each has its own."""
+    """Two faces may meet smoothly at one node and sharply at another node.
+
+    A drop is mirrored about its axis. At its round end both faces have the normal along the axis,
+    and at its tip each face has its own normal.
+    """
     angle = np.radians(np.linspace(90, 210, 7))
     left = np.column_stack([1.3 * np.cos(angle), np.sin(angle)])
     tangent = np.array([-1.3 * np.sin(angle[-1]), np.cos(angle[-1])])
@@ -172,8 +187,11 @@ def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
 
 
 def compared(one, part, count, cycle, load_factor=1.5, **steps):
-    """Compare the condensed whole with the sector: stiffness under its loads, limit, steady state;
-    forces at each node, on the seam too."""
+    """Compare the condensed whole with the sector.
+
+    The comparison covers the stiffness under the loads, the limit, the steady state, and the forces
+    at each node, also on the seam.
+    """
     whole, system = one.condense(), part.condense()
     same = np.array(
         [np.linalg.norm(whole.points - point, axis=1).argmin() for point in system.points]
@@ -230,8 +248,10 @@ SPACE = special_ortho_group(3, seed=4).rvs()
 
 
 def thick_model(count, whole, element="linear"):
-    """Rings in space about an oblique axis, which slide on each other along it and around it; one
-    is held along the normals of its bore."""
+    """Rings in space about an oblique axis, which slide on each other along it and around it.
+
+    One ring is held along the normals of its bore.
+    """
     sectors = {}
     for name, radii, faces in (
         ("bush", [0.6, 0.8, 1.0], {"bore": 0.6, "contact": 1.0}),
@@ -311,8 +331,10 @@ def test_modes_of_a_sector_are_those_of_the_whole_that_repeat(count):
 
 
 def repeated(whole, system, count, turn):
-    """The matrix of the slips and gaps of the whole, direction by direction, by those of a sector,
-    turned again and again."""
+    """The matrix of the slips and gaps of the whole by those of a sector.
+
+    Direction by direction the slips and gaps of the sector are turned again and again.
+    """
     T = np.zeros((len(whole.S), len(system.S)))
     for k in range(count):
         step = np.linalg.matrix_power(turn, k)
@@ -329,8 +351,10 @@ def repeated(whole, system, count, turn):
 
 
 def flange(whole):
-    """The flange of the tutorial with its four bolts, the whole or a quarter, twisted and
-    pulled."""
+    """The flange of the tutorial with its four bolts, the whole or a quarter.
+
+    It is twisted and pulled.
+    """
     steel = fo.Material(210e3, 0.3)
     turn = Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round()
     parts = fo.split_bodies(
@@ -407,8 +431,10 @@ def standing(mesh, height):
 
 
 def discs(count, cells, height):
-    """Sectors of a disc, which reaches the axis, and of a ring around it, or of cylinders of that
-    height."""
+    """Sectors of a disc, which reaches the axis, and of a ring around it.
+
+    With a height they are cylinders.
+    """
     rim, hub = (
         polar(MeshTri, radii, count, cells, {}) for radii in ([0.3, 0.7, 1.0], [1.0, 1.3, 1.8])
     )
@@ -464,8 +490,11 @@ def test_a_sector_may_reach_the_axis(height, turn):
 
 
 def unlike(low, high, around_it, height=0.0, count=5):
-    """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around,
-    and a pad on a part of its rim; in space if high."""
+    """A sector of a ring from 1 to 2, and a pad on a part of its rim.
+
+    The numbers of elements on each cut face and around are prescribed. The ring is in space if it
+    has a height.
+    """
     angle = 2 * np.pi / count
     line = np.linspace(0, angle, around_it + 1)
     inner = np.linspace(0, 1, (low + high) // 2 + 1)[1:-1]
@@ -497,8 +526,10 @@ def unlike(low, high, around_it, height=0.0, count=5):
 
 
 def padded(meshes, element="linear", held=None):
-    """The model of such a ring, held at its bore or free to turn but for a node, under uniform
-    pressure, an expansion, a drag at the pad."""
+    """The model of such a ring under uniform pressure, an expansion, and a drag at the pad.
+
+    The ring is held at its bore, or is free to turn but for a node.
+    """
     bodies = {
         name: fo.Body(mesh, material, element)
         for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)
@@ -566,8 +597,10 @@ def test_cut_faces_that_do_not_match_converge_to_those_that_do():
 
 
 def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, count=3, **loads):
-    """A ring of two bodies in sectors, of which some part is wrong; `hub` has more boundaries of
-    that body, or is its mesh."""
+    """A ring of two bodies in sectors, of which some part is wrong.
+
+    `hub` has further boundaries of that body, or is its mesh.
+    """
     model = ring_model(count, False, centre=(0.0, 0.0))
     bodies = dict(model.bodies)
     cuts = [support for support in model.supports if isinstance(support, fo.Cyclic)]
@@ -741,8 +774,10 @@ def test_a_ring_that_nothing_holds_turns():
 
 
 def stacked(count, whole, element="linear"):
-    """A cylinder on another one, both on the axis: pressed, and spread by an expansion; the upper
-    one is held by the contact alone."""
+    """A cylinder on another cylinder, both on the axis.
+
+    They are pressed, and spread by an expansion. Only the contact holds the upper cylinder.
+    """
     flat = discs(count, 4, 0.0)["shaft"]
     upper = standing(flat, 0.5).with_boundaries(
         cuts(count) | {"contact": lambda x: x[2] == 0, "top": lambda x: np.abs(x[2] - 0.5) < 1e-9}

@@ -1,5 +1,7 @@
-"""Faces of two bodies that lie on each other in no contact, against the overlaps of intervals and
-rectangles."""
+"""Faces of two bodies that lie on each other without a contact.
+
+They are compared with the overlaps of intervals and rectangles.
+"""
 
 import re
 
@@ -61,8 +63,11 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
 
 
 def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
-    """A block in a corner: its corner node belongs to the floor, and the wall's contact begins one
-    edge above it."""
+    """A contact may end one edge before a corner that belongs to another contact.
+
+    A block is in a corner. Its corner node belongs to the floor, and the contact of the wall begins
+    one edge above it.
+    """
     x = np.array([0.0, 1.0, 2.0])
     block = MeshQuad.init_tensor(x, x).with_boundaries(
         {
@@ -131,8 +136,11 @@ def test_facets_face_each_other_up_to_sixty_degrees(degrees):
     apart=st.booleans(),
 )
 def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
-    """Two boxes one above the other, cut at random places: they touch if the gap is zero and the
-    faces overlap in every direction."""
+    """Random boxes touch where their faces overlap.
+
+    Two boxes are one above the other, cut at random places. They touch if the gap is zero and the
+    faces overlap in every direction.
+    """
     rng = np.random.default_rng(seed)
     d = 2 if kind in (MeshQuad, MeshTri) else 3
     spans = [

@@ -1,5 +1,7 @@
-"""Views of models by PyVista show the bodies, the contacts and the fields of results; nothing is
-rendered here."""
+"""Views of models by PyVista show the bodies, the contacts and the fields of results.
+
+Nothing is rendered here.
+"""
 
 import sys
 
@@ -96,8 +98,11 @@ def test_a_steady_state_has_the_work_of_its_cycle():
 
 
 def test_a_contact_fills_the_view():
-    """The camera looks at the middle of its face, a square of 2 by 2, at the distance from which a
-    sphere round it fills the angle of view."""
+    """A contact fills the view.
+
+    The camera looks at the middle of its face, a square of 2 by 2. From its distance a sphere
+    around the face fills the angle of view.
+    """
     model = SCENE.model()
     (name,) = [contact.name for contact in model.contacts]
     camera = model.view(contact=name).camera

@@ -1,5 +1,7 @@
-"""Pictures: what they show is what the result says, on one contact and on several, and where there
-is nothing to show."""
+"""Pictures show the values of their results.
+
+They are of one contact and of several contacts. Errors say where there is nothing to show.
+"""
 
 # One file because all pictures are read back by the same few functions.
 

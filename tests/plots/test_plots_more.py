@@ -1,5 +1,7 @@
-"""Pictures of what follows limits and of searches: open nodes, ranges, least slips, damping,
-designs, required friction, safe regions."""
+"""Pictures of results that follow limits, and of searches.
+
+They show open nodes, ranges, least slips, damping, designs, required friction, and safe regions.
+"""
 
 import itertools
 from dataclasses import replace

@@ -1,5 +1,7 @@
-"""Names of nine contacts: those of a picture in the plane, and on a map, do not lie on each
-other."""
+"""Names of nine contacts do not overlap.
+
+The names are in a picture in the plane, and on a map.
+"""
 
 import itertools
 
@@ -16,8 +18,10 @@ CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def feet(tangents):
-    """Nine contacts of 2 x 2 nodes in a row (in the plane of 2) on springs of their own, the first
-    one tilted in space."""
+    """Nine contacts of 2 x 2 nodes in a row on their own springs, the first one tilted in space.
+
+    In the plane they have 2 nodes each.
+    """
     n = 18 * tangents
     place = np.repeat(1.2 * np.arange(9), 2 * tangents) + np.tile([0.0, 0.6], 9 * tangents)
     points = np.column_stack(

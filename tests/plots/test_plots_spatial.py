@@ -44,8 +44,11 @@ def marks(ax):
 
 
 def check_face(ax, contact, axes, values, slip, to_and_fro=False):
-    """Places, colours and arrows of the nodes (none of slip None, of either sense, for slips of 2 %
-    of the longest and more; to and fro: two halves of opposite sense); (N, 2) places."""
+    """Check places, colours and arrows of the nodes.
+
+    There are no arrows if slip is None. Arrows show slips of at least 2 % of the longest slip, of
+    either sense; slip to and fro has two halves of opposite sense. Places are (N, 2).
+    """
     places = contact.points @ axes[:2].T
     points, _, arrows = marks(ax)
     assert np.allclose(points.get_offsets(), places, atol=1e-14)
@@ -135,8 +138,11 @@ def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, rati
 
 
 def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
-    """Not of the least p less q, of the largest ratio, of the least shear in one direction, or of
-    the node with the most reserve."""
+    """The corner with the least reserve has the least f p - |q|.
+
+    It is not the corner of the least p - |q|, of the largest ratio, of the least shear in one
+    direction, or of the node with the largest reserve.
+    """
     # The shear 0.4 is along the second tangent, all others along the first.
     reserves = {
         0: [0.5 - 0.4, 1.0 - 0.5],
@@ -401,8 +407,11 @@ def test_a_round_face_is_unrolled_and_the_slip_of_a_screw_is_the_same_everywhere
 
 
 def test_a_cone_is_cut_between_its_nodes_and_the_longest_slip_is_not_foreshortened():
-    """Three nodes around at the radii 1.8 and 2.2, those opposite to the first tangent of the axis
-    a little aside."""
+    """A cone is cut between its nodes, and the longest slip is not foreshortened.
+
+    Three nodes are around at the radii 1.8 and 2.2; the nodes opposite to the first tangent of the
+    axis are a little aside.
+    """
     lean, apart, side = np.arctan(0.4), 1e-4, np.array([-0.5, 0.5])
     angle = np.add.outer([np.pi, np.pi / 3, -np.pi / 3], apart * side).ravel()
     axis = np.array([0.0, 0.6, 0.8])

@@ -1,5 +1,7 @@
-"""The stiffness of Ansys: the files that its reader brings, a clamped bar of 1 x 1 x 5 of which
-Ansys wrote matrix and mesh."""
+"""The stiffness of Ansys.
+
+The files come with its reader: matrix and mesh, written by Ansys, of a clamped bar of 1 x 1 x 5.
+"""
 
 import sys
 from pathlib import Path
@@ -39,8 +41,11 @@ def test_the_bar_is_held_at_its_foot_and_one_body(bar):
 
 
 def test_rigid_motions_and_uniform_tension_need_no_forces_inside(bar):
-    """As elements pass the patch test: with E = 16.9e6 and nu = 0.31 nothing but the end carries a
-    force, E times strain."""
+    """Rigid motions and uniform tension need no forces inside.
+
+    Elements that pass the patch test behave so. With E = 16.9e6 and nu = 0.31 only the end carries
+    a force, E times strain.
+    """
     x, y, z = bar.points.T
     off, end, size = z > 0.51, z == 5, abs(bar.K).max()  # a row of elements away from the clamp
     for u in (
@@ -81,8 +86,10 @@ def test_the_bar_on_rigid_ground_against_dense_algebra(bar):
 
 
 def edited(path, place, value):
-    """The matrix file with another number at a place of its header, which begins at the 105th
-    integer."""
+    """The matrix file with another number at a place of its header.
+
+    The header begins at the 105th integer.
+    """
     content = np.fromfile(FULL, dtype=np.int32)
     content[105 + place] = value
     content.tofile(path)

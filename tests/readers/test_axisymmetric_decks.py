@@ -104,8 +104,11 @@ TIGHT = (
 
 @needs_ccx
 def test_a_pre_tension_presses_what_it_clamps_with_its_force(tmp_path):
-    """The upper half is in balance: what pulls its bolt presses its flange. The nodes of the faces
-    do not match, and the node of the section is an unknown of the matrix."""
+    """A pre-tension presses the clamped parts with its force.
+
+    The upper half is in balance: the force that pulls its bolt presses its flange. The nodes of the
+    faces do not match, and the node of the section is an unknown of the matrix.
+    """
     job = fo.read_calculix(run(tmp_path, TIGHT)[0])
     load = np.where((job.labels == [99, 1]).all(axis=1), 4000.0, 0.0)
     assert load.any()

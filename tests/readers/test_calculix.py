@@ -1,5 +1,8 @@
-"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem,
-other decks, and its own displacements and modes."""
+"""Decks of CalculiX, run by `ccx`.
+
+Its matrices with forces by the package are compared with assembly by scikit-fem, with other decks,
+and with the displacements and modes by CalculiX.
+"""
 
 import numpy as np
 import pytest
@@ -135,8 +138,10 @@ def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, 
 
 
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
-    """The block may rise: it is held along x alone, and the top of the punch moves as one along
-    y."""
+    """Nodes that follow other nodes hold no body.
+
+    The block may rise: it is held along x only, and the top of the punch moves as one along y.
+    """
     blocks, _, deck = plane()
     rules = "".join(equation(*terms) for terms in moves_as_one(blocks[0].on(1, 2), 2))
     job = fo.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
@@ -225,8 +230,11 @@ def test_without_a_density_there_is_no_matrix(tmp_path):
 
 @pytest.mark.parametrize("rigid", ["", "2000, 1.5, 1.0, 3.0\n2001, 0.0, 0.0, 0.0\n"])
 def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, rigid):
-    """CalculiX gives each brick three nodes that are not in the deck: the displacement of glued
-    bodies under our forces is its own under its own."""
+    """Bricks with incompatible modes are as stiff as in a static step.
+
+    CalculiX gives each brick three nodes that are not in the deck. The displacement of glued bodies
+    under forces by the package is that of CalculiX under its own forces.
+    """
     blocks, pairs, deck = space()
     deck = deck.replace("C3D8", "C3D8I").replace("*ELEMENT", f"{rigid}*ELEMENT", 1)
     deck += "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n" if rigid else ""
@@ -288,8 +296,11 @@ RIGID = {
 
 @pytest.mark.parametrize("kind", RIGID)
 def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
-    """Forces on nodes that follow a rigid part, on the part itself and on others; a pressure on its
-    face."""
+    """Displacements under forces by the package agree with a static step.
+
+    Forces act on nodes that follow a rigid part, on the part itself and on other nodes; a pressure
+    acts on its face.
+    """
     rule, nodes = RIGID[kind]
     block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
     top, bottom = block.on(2, 2), block.on(2, 0)
@@ -323,8 +334,10 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
 
 
 def glued_modes(job, pairs):
-    """Squares of the angular frequencies, and shapes of the modes of a job with its pairs glued,
-    one a column, from K and M."""
+    """Squares of the angular frequencies, and shapes of the modes of a job with its pairs glued.
+
+    Shapes are one a column. Both come from K and M.
+    """
     rows = np.arange(len(job.labels))
     one, two = job.unknowns[pairs].transpose(1, 0, 2)
     rows[one] = rows[two]
@@ -339,8 +352,11 @@ PRINT = "*FREQUENCY\n3\n*NODE PRINT, NSET=ALL\nU\n"
 
 @pytest.mark.parametrize("thickness", few(["4.", "1."], 1))
 def test_from_the_deck_to_the_backbone(tmp_path, thickness):
-    """Matrices of the separate bodies, modes of the deck with equations; in between nothing but the
-    files."""
+    """A backbone curve is computed from the deck alone.
+
+    Matrices of the separate bodies and modes of the deck with equations come from files; nothing
+    else is used.
+    """
     _, pairs, deck = plane(thickness=thickness)
     job = fo.read_calculix(run(tmp_path, deck)[0])
     equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
@@ -382,8 +398,11 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
 
 
 def test_a_rigid_tool_has_its_mass(tmp_path):
-    """The rotation of a rigid part has its mass, and its part in the modes that CalculiX prints, by
-    the displacements of its nodes."""
+    """A rigid tool has its mass.
+
+    The rotation of a rigid part has its inertia. It takes part in the modes that CalculiX prints,
+    by the displacements of its nodes.
+    """
     _, pairs, deck = plane()
     deck = (
         deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1)

@@ -27,8 +27,11 @@ def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path)
 
 @needs_ccx
 def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
-    """One that names its nodes and the node of its rotation: the same stiffness, and the same
-    forces go where the body goes."""
+    """A rigid body of elements equals a rigid body of their nodes.
+
+    The second deck names the nodes and the node of the rotation. The stiffness is the same, and the
+    same forces act on the body.
+    """
     tool = "*NODE\n100, 0.5, 0.5, 3.\n101, 0.5, 0.5, 3.\n"
     found = []
     for name, rigid in (
@@ -49,8 +52,11 @@ def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
 @needs_ccx
 @pytest.mark.parametrize("form", ["%.12e", "%.18e"])
 def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
-    """A bar of 8 mm, in metres, is pulled by s: its end moves by s L / E. CalculiX takes it for one
-    of 8 m if its numbers are too long."""
+    """Numbers that CalculiX does not read as a whole are refused.
+
+    A bar of 8 mm, in metres, is pulled by s: its end moves by s L / E. CalculiX takes it for a bar
+    of 8 m if its numbers are too long.
+    """
     bar = Block(1, lines((0, 0.008, 2), (0, 0.002, 1), (0, 0.002, 1)), 210e9, 0.0, "BAR")
     nodes = "".join(
         f"{n}, {', '.join(form % x for x in point)}\n"

@@ -1,5 +1,8 @@
-"""Condensation of given matrices against the equations of the glued bodies with multipliers, by
-dense algebra, and bad input."""
+"""Condensation of the user's matrices.
+
+It is compared with the equations of the glued bodies with multipliers, by dense algebra. Bad input
+is refused.
+"""
 
 import re
 
@@ -134,8 +137,11 @@ def test_names_and_widths_are_kept():
 
 
 def test_rotations_of_a_cantilever_are_eliminated():
-    """Two beam elements; the tip rests on the ground, which feels 3 E I / l^3 across and E A / l
-    along, and half of a moment over the length."""
+    """Rotations of a cantilever are eliminated.
+
+    It has two beam elements. Its tip rests on the ground, which feels 3 E I / l^3 across and E A /
+    l along, and half of a moment over the length.
+    """
     EI, EA, half = 2.0, 5.0, 1.5
     bend = (
         EI
@@ -177,8 +183,11 @@ def test_rotations_of_a_cantilever_are_eliminated():
 
 
 def test_rotations_and_modes_fill_the_factors_no_more_than_displacements(monkeypatch):
-    """A plate with as many rotations as displacements: twice the unknowns, four times the entries
-    of the factors. Modes add a row each."""
+    """Rotations and modes fill the factors no more than displacements do.
+
+    A plate with as many rotations as displacements has twice the unknowns and four times the
+    entries of the factors. Each mode adds one row.
+    """
     n, rng = 24, np.random.default_rng(2)
     line = diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
     grid = kron(line, identity(n)) + kron(identity(n), line)
@@ -310,8 +319,10 @@ TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
 
 
 def free_block(cells=(3, 3), graded=1.0, turn=TURN):
-    """Arguments of `condense` for a free block on one that is held below, turned in space; body 2
-    goes on beside body 1."""
+    """Arguments of `condense` for a free block on a held block, turned in space.
+
+    Body 2 continues beside body 1.
+    """
     x, y = (np.linspace(0, 1, n + 1) ** graded for n in cells)
     good = problem(
         np.random.default_rng(5), [x, y], [np.r_[-0.5, x, 1.5], y], MeshHex, turn, held=False
@@ -373,8 +384,11 @@ def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
 
 
 def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
-    """On a plane of symmetry both bodies are held across it: the pair cannot slip there, but
-    carries pressure."""
+    """A pair of two held nodes may be left out.
+
+    On a plane of symmetry both bodies are held across it. The pair cannot slip there, but carries
+    pressure.
+    """
     good = free_block()
     side = np.flatnonzero(np.isclose(good["points"] @ TURN[:, 1], 0.0))
     pairs = good["pairs"]

@@ -1,5 +1,7 @@
-"""Groups of mesh files: none is lost, whichever way round its entities go and however many groups
-they are in."""
+"""Groups of mesh files.
+
+No group is lost, whatever the orientation of its entities, and however many groups they are in.
+"""
 
 import re
 import sys
@@ -122,8 +124,11 @@ def test_other_versions_are_refused_by_number(tmp_path):
 
 
 def test_numbers_of_groups_with_a_minus_are_those_of_the_groups(tmp_path):
-    """Version 2.2, as other codes write it: sides 1 and 2 of a square are in group 7, one of them
-    with a minus."""
+    """A group number with a minus is the number of the group.
+
+    In version 2.2, as other codes write it, sides 1 and 2 of a square are in group 7, one of them
+    with a minus.
+    """
     rows = ["1 1 2 7 1 1 2", "2 1 2 -7 2 2 3", "3 3 2 1 1 1 2 3 4"]
     text = [
         "$MeshFormat",

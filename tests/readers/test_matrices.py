@@ -1,5 +1,7 @@
-"""Matrices of CalculiX and Abaqus: against scikit-fem's own elements, and every way in which the
-files can be wrong."""
+"""Matrices of CalculiX and Abaqus.
+
+They are compared with scikit-fem's own elements, and files are refused that are wrong in any way.
+"""
 
 import gzip
 import shutil
@@ -397,8 +399,11 @@ def test_compressed_or_binary_files_are_refused(tmp_path):
 
 
 def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
-    """The number in the README of the data: mean pressure 100 on the punch, shear to and fro, f =
-    0.5."""
+    """The limit agrees with the same mesh assembled by the package.
+
+    The number is in the README of the data: mean pressure 100 on the punch, shear to and fro, f =
+    0.5.
+    """
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
