@@ -151,12 +151,12 @@ def _sides(contact):
 @pytest.mark.parametrize(
     "bad", [0.0, -1.0, np.nan, 1e-200, [1.0, 2.0], "soft", None, [1.0, 1.0, 0.0, 1.0], 1j]
 )
-@pytest.mark.parametrize("way", ["tangential", "normal"])
-def test_odd_stiffnesses(bad, way):
-    with pytest.raises(fo.ModelError, match=way):
-        held(1).with_contact_stiffness(**{way: bad})
-    with pytest.raises(fo.ModelError, match=f"{way}_stiffness"):
-        fo.Contact("a", "b", **{f"{way}_stiffness": bad})
+@pytest.mark.parametrize("direction", ["tangential", "normal"])
+def test_odd_stiffnesses(bad, direction):
+    with pytest.raises(fo.ModelError, match=direction):
+        held(1).with_contact_stiffness(**{direction: bad})
+    with pytest.raises(fo.ModelError, match=f"{direction}_stiffness"):
+        fo.Contact("a", "b", **{f"{direction}_stiffness": bad})
 
 
 def test_springs_need_widths():

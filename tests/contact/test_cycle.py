@@ -70,8 +70,8 @@ def test_a_history_less_its_mean_is_what_the_load_factor_scales():
     assert fo.LoadCycle.from_history(history) == fo.LoadCycle(
         {"P": 3.0, "sigma": 3.0}, [{"sigma": -2.0}, {"sigma": 2.0}, {"sigma": -1.0}]
     )
-    given = fo.LoadCycle.from_history(history, mean={"P": 2.0, "extra": 1.0}, time="Time")
-    assert given == fo.LoadCycle(
+    cycle = fo.LoadCycle.from_history(history, mean={"P": 2.0, "extra": 1.0}, time="Time")
+    assert cycle == fo.LoadCycle(
         {"P": 2.0, "extra": 1.0}, [{"P": 1.0, "sigma": s} for s in (1.0, 5.0, 2.0)]
     )
     still = fo.LoadCycle.from_history(history[["P"]])

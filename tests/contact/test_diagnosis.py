@@ -82,8 +82,8 @@ def test_open_nodes_against_all_sets():
     ],
 )
 def test_each_fault_is_named(contact, cycle, friction, texts):
-    said = mean_load_diagnosis(contact, cycle, friction)
-    assert all(text in said for text in texts), said
+    diagnosis = mean_load_diagnosis(contact, cycle, friction)
+    assert all(text in diagnosis for text in texts), diagnosis
 
 
 def test_a_punch_that_slides_as_a_whole_is_named_where_nothing_holds_it(punch):
@@ -106,7 +106,7 @@ def test_a_shear_load_alone_does_not_press(punch):
 
 def test_units_do_not_matter(punch):
     contact = punch(16).with_gap(0.1 * punch(16).x ** 2)
-    said = mean_load_diagnosis(contact, mean(P=1.0), 0.5)
+    diagnosis = mean_load_diagnosis(contact, mean(P=1.0), 0.5)
     for stiff, load in ((1e12, 1.0), (1.0, 1e-9)):
         bonded = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
         changed = fo.ContactSystem.from_blocks(
@@ -117,7 +117,7 @@ def test_units_do_not_matter(punch):
             bonded,
             contact.gap * load / stiff,
         )
-        assert mean_load_diagnosis(changed, mean(P=1.0), 0.5) == said
+        assert mean_load_diagnosis(changed, mean(P=1.0), 0.5) == diagnosis
     assert "open" in mean_load_diagnosis(
         punch(16).with_gap(10 * (punch(16).x > 0)), mean(P=1.0), 0.5
     )
@@ -132,14 +132,14 @@ def test_the_forces_of_a_state_are_those_of_each_contact():
         {"P": (np.zeros(4), np.ones(4))},
         contact=["a", "a", "b", "b"],
     )
-    said = pressing(
+    text = pressing(
         contact,
         np.full(4, 0.5),
         np.array([0.25, 0.5, 0.0, 1e-14]),
         np.array([1.0, 2.0, 0.0, -1e-15]),
         1.0,
     )
-    assert said == (
+    assert text == (
         "contact 'a' has a normal force of 3 on 2 of 2 nodes and a shear force of 0.75, of at most f p = 1.5, "
         "contact 'b' has a normal force of 0 on 0 of 2 nodes and a shear force of 0, of at most f p = 0"
     )
@@ -178,11 +178,11 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
     apart = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
     free = fo.ContactSystem(apart.S + np.outer(stretch, stretch), apart.points, loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    told = r"slides as a whole: the load at the corner \(Q = \+1\) has the shear force 1\.5 along \(-0\.6, -0\.8, 0\), above f P = 1;"
-    with pytest.raises(fo.NoContinuation, match=told):
+    slide_message = r"slides as a whole: the load at the corner \(Q = \+1\) has the shear force 1\.5 along \(-0\.6, -0\.8, 0\), above f P = 1;"
+    with pytest.raises(fo.NoContinuation, match=slide_message):
         fo.march(apart, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
-    said = r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
-    with pytest.raises(fo.SolverError, match=said):
+    increment_message = r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
+    with pytest.raises(fo.SolverError, match=increment_message):
         fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
     held = fo.ContactSystem(free.S + np.eye(6), free.points, loads)
     assert fo.march(held, cycle, 0.5, 0.75, cycles=1, steps=4).slip.any()

@@ -46,10 +46,12 @@ def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
     ).with_orthotropic_friction(ratio)
     cycle = fo.LoadCycle({"P": P}, TO_AND_FRO)
     most = P / np.hypot(x / F, y / (F * ratio))
-    way = -np.array([x / F**2, y / (F * ratio) ** 2])  # normal to the ellipse, against the load
+    direction = -np.array(
+        [x / F**2, y / (F * ratio) ** 2]
+    )  # normal to the ellipse, against the load
     first = fo.onset(node, cycle, F).slip
     assert first.load_factor == pytest.approx(most, rel=1e-9)
-    assert np.abs(first.sense - way / np.linalg.norm(way)).max() < 1e-12
+    assert np.abs(first.sense - direction / np.linalg.norm(direction)).max() < 1e-12
     assert fo.shakedown_limit(node, cycle, F).load_factor == pytest.approx(most, rel=1e-9)
     assert fo.guaranteed_limit(node, cycle, F).load_factor == pytest.approx(most, rel=1e-7)
     free = fo.ContactSystem(
@@ -58,7 +60,7 @@ def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
     slide = fo.gross_slip(free, cycle, F)
     assert slide.load_factor == pytest.approx(most, rel=1e-8)
     found = slide.motion[["x", "y"]].to_numpy()[0]
-    assert np.abs(found - way / np.linalg.norm(way)).max() < 1e-6
+    assert np.abs(found - direction / np.linalg.norm(direction)).max() < 1e-6
     if x * y < 1e-9:
         steady = fo.steady_state(node, cycle, F, 1.5 * most, steps=4)
         assert steady.dissipation == pytest.approx(4 * most * 0.5 * most, rel=1e-9)
@@ -263,7 +265,7 @@ def test_arrows_of_a_picture_are_slips_as_they_are(monkeypatch):
         random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F
     )
     drawn = []
-    monkeypatch.setattr(strip, "face_map", lambda *asked, slip, **more: drawn.append(slip))
+    monkeypatch.setattr(strip, "face_map", lambda *arguments, slip, **options: drawn.append(slip))
     limit.plot()
     assert np.array_equal(drawn[0], limit.slip / [1.0, 0.5])
 

@@ -131,9 +131,9 @@ def test_the_limit_is_that_of_raw_rows_by_scipy():
         rows, right = corner_rows(bare, CYCLE, 0.6)
         q0, q1 = bare.closed_reaction(CYCLE.mean)[0], CYCLE.corner_reactions(bare)[0]
         most = [
-            (np.append(way * bare.A[i], way * q[i]), c[i] - way * q0[i])
+            (np.append(sign * bare.A[i], sign * q[i]), c[i] - sign * q0[i])
             for q in q1
-            for way in (1, -1)
+            for sign in (1, -1)
             for i in np.flatnonzero(c < np.inf)
         ]
         pressed = [
@@ -288,13 +288,13 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
     N = np.linalg.svd(system.S)[2][-3:].T
     (q0, p0), (q1, p1) = (system.reaction(load) for load in ({"P": 4.0}, {"Q": 1.0}))
     within = np.vstack(
-        [np.hstack([way * np.eye(n), -0.5 * np.eye(n), np.zeros((n, 1))]) for way in (1, -1)]
+        [np.hstack([sign * np.eye(n), -0.5 * np.eye(n), np.zeros((n, 1))]) for sign in (1, -1)]
     )
     for c in (rng.uniform(0.05, 0.3, n), np.array([0.1, 0.2, np.inf, 0.1, 0.3]), np.full(n, 0.01)):
         slide = fo.gross_slip(strong(system, *c), cycle, 0.5)
         found = []
-        for way in (1, -1):
-            balance = np.hstack([N.T, -way * N.T @ joined(q1, p1)[:, None]])
+        for sign in (1, -1):
+            balance = np.hstack([N.T, -sign * N.T @ joined(q1, p1)[:, None]])
             bounds = [(-most, most) for most in c] + [(0, None)] * (n + 1)
             answer = linprog(
                 -np.eye(2 * n + 1)[-1],
@@ -355,7 +355,7 @@ def test_a_body_that_its_surface_does_not_hold_has_no_state():
 @pytest.mark.parametrize("axes", [2, 3])
 def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(axes):
     """Motions against forces: the one from `gross_slip`, the other as transients tell it."""
-    rng, said = np.random.default_rng(axes), []
+    rng, reasons = np.random.default_rng(axes), []
     for _ in range(4):
         body = block(rng, width=8.0, axes=axes)
         n, f = body.nodes, rng.uniform(0.2, 0.9)
@@ -365,9 +365,9 @@ def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(ax
         most = fo.gross_slip(body, fo.LoadCycle({"P": 4.0}, [{"any": 1.0}]), f).load_factor
         for share in (0.999, 1.001):
             mean = fo.LoadCycle({"P": 4.0, "any": share * most}, [{"Q": 0.1}])
-            said.append(fo.onset(body, mean, f).reason)
-            assert bool(re.search("as a whole|turns over", said[-1])) is (share > 1), said[-1]
-    assert sum("of friction and strength" in each for each in said) > 1
+            reasons.append(fo.onset(body, mean, f).reason)
+            assert bool(re.search("as a whole|turns over", reasons[-1])) is (share > 1), reasons[-1]
+    assert sum("of friction and strength" in each for each in reasons) > 1
 
 
 def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rules():
@@ -511,7 +511,7 @@ def test_open_nodes_in_space_are_eliminated_with_their_strengths():
     )
     swept, eliminated, left = engine._swept, engine._without_open, []
     engine._swept = lambda u, r, law: (replace(swept(u, r, law)[0], error=np.inf), r)
-    engine._without_open = lambda *asked: left.append(eliminated(*asked)) or left[-1]
+    engine._without_open = lambda *arguments: left.append(eliminated(*arguments)) or left[-1]
     for (u, r, status), (v, q, kind) in zip(
         plain, engine.along(np.r_[np.zeros(12), -system.gap], loads), strict=True
     ):
@@ -530,6 +530,6 @@ def test_a_body_that_its_mean_load_slides_off_at_its_strength_has_no_limit_and_i
         "forces within friction and the strength of the surface cannot balance"
         in fo.gross_slip(body, cycle, 0.5).reason
     )
-    said = "has the shear force 0.7 along (1, 0), above the 0.5 of friction and strength"
-    assert said in fo.onset(body, cycle, 0.5).reason
-    assert said in fo.shakedown_limit(body, cycle, 0.5).reason
+    reason = "has the shear force 0.7 along (1, 0), above the 0.5 of friction and strength"
+    assert reason in fo.onset(body, cycle, 0.5).reason
+    assert reason in fo.shakedown_limit(body, cycle, 0.5).reason

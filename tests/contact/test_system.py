@@ -96,7 +96,8 @@ def test_reactions_may_be_given_as_a_pair_or_in_the_order_of_the_stiffness():
         r = np.arange(1.0, size + 1)
         q = r[:-2] if shape == (2,) else np.column_stack([r[:2], r[2:4]])
         one, other = (
-            fo.ContactSystem(np.eye(size), points, {"P": given}) for given in (r, (q, r[-2:]))
+            fo.ContactSystem(np.eye(size), points, {"P": reactions})
+            for reactions in (r, (q, r[-2:]))
         )
         for system in (one, other):
             assert np.array_equal(system.bonded["P"][0], q)

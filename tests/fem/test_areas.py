@@ -88,11 +88,13 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
     bodies = two_boxes(MeshTet, fo.Material(2.0, 0.3), bulge=arched)
     job = fo.read_calculix(run(tmp_path, deck(bodies, "C3D10"))[0]).with_linear_faces("CU", "CL")
     nodes = job.pairs("CU", "CL")[:, 1]
-    own = fo.ContactModel(
+    model_system = fo.ContactModel(
         bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
     ).condense()
-    place = [np.linalg.norm(own.points - point, axis=1).argmin() for point in job.points[nodes]]
-    assert job.areas(nodes) == pytest.approx(own.width[place], rel=1e-9)
+    place = [
+        np.linalg.norm(model_system.points - point, axis=1).argmin() for point in job.points[nodes]
+    ]
+    assert job.areas(nodes) == pytest.approx(model_system.width[place], rel=1e-9)
 
 
 @needs_ccx
@@ -107,8 +109,8 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
         "P": bricks.force("TOP", pressure=1.0),
         "Q": bricks.force("CU", nodal=[0.06, 0.0, 0.0]),
     }
-    given = (bricks.K, loads, pairs, [0.0, 0.0, 1.0], bricks.unknowns, bricks.points)
-    bare, system = fo.condense(*given), fo.condense(*given, width=bricks.areas(pairs[:, 1]))
+    arguments = (bricks.K, loads, pairs, [0.0, 0.0, 1.0], bricks.unknowns, bricks.points)
+    bare, system = fo.condense(*arguments), fo.condense(*arguments, width=bricks.areas(pairs[:, 1]))
     cure = r"`condense\(..., width=job.areas\(pairs\[:, 1\]\)\)`"
     with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
         fo.wear(bare, SHAKE, 0.5, 1.0, coefficient=1e-6)

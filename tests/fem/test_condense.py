@@ -30,8 +30,8 @@ def sparse_problems(draw):
         A[rng.integers(n)] = 1.0
     K = A @ A.T + np.diag(10.0 ** rng.uniform(-3, 3, size=n))
     front = np.full(n, -1)
-    own = np.sort(rng.permutation(n)[:eliminated])
-    front[own] = np.unique(
+    inner = np.sort(rng.permutation(n)[:eliminated])
+    front[inner] = np.unique(
         rng.integers(draw(st.integers(1, 12)), size=eliminated), return_inverse=True
     )[1]
     # What is kept may be anything.
@@ -73,10 +73,10 @@ def test_an_indefinite_part_is_refused(seed, n, fronts):
     )
     K = vectors * np.r_[values[0], np.abs(values[1:]) + 0.1] @ vectors.T
     front = np.unique(rng.integers(fronts, size=n), return_inverse=True)[1]
-    with pytest.raises(LinAlgError) as told:
+    with pytest.raises(LinAlgError) as caught:
         eliminate(csr_matrix(K), front)
     order = np.argsort(front, kind="stable")
-    leading = order[: np.flatnonzero(order == told.value.args[0])[0] + 1]
+    leading = order[: np.flatnonzero(order == caught.value.args[0])[0] + 1]
     assert np.linalg.eigvalsh(K[np.ix_(leading, leading)])[0] <= 1e-9 * np.abs(K).max()
 
 
@@ -85,9 +85,9 @@ def test_an_unknown_without_stiffness_is_refused_whatever_the_others_are():
         np.diag([1e9, 0.0, 1.0]),
         np.array([[1e9, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 2.0]]),
     ):
-        with pytest.raises(LinAlgError) as told:
+        with pytest.raises(LinAlgError) as caught:
             eliminate(csr_matrix(K), np.array([0, 0, -1]))
-        assert told.value.args == (1,)
+        assert caught.value.args == (1,)
 
 
 def test_a_body_that_comes_apart_is_named_with_its_node():

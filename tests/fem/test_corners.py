@@ -132,15 +132,15 @@ def test_shims_side_by_side_against_multipliers(kind, up):
     joints = [JOINTS[run] for run in np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))]
     partners = []
     for point, (one, two, *_) in zip(system.points, joints, strict=True):
-        own = (
+        shares = (
             {tuple(point): 1.0}
             if (one, two) != ("left", "right")
             else widths(model.bodies["left"], point, 0.75 / up)
         )
         partners.append(
             [
-                (body, place, sign * width / sum(own.values()))
-                for place, width in own.items()
+                (body, place, sign * width / sum(shares.values()))
+                for place, width in shares.items()
                 for body, sign in ((one, 1), (two, -1))
             ]
         )
@@ -366,10 +366,10 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
     for name, body in bodies.items():
         found = u[basis.nodal_dofs[:, nodes_at(whole, body.mesh.p)]]
         assert np.allclose(fields.displacement[name], found, rtol=0, atol=1e-10 * np.abs(u).max())
-    given = matrices_of(model)
-    assert fo.condense(**given).compliance[0, 0] == pytest.approx(F @ u, rel=1e-10)
+    arguments = matrices_of(model)
+    assert fo.condense(**arguments).compliance[0, 0] == pytest.approx(F @ u, rel=1e-10)
     with pytest.raises(fo.ModelError, match="does not point from body 2 into body 1"):
-        fo.condense(**{**given, "pairs": given["pairs"][:, ::-1]})
+        fo.condense(**{**arguments, "pairs": arguments["pairs"][:, ::-1]})
 
 
 def nodes_at(mesh, points):

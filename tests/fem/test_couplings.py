@@ -89,11 +89,11 @@ def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load)
     F[n:] = load
     zero = np.zeros((len(all_rows),) * 2)
     matrix = np.block([[K, -all_rows.T], [all_rows, zero]])
-    given = np.zeros((len(matrix), len(G) + 1))
-    given[: n + m, -1] = F
-    given[n + m + len(C) :, :-1] = np.eye(len(G))
-    answer = np.linalg.lstsq(matrix, given, rcond=1e-13)[0]
-    assert np.allclose(matrix @ answer, given, atol=1e-9)
+    right_sides = np.zeros((len(matrix), len(G) + 1))
+    right_sides[: n + m, -1] = F
+    right_sides[n + m + len(C) :, :-1] = np.eye(len(G))
+    answer = np.linalg.lstsq(matrix, right_sides, rcond=1e-13)[0]
+    assert np.allclose(matrix @ answer, right_sides, atol=1e-9)
     reactions = answer[n + m + len(C) :]
     return reactions[:, :-1], reactions[:, -1], F @ answer[: n + m, -1]
 

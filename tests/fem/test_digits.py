@@ -245,8 +245,8 @@ def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
     """
     x = np.random.default_rng(seed).uniform(-1.0, 1.0, size=(200, 3))
     found = coordinate_errors(form(x, count) * 10.0**power)
-    own = np.abs(form(x, count) - x) * 10.0**power
-    assert (own <= found).all()
+    errors = np.abs(form(x, count) - x) * 10.0**power
+    assert (errors <= found).all()
     assert found.max() <= 10.0 ** (power - count) + 1e-9 * 10.0**power
 
 

@@ -82,9 +82,11 @@ def element(K, nodes, directions, *, before="", unlike=()):
         "** " + ", ".join(map(str, nodes[i : i + 10])) + ("," if i + 10 < len(nodes) else "")
         for i in range(0, len(nodes), 10)
     ]
-    for i, own in enumerate(directions):
-        if not i or own != directions[i - 1]:
-            lines.append(", ".join(map(str, own if not i else (i + 1, *own))))
+    for i, node_directions in enumerate(directions):
+        if not i or node_directions != directions[i - 1]:
+            lines.append(
+                ", ".join(map(str, node_directions if not i else (i + 1, *node_directions)))
+            )
     lines += ["*MATRIX,TYPE=STIFFNESS"]
     for i, row in enumerate(K):
         lines += [
@@ -164,7 +166,12 @@ def test_the_files_of_pyyeti(tmp_path, limit):
     of all grid points.
     """
     whole, nodes, directions = reduced()
-    labels = [(n, k) for n, own in zip(nodes, directions, strict=True) for k in own if n < 9000] + [
+    labels = [
+        (n, k)
+        for n, node_directions in zip(nodes, directions, strict=True)
+        for k in node_directions
+        if n < 9000
+    ] + [
         (9001, 0),
         (9002, 0),
     ]
@@ -310,8 +317,8 @@ def test_other_files_of_nastran_are_refused(tmp_path):
         ("a.op4", {"deck": tmp_path / "part.bdf"}, r"deck: elements C3D8 names node 2"),
         ("skew.op4", {"labels": LABELS}, "K: not symmetric"),
     ]
-    for file, options, said in bad:
-        with pytest.raises(fo.ModelError, match=said):
+    for file, options, message in bad:
+        with pytest.raises(fo.ModelError, match=message):
             fo.read_nastran(tmp_path / file, **options)
 
 

@@ -123,26 +123,26 @@ def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
     assert fo.shakedown_limit(contact, moved, f).load_factor == pytest.approx(
         limit.load_factor - share, rel=1e-7
     )
-    low, also = (fo.guaranteed_limit(contact, way, f) for way in (plain, moved))
+    low, also = (fo.guaranteed_limit(contact, loads, f) for loads in (plain, moved))
     if low.load_factor > share:
         assert also.load_factor == pytest.approx(low.load_factor - share, rel=1e-6)
-    events, later = (fo.onset(contact, way, f).slips for way in (plain, moved))
+    events, later = (fo.onset(contact, loads, f).slips for loads in (plain, moved))
     for event, after in zip(events, later, strict=True):
         assert after.load_factor == pytest.approx(
             max(event.load_factor - share, 0.0), rel=1e-8, abs=1e-12
         )
         assert event.load_factor <= share or (event.node, event.sense) == (after.node, after.sense)
-    for asked in (fo.safe_slip, fo.march, fo.steady_state):
-        known = asked(contact, plain, f, 0.8 * limit.load_factor)
-        found = asked(contact, moved, f, 0.8 * limit.load_factor - share)
+    for question in (fo.safe_slip, fo.march, fo.steady_state):
+        known = question(contact, plain, f, 0.8 * limit.load_factor)
+        found = question(contact, moved, f, 0.8 * limit.load_factor - share)
         assert np.asarray(found.slip)[-1] == pytest.approx(
             np.asarray(known.slip)[-1], rel=1e-6, abs=1e-8
         )
     over = [
         fo.steady_state(
-            contact, way, f, 0.5 * limit.load_factor - by, overload=1.5 * limit.load_factor - by
+            contact, loads, f, 0.5 * limit.load_factor - by, overload=1.5 * limit.load_factor - by
         )
-        for way, by in ((plain, 0), (moved, share))
+        for loads, by in ((plain, 0), (moved, share))
     ]
     assert over[0].slip == pytest.approx(over[1].slip, rel=1e-6, abs=1e-8)
 
@@ -162,8 +162,8 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
         range(contact.nodes), permutations(range(len(cycle.corners)), 2)
     ):
         equal = [
-            (*np.split(left[way, at, node], [-1]), right[way, at, node])
-            for way, at in ((0, k), (1, other))
+            (*np.split(left[bound, at, node], [-1]), right[bound, at, node])
+            for bound, at in ((0, k), (1, other))
         ]
         least = np.fmin(least, linprog_limit(contact, cycle, f, equal=equal, least=True)[1])
     guaranteed = fo.guaranteed_limit(contact, cycle, f)

@@ -87,8 +87,8 @@ def carried(system, load):
     )
     of = {name: system.contact == name for name in dict.fromkeys(system.contact)}
     moments = np.cross(points, forces)
-    return {name: forces[own].sum(axis=0) for name, own in of.items()}, {
-        name: moments[own].sum(axis=0) for name, own in of.items()
+    return {name: forces[nodes].sum(axis=0) for name, nodes in of.items()}, {
+        name: moments[nodes].sum(axis=0) for name, nodes in of.items()
     }
 
 
@@ -110,11 +110,12 @@ def shakes_down_up_to(limit, system, cycle, friction, share, **options):
 def test_a_dovetail_of_gmsh_carries_its_loads_and_has_a_limit(tmp_path, angle, length, half):
     system = dovetail(tmp_path / "dovetail.msh", angle, length, half).condense()
     for name, sign in (("right", -1), ("left", 1)):
-        own = system.contact == name
+        of_contact = system.contact == name
         assert np.allclose(
-            system.normals[own], [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))]
+            system.normals[of_contact],
+            [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))],
         )
-        assert own.sum() >= length - 1
+        assert of_contact.sum() >= length - 1
     for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
         forces, moments = carried(system, load)
         assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
@@ -232,9 +233,9 @@ def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
         # points go
     ):
         # These nodes in place of a search, which takes half a minute by the interior point.
-        asked = {"open": None if ALL_CASES else limit.open}
+        options = {"open": None if ALL_CASES else limit.open}
         one, other = (
-            fo.shakedown_limit(system, cycle, friction, solver=solver, **asked)
+            fo.shakedown_limit(system, cycle, friction, solver=solver, **options)
             for solver in ("INTERIOR_POINT", "CLARABEL_DIRECT")
         )
         assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8)

@@ -177,21 +177,22 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
     same = {**loads, "bolt": tension / 20.0}
     u = np.r_[v, w - locked.gap]
     forces = [
-        np.concatenate(system.reaction(asked)) + system.S @ u
-        for system, asked in ((locked, loads), (free, same))
+        np.concatenate(system.reaction(state_loads)) + system.S @ u
+        for system, state_loads in ((locked, loads), (free, same))
     ]
     assert np.abs(forces[0] - forces[1]).max() < 1e-11 * np.abs(forces[0]).max()
     # Of a bolt that is not locked: how far its faces have come together.
     closer = free.displacements([*same.values()], v, w)[0] / 20.0
     assert closer == pytest.approx(loads["bolt"] * locked.bolts["bolt"][1], rel=1e-10)
     moved = [
-        one.displacements([*asked.values()], v, w)[1:]
-        for one, asked in ((locked, loads), (free, same))
+        one.displacements([*state_loads.values()], v, w)[1:]
+        for one, state_loads in ((locked, loads), (free, same))
     ]
     assert np.allclose(*moved, rtol=1e-10)
     with pytest.warns(fo.ModelWarning, match="is open by"):  # these are no states
         fields, others = (
-            one.recover(asked, v, w).displacement for one, asked in ((model, loads), (again, same))
+            one.recover(state_loads, v, w).displacement
+            for one, state_loads in ((model, loads), (again, same))
         )
     assert all(
         np.abs(fields[name] - others[name]).max() < 1e-11 * np.abs(others[name]).max()
@@ -209,8 +210,8 @@ def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked
     cycle = fo.LoadCycle({"bolt": 0.8, "pull": 1.0}, [{"pull": 0.3}, {"pull": -0.3}])
     tight = fo.tightened(locked, cycle, 0.0)
     one, other = (
-        fo.march(system, asked, 0.0, 1.0, cycles=1)
-        for system, asked in ((locked, tight), (free, cycle))
+        fo.march(system, state_loads, 0.0, 1.0, cycles=1)
+        for system, state_loads in ((locked, tight), (free, cycle))
     )
     start = [int(np.flatnonzero(states.time >= 0)[0]) for states in (one, other)]
     assert one.gap[start[0]].any()
@@ -477,7 +478,7 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
             for n in closed
             for axis in (1, 2, 3)
         )
-        given = "".join(
+        boundary_cards = "".join(
             f"{50000 + n}, {axis}, {axis}, {slip[n, axis - 1]:.11e}\n"
             for n in closed
             for axis in (1, 2, 3)
@@ -488,7 +489,7 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
             if pull * f
         )
         deck = frame + ties + section
-        loads = f"*BOUNDARY\n{given}" + (f"*CLOAD\n{loads}" if loads else "")
+        loads = f"*BOUNDARY\n{boundary_cards}" + (f"*CLOAD\n{loads}" if loads else "")
         locked = displacements(
             tmp_path, deck, f"{loads}*BOUNDARY\n99999, 1, 1, {shortening:.11e}\n"
         )

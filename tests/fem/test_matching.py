@@ -71,11 +71,11 @@ def test_three_bodies_meet_two_by_two(tmp_path):
     found = numbers_of(job, job.matching_faces())
     assert sorted(map(sorted, expected)) == sorted(map(sorted, found))
     for face in job.matching_faces():  # a normal on the left of the way points into body 1
-        way = np.diff(job.points[face[:, 0]], axis=0)[0]
+        direction = np.diff(job.points[face[:, 0]], axis=0)[0]
         inside = (
             job.points[job.bodies == job.bodies[face[0, 0]]].mean(axis=0) - job.points[face[0, 0]]
         )
-        assert way[0] * inside[1] - way[1] * inside[0] > 0
+        assert direction[0] * inside[1] - direction[1] * inside[0] > 0
 
 
 @pytest.mark.parametrize("first", ["bridge", "comb"])

@@ -137,28 +137,31 @@ def test_the_image_of_a_contact_has_the_same_limits_and_the_image_of_a_safe_slip
     rng = np.random.default_rng(seed)
     for plane in range(tangents):
         mirrored, f, bound, P = image(contact, friction, most, plane, rng)
-        own, other = (
-            fo.shakedown_limit(*asked, slip_bound=m)
-            for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
+        original, other = (
+            fo.shakedown_limit(*question, slip_bound=m)
+            for question, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
         )
-        assert own.kind is other.kind
-        assert [own.load_factor, own.bound, own.least] == pytest.approx(
+        assert original.kind is other.kind
+        assert [original.load_factor, original.bound, original.least] == pytest.approx(
             [other.load_factor, other.bound, other.least], rel=1e-7, abs=1e-9, nan_ok=True
         )
         assert (
-            own.open[np.argmax(P[-contact.nodes :, -contact.nodes :], axis=1)] == other.open
+            original.open[np.argmax(P[-contact.nodes :, -contact.nodes :], axis=1)] == other.open
         ).all()
-        if own.kind is fo.LimitKind.FINITE:
-            n, slip = contact.nodes, own.slip.T.ravel()
-            seen = (P[:-n, :-n] @ slip).reshape(tangents, n).T.reshape(own.slip.shape)
-            if not own.open.any():
+        if original.kind is fo.LimitKind.FINITE:
+            n, slip = contact.nodes, original.slip.T.ravel()
+            seen = (P[:-n, :-n] @ slip).reshape(tangents, n).T.reshape(original.slip.shape)
+            if not original.open.any():
                 assert (
-                    pose(mirrored, cycle, f, slip_bound=bound).violation(own.load_factor, seen)
+                    pose(mirrored, cycle, f, slip_bound=bound).violation(original.load_factor, seen)
                     <= 1e-8
                 )
             margins = [
-                fo.safe_slip(*asked, 0.5 * own.load_factor, slip_bound=m).margin
-                for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
+                fo.safe_slip(*question, 0.5 * original.load_factor, slip_bound=m).margin
+                for question, m in (
+                    ((contact, cycle, friction), most),
+                    ((mirrored, cycle, f), bound),
+                )
             ]
             assert margins[0] == pytest.approx(margins[1], rel=1e-7, abs=1e-8)
 
@@ -170,12 +173,12 @@ def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_th
 ):
     contact, cycle, friction, most = uneven(seed, tangents)
     mirrored, f, bound, P = image(contact, friction, most, 0, np.random.default_rng(seed))
-    own = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most)
+    original = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most)
     other = fo.guaranteed_limit(mirrored, cycle, f, slip_bound=bound)
-    assert own.kind is other.kind
-    assert own.load_factor == pytest.approx(other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
-    if own.node is not None:
-        assert P[-contact.nodes + other.node, -contact.nodes + own.node] == 1.0
+    assert original.kind is other.kind
+    assert original.load_factor == pytest.approx(other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
+    if original.node is not None:
+        assert P[-contact.nodes + other.node, -contact.nodes + original.node] == 1.0
 
 
 @BOTH

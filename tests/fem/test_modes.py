@@ -203,17 +203,20 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
     squares, shapes, M, along = dense(model.bodies, pairs, np.flatnonzero(points[:, 0] == 0))
     modes = model.modes(5, open=open_nodes)
     assert modes.frequency**2 == pytest.approx(squares[:5] / (2 * np.pi) ** 2, rel=1e-9, abs=1e-13)
-    own = np.concatenate(
+    modal_shapes = np.concatenate(
         [shape.swapaxes(1, 2).reshape(5, -1) for shape in modes.shapes.values()], axis=1
     )
-    assert np.allclose(own @ M @ own.T, np.eye(5), atol=1e-9)
+    assert np.allclose(modal_shapes @ M @ modal_shapes.T, np.eye(5), atol=1e-9)
     distinct = np.diff(squares[:6]) > 1e-6 * squares[0]
     single = np.r_[True, distinct[:-1]] & distinct
     assert single.any()
     assert np.allclose(
-        np.abs(np.einsum("ki,ik->k", own @ M, shapes[:, :5]))[single], 1.0, rtol=0, atol=1e-9
+        np.abs(np.einsum("ki,ik->k", modal_shapes @ M, shapes[:, :5]))[single],
+        1.0,
+        rtol=0,
+        atol=1e-9,
     )
-    assert np.allclose(modes.participation, own @ M @ along, atol=1e-9)
+    assert np.allclose(modes.participation, modal_shapes @ M @ along, atol=1e-9)
     assert np.allclose(modes.effective_mass, modes.participation**2)
     table = modes.to_frame()
     assert table["effective_mass_y"].tolist() == modes.effective_mass[:, 1].tolist()
@@ -433,7 +436,7 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
     if kind is MeshQuad:
         shape, mesh = modes.shapes["left"][2], model.bodies["left"].mesh
         moved = mesh.p + shape * 0.15 * LENGTH / max(
-            np.linalg.norm(own[2], axis=0).max() for own in modes.shapes.values()
+            np.linalg.norm(shapes[2], axis=0).max() for shapes in modes.shapes.values()
         )
         drawn = np.concatenate([line.get_xydata() for line in axes.lines])
         assert all((np.abs(drawn - point).max(axis=1) < 1e-9).any() for point in moved.T)

@@ -54,8 +54,8 @@ def cubes(E=1.0, size=1.0):
 
 def test_moduli_in_two_units():
     for call in (lambda: model((210e9, 115e3)), lambda: cubes(1e6)):
-        (told,) = warned(call)
-        assert "of 'punch' and" in told and "same unit" in told
+        (warning,) = warned(call)
+        assert "of 'punch' and" in warning and "same unit" in warning
     assert not warned(lambda: cubes(1e4))
 
 
@@ -63,12 +63,12 @@ def test_moduli_in_two_units():
     ("punch", "block"), [(210.0, 115e3), (115e3, 210.0), (0.21, 210.0), (70.0, 210e3)]
 )
 def test_moduli_in_mpa_and_gpa(punch, block):
-    (told,) = warned(lambda: model((punch, block)))
+    (warning,) = warned(lambda: model((punch, block)))
     soft, stiff = ("punch", "block") if punch < block else ("block", "punch")
-    assert told.startswith(
+    assert warning.startswith(
         f"bodies: E = {min(punch, block):g} of {soft!r} and {max(punch, block):g} of {stiff!r}"
     )
-    assert "in the same unit (MPa or GPa)?" in told
+    assert "in the same unit (MPa or GPa)?" in warning
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
         whole = fo.LoadCycle(
             {"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}]
         )
-        (told,) = warned(lambda whole=whole: fo.shakedown_limit(system, whole, 0.5))
-        assert told.startswith(
+        (warning,) = warned(lambda whole=whole: fo.shakedown_limit(system, whole, 0.5))
+        assert warning.startswith(
             "cycle: 'P' is 1 in the mean load, and each corner adds to it; in a corner, give only the addition to the mean load"
         )
     for amplitudes in ((0.2, -0.2), (0.2, 0.0), (-0.2, -0.1)):  # to and fro, pulsating, and relief
@@ -117,10 +117,10 @@ def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
     model and in another unit.
     """
     system, cycle = replace(SYSTEM, units=units), CYCLE
-    (told,) = warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
+    (warning,) = warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
     force, length = units.split(", ")
-    assert told.startswith(f"coefficient: {coefficient:g} is ")
-    assert f"forces are in {force} and lengths in {length}" in told
+    assert warning.startswith(f"coefficient: {coefficient:g} is ")
+    assert f"forces are in {force} and lengths in {length}" in warning
     assert not warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=meant, cycles=1))
     # Units are not known.
     assert not warned(lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
@@ -152,11 +152,11 @@ def soft_blocks(nu, element, kind=MeshQuad, kinematics="plane_strain"):
     ],
 )
 def test_elements_that_lock(nu, element, kind, kinematics, locks):
-    told = warned(lambda: soft_blocks(nu, element, kind, kinematics))
+    warnings = warned(lambda: soft_blocks(nu, element, kind, kinematics))
     if not locks:
-        assert not told
+        assert not warnings
         return
-    (text,) = told
+    (text,) = warnings
     assert text.startswith(
         f"bodies['block']: nu = 0.495 and element {element!r} on a {kind.__name__}"
     )
@@ -177,8 +177,8 @@ def test_a_poisson_ratio_whose_digits_are_lost_is_named():
 
 
 def test_lengths_in_two_units():
-    (told,) = warned(lambda: cubes(size=1e-3))
-    assert told.startswith(
+    (warning,) = warned(lambda: cubes(size=1e-3))
+    assert warning.startswith(
         "bodies: size = 0.001 of 'punch' and 1 of 'block'; are both in the same unit (mm or m)?"
     )
     assert not warned(lambda: cubes(size=1e-2))
@@ -186,8 +186,8 @@ def test_lengths_in_two_units():
 
 def test_a_body_1_that_is_coarser_than_its_partner():
     fine, coarse = np.linspace(-1, 1, 41), np.linspace(-1, 1, 9)
-    (told,) = warned(lambda: model(x=(coarse, fine)))
-    assert told.startswith(
+    (warning,) = warned(lambda: model(x=(coarse, fine)))
+    assert warning.startswith(
         "contacts: 'contact': the edges of body 'punch' are 5.0 times as long as those of body 'block'"
     )
     far = np.linspace(1, 2, 101)[1:]  # far finer, but beside the contact
@@ -198,7 +198,7 @@ def test_a_body_1_that_is_coarser_than_its_partner():
         {"P": [fo.Traction("punch", "top", y=-1.0)]},
         [fo.Contact("punch", "block", boundary_2="top")],
     )
-    assert warned(lambda: fo.ContactModel(bodies, *wide)) == [told]
+    assert warned(lambda: fo.ContactModel(bodies, *wide)) == [warning]
     assert not warned(lambda: model(x=(fine, coarse)))
     assert not warned(lambda: model(x=(coarse, np.linspace(-1, 1, 33))))
 
@@ -206,12 +206,12 @@ def test_a_body_1_that_is_coarser_than_its_partner():
 @pytest.mark.parametrize("system", [SYSTEM, NODE_3D])
 def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
     for ask in (fo.shakedown_limit, fo.onset):
-        (told,) = warned(lambda ask=ask: ask(system, CYCLE, 30.0))
-        assert told.startswith("friction: 30, above 5")
+        (warning,) = warned(lambda ask=ask: ask(system, CYCLE, 30.0))
+        assert warning.startswith("friction: 30, above 5")
         assert not warned(lambda ask=ask: ask(system, CYCLE, friction=5.0))
     for ask in (fo.safe_slip, fo.march, fo.steady_state):
-        (told,) = warned(lambda ask=ask: ask(system, CYCLE, 0.5, load_factor=0))
-        assert told.startswith("load_factor: 0;")
+        (warning,) = warned(lambda ask=ask: ask(system, CYCLE, 0.5, load_factor=0))
+        assert warning.startswith("load_factor: 0;")
         assert not warned(lambda ask=ask: ask(system, CYCLE, 0.5, 1.0))
     assert len(warned(lambda: fo.safe_slip(system, CYCLE, np.full(system.nodes, 6.0), 0.0))) == 2
 
@@ -236,8 +236,8 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
     ],
 )
 def test_friction_in_per_cent_in_longer_questions(ask):
-    (told,) = warned(lambda: ask(30.0))
-    assert told.startswith("friction: 30, above 5")
+    (warning,) = warned(lambda: ask(30.0))
+    assert warning.startswith("friction: 30, above 5")
 
 
 def test_the_package_may_ask_itself_what_it_likes():

@@ -289,8 +289,8 @@ def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):
         ((tmp_path / "taken.vtm", model, fields), "path: the folder .*taken.* cannot be made"),
         ((3, model, fields), "path: 3"),
     ]
-    for arguments, said in bad:
-        with pytest.raises(fo.ModelError, match=said):
+    for arguments, message in bad:
+        with pytest.raises(fo.ModelError, match=message):
             fo.write_paraview(*arguments)
     monkeypatch.setitem(sys.modules, "meshio", None)
     with pytest.raises(fo.ModelError, match="meshio: not installed"):

@@ -195,11 +195,9 @@ def test_body_forces_are_named_and_given_axes_must_be_in_space():
     model = SCENE.model()
     weight = {"weight": [fo.BodyForce("punch", z=-1.0)]}
     heavy = fo.ContactModel(model.bodies, model.supports, weight, model.contacts)
-    given = plt.figure().add_subplot(projection="3d")
-    assert heavy.plot(given) is given
-    assert "load weight (body force)" in [
-        text.get_text() for text in given.get_legend().get_texts()
-    ]
+    axes = plt.figure().add_subplot(projection="3d")
+    assert heavy.plot(axes) is axes
+    assert "load weight (body force)" in [text.get_text() for text in axes.get_legend().get_texts()]
     with pytest.raises(fo.ModelError, match=r"^ax: .* projection='3d'"):
         heavy.plot(plt.figure().add_subplot())
     plt.close("all")

@@ -68,11 +68,11 @@ def joined(sectors, count, whole, turn, centre, axis, supports, loads, element="
     step = Rotation.from_rotvec([0, 0, 2 * np.pi / count]).as_matrix()[:d, :d]
     bodies = {}
     for (name, mesh), material in zip(sectors.items(), (STEEL, ALLOY), strict=True):
-        own = around(mesh, count, step) if whole else mesh
+        ring_mesh = around(mesh, count, step) if whole else mesh
         bodies[name] = fo.Body(
-            type(own)(turn @ own.p + np.array(centre)[:, None], own.t).with_boundaries(
-                own.boundaries
-            ),
+            type(ring_mesh)(
+                turn @ ring_mesh.p + np.array(centre)[:, None], ring_mesh.t
+            ).with_boundaries(ring_mesh.boundaries),
             material,
             element,
         )
@@ -90,15 +90,15 @@ def waves(count, turn, centre, body, face):
 
     def traction(axis):
         def along(*x):
-            own = np.tensordot(
+            local = np.tensordot(
                 turn.T, np.array(x) - np.reshape(centre, (-1, *[1] * np.ndim(x[0]))), 1
             )
-            radius = np.hypot(*own[:2])
-            angle = count * np.arctan2(own[1], own[0])
+            radius = np.hypot(*local[:2])
+            angle = count * np.arctan2(local[1], local[0])
             push, drag = 0.02 * np.cos(angle - 0.7), 0.01 * np.cos(angle - 0.2)
             forces = (
-                (push * own[0] - drag * own[1]) / radius,
-                (push * own[1] + drag * own[0]) / radius,
+                (push * local[0] - drag * local[1]) / radius,
+                (push * local[1] + drag * local[0]) / radius,
                 *[0 * radius] * (len(turn) - 2),
             )
             return np.tensordot(turn, np.array(forces), 1)[axis]
@@ -208,9 +208,9 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
         atol=1e-9 * np.abs(whole.compliance).max(),
     )
     for name, pair in system.bonded.items():
-        for own, other in zip(pair, whole.bonded[name], strict=True):
+        for of_sector, other in zip(pair, whole.bonded[name], strict=True):
             assert np.allclose(
-                own, other[same], rtol=0, atol=1e-9 * np.abs(whole.bonded[name][1]).max()
+                of_sector, other[same], rtol=0, atol=1e-9 * np.abs(whole.bonded[name][1]).max()
             )
     limits = [fo.shakedown_limit(each, cycle, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
@@ -287,8 +287,8 @@ def test_fields_and_pictures_of_a_sector_are_those_of_the_whole(space):
         for whole in (True, False)
     )
     steady, same = compared(one, part, 3, CYCLE, **({"steps": 4} if space else {}))
-    whole, own = (model.recover(state) for model, state in zip((one, part), steady, strict=True))
-    for name, u in own.displacement.items():
+    whole, sector = (model.recover(state) for model, state in zip((one, part), steady, strict=True))
+    for name, u in sector.displacement.items():
         near = [
             np.linalg.norm(one.bodies[name].mesh.p.T - point, axis=1).argmin()
             for point in part.bodies[name].mesh.p.T
@@ -296,11 +296,11 @@ def test_fields_and_pictures_of_a_sector_are_those_of_the_whole(space):
         assert np.allclose(
             u, whole.displacement[name][:, near], rtol=0, atol=1e-9 * np.abs(u).max()
         )
-        for field, other in ((own.stress, whole.stress), (own.strain, whole.strain)):
+        for field, other in ((sector.stress, whole.stress), (sector.strain, whole.strain)):
             assert np.allclose(
                 field[name], other[name][:, near], rtol=0, atol=1e-9 * np.abs(field[name]).max()
             )
-    faces = [contact_face(model, fields, {}) for model, fields in ((one, whole), (part, own))]
+    faces = [contact_face(model, fields, {}) for model, fields in ((one, whole), (part, sector))]
     near = [np.linalg.norm(faces[0].points - point, axis=1).argmin() for point in faces[1].points]
     assert len(faces[1].points) == len(same) + 1 + space  # those on the other cut are drawn, too
     for name, values in faces[1].point_data.items():

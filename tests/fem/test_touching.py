@@ -57,8 +57,8 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
             match=r"contacts: bodies 'pad' and 'block' touch around \(\S+, \S+\), without a contact",
         ) as error:
             bridge([i for i in range(3) if i != forgotten], angle, kind)
-        told = [float(x) for x in re.search(r"around \((\S+), (\S+)\)", str(error.value)).groups()]
-        x, y = rotation(-angle) @ told
+        place = [float(x) for x in re.search(r"around \((\S+), (\S+)\)", str(error.value)).groups()]
+        x, y = rotation(-angle) @ place
         assert left < x < right and abs(y) < 1e-4
 
 

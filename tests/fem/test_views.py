@@ -118,7 +118,7 @@ def test_a_contact_fills_the_view():
 def test_what_cannot_be_shown_is_refused_by_name(monkeypatch):
     model = SCENE.model()
     fields = model.recover({"P": 1.0}, np.zeros((25, 2)))
-    for ask, told in (
+    for ask, message in (
         (lambda: model.view(fields, "stress"), "show: 'stress'; give 'von_mises' or"),
         (lambda: model.view(fields, "work_density"), "show: 'work_density'"),
         (lambda: model.view(3), "result: 3; give fields"),
@@ -126,7 +126,7 @@ def test_what_cannot_be_shown_is_refused_by_name(monkeypatch):
         (lambda: model.view(fields, plotter=3), "plotter: a int"),
         (lambda: model.view(fields, contact="head"), "contact: 'head'; give"),
     ):
-        with pytest.raises(fo.ModelError, match=f"^{told}"):
+        with pytest.raises(fo.ModelError, match=f"^{message}"):
             ask()
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(ImportError, match=r"frictopt\[view\]"):

@@ -118,21 +118,21 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
     pair = fo.ContactSystem.from_blocks(
         A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
     )
-    asked = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
-    rest = fo.backbone_curve(*asked, [1e-3])
+    question = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
+    rest = fo.backbone_curve(*question, [1e-3])
     # Softer than the glued contact.
     assert rest.outcome == ("SHAKEDOWN",)
     assert rest.displacement[0] > 1.05 * 2 * 1e-3
     softer, glued = (1 / (2 * np.pi * np.sqrt(soft)) for soft in (rest.displacement[0] / 1e-3, 2.0))
-    assert fo.backbone_curve(*asked, [1e-3], natural_frequency=softer).frequency == pytest.approx(
-        softer, rel=1e-9
-    )
+    assert fo.backbone_curve(
+        *question, [1e-3], natural_frequency=softer
+    ).frequency == pytest.approx(softer, rel=1e-9)
     for right in (softer, glued):
         assert fo.backbone_curve(
-            *asked, [1e-3], natural_frequency=right
+            *question, [1e-3], natural_frequency=right
         ).natural_frequency == pytest.approx(right, rel=1e-9)
     with pytest.raises(fo.ModelError, match="natural_frequency"):
-        fo.backbone_curve(*asked, [1e-3], natural_frequency=0.9 * softer)
+        fo.backbone_curve(*question, [1e-3], natural_frequency=0.9 * softer)
 
 
 def test_a_node_without_friction_slides_where_the_others_rest():
@@ -334,14 +334,14 @@ TWO = fo.ContactSystem(
 
 def by_hand(load, f):
     """Slip ranges, and work of friction per cycle, of both nodes."""
-    way = 2 * (load - f * FORCES).clip(0.0)
-    return way, 2 * f * FORCES * way
+    slip_length = 2 * (load - f * FORCES).clip(0.0)
+    return slip_length, 2 * f * FORCES * slip_length
 
 
 def test_two_sliders_in_space_contact_by_contact():
     loads, f = [0.4, 0.75, 1.4, 2.0], 0.5
     curve = fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
-    way, work = (
+    slip_range, work = (
         np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
     )
     assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3)
@@ -352,14 +352,14 @@ def test_two_sliders_in_space_contact_by_contact():
         1.0,
     ]
     assert curve.work == pytest.approx(work.sum(axis=1))
-    assert curve.slip_range == pytest.approx(way.max(axis=1))
+    assert curve.slip_range == pytest.approx(slip_range.max(axis=1))
     table = curve.by_contact
     assert table["contact"].tolist() == NAMES * 4
     assert np.array(table["load_factor"]) == pytest.approx(np.repeat(loads, 2))
     assert np.array(table["work"]) == pytest.approx(work.ravel())
-    assert np.array(table["slip_range"]) == pytest.approx(way.ravel())
-    assert np.array(table["slipping"]) == pytest.approx((way > 0).ravel().astype(float))
-    assert curve.displacement == pytest.approx(np.array(loads) + (way / 2).sum(axis=1))
+    assert np.array(table["slip_range"]) == pytest.approx(slip_range.ravel())
+    assert np.array(table["slipping"]) == pytest.approx((slip_range > 0).ravel().astype(float))
+    assert curve.displacement == pytest.approx(np.array(loads) + (slip_range / 2).sum(axis=1))
     assert curve.gross_slip == np.inf
     assert np.isnan(
         [*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]
@@ -413,16 +413,16 @@ def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
         fo.reference.rod_dissipation(work.load_factor, 2.0, 1.0, 0.1)
     )
     assert 0.1 < work.dissipation < 0.102
-    for name, value, said in (
+    for name, value, message in (
         ("slipping", 0.9, r"0\.05 to 0\.75 at the load factors 0\.2 to 1\.6"),
         ("work", 1e-9, "work: 1e-09"),
         ("work", -1, "work: -1"),
     ):
-        with pytest.raises(fo.ModelError, match=said):
+        with pytest.raises(fo.ModelError, match=message):
             curve.load_at(**{name: value})
-    for given in ({}, {"slipping": 0.5, "work": 0.1}):
+    for target in ({}, {"slipping": 0.5, "work": 0.1}):
         with pytest.raises(fo.ModelError, match=r"slipping, work: .*; give one of the two"):
-            curve.load_at(**given)
+            curve.load_at(**target)
 
 
 def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
@@ -469,19 +469,19 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
     factors are the same cycle.
     """
     system, stuck = oscillator()
-    given = {"natural_frequency": stuck}, {}
+    option_sets = {"natural_frequency": stuck}, {}
     right = [
         fo.backbone_curve(system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each)
-        for each in given
+        for each in option_sets
     ]
     assert np.isfinite(right[0].frequency).all() and np.isfinite(right[1].damping).all()
     none, soft = (np.zeros(2), np.zeros(2)), np.diag([0.0, 0.0, 1e20])
     soft[:2, :2] = system.compliance
     heated = replace(system, bonded={**system.bonded, "heat": none}, compliance=soft)
     tiny = fo.LoadCycle({"static": 1.0}, [{"mode": 1e-9}, {"mode": -1e-9}])
-    for asked, curve in zip(given, right, strict=True):
+    for options, curve in zip(option_sets, right, strict=True):
         other = fo.backbone_curve(
-            heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **asked
+            heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **options
         )
         assert other.damping == pytest.approx(curve.damping, rel=1e-12)
         assert other.displacement == pytest.approx(curve.displacement, rel=1e-12)
@@ -504,10 +504,10 @@ def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
     question = import_module("frictopt.joints.curve_question")
     left = [1, 2]
 
-    def followed(*asked, **options):
+    def followed(*arguments, **options):
         if not left:
             raise KeyboardInterrupt
-        return left.pop() and fo.steady_state(*asked, **options)
+        return left.pop() and fo.steady_state(*arguments, **options)
 
     monkeypatch.setattr(question, "steady_state", followed)
     with pytest.raises(KeyboardInterrupt) as interrupt:
@@ -519,7 +519,7 @@ def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
 def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
     events = iter([fo.SolverError("no answer"), KeyboardInterrupt()])
 
-    def failing(*asked, **options):
+    def failing(*arguments, **options):
         raise next(events)
 
     monkeypatch.setattr(import_module("frictopt.joints.curve_question"), "steady_state", failing)
@@ -538,9 +538,9 @@ def test_bad_input():
         [{"sigma": 1.0}, {}, {"sigma": -1.0}],
         [{}, {}],
     ):
-        for asked in ({"natural_frequency": 1.0}, {"range": True}):
+        for options in ({"natural_frequency": 1.0}, {"range": True}):
             with pytest.raises(fo.ModelError, match=r"(cycle|range): .*two opposed corners"):
-                fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **asked)
+                fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **options)
     with pytest.raises(fo.ModelError, match=r"cycle: .*no fixed part"):
         fo.backbone_curve(
             punch,

@@ -279,18 +279,18 @@ def test_the_band_over_residual_slips_encloses_the_curve():
     extremes = curve.extremes
     assert extremes["extreme"].tolist() == ["least", "most"] * 4
     for name in ("least", "most"):
-        own = extremes[extremes["extreme"] == name]
-        assert own["damping"].to_numpy() == pytest.approx(getattr(curve, f"{name}_damping"))
+        rows = extremes[extremes["extreme"] == name]
+        assert rows["damping"].to_numpy() == pytest.approx(getattr(curve, f"{name}_damping"))
     answer = curve.response([20.0, 25.0, 500.0], damping=1e-3)
     assert (answer.least_peak <= answer.peak).all() and (answer.peak <= answer.most_peak).all()
     assert answer.most_peak[0] > 1.05 * answer.least_peak[0]
     assert answer.least_peak[2] == answer.most_peak[2] == np.inf
     # The state of most damping has a displacement of its own, and the least peak is its own peak.
-    own = extremes[extremes["extreme"] == "most"]
-    a = own["displacement"].to_numpy(dtype=float)
-    work = 2 * np.pi * own["damping"].to_numpy(dtype=float) * curve.load_factor * a
+    rows = extremes[extremes["extreme"] == "most"]
+    a = rows["displacement"].to_numpy(dtype=float)
+    work = 2 * np.pi * rows["damping"].to_numpy(dtype=float) * curve.load_factor * a
     alone = replace(
-        curve, displacement=a, work=work, resonance=own["resonance"].to_numpy(dtype=float)
+        curve, displacement=a, work=work, resonance=rows["resonance"].to_numpy(dtype=float)
     )
     assert answer.least_peak[0] == pytest.approx(
         min(answer.peak[0], alone.response([20.0], damping=1e-3).peak[0])
@@ -473,13 +473,13 @@ def test_bad_input(curve, light):
         curve.largest_force(work=1.0, slipping=0.5)
     with pytest.raises(fo.ModelError, match=r"^work: 1e\+09, and the curve reaches"):
         curve.largest_force(work=1e9)
-    for odd, said in (
+    for odd, message in (
         (["mode 7"], "other_modes: 'mode 7'"),
         (["mode 0"], "'mode 0' also moves another of the modes"),
         (["static"], "'static' also moves another of the modes"),
         ("mode 1", "other_modes: 'mode 1'"),
     ):
-        with pytest.raises(fo.ModelError, match=said):
+        with pytest.raises(fo.ModelError, match=message):
             light.response([1.0], other_modes=odd)
     plain = replace(curve, natural_frequency=np.nan)
     with pytest.raises(fo.ModelError, match="natural_frequency: not known to the curve"):

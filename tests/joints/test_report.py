@@ -63,11 +63,11 @@ def test_a_free_block_slides_off_and_the_curve_ends_before():
 def test_its_numbers_are_those_of_the_calls(seed):
     contact = random_system(np.random.default_rng(seed), 4)
     report = fo.report(contact, CYCLE, 0.4)
-    asked = (contact, CYCLE, 0.4)
-    assert value(report, "shakedown limit") == fo.shakedown_limit(*asked).load_factor
+    question = (contact, CYCLE, 0.4)
+    assert value(report, "shakedown limit") == fo.shakedown_limit(*question).load_factor
     assert (
         value(report, "work per cycle")
-        == fo.steady_state(*asked, 1.0).dissipation
+        == fo.steady_state(*question, 1.0).dissipation
         == pytest.approx(report.contacts["work"].sum())
     )
     assert value(report, "required friction") == fo.required_friction(contact, CYCLE, 1.0).required
@@ -168,7 +168,7 @@ PAIR = fo.ContactSystem.from_blocks(
 
 
 @pytest.mark.parametrize(
-    ("mean", "corners", "friction", "told"),
+    ("mean", "corners", "friction", "sentence"),
     [
         ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.0, "no state of rest exists, bodies slide off"),
         ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.6, "no state of rest exists, bodies slide off"),
@@ -183,10 +183,10 @@ PAIR = fo.ContactSystem.from_blocks(
         ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.3, "no state of rest exists, bodies lift off"),
     ],
 )
-def test_advice_where_bodies_are_free(mean, corners, friction, told):
+def test_advice_where_bodies_are_free(mean, corners, friction, sentence):
     """Two nodes of a body that slides off at load factor friction * P / Q, by hand."""
     report = fo.report(PAIR, fo.LoadCycle(mean, corners), friction)
-    assert told in " ".join(report.advice), report.advice
+    assert sentence in " ".join(report.advice), report.advice
     assert (report.steady is not None) == (friction in (1.0, 0.3) and mean["P"] > 0)
 
 

@@ -101,15 +101,15 @@ def test_at_other_loads_a_report_has_the_states_from_no_slip(seed):
     They begin at the mean load, which all loads share, and end at the end of their own transient.
     """
     contact = random_contact(np.random.default_rng(seed), 4)
-    asked = contact, spatial_cycle(), 0.4
-    joint = fo.report(*asked, [0.6, 1.0, 1.4], pages=2)
+    question = contact, spatial_cycle(), 0.4
+    joint = fo.report(*question, [0.6, 1.0, 1.4], pages=2)
     for k, factor in enumerate(joint.curve.load_factor):
-        from_no_slip = fo.steady_state(*asked, factor, steps=2)
+        from_no_slip = fo.steady_state(*question, factor, steps=2)
         assert joint.curve.work[k] == pytest.approx(from_no_slip.dissipation, rel=1e-7, abs=1e-12)
         assert joint.curve.steady_states[k].slip == pytest.approx(from_no_slip.slip, abs=1e-7)
     at_load = joint.steady.step_error
     assert joint.curve.step_error == pytest.approx([np.nan, at_load, np.nan], nan_ok=True)
-    assert at_load == fo.steady_state(*asked, 1.0, steps=2).step_error
+    assert at_load == fo.steady_state(*question, 1.0, steps=2).step_error
     assert "nan" not in str(joint)
 
 
@@ -247,7 +247,7 @@ def test_units_change_no_verdict(seed):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"limits": {"slip": 1.0}}, "'slip' is not a quantity"),
         ({"limits": {"slip range": np.nan}}, "slip range.*nan"),
@@ -267,8 +267,8 @@ def test_units_change_no_verdict(seed):
         ({"mesh_limits": 1.5}, "mesh_limits"),
     ],
 )
-def test_bad_input_is_refused_by_name(options, told):
-    with pytest.raises(fo.ModelError, match=told):
+def test_bad_input_is_refused_by_name(options, message):
+    with pytest.raises(fo.ModelError, match=message):
         fo.report(BLOCK, PUSHED_AND_PULLED, **{"friction": 0.5, **options})
 
 
@@ -322,8 +322,8 @@ def test_limits_that_belong_to_the_mesh_are_given_if_they_are_asked():
     assert joint.mean_state.open.any() and joint.limit is None
     assert "mesh_limits=True" in joint.missing["shakedown limit"]
     assert str(joint).count("mesh_limits=True") == 1  # once for all three
-    asked = fo.report(system, CYCLE, 0.4, [0.5], mesh_limits=True)
-    assert asked.limit.load_factor == fo.shakedown_limit(system, CYCLE, 0.4).load_factor
+    with_mesh_limits = fo.report(system, CYCLE, 0.4, [0.5], mesh_limits=True)
+    assert with_mesh_limits.limit.load_factor == fo.shakedown_limit(system, CYCLE, 0.4).load_factor
 
 
 def test_a_rolling_contact_has_limits_for_all_openings_and_closings():
@@ -431,13 +431,13 @@ def test_a_ratcheting_contact_tells_its_drift():
 
 def test_friction_that_no_surface_has_is_no_advice():
     """A force of 1.48 on a pressure of 1 needs friction of 1.48."""
-    for force, told in (
+    for force, text in (
         (0.9, "With friction of 0.9 or more"),
         (1.48, "No practical friction keeps it stuck"),
     ):
         cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
         joint = fo.report(BLOCK, cycle, 0.5, [1.0])
-        assert any(told in sentence for sentence in joint.advice)
+        assert any(text in sentence for sentence in joint.advice)
 
 
 def test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage():
@@ -447,10 +447,10 @@ def test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage():
     assert share["unit"] == joint.verdicts["unit"].item() == "of the area"
     bare = replace(joint, system=replace(BLOCK, width=None))
     assert row(bare.numbers, "number", "share that slips")["unit"] == "of the nodes"
-    for error, told in ((0.26, "may change it by 26 %"), (np.inf, "may have another answer")):
+    for error, text in ((0.26, "may change it by 26 %"), (np.inf, "may have another answer")):
         steady = replace(joint.steady, steps=2, step_error=error)
         meaning = row(replace(joint, steady=steady).numbers, "number", "work per cycle")["meaning"]
-        assert told in meaning and "inf" not in meaning
+        assert text in meaning and "inf" not in meaning
 
 
 def test_nothing_converges_before_its_increments_are_fine():

@@ -27,11 +27,11 @@ def coarse():
 
 def test_small_steps_by_archards_law_give_the_same(coarse):
     """Explicit steps, each from no slip, which in an uncoupled contact makes no difference."""
-    contact, *asked = COARSE
+    contact, *question = COARSE
     count, cycles = 150, 6e3
     for _ in range(count):
         contact = contact.with_gap(
-            contact.gap + cycles / count * plain_rate(fo.steady_state(contact, *asked), 1e-3)
+            contact.gap + cycles / count * plain_rate(fo.steady_state(contact, *question), 1e-3)
         )
     plain = contact.gap - COARSE[0].gap
     history = fo.wear(*COARSE, coefficient=1e-3, cycles=cycles)
@@ -188,9 +188,9 @@ def test_the_plane_contact_in_space_wears_alike():
 def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump(
     monkeypatch,
 ):
-    contact, *asked = cylinder(8)
+    contact, *question = cylinder(8)
     options = {"coefficient": 1e-3, "cycles": 3e2, "tolerance": 0.05, "steps": 2}
-    done = fo.wear(contact, *asked, **options)
+    done = fo.wear(contact, *question, **options)
     assert 0 < done.steady.step_error < 1
     assert done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0
     assert len(done.depth) > 2
@@ -200,25 +200,25 @@ def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_l
 
     monkeypatch.setattr(import_module("frictopt.joints.wear"), "steady_state", stops)
     with pytest.raises(KeyboardInterrupt) as caught:
-        fo.wear(contact, *asked, **options)
+        fo.wear(contact, *question, **options)
     assert np.array_equal(caught.value.history.depth, done.depth)
     assert caught.value.history.steady.step_error == np.inf
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])
 def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
-    asked = []
+    calls = []
     wear = import_module("frictopt.joints.wear")
     proven = wear.reported
 
     def stops(*args):
-        asked.append(args)
-        if len(asked) == 20:
+        calls.append(args)
+        if len(calls) == 20:
             raise error("stop")
         steady = proven(*args)
         return (
             replace(steady, record=replace(steady.record, residual=5e-10))
-            if len(asked) == 1
+            if len(calls) == 1
             else steady
         )
 

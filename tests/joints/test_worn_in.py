@@ -207,7 +207,7 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("asked", "message"),
     [
         ((PAIR, COARSE[1], F, 0.5), "system: it is coupled"),
         ((UNLIKE, COARSE[1], F, 0.5), "system: its tangential stiffness"),
@@ -222,6 +222,6 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
         ((COARSE[0], COARSE[1], F, 0.6), "load_factor: no node sticks"),
     ],
 )
-def test_other_contacts_are_refused_and_referred_to_wear(asked, said):
-    with pytest.raises(fo.ModelError, match=f"{said}.*use `wear`"):
+def test_other_contacts_are_refused_and_referred_to_wear(asked, message):
+    with pytest.raises(fo.ModelError, match=f"{message}.*use `wear`"):
         fo.worn_in(*asked)

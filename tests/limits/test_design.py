@@ -20,7 +20,7 @@ from helpers.springs import collocation, punch
 from helpers.systems import CYCLE, PULL, at_corners, explained, random_system
 
 
-def best(contact, scenarios, preloads, profile, own):
+def best(contact, scenarios, preloads, profile, user_rows):
     """Largest load factor of a plain program with the law of each node at each corner.
 
     The program covers all scenarios. The value is nan if no load factor is safe, and inf if there
@@ -29,7 +29,11 @@ def best(contact, scenarios, preloads, profile, own):
     """
     n, t, lam = contact.nodes, contact.tangents, cp.Variable()
     b, g = cp.Variable(max(len(preloads), 1)), cp.Variable(n)
-    rows = [lam >= 0, *own(b, g)] + ([] if profile else [g == 0]) + ([] if preloads else [b == 0])
+    rows = (
+        [lam >= 0, *user_rows(b, g)]
+        + ([] if profile else [g == 0])
+        + ([] if preloads else [b == 0])
+    )
     for loads, friction, shares in scenarios:
         v, mean = cp.Variable(t * n), joined(*loads.mean_reaction(contact))
         added = contact.S @ cp.hstack([v, -g]) + sum(

@@ -213,7 +213,7 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
     assert "finds no continuation above" in found.reason
     *q, p = found.self_stress
     assert p.sum() == pytest.approx(1.0) and (np.abs(q) <= friction * p + 1e-6).all()
-    below, above = (found.load_factor * (1 + way * 5e-4) for way in (-1, 1))
+    below, above = (found.load_factor * (1 + sign * 5e-4) for sign in (-1, 1))
     assert fo.steady_state(system, cycle, friction, below).load_factor == below
     with pytest.raises(fo.NoContinuation):
         fo.steady_state(system, cycle, friction, above)

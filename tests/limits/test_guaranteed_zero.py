@@ -17,7 +17,7 @@ from validation import oracles
 PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1.0, "shear": -1.0}])
 
 
-def two_nodes(own, other):
+def two_nodes(self_coupling, cross_coupling):
     """Two nodes, of which node 0 carries nothing under the mean load.
 
     The cycle shears node 0 and presses it more. The pressure of node 0 follows its own slip and the
@@ -25,7 +25,11 @@ def two_nodes(own, other):
     """
     loads = {"mean": ([0, 0], [0, 1.0]), "press": ([0, 0], [1.0, 0]), "shear": ([0.5, 0.3], [0, 0])}
     return fo.ContactSystem.from_blocks(
-        np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads
+        np.eye(2),
+        [[self_coupling, cross_coupling], [0, self_coupling]],
+        np.eye(2),
+        [0.0, 1.0],
+        loads,
     )
 
 
@@ -37,17 +41,17 @@ def follow(contact, cycle, friction, load_factor, slip):
 
 
 @pytest.mark.parametrize("simplify", [True, False])
-@pytest.mark.parametrize("own", [0.0, 0.01])
-def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, simplify):
+@pytest.mark.parametrize("self_coupling", [0.0, 0.01])
+def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(self_coupling, simplify):
     """A node that the loads press more than they shear it is no witness of slip.
 
     Node 0 rests at every load factor: the larger the load, the more slips are there in which it can
     rest.
     """
-    contact, rng = two_nodes(own, 0.0), np.random.default_rng(0)
+    contact, rng = two_nodes(self_coupling, 0.0), np.random.default_rng(0)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node is None
-    if own:
+    if self_coupling:
         assert limit.to_frame().how[0] == "only at the least safe load factor"
         assert not limit.proven
         assert "; 1 node is critical only at the least safe load factor 0" in limit.reason

@@ -141,11 +141,11 @@ def test_constraints_may_leave_no_small_load_factor():
     assert np.isnan(chosen.least)  # the load factor that an objective chooses is no limit
 
 
-@pytest.mark.parametrize("own", [False, True])
-def test_the_problem_of_the_limit_keeps_its_values(own):
+@pytest.mark.parametrize("constrained", [False, True])
+def test_the_problem_of_the_limit_keeps_its_values(constrained):
     contact = fo.ContactSystem.from_blocks(TWO.A, [[0.1, 0.0], [0.05, 0.1]], TWO.C, TWO.x, PULLED)
     model = fo.ShakedownModel(contact, PRESSING)
-    limit = model.solve(0.5, [model.slip <= 1.0] if own else [])
+    limit = model.solve(0.5, [model.slip <= 1.0] if constrained else [])
     assert 0 < limit.least < limit.load_factor < np.inf
     printed = explained(limit)
     assert "values      none here" not in printed
@@ -347,11 +347,11 @@ def test_one_node_by_the_smallest_circle_around_its_corners():
     assert limit.kind is fo.LimitKind.UNBOUNDED
     assert limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9)
     assert limit.residual <= 1e-9
-    for said in (
+    for sentence in (
         "every load factor from {} on has a safe residual slip",
         "no slip is safe below {}",
     ):
-        assert said.format(f"{limit.least:.6g}") in limit.reason
+        assert sentence.format(f"{limit.least:.6g}") in limit.reason
     for share, exists in ((0.999, False), (1.001, True)):
         assert fo.safe_slip(node, cycle, 0.5, share * limit.least).exists == exists
     below, within = (
@@ -378,7 +378,9 @@ def test_in_space_it_is_that_of_the_plane(seed):
 
 def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch):
     """Neither no slip nor that of the limit is safe under it, and what it leaves itself is."""
-    monkeypatch.setattr(ShakedownLimits, "_with_least", lambda *asked: pytest.fail("it has one"))
+    monkeypatch.setattr(
+        ShakedownLimits, "_with_least", lambda *arguments: pytest.fail("it has one")
+    )
     limit = fo.shakedown_limit(
         punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1
     )

@@ -193,17 +193,17 @@ def test_rates_of_a_load_at_each_corner_count_the_events_between():
     contact = drawn.with_bonded({"shear": (q, 0 * p), "press": (0 * q, p)})
     corners = [{"shear": sign, "press": sign} for sign in (-1.0, 1.0)]
 
-    def asked(corners):
+    def limit_of(corners):
         cycle = fo.LoadCycle({"mean": 1.0}, corners)
         return fo.shakedown_limit(contact, cycle, friction, events=True)
 
-    limit, step = asked(corners), 1e-5
+    limit, step = limit_of(corners), 1e-5
     assert not limit.events.empty
     table = limit.load_rates.set_index(["load", "part"])["rate"]
     for k, name in enumerate(limit.cycle.corner_names):
         for case in ("shear", "press"):
             lower, upper = (
-                asked(
+                limit_of(
                     [
                         {**loads, case: loads[case] + by * (k == j)}
                         for j, loads in enumerate(corners)
@@ -272,7 +272,7 @@ def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):
 
 def test_questions_without_events_are_refused(pin):
     contact, model = pin(8), fo.ShakedownModel(pin(8), PIN)
-    for asked, why in (
+    for question, why in (
         (
             lambda: fo.shakedown_limit(contact, PIN, 0.8, slip_bound=1.0, events=True),
             "slip is bounded",
@@ -287,7 +287,7 @@ def test_questions_without_events_are_refused(pin):
         ),
     ):
         with pytest.raises(fo.ModelError, match=why):
-            asked()
+            question()
 
 
 def test_least_slip_refuses_nodes_that_open_and_close(pin):

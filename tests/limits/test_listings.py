@@ -248,7 +248,7 @@ def answers():
     contact, cycle = small_contact(1)
     lift = contact.with_gap([0.0, 0.0, 8.0])
     model = fo.DesignModel(contact, cycle, preloads=["mean"], profile=True)
-    own = fo.ShakedownModel(contact, cycle)
+    constrained = fo.ShakedownModel(contact, cycle)
     chosen = fo.ShakedownModel(contact, cycle)
     little = cp.Constant(0.1, name="little")
     guaranteed = fo.guaranteed_limit(contact, cycle, 0.6)
@@ -269,7 +269,7 @@ def answers():
         "open in space": round_trip.solve(0.5, [cp.norm(round_trip.slip, axis=1) <= little]),
         "many corners in space": fo.shakedown_limit(space[0], turns, 0.5),
         "open": fo.shakedown_limit(lift, cycle, 0.5),
-        "own": own.solve(0.5, [own.slip <= little]),
+        "own": constrained.solve(0.5, [constrained.slip <= little]),
         "objective": chosen.solve(0.5, objective=chosen.load_factor - cp.norm1(chosen.slip)),
         "margin": fo.safe_slip(contact, cycle, 0.5, 0.2),
         "guaranteed": guaranteed,
@@ -383,7 +383,7 @@ def test_friction_set_by_hand_gives_the_answer_with_that_friction(tangents):
 def test_a_plain_copy_of_a_problem_is_solved_whatever_solver_has_had_it():
     """In a process of its own, which cvxpy's own copies end."""
     some = [answer for answer, _ in answers().values()][:: 1 if ALL_CASES else 13]
-    given = pickle.dumps(some)
+    pickled = pickle.dumps(some)
     script = """
 import copy, pickle, sys, warnings
 warnings.simplefilter("ignore")  # SCS may be inaccurate
@@ -395,7 +395,7 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
         print((again.solve(solver="CLARABEL", tol_feas=1e-10, tol_gap_abs=1e-10, tol_gap_rel=1e-10) - value) / (1 + abs(value)))
 """
     run = subprocess.run(
-        [sys.executable, "-c", script], input=given, capture_output=True, check=False
+        [sys.executable, "-c", script], input=pickled, capture_output=True, check=False
     )
     assert run.returncode == 0, run.stderr.decode()
     off = np.array(run.stdout.split(), dtype=float)

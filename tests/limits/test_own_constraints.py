@@ -530,9 +530,9 @@ def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatc
 
     Only the unknown of the user is wrong: slip, margin, load factor and multipliers are right.
     """
-    model, own = kind(*TWO), cp.Variable(name="own")
+    model, variable = kind(*TWO), cp.Variable(name="own")
     arguments = (0.4,) if kind is fo.ShakedownModel else (0.4, 0.1)
-    right = model.solve(*arguments, [own == 0.5 * model.slip[0]])
+    right = model.solve(*arguments, [variable == 0.5 * model.slip[0]])
 
     def lie(compiled, z, multipliers):
         if "own" in compiled.problem.var_dict:
@@ -540,7 +540,7 @@ def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatc
 
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-        model.solve(*arguments, [own == 0.5 * model.slip[0]])
+        model.solve(*arguments, [variable == 0.5 * model.slip[0]])
     assert right.residual <= 1e-9
 
 

@@ -186,7 +186,9 @@ def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeyp
     for above in (-np.inf, 0.5 * right):
         with pytest.raises(fo.SolverError, match="has the bound"):
             quick_limit(question, above)
-    monkeypatch.setattr(quick_space, "run", lambda *given: ("infeasible", *honest(*given)[1:]))
+    monkeypatch.setattr(
+        quick_space, "run", lambda *arguments: ("infeasible", *honest(*arguments)[1:])
+    )
     with pytest.raises(fo.SolverError, match="no multipliers prove"):
         quick_limit(question)
 
@@ -206,7 +208,7 @@ def test_a_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch):
     monkeypatch.setattr(quick_space.ConeProgram, "state", state)
     assert right.least == 0 and quick_limit(question).least == 0
     monkeypatch.setattr(
-        quick_space.ConeProgram, "state", lambda *given: (1e-9 * question.load_unit, right.slip)
+        quick_space.ConeProgram, "state", lambda *arguments: (1e-9 * question.load_unit, right.slip)
     )
     assert quick_limit(question).load_factor == 0
 

@@ -425,10 +425,10 @@ def by_slips(S, loads, node, slips):
 
     The loads have the shape (K, 4).
     """
-    own, other = [node, node + 2], [1 - node, 3 - node]
-    take = S[own][:, other] @ np.linalg.inv(S[other][:, other])
-    moved = np.multiply.outer(S[own, node] - take @ S[other, node], slips)
-    q, p = (loads[:, own] - loads[:, other] @ take.T).T[:, None] + moved[..., None]
+    closed, other = [node, node + 2], [1 - node, 3 - node]
+    take = S[closed][:, other] @ np.linalg.inv(S[other][:, other])
+    moved = np.multiply.outer(S[closed, node] - take @ S[other, node], slips)
+    q, p = (loads[:, closed] - loads[:, other] @ take.T).T[:, None] + moved[..., None]
     return np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1).min()
 
 

@@ -190,8 +190,8 @@ def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
     case = Case(system, TO_AND_FRO, np.full(2, 0.5), "by hand")
     assert set(ends(case.arguments, 1.01, 4)) == {"CYCLIC_SLIP"}
     assert set(ends(case.arguments, 0.99, 4)) == {"SHAKEDOWN"}
-    given = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open=limit.open)
-    assert "the contact may shake down above it" in given.covers
+    limit_of_set = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open=limit.open)
+    assert "the contact may shake down above it" in limit_of_set.covers
 
 
 def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():

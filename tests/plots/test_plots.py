@@ -467,7 +467,7 @@ def test_arrows_press_on_the_boundary_or_begin_there():
         np.concatenate(rows)
         for rows in zip(*((one.XY, np.column_stack([one.U, one.V])) for one in arrows), strict=True)
     )
-    steps = {(tuple(tail), tuple(tail + way)) for tail, way in zip(begin, step, strict=True)}
+    steps = {(tuple(tail), tuple(tail + arrow)) for tail, arrow in zip(begin, step, strict=True)}
     pressing = [(tail, tip) for tail, tip in steps if tail[0] == tip[0]]
     assert len(pressing) == 4 and all(tip[1] == top < tail[1] for tail, tip in pressing)
     side = scene.block_half_width
@@ -488,12 +488,12 @@ def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
     base = mesh.init_tensor(*lines, line - 1).with_boundaries(
         {"face": lambda x: x[-1] == 0, "low": lambda x: x[-1] == -1}
     )
-    way = np.array([2.0, 3.0, -6.0])[:d]
+    direction = np.array([2.0, 3.0, -6.0])[:d]
     model = fo.ContactModel(
         {"pad": fo.Body(pad, element=element), "base": fo.Body(base, element=element)},
         contacts=[fo.Contact("pad", "base", "foot", "face")],
         supports=[fo.Support("base", "low")],
-        loads={"pull": [fo.Traction("pad", "end", **dict(zip("xyz", way, strict=False)))]},
+        loads={"pull": [fo.Traction("pad", "end", **dict(zip("xyz", direction, strict=False)))]},
     )
     axes = model.plot()
     if d == 2:
@@ -505,7 +505,9 @@ def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
         ends = np.asarray(drawn._segments3d)[: len(drawn._segments3d) // 3]
         begin, step = ends[:, 1], ends[:, 0] - ends[:, 1]
     assert len(begin) == (3 if d == 2 else 9) and np.allclose(begin[:, 0], 1.0)
-    assert np.allclose(step / np.linalg.norm(step, axis=1)[:, None], way / np.linalg.norm(way))
+    assert np.allclose(
+        step / np.linalg.norm(step, axis=1)[:, None], direction / np.linalg.norm(direction)
+    )
 
 
 def test_fields_show_the_von_mises_stress_of_all_bodies():
@@ -559,10 +561,10 @@ def test_pictures_are_drawn_in_given_axes_and_other_numbers_of_axes_are_refused(
     result = drawn(name)
     panels = np.size(result.plot())
     plt.close("all")
-    given = plt.subplots(panels)[1]
-    returned = result.plot(given)
-    assert list(np.ravel(returned)) == list(np.ravel(given))
-    assert all(ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:])
+    axes = plt.subplots(panels)[1]
+    returned = result.plot(axes)
+    assert list(np.ravel(returned)) == list(np.ravel(axes))
+    assert all(ax.get_xlim() != (0, 1) for ax in np.ravel(axes)[-1:])
     assert len(plt.get_fignums()) == 1
     for wrong in (plt.subplots(panels + 1)[1], 5, [None] * panels, "axes"):
         with pytest.raises(fo.ModelError, match=r"^ax: "):
@@ -594,7 +596,7 @@ def test_without_matplotlib_a_plot_says_how_to_get_it_and_all_else_works():
         "first = fo.onset(node, fo.LoadCycle({'P': 1.0}, [{'Q': 2.0}]), friction=0.5)\n"
         "try:\n    first.plot()\nexcept ImportError as error:\n    print(error)\n"
     )
-    said = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", code], check=True, capture_output=True, text=True
     ).stdout
-    assert said == "plots need matplotlib: python -m pip install 'frictopt[figures]'\n"
+    assert output == "plots need matplotlib: python -m pip install 'frictopt[figures]'\n"

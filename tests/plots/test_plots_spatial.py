@@ -234,14 +234,14 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
     table = path.to_frame()
     for axis, ax in enumerate(sides, start=1):
         for number, node in enumerate(nodes):
-            own, line = table[table["node"] == node], ax.get_lines()[2 * number]
-            assert np.array_equal(line.get_data(), own[[f"slip{axis}", f"q{axis}"]].to_numpy().T)
+            rows, line = table[table["node"] == node], ax.get_lines()[2 * number]
+            assert np.array_equal(line.get_data(), rows[[f"slip{axis}", f"q{axis}"]].to_numpy().T)
             assert np.array_equal(
                 ax.get_lines()[2 * number + 1].get_xydata(),
-                own[[f"slip{axis}", f"q{axis}"]].tail(1),
+                rows[[f"slip{axis}", f"q{axis}"]].tail(1),
             )
             lower = below.get_lines()[4 * (axis - 1) + number]
-            assert np.array_equal(lower.get_data(), own[["time", f"slip{axis}"]].to_numpy().T)
+            assert np.array_equal(lower.get_data(), rows[["time", f"slip{axis}"]].to_numpy().T)
             assert lower.get_color() == line.get_color()
             assert (
                 line.get_label()
@@ -303,10 +303,10 @@ def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_
     assert [ax.get_title() for ax in panels] == ["lap", "head"]
     assert panels[0].get_title("left").startswith("shakedown limit")
     found = [marks(ax) for ax in panels]
-    for own, frame, (points, _, _) in zip(
+    for nodes, frame, (points, _, _) in zip(
         (slice(0, 3), slice(3, 6)), (np.eye(3), TURN), found, strict=True
     ):
-        assert np.allclose(points.get_offsets(), several.points[own] @ frame[:2].T, atol=1e-14)
+        assert np.allclose(points.get_offsets(), several.points[nodes] @ frame[:2].T, atol=1e-14)
         assert points.get_clim() == (0, 1)
     assert np.allclose(
         np.concatenate([np.column_stack([arrows.U, arrows.V]) for *_, arrows in found]), limit.slip
@@ -320,10 +320,10 @@ def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_
         "limiting node; area: share",
         longest,
     ]
-    given = plt.subplots(1, 2)[1]
-    assert list(limit.plot(given)) == list(given)
+    axes = plt.subplots(1, 2)[1]
+    assert list(limit.plot(axes)) == list(axes)
     with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
-        limit.plot(given[0])
+        limit.plot(axes[0])
     steady = fo.steady_state(several, cycle(), F, 1.5 * limit.load_factor, steps=2)
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
     pulled = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])

@@ -127,8 +127,8 @@ def test_other_files_are_refused(tmp_path, bar):
         ((FULL, tmp_path / "part.cdb"), r"deck part\.cdb: no nodes or no elements"),
         ((FULL, tmp_path / "turned.cdb"), r"deck turned\.cdb: node 2 has directions of its own"),
     ]
-    for (path, *deck), said in bad:
-        with pytest.raises(fo.ModelError, match=said):
+    for (path, *deck), message in bad:
+        with pytest.raises(fo.ModelError, match=message):
             fo.read_ansys(path, deck=deck[0] if deck else None)
 
 

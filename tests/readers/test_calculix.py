@@ -222,8 +222,8 @@ def test_a_node_of_no_element_may_stand_anywhere(tmp_path, scene, last):
 
 
 def test_without_a_density_there_is_no_matrix(tmp_path):
-    job, said = run(tmp_path, plane()[2].replace("*DENSITY\n1.\n", ""))
-    assert "no density" in said
+    job, output = run(tmp_path, plane()[2].replace("*DENSITY\n1.\n", ""))
+    assert "no density" in output
     with pytest.raises(fo.ModelError, match=r"no '.*job\.sti'; CalculiX writes it .*\*DENSITY"):
         fo.read_calculix(job)
 

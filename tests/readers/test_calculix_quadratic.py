@@ -33,12 +33,12 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0])
     tied = job.with_linear_faces("CU", "CL")
     system = condensed(tied, lambda job: job.force("TOP", pressure=1.0), np.eye(d)[-1])
-    own = fo.ContactModel(
+    reference = fo.ContactModel(
         bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
     ).condense()
-    place = [np.linalg.norm(own.points - point, axis=1).argmin() for point in system.points]
+    place = [np.linalg.norm(reference.points - point, axis=1).argmin() for point in system.points]
     q, p = system.bonded["P"]
-    assert np.allclose(p, own.width[place], rtol=0, atol=1e-10) and np.abs(q).max() < 1e-10
+    assert np.allclose(p, reference.width[place], rtol=0, atol=1e-10) and np.abs(q).max() < 1e-10
     assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0)
     assert len(system.points) == 3 ** (d - 1)
     # On the corners, which the nodes amid edges follow.
@@ -66,18 +66,18 @@ def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
     system = condensed(
         job, lambda job: job.force("TOP", traction=list(load.values())), np.eye(d)[-1]
     )
-    own = fo.ContactModel(
+    reference = fo.ContactModel(
         bodies, [fo.Support("lower", "far")], {"P": [fo.Traction("upper", "far", **load)]}
     ).condense()
     place = np.array(
-        [np.linalg.norm(own.points - point, axis=1).argmin() for point in system.points]
+        [np.linalg.norm(reference.points - point, axis=1).argmin() for point in system.points]
     )
-    order = np.concatenate([place + axis * own.nodes for axis in range(d)])
+    order = np.concatenate([place + axis * reference.nodes for axis in range(d)])
     assert np.allclose(
-        system.S, own.S[np.ix_(order, order)], rtol=0, atol=1e-9 * np.abs(own.S).max()
+        system.S, reference.S[np.ix_(order, order)], rtol=0, atol=1e-9 * np.abs(reference.S).max()
     )
     assert np.allclose(
-        joined(*system.bonded["P"]), joined(*own.bonded["P"])[order], rtol=0, atol=1e-9
+        joined(*system.bonded["P"]), joined(*reference.bonded["P"])[order], rtol=0, atol=1e-9
     )
 
 

@@ -214,13 +214,13 @@ def test_what_is_kept_is_there(folder, name):
 def test_what_is_refused_is_named_and_the_remedy_helps(folder, name):
     bad, good = REFUSED[name]
     keyword = name.split(",")[0].strip("*").replace(" ", "")
-    said = (
+    message = (
         rf"surface BAD: {name.split(', ')[1].removesuffix('=YES')}"
         if keyword == "SURFACE"
         else rf"block \*{keyword}\b"
     )
     for read in (mesh_of, job_of):
-        with pytest.raises(fo.ModelError, match=said):
+        with pytest.raises(fo.ModelError, match=message):
             read(folder, NODES + BRICKS + bad)
         read(folder, NODES + BRICKS + good)
 
@@ -271,11 +271,11 @@ def test_types_of_elements(folder, names, effect):
     """Nodes of elements that are refused lie on the face that is asked for."""
     nodes = NODES + "".join(f"{i}, {i}., 9., 9.\n" for i in range(17, 30))
     for kind in re.findall(r"`(\w+)`", names):
-        own = MORE.get(kind)
-        if own is None:  # the elements of which all meshes are made: see the tests of meshes
+        node_count = MORE.get(kind)
+        if node_count is None:  # the elements of which all meshes are made: see the tests of meshes
             assert effect == "kept"
             continue
-        deck = f"{nodes}{BRICKS}*ELEMENT, TYPE={kind}, ELSET=MORE\n9, {', '.join(map(str, range(5, 5 + own)))}\n"
+        deck = f"{nodes}{BRICKS}*ELEMENT, TYPE={kind}, ELSET=MORE\n9, {', '.join(map(str, range(5, 5 + node_count)))}\n"
         job = job_of(folder, deck)
         low = [4, 5, 6, 7]
         high = [8, 9, 10, 11]

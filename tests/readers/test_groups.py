@@ -56,7 +56,7 @@ def test_reversed_curves_and_entities_of_two_groups_are_kept(tmp_path, version, 
     mesh = plate(tmp_path, groups, version, binary)
     assert lengths(mesh) == {"top": 4.0, "bottom": 4.0, "turned": 3.0, "9": 2.0}
     assert area(mesh) == pytest.approx(4.0)
-    assert {name: len(own) for name, own in mesh.subdomains.items()} == dict.fromkeys(
+    assert {name: len(members) for name, members in mesh.subdomains.items()} == dict.fromkeys(
         ["plate", "steel"], mesh.nelements
     )
     fo.Body(mesh)
@@ -164,14 +164,14 @@ def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
     )
     meshio.write(tmp_path / "two.med", mesh)
     found = fo.read_mesh(tmp_path / "two.med")
-    assert {name: own.tolist() for name, own in found.subdomains.items()} == {
+    assert {name: members.tolist() for name, members in found.subdomains.items()} == {
         "high": [0],
         "low": [1],
         "all": [0, 1],
     }
     middles = {
-        name: found.p[:, found.facets[:, own]].mean(axis=1).T.tolist()
-        for name, own in found.boundaries.items()
+        name: found.p[:, found.facets[:, members]].mean(axis=1).T.tolist()
+        for name, members in found.boundaries.items()
     }
     assert middles == {
         "side": [pytest.approx([1 / 3, 0, 1 / 3])],
@@ -201,7 +201,10 @@ def test_numbers_of_groups_of_other_formats_are_names(tmp_path, ending, title):
     meshio.Mesh(points, cells, cell_data={title: tags, **other}).write(tmp_path / f"a.{ending}")
     mesh = fo.read_mesh(tmp_path / f"a.{ending}")
     assert lengths(mesh) == {"7": 2.0}
-    assert {name: own.tolist() for name, own in mesh.subdomains.items()} == {"4": [0], "5": [1]}
+    assert {name: members.tolist() for name, members in mesh.subdomains.items()} == {
+        "4": [0],
+        "5": [1],
+    }
 
 
 @pytest.mark.parametrize("name", ["brick.e", "brick.EX2", "brick.exo", "brick.vtu"])

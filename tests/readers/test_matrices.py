@@ -345,8 +345,8 @@ DAMAGED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "old", "new", "said"), DAMAGED)
-def test_damaged_files_are_refused(squares, name, old, new, said):
+@pytest.mark.parametrize(("name", "old", "new", "message"), DAMAGED)
+def test_damaged_files_are_refused(squares, name, old, new, message):
     text = (squares / name).read_text()
     (squares / name).unlink()
     assert old is None or old in text
@@ -354,7 +354,7 @@ def test_damaged_files_are_refused(squares, name, old, new, said):
         (squares / name).write_text(
             new if old is None else text.replace(old, new) if old else text + new
         )
-    with pytest.raises(fo.ModelError, match=said):
+    with pytest.raises(fo.ModelError, match=message):
         fo.read_calculix(squares / "job")
 
 
@@ -374,11 +374,11 @@ LACKS = {
 }
 
 
-@pytest.mark.parametrize("said", LACKS)
-def test_what_the_deck_lacks_is_named(squares, said):
+@pytest.mark.parametrize("message", LACKS)
+def test_what_the_deck_lacks_is_named(squares, message):
     job = fo.read_calculix(squares / "job")
-    with pytest.raises(fo.ModelError, match=said):
-        LACKS[said](job)
+    with pytest.raises(fo.ModelError, match=message):
+        LACKS[message](job)
 
 
 def test_a_job_without_a_deck_has_its_matrix(squares):

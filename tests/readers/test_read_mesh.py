@@ -32,7 +32,7 @@ def middles(mesh):
 
 def elements(mesh):
     """Elements of each subdomain."""
-    return {name: own.tolist() for name, own in mesh.subdomains.items()}
+    return {name: members.tolist() for name, members in mesh.subdomains.items()}
 
 
 def test_a_file_of_gmsh_names_only_the_groups_of_its_author_and_is_read_in_silence(capfd):
@@ -186,9 +186,9 @@ def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
     (tmp_path / "b.inp").write_text(deck + "*SURFACE, NAME=NONE\n*SURFACE, NAME=SKIN\nALL,\n")
     with pytest.warns(fo.ModelWarning, match="surfaces without lines are left out: NONE; to use"):
         assert "NONE" not in fo.read_mesh(tmp_path / "b.inp").boundaries
-    for odd, said in bad.items():  # no part of a surface that cannot be read
+    for odd, message in bad.items():  # no part of a surface that cannot be read
         (tmp_path / "b.inp").write_text(deck + f"*SURFACE, NAME=BAD\n{odd}\n")
-        with pytest.raises(fo.ModelError, match=f"surface BAD.*{said}"):
+        with pytest.raises(fo.ModelError, match=f"surface BAD.*{message}"):
             fo.read_mesh(tmp_path / "b.inp")
     (tmp_path / "b.inp").write_text(
         deck
@@ -223,15 +223,15 @@ def test_without_meshio_all_but_mesh_files_works():
         "print(fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0).condense().nodes)\n"
         "try:\n    fo.read_mesh('tests/data/pin.msh')\nexcept fo.ModelError as error:\n    print(error)"
     )
-    said = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
         check=True,
         cwd=Path(__file__).parents[2],
     ).stdout
-    assert said.split("\n")[0] == "3"
-    assert "meshio: not installed; python -m pip install 'frictopt[mesh]'" in said
+    assert output.split("\n")[0] == "3"
+    assert "meshio: not installed; python -m pip install 'frictopt[mesh]'" in output
 
 
 OF_GMSH = "*Heading\n a.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 2, 0\n6, 1, 2, 0\n******* E L E M E N T S *************\n"

@@ -73,7 +73,7 @@ def same_rows(mine, theirs):
         )
 
 
-def contact_problem(seed, tangents, bounded, own):
+def contact_problem(seed, tangents, bounded, constrained):
     rng = np.random.default_rng(seed)
     contact, loads = (
         (random_system(rng, 3), CYCLE) if tangents == 1 else (random_contact(rng, 3), space_cycle())
@@ -86,7 +86,7 @@ def contact_problem(seed, tangents, bounded, own):
             cp.sum(model.p[0]) >= 0.1,
             model.load_factor <= 5.0,
         ]
-        if own
+        if constrained
         else []
     )
     return model.solve(0.4, rows).problem
@@ -94,14 +94,14 @@ def contact_problem(seed, tangents, bounded, own):
 
 # Of three dimensions, as cvxpy takes them.
 @pytest.mark.filterwarnings("ignore:The problem includes expressions")
-@pytest.mark.parametrize("own", [False, True])
+@pytest.mark.parametrize("constrained", [False, True])
 @pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 @pytest.mark.parametrize("seed", few(range(2)))
 def test_a_program_with_dense_blocks_is_the_one_that_cvxpy_compiles_of_the_whole_problem(
-    seed, tangents, bounded, own
+    seed, tangents, bounded, constrained
 ):
-    problem = contact_problem(seed, tangents, bounded, own)
+    problem = contact_problem(seed, tangents, bounded, constrained)
     data, *_ = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": True})
     compiled, rng = Compiled(problem), np.random.default_rng(seed)
     assert len(compiled.blocks) == 2
@@ -606,9 +606,9 @@ def test_rows_that_rounding_parts_contradict_nothing(over):
     assert chain.contradiction() is None
 
 
-def lies(told):
+def lies(answer):
     """Solvers that tell this x and these multipliers of any program."""
-    return lambda program, name, above: ("optimal", *told(program))
+    return lambda program, name, above: ("optimal", *answer(program))
 
 
 def test_an_excess_needs_multipliers_that_prove_it(monkeypatch):
@@ -641,7 +641,7 @@ def test_multipliers_outside_their_cones_prove_no_limit(cone, monkeypatch):
     row = cp.SOC(cp.Constant(1.0), x) if cone else cp.abs(x) <= 1.0
     chain = Chain(cp.Problem(cp.Maximize(x[0]), [row]), {})
 
-    def told(program, name, above):
+    def answer(program, name, above):
         y = np.zeros(len(program.right))
         against = np.argmax(program.matrix.toarray() @ program.cost)
         y[[0, against] if cone else against] = -1.0
@@ -649,7 +649,7 @@ def test_multipliers_outside_their_cones_prove_no_limit(cone, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(chains, "polish", lambda program, x, y: (x, program.admissible(y)))
-        patch.setattr(chains, "run", told)
+        patch.setattr(chains, "run", answer)
         with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
             chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
@@ -665,7 +665,7 @@ def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkey
     """
     chain, names = Chain(tiny("infeasible", True)[0], {}), []
 
-    def told(program, name, above):
+    def answer(program, name, above):
         names.append(name)
         if len(set(names)) > 1:
             return run(program, name, above)
@@ -675,7 +675,7 @@ def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkey
         return "optimal", x, y
 
     monkeypatch.setattr(chains, "polish", lambda program, x, y: (x, y))
-    monkeypatch.setattr(chains, "run", told)
+    monkeypatch.setattr(chains, "run", answer)
     assert chain.contradiction() is not None and len(set(names)) > 1
 
 
@@ -685,7 +685,7 @@ def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(still, monkeyp
     chain = Chain(tiny("feasible", True)[0], {})
     assert chain.growth() is None
 
-    def told(program):
+    def answer(program):
         objective = program.matrix[[np.flatnonzero(program.right == -1)[0]]].toarray().ravel()
         return np.where(program.cost.astype(bool) | still, 0.0, -objective), np.zeros(
             len(program.right)
@@ -697,7 +697,9 @@ def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(still, monkeyp
         "run",
         lies(
             lambda program: (
-                told(program) if (program.right == -1).any() else (program.cost, 0 * program.right)
+                answer(program)
+                if (program.right == -1).any()
+                else (program.cost, 0 * program.right)
             )
         ),
     )
@@ -728,7 +730,7 @@ def test_values_that_cannot_be_read_are_refused_each_time(monkeypatch):
     compiled = Compiled(cp.Problem(cp.Minimize(x), [x >= bound]))
     bound.value = 3.0
 
-    def refuse(*given, **options):
+    def refuse(*arguments, **options):
         raise cp.error.SolverError
 
     with monkeypatch.context() as patch:

@@ -21,11 +21,11 @@ def balance(rng, nodes, equations, free=1, extra=2):
     """
     width = 3 * nodes + 1 + free
     load, heads = 3 * nodes, 3 * np.arange(nodes)
-    own = np.zeros((3 * nodes, width))
-    own[np.arange(3 * nodes), np.arange(3 * nodes)] = rng.uniform(0.3, 2.0, 3 * nodes) * rng.choice(
-        [-1, 1], 3 * nodes
-    )
-    own[::6, load] = rng.normal(size=len(heads[::2]))
+    cones = np.zeros((3 * nodes, width))
+    cones[np.arange(3 * nodes), np.arange(3 * nodes)] = rng.uniform(
+        0.3, 2.0, 3 * nodes
+    ) * rng.choice([-1, 1], 3 * nodes)
+    cones[::6, load] = rng.normal(size=len(heads[::2]))
     sign = -np.eye(1, width, load)
     more, ties = rng.normal(size=(3 * extra, width)), rng.normal(size=(equations, width))
     inside = np.zeros(3 * nodes + 3 * extra)
@@ -34,7 +34,7 @@ def balance(rng, nodes, equations, free=1, extra=2):
         inside[head : head + 3] = np.r_[np.linalg.norm(tail) * rng.choice([1.0, 1.5]), tail]
     x = rng.normal(size=width)
     x[load] = rng.uniform(0.5, 1.0)
-    rows = np.vstack([ties, sign, own, more])
+    rows = np.vstack([ties, sign, cones, more])
     slack = np.r_[np.zeros(equations), x[load], inside]
     sizes = np.r_[1, np.full(nodes + extra, 3)]
     program = Arrays(

@@ -248,11 +248,11 @@ def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_
     problem, optimum = planted(np.random.default_rng(5), n=6, numbers=9, circles=9, defined=2)
     honest, ends, made = Equations.__init__, [], []
 
-    def factored(self, program, scaling, *way):
+    def factored(self, program, scaling, *arguments):
         made.append(scaling)
         if len(made) in ends:
             raise error("cannot be factorised")
-        honest(self, program, scaling, *way)
+        honest(self, program, scaling, *arguments)
 
     monkeypatch.setattr(Equations, "__init__", factored)
     ours(problem)

@@ -74,13 +74,13 @@ def test_no_multipliers_prove_less_than_the_optimum(seed, equations, by):
     rng = np.random.default_rng(seed)
     problem = random_program(rng, equations)
     best, (compiled, z, y) = problem.solve(solver="CLARABEL"), solved(problem, 1e-8)
-    told = proven(compiled, z, y)
-    assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-5) and told.gap < 1e-4
+    proof = proven(compiled, z, y)
+    assert (proof.value, proof.bound) == pytest.approx((best, best), abs=1e-5) and proof.gap < 1e-4
     idle = null_space(compiled.matrix.T.toarray())  # multipliers that balance each other
     idle = idle @ rng.normal(size=idle.shape[1])
     y = y - by * np.sign(compiled.right @ idle) * 10.0 * idle + (by > 0.5) * rng.normal(size=len(y))
-    told = proven(compiled, z, y, units=5.0)  # no unknown of a solution is larger
-    assert told.bound + told.defect >= best - 1e-7
+    proof = proven(compiled, z, y, units=5.0)  # no unknown of a solution is larger
+    assert proof.bound + proof.defect >= best - 1e-7
 
 
 @pytest.mark.parametrize("share", [0.1, 0.9])
@@ -98,9 +98,9 @@ def test_what_multipliers_lack_in_balance_is_part_of_the_gap():
     compiled = Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, z[1] <= 0]))
     # The right bound, and 1e-3 too much of an unknown that may be anything.
     y = np.array([1.0, 1e-3])
-    told = proven(compiled, np.zeros(2) + [1.0, 0.0], y, units=[1.0, 10.0])
-    assert (told.value, told.bound, told.defect) == pytest.approx((1.0, 1.0, 1e-2))
-    assert told.gap == pytest.approx(1e-2)
+    proof = proven(compiled, np.zeros(2) + [1.0, 0.0], y, units=[1.0, 10.0])
+    assert (proof.value, proof.bound, proof.defect) == pytest.approx((1.0, 1.0, 1e-2))
+    assert proof.gap == pytest.approx(1e-2)
 
 
 def test_a_small_value_counts_over_a_part_of_its_unit():
@@ -111,8 +111,8 @@ def test_a_small_value_counts_over_a_part_of_its_unit():
 def test_a_least_objective_has_its_bound_below():
     z = cp.Variable()
     compiled = Compiled(cp.Problem(cp.Minimize(z + 3), [z >= 2]))
-    told = proven(compiled, np.array([2.0]), np.ones(1))
-    assert (told.value, told.bound, told.defect) == (5.0, 5.0, 0.0)
+    proof = proven(compiled, np.array([2.0]), np.ones(1))
+    assert (proof.value, proof.bound, proof.defect) == (5.0, 5.0, 0.0)
     assert proven(compiled, np.array([2.5]), np.ones(1)).gap == pytest.approx(0.5 / 5.5)
 
 
@@ -145,8 +145,8 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     rough = arrays(compiled).off(z, y)
     at, slopes = polish(arrays(compiled), z, y)
     assert arrays(compiled).off(at, slopes) <= max(1e-11, 1e-6 * rough)
-    told = proven(compiled, at, slopes)
-    assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8)
+    proof = proven(compiled, at, slopes)
+    assert (proof.value, proof.bound) == pytest.approx((best, best), abs=1e-8)
     assert arrays(compiled).violation(at) < 1e-10
 
 

@@ -227,12 +227,12 @@ def test_no_start_beside_the_best_one_has_less_work():
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
-    told = []
+    updates = []
 
-    monkeypatch.setattr(Bar, "update", lambda bar: told.append(bar))
+    monkeypatch.setattr(Bar, "update", lambda bar: updates.append(bar))
     span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress=shown)
-    bars = [bar for bar in told if bar.what == "dissipation range"]
-    assert {bar.shown for bar in told} == {shown} and len(bars) == span.transients > 0
+    bars = [bar for bar in updates if bar.what == "dissipation range"]
+    assert {bar.shown for bar in updates} == {shown} and len(bars) == span.transients > 0
     with pytest.raises(fo.ModelError, match="progress"):
         fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress="yes")
 

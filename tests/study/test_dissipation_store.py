@@ -362,7 +362,7 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
 ):
     """Bits flipped and ends cut off at random places."""
     content, rng = file.read_bytes(), np.random.default_rng(0)
-    harmed, told = tmp_path / "harmed.sqlite", 0
+    harmed, errors = tmp_path / "harmed.sqlite", 0
     for number in range(few(60)):
         place = int(rng.integers(len(content)))
         harm = bytearray(content)
@@ -374,11 +374,11 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
                 same(study(store=harmed), undisturbed)
                 assert len(fo.results.read_store(harmed)) >= len(FACTORS)
         except fo.StoreError as error:
-            told += 1
+            errors += 1
             assert "harmed.sqlite" in str(error)
         for left in tmp_path.glob("harmed*"):
             left.unlink()
-    assert told > few(60) // 15
+    assert errors > few(60) // 15
 
 
 def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(

@@ -303,14 +303,14 @@ def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_pa
 @pytest.fixture
 def limits_asked(monkeypatch):
     """Coefficient of friction of each limit that a study computes."""
-    asked = []
+    frictions = []
 
     def shakedown_limit(contact, cycle, friction, **options):
-        asked.append(float(friction[0]))
+        frictions.append(float(friction[0]))
         return fo.shakedown_limit(contact, cycle, friction, **options)
 
     monkeypatch.setattr(dissipation, "shakedown_limit", shakedown_limit)
-    return asked
+    return frictions
 
 
 def test_a_limit_is_computed_only_for_a_column_or_a_start_that_needs_it(
@@ -330,21 +330,21 @@ def test_a_limit_is_computed_only_for_a_column_or_a_start_that_needs_it(
 def test_a_store_keeps_limits_and_so_does_a_store_of_parts(
     contact, factors, limits_asked, tmp_path
 ):
-    asked = contact, CYCLE, np.c_[[0.4, 0.6]], factors
+    question = contact, CYCLE, np.c_[[0.4, 0.6]], factors
     parts = [tmp_path / f"part{k}" for k in (1, 2)]
     for k, part in enumerate(parts, start=1):
-        fo.dissipation_study(*asked, limits=True, store=part, shard=(k, 2))
+        fo.dissipation_study(*question, limits=True, store=part, shard=(k, 2))
     merge_stores(tmp_path / "whole", parts)
-    fresh = fo.dissipation_study(*asked, limits=True)
+    fresh = fo.dissipation_study(*question, limits=True)
     limits_asked.clear()
-    kept = fo.dissipation_study(*asked, limits=True, store=tmp_path / "whole")
+    kept = fo.dissipation_study(*question, limits=True, store=tmp_path / "whole")
     assert not limits_asked
     pd.testing.assert_frame_equal(results(kept), results(fresh), check_exact=True)
 
     with closing(sqlite3.connect(tmp_path / "whole")) as connection, connection:
         connection.execute("UPDATE limits SET load_factor = 2 * load_factor")
     with pytest.warns(DamagedRows, match="2 rows are damaged"):
-        again = fo.dissipation_study(*asked, limits=True, store=tmp_path / "whole")
+        again = fo.dissipation_study(*question, limits=True, store=tmp_path / "whole")
     assert limits_asked == [0.4, 0.6]
     pd.testing.assert_frame_equal(results(again), results(fresh), check_exact=True)
 

@@ -37,9 +37,11 @@ def test_the_table_of_protocols(case, paper_punch):
     contact = paper_punch(elements)
     limit = fo.shakedown_limit(contact, PULL, friction).load_factor
     overload = [LoadStep({"P": 1.0, "sigma": 2 * limit})]
-    asked = [{"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)]
-    asked.insert(1, {"start": "assembled"})
-    for options, ratio in zip(asked, wanted, strict=True):
+    option_sets = [
+        {"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)
+    ]
+    option_sets.insert(1, {"start": "assembled"})
+    for options, ratio in zip(option_sets, wanted, strict=True):
         one = fo.limit_after_protocol(contact, PULL, friction, **options)
         assert one.ratio == pytest.approx(ratio, abs=0.005), options
         assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit
@@ -57,15 +59,15 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
         assert one.monotonic
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatch):
+@pytest.mark.parametrize("solvable", [True, False])
+def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(solvable, monkeypatch):
     """Also where solvers cannot tell that no slip holds all nodes closed."""
     honest = range_starts.furthest
 
-    def furthest(task, *asked):
-        if not told and not task.open_nodes.any() and task.system.nodes == 3:
+    def furthest(task, *arguments):
+        if not solvable and not task.open_nodes.any() and task.system.nodes == 3:
             raise fo.SolverError("infeasible_inaccurate")
-        return honest(task, *asked)
+        return honest(task, *arguments)
 
     monkeypatch.setattr(range_starts, "furthest", furthest)
     pair = system(*FIRST_PAIR)
@@ -165,8 +167,8 @@ def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
     contact = paper_punch(16)
     load_factor = 0.9 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     tension, unloading = (
-        fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=way)
-        for way in ({"sigma": 3 * load_factor}, {"P": -0.97})
+        fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=excursion)
+        for excursion in ({"sigma": 3 * load_factor}, {"P": -0.97})
     )
     assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015)
     assert tension.loads["P"] == 1.0

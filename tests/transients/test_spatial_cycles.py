@@ -348,10 +348,13 @@ def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doub
     steady = fo.steady_state(single(), slides, 2.0, 1.0, steps=steps)
     assert exact.dissipation > 4e-4 and steady.dissipation == 0 and steady.step_error == np.inf
     comes_down = fo.LoadCycle({"P": 1.0}, [{"P": -1.02}, {"X": 1.0}])
-    way = fo.march(plane, comes_down, 2.0, 1.0, cycles=1)
+    plane_path = fo.march(plane, comes_down, 2.0, 1.0, cycles=1)
     path = fo.march(single(), comes_down, 2.0, 1.0, cycles=1, steps=steps)
-    assert way.slip[-1, 0] == pytest.approx(-0.02 / 1.02)
-    assert np.abs(path.slip[-1, 0] - [way.slip[-1, 0], 0.0]).max() / 1.02 <= path.step_error + 1e-12
+    assert plane_path.slip[-1, 0] == pytest.approx(-0.02 / 1.02)
+    assert (
+        np.abs(path.slip[-1, 0] - [plane_path.slip[-1, 0], 0.0]).max() / 1.02
+        <= path.step_error + 1e-12
+    )
 
 
 def test_what_is_known_when_cycles_run_out_is_in_the_error():
@@ -365,11 +368,11 @@ def test_what_is_known_when_cycles_run_out_is_in_the_error():
     path = fo.march(*problem, initial_slip=start, steps=4, cycles=3)
     with pytest.raises(
         fo.NoContinuation, match=r"within . of most_cycles = 3 cycles \(the slip changes by"
-    ) as told:
+    ) as caught:
         fo.steady_state(*problem, initial_slip=start, steps=4, most_cycles=3)
-    assert np.array_equal(told.value.slip, path.slip[-1])
-    assert np.array_equal(told.value.gap, path.gap[-1])
-    assert told.value.work == pytest.approx(path.cycle_work.sum(axis=1), rel=1e-12)
+    assert np.array_equal(caught.value.slip, path.slip[-1])
+    assert np.array_equal(caught.value.gap, path.gap[-1])
+    assert caught.value.work == pytest.approx(path.cycle_work.sum(axis=1), rel=1e-12)
 
 
 def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):

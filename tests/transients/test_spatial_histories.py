@@ -167,8 +167,8 @@ def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed)
 def free(few_starts):
     """The range of all starts of two nodes, and what was asked."""
     contact, loads = random_contact(np.random.default_rng(7), 2), cycle(2)
-    asked = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
-    return asked, fo.dissipation_range(*asked, steps=2)
+    problem = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    return problem, fo.dissipation_range(*problem, steps=2)
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
