@@ -158,7 +158,10 @@ def upright(jaws):
 @pytest.mark.parametrize("angle", [0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, 4.0])
 @pytest.mark.parametrize("jaws", [(4, 6), (4, 7)])
 def test_a_scene_turned_by_any_angle_has_the_same_answers(angle, jaws):
-    """Two inclined contacts of three bodies, with nodes that match or not."""
+    """A scene that is turned by any angle has the same answers.
+
+    It has two inclined contacts of three bodies, with nodes that match or not.
+    """
     (straight, limit), turned = upright(jaws), wedge(angle, jaws=jaws).condense()
     assert np.allclose(turned.S, straight.S, rtol=0, atol=1e-11 * np.abs(straight.S).max())
     assert np.allclose(reactions(turned), reactions(straight), rtol=0, atol=1e-11)
@@ -338,7 +341,7 @@ def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
 @pytest.mark.parametrize("start", [0.0, 0.02, 0.06, 0.1])
 @pytest.mark.parametrize("exchanged", [False, True])
 def test_a_loose_pin_has_the_same_gap_all_round(start, exchanged):
-    """But for the sagitta of the edges."""
+    """A loose pin has the same gap all round, but for the sagitta of the edges."""
     system = fitted(60, 44, hole=1.01, exchanged=exchanged, start=start, gap="measured").condense()
     assert np.abs(system.gap - 0.01).max() < 1 - np.cos(np.pi / 44) and system.gap.min() > 0
     q, p = system.bonded["pull"]

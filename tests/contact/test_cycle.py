@@ -127,7 +127,10 @@ def test_a_filtered_history_stays_within_the_tolerance_in_its_order(cases):
 
 
 def test_one_filtered_load_keeps_the_reversals_that_exceed_the_noise():
-    """Triangles between 0 and 1 with a small one, and noise of 2 % on 20,000 points."""
+    """A filtered load keeps the reversals that exceed the noise.
+
+    The load has large triangles between 0 and 1, a small one, and noise of 2 % on 20,000 points.
+    """
     rng = np.random.default_rng(0)
     turns = np.array([0.0, 1.0, 0.4, 0.6, 0.0, 1.0, 0.0])
     time = np.linspace(0, 6, 20_001)
@@ -365,7 +368,10 @@ def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_
 
 
 def test_the_polygon_of_random_loads_is_within_its_error_of_a_fine_one():
-    """In the plane with coupling, while all nodes stay closed."""
+    """The polygon of random loads is within its error of a fine polygon.
+
+    The contact is in the plane with coupling, and all nodes stay closed.
+    """
     rng = np.random.default_rng(7)
     for _ in range(few(3)):
         contact = random_system(rng, 4, loads=("mean", "a", "b", "c"))

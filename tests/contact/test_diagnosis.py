@@ -189,7 +189,10 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
 
 
 def test_nodes_are_told_with_their_contacts_where_there_are_two():
-    """In a reason, in the message of a transient that ends, and in the tables."""
+    """Nodes are named with their contacts if there are two contacts.
+
+    The names are in a reason, in the message of a transient that ends, and in the tables.
+    """
     loads = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}
     names = ["head", "nut", "nut"]
     joint = fo.ContactSystem.from_blocks(

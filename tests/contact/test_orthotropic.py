@@ -163,7 +163,11 @@ def test_tangents_that_change_places_change_no_answer():
 
 
 def test_searches_and_regions_see_the_same_ellipse():
-    """Required friction, a region of two loads and a design, with tangents that change places."""
+    """Searches and regions use the same ellipse.
+
+    They are required friction, a region of two loads and a design, with tangents that change
+    places.
+    """
     bare = random_contact(np.random.default_rng(7), 3)
     one = bare.with_orthotropic_friction(0.5)
     other = turned(bare).with_orthotropic_friction(2.0)

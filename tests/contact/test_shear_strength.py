@@ -78,7 +78,10 @@ def status_sense(kind):
     "engine", [fo.increments.NewtonIncrement, fo.increments.FrozenBoundIncrement]
 )
 def test_increments_are_those_that_trying_all_statuses_finds(engine):
-    """Random coupled contacts of one to three nodes, some without a strength, some with gaps."""
+    """Increments agree with a trial of all statuses.
+
+    The random coupled contacts have one to three nodes, some without a strength, some with gaps.
+    """
     rng, kinds = np.random.default_rng(0), []
     for case in range(60):
         n = 1 + case % 3
@@ -98,7 +101,7 @@ def test_increments_are_those_that_trying_all_statuses_finds(engine):
 
 
 def test_newtons_method_alone_finds_them_too():
-    """Where sweeps do not reach the state."""
+    """Newton's method without sweeps finds the states, too, where sweeps do not reach them."""
     rng = np.random.default_rng(1)
     for _ in range(20):
         system = strong(random_system(rng, 3), 0.1, 0.4, np.inf)
@@ -282,7 +285,11 @@ def test_the_capped_rod_in_closed_form():
 
 
 def test_a_block_slides_off_at_what_pressure_and_strength_hold():
-    """By scipy over all forces: pressure may go anywhere that balances the moment."""
+    """A block slides off at the force that pressure and strength hold.
+
+    The reference is a program of all forces by scipy: pressure may act anywhere in balance with the
+    moment.
+    """
     rng, n = np.random.default_rng(5), 5
     system, cycle = block(rng, width=8.0), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     N = np.linalg.svd(system.S)[2][-3:].T

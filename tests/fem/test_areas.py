@@ -84,7 +84,10 @@ def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_
 
 @needs_ccx
 def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
-    """As own meshes of the same elements have it."""
+    """A curved face has the area of the facets through its corners.
+
+    A mesh of the package with the same elements has the same area.
+    """
     bodies = two_boxes(MeshTet, fo.Material(2.0, 0.3), bulge=arched)
     job = fo.read_calculix(run(tmp_path, deck(bodies, "C3D10"))[0]).with_linear_faces("CU", "CL")
     nodes = job.pairs("CU", "CL")[:, 1]

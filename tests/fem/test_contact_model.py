@@ -223,7 +223,7 @@ def test_a_punch_in_a_socket_is_accepted():
 
 @pytest.mark.parametrize("contrast", [1e-6, 1e-3, 1e3, 1e6])
 def test_bodies_of_very_different_stiffness(contrast):
-    """Against the equations of both bodies with multipliers."""
+    """Bodies of very different stiffness agree with their equations with multipliers."""
     punch = blocks()["punch"]
     block = fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))
     held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]

@@ -212,7 +212,10 @@ def test_a_face_that_is_all_corners_is_refused():
 @pytest.mark.parametrize(("floor", "arch"), [(4, 0.0), (5, 0.0), (4, 0.8)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_face_with_two_names_is_one_face(kind, floor, arch):
-    """On a floor whose nodes match and do not, and bent to an arch."""
+    """A face with two names is one face.
+
+    It is on a floor whose nodes match or not, and is bent to an arch.
+    """
     systems = []
     for names in ({"face": (0.0, 1.0)}, {"left": (0.0, 0.5), "right": (0.5, 1.0)}):
         faces = {

@@ -64,13 +64,10 @@ def test_the_substructure_of_calculix_is_not_reduced(tmp_path, deck, limit):
 
 
 def element(K, nodes, directions, *, before="", unlike=()):
-    """A user element as Abaqus writes it: four entries a line, each row of the triangle beginning a
-    new one.
+    """A user element in the format of Abaqus.
 
-    Parameters
-    ----------
-    directions
-        Directions of each node; a line for the first one, and wherever they change.
+    It has four entries a line, and each row of the triangle begins a new line. `directions` holds
+    the directions of each node, with a line for the first node and wherever they change.
     """
     lines = [
         "**",
@@ -240,7 +237,10 @@ def test_coordinates_of_some_digits_wedge_no_block_in_its_groove(noise):
 
 @pytest.mark.parametrize("added", [1e-2, [[0.0, 4e-4, 0.0]] + 5 * [[0.0, 0.0, 0.0]]])
 def test_normals_that_wedge_a_block_are_a_shape(added):
-    """Of all pairs or of one, which is little in the mean of all."""
+    """Normals that wedge a block are a shape.
+
+    They are the normals of all pairs or of one pair, which is little in the mean of all.
+    """
     leaning, normals = grooved(K, added)
     assert np.allclose(
         leaning.frames[:, -1], normals / np.linalg.norm(normals, axis=1)[:, None], atol=1e-15

@@ -588,7 +588,10 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
 @pytest.mark.parametrize("opened", [False, True], ids=["glued", "open"])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(kind, opened):
-    """Held along x and y, and turned, held along the normals."""
+    """A turned model that supports hold along its normals has the same modes.
+
+    The model is held along x and y; after the turn it is held along the normals.
+    """
     side = np.array([0.0, 5.0, 10.0])
     angle = 0.6
     d = 2 if kind is MeshQuad else 3

@@ -28,7 +28,10 @@ def opposed(case, mean):
 
 
 def test_the_element_of_jenkins():
-    """A mass on a spring k0, and on a spring k_t that slides at mu N."""
+    """The curve agrees with Jenkins' element.
+
+    A mass is on a spring k0, and on a spring k_t that slides at mu N.
+    """
     k0, kt, mu, N, m = 3.0, 5.0, 0.4, 2.0, 0.7
     # The mode is 1 / sqrt(m), its load m times that.
     one = {

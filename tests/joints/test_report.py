@@ -26,7 +26,10 @@ def value(report, number):
 
 
 def test_a_block_on_a_spring():
-    """Jenkins' element: shear of load factor on a spring of 3 that slides at f N = .5."""
+    """A block on a spring is Jenkins' element.
+
+    The load factor shears a spring of 3 that slides at f N = .5.
+    """
     report = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4, 1.0])
     assert value(report, "gross-slip load") == np.inf
     assert "supports hold the bodies" in report.gross_slip.reason

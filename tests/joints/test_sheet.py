@@ -61,7 +61,10 @@ def test_against_gross_slip_the_least_friction_and_a_corner_of_the_preloads_are_
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_no_input_in_the_ranges_is_worse_against_gross_slip(seed):
-    """The theorem, on random free bodies of three nodes and random inputs in the ranges."""
+    """No input in the ranges is worse against gross slip (theorem).
+
+    Random free bodies have three nodes, and random inputs are in the ranges.
+    """
     rng = np.random.default_rng(seed)
     stiff = np.eye(3) - 1 / 3  # rigid along the face
     loads = {name: (rng.normal(size=3) / 3, rng.uniform(0.5, 1.5, 3)) for name in ("P", "B")}
@@ -474,7 +477,7 @@ def test_a_reason_has_no_list_of_61_nodes():
 
 
 def test_the_text_fits_on_paper():
-    """Names of 40 characters, many corners, all tables."""
+    """The text fits on paper with names of 40 characters, many corners, and all tables."""
     name = "a contact with a name that is 40 wide"
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(6, EA=1.0, h=1.0))
     rod = replace(rod, contact=[f"{name} 1"] * 3 + [f"{name} 2"] * 3, units="kN, mm")

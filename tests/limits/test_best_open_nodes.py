@@ -102,7 +102,10 @@ def test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven(case, seed):
 @pytest.mark.parametrize("case", [pulled, lifted, spatial])
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_a_branch_of_one_set_has_the_limit_of_that_set(case, seed):
-    """Else branches are divided down to single sets, and the answer only takes longer."""
+    """A branch of a single set has the limit of this set.
+
+    Otherwise branches are divided down to single sets, and the answer only takes longer.
+    """
     contact, cycle, friction = case(seed)
     nodes = np.arange(contact.nodes)
     closed = pose(contact, cycle, friction)
@@ -131,7 +134,10 @@ def test_a_load_factor_without_end_has_no_bound():
 
 
 def test_two_pressed_nodes_that_have_to_open_together_are_found():
-    """The search flips nodes one by one, or all that govern."""
+    """Two pressed nodes that have to open together are found.
+
+    The other search flips nodes one by one, or flips all nodes that govern.
+    """
     nodes = int(np.random.default_rng([5, 75]).integers(2, 7))
     case = random_case(9_000_005, nodes=nodes)
     limit = fo.shakedown_limit(case.system, case.cycle, case.friction)

@@ -108,7 +108,10 @@ def test_without_a_bound_there_is_a_design_where_a_bounded_one_is():
 
 
 def test_the_multiplier_of_an_own_row_is_its_price():
-    """By finite differences. The search presses once as much as it may, after the best design."""
+    """The multiplier of a row of the user is its price, by finite differences.
+
+    The search presses once as much as it may, after the best design.
+    """
     loads = {
         "P": ([0.8], [1.9]),
         "one": ([0.0], [0.5]),

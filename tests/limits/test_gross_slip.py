@@ -43,7 +43,10 @@ def proves(found, system, friction, r0, r1):
 @pytest.mark.parametrize("friction", [0.1, 0.5, 0.9])
 @pytest.mark.parametrize("height", [0.5, 1.5, 4.0])
 def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
-    """By hand: f P, or P times half the width over the height of the push, where that is less."""
+    """A block slides or turns over its edge, by hand.
+
+    The load is f P, or P times half the width over the height of the push, if that is less.
+    """
     system = block(np.random.default_rng(0), height=height, axes=axes)
     found = fo.gross_slip(system, fo.LoadCycle({"P": 3.0}, [{"Q": 0.25}, {"Q": -2.0}]), friction)
     turns = 1.0 / height < friction
@@ -176,7 +179,10 @@ def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_l
 
 
 def test_what_has_no_forces_in_balance_is_asked_no_transients(monkeypatch):
-    """Flat and gently curved faces, held bodies, and nodes without friction."""
+    """Contacts without forces in balance need no transients.
+
+    They are flat and gently curved faces, held bodies, and nodes without friction.
+    """
     monkeypatch.setattr(import_module("frictopt.limits.gross_slip"), "sliding_off", None)
     ask = {"cycle": fo.LoadCycle({"P": 1.0}, TO_AND_FRO), "friction": 0.6}
     for axes in (2, 3):
@@ -201,7 +207,10 @@ def press_fit():
 
 @pytest.mark.parametrize("friction", [0.02, 0.05, 0.1])
 def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(friction, press_fit):
-    """Lame's pressure of a long fit; a push of a collar adds some of its own."""
+    """A press fit slides off at friction times the pressure of the fit.
+
+    The pressure of a long fit is known by Lame; a push of a collar adds some pressure.
+    """
     system, interference = press_fit, 0.01
     cycle = fo.LoadCycle({"fit": interference}, [{"push": 1000.0}, {"push": -1000.0}])
     found = fo.gross_slip(system, cycle, friction)
@@ -220,7 +229,10 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
 
 
 def test_the_scene_of_a_press_fit_slides_off():
-    """The value of transients of one cycle each, in a bisection of their own."""
+    """The scene of a press fit slides off at the load that transients find.
+
+    The transients have one cycle each, in a bisection by the test.
+    """
     system = fo.scenes.PressFit(elements=20).condense()
     cycle = fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
     low, high = 1.0, 2.0
@@ -531,7 +543,10 @@ def test_damaged_multipliers_are_refused(monkeypatch):
 
 
 def test_forces_that_do_not_balance_are_refused(monkeypatch):
-    """The load factor and its proof from above stay as they are."""
+    """Forces that do not balance are refused.
+
+    The load factor and its proof from above stay unchanged.
+    """
 
     def lie(compiled, z, multipliers):
         (p,) = (variable for variable in compiled.problem.variables() if variable.name() == "p")
@@ -551,7 +566,10 @@ def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, status):
 
 
 def test_a_stiffness_that_resists_the_motion_is_no_proof(monkeypatch):
-    """A motion that strains the bodies, taken for a rigid one."""
+    """A motion that the stiffness resists proves nothing.
+
+    The motion strains the bodies and is taken for a rigid motion.
+    """
     monkeypatch.setattr(
         import_module("frictopt.limits.gross_slip"),
         "motions_of_bodies",

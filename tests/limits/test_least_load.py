@@ -67,7 +67,10 @@ def pressing_cycle(rng, nodes, corners=3):
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("contact", [TWO, GAP], ids=["pulled", "gap"])
 def test_two_uncoupled_nodes_by_hand(contact, simplify):
-    """With both closed. Below 1 node 0 is open, and node 1 sticks: that interval comes first."""
+    """Two uncoupled nodes have their interval by hand, with both closed.
+
+    Below 1 node 0 is open, and node 1 sticks: the interval of this set comes first.
+    """
     first = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify)
     assert (first.least, first.load_factor) == (0.0, pytest.approx(1.0))
     assert first.intervals == pytest.approx(np.array([[0.0, 1.0], [1.25, 5 / 3]]))
@@ -377,7 +380,11 @@ def test_in_space_it_is_that_of_the_plane(seed):
 
 
 def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch):
-    """Neither no slip nor that of the limit is safe under it, and what it leaves itself is."""
+    """A mean load that settles needs no program of its own.
+
+    Under the mean load neither zero slip nor the slip of the limit is safe; the slip that the mean
+    load leaves is safe.
+    """
     monkeypatch.setattr(
         ShakedownLimits, "_with_least", lambda *arguments: pytest.fail("it has one")
     )

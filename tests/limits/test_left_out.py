@@ -35,7 +35,10 @@ def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e7, 1e15])
 def test_the_unit_of_a_load_case_does_not_change_where_a_load_turns(unit):
-    """A displacement that goes to and fro beside a stress that only grows, in any unit."""
+    """The unit of a load case does not change where a load turns.
+
+    A displacement goes to and fro beside a stress that only grows, in any unit.
+    """
     cycle = fo.LoadCycle(
         {}, [{"sigma": 1e9 * k / 8, "d": unit * (-1) ** k if 0 < k < 8 else 0.0} for k in range(9)]
     )

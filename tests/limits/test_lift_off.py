@@ -51,7 +51,11 @@ def best_of_all_orders(contact, friction):
 def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
     elements, friction, all_closed, expected_limit, opening, pin
 ):
-    """The table of the theory page."""
+    """A pin rests though its sides lift off in each cycle.
+
+    The numbers are the table of the theory page. A plain program of the same order of events and
+    transients agree.
+    """
     contact = pin(elements)
     limit = fo.shakedown_limit(contact, PIN, friction, events=True)
     closed = of_sets(contact, PIN, friction)
@@ -85,7 +89,7 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
 
 @pytest.mark.slow
 def test_a_finer_pin_rests_so_too(pin):
-    """The last line of the same table."""
+    """A finer pin rests, too: the last line of the same table."""
     limit = fo.shakedown_limit(pin(32), PIN, 0.9, events=True)
     assert (of_sets(pin(32), PIN, 0.9).load_factor, limit.load_factor) == pytest.approx(
         (2.513, 3.547), abs=5e-4

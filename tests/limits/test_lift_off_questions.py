@@ -101,7 +101,10 @@ def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
 
 
 def test_a_small_load_factor_may_need_another_order_than_the_limit():
-    """With the order of the limit no slip is safe there. Against a plain program and a transient."""
+    """A small load factor may need another order of events than the limit.
+
+    With the order of the limit no slip is safe there. A plain program and a transient agree.
+    """
     contact, friction = drawn(17)
     static, moving = (
         fo.shakedown_limit(contact, CYCLE, friction, events=events).load_factor

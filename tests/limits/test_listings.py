@@ -116,7 +116,10 @@ def test_the_shakedown_limit_and_the_least_load_in_a_bare_script(tangents):
 
 @BOTH
 def test_a_least_load_above_zero_in_a_bare_script(tangents):
-    """The mean load pulls a node, which the corners press."""
+    """A bare script finds a least load above zero.
+
+    The mean load pulls a node, and the corners press it.
+    """
     contact, _ = small_contact(tangents, 1, 2)
     mean, press = (np.array(part) for part in ([-0.1, 1.0], [1.0, 0.2]))
     still = np.zeros((2, 2)) if tangents == 2 else np.zeros(2)
@@ -155,7 +158,10 @@ def test_the_margin_in_a_bare_script(tangents, load_factor):
 
 @BOTH
 def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
-    """By the vertices of a program of raw slips, the same by hand."""
+    """A bare script finds the slip that goes furthest in a direction.
+
+    A model with the same objective and a prescribed load factor agrees.
+    """
     contact, cycle = small_contact(tangents)
     direction = np.random.default_rng(1).normal(size=len(contact.A))
     script = Script(contact, cycle, 0.5, 0.2)
@@ -330,7 +336,10 @@ def test_a_listing_is_a_few_lines_of_names(name):
 
 @EACH
 def test_plain_cvxpy_finds_the_same_value(name):
-    """In a copy, so that the answer keeps its own."""
+    """Plain cvxpy finds the same value.
+
+    It solves a copy, so that the answer keeps its own values.
+    """
     answer, value = answers()[name]
     problem = copy.deepcopy(answer).problem
     options = {"solver": "CLARABEL", **FINE} if "space" in name else {"solver": "HIGHS"}
@@ -381,7 +390,10 @@ def test_friction_set_by_hand_gives_the_answer_with_that_friction(tangents):
 
 
 def test_a_plain_copy_of_a_problem_is_solved_whatever_solver_has_had_it():
-    """In a process of its own, which cvxpy's own copies end."""
+    """A plain copy of a problem is solved, whatever solver solved the problem before.
+
+    The test runs in a separate process, because cvxpy's own copies end the process.
+    """
     some = [answer for answer, _ in answers().values()][:: 1 if ALL_CASES else 13]
     pickled = pickle.dumps(some)
     script = """
@@ -404,7 +416,10 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
 
 @pytest.mark.parametrize("tangents", few([2, 1], 1))
 def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tangents):
-    """In another process too, where unknowns of the same numbers may stand beside them."""
+    """A copy of a model that has answered takes rows on its own unknowns.
+
+    This also holds in another process, where other unknowns may have the same numbers.
+    """
     model = fo.ShakedownModel(*small_contact(tangents), slip_bound=0.05)
     right = model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02]).load_factor
     script = "import cvxpy as cp, pickle, sys; own = [cp.Variable(3) for _ in range(20)]; model = pickle.load(sys.stdin.buffer);"
@@ -423,7 +438,10 @@ def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tang
 
 
 def test_each_question_is_at_most_fifteen_lines():
-    """Besides its docstring; a mixed-integer increment has a line for each of its twelve rows."""
+    """Each question is at most fifteen lines, without its docstring.
+
+    A mixed-integer increment has a line for each of its twelve rows.
+    """
     for function in (
         *(one for _, one in inspect.getmembers(models, inspect.isfunction)),
         *(vars(increments)[name] for name in INCREMENTS),
@@ -459,7 +477,10 @@ def test_a_result_that_cvxpy_has_solved_again_can_be_pickled_and_solved_in_anoth
 
 
 def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
-    """A program in columns of its own names is read and solved by HiGHS alone."""
+    """A file that HiGHS writes has the limit as its optimum.
+
+    HiGHS reads and solves a program whose columns have their own names, without the package.
+    """
     limit = fo.shakedown_limit(*small_contact(1), 0.5)
     data, *_ = limit.problem.get_problem_data(cp.HIGHS)
     program, zero = highspy.HighsLp(), data["dims"].zero

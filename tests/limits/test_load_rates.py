@@ -163,7 +163,7 @@ def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
 @example(seed=4)  # three corners
 @example(seed=6)
 def test_of_the_guaranteed_limit_in_space(seed):
-    """Two opposed corners rule, or three."""
+    """Rates of the guaranteed limit in space, where two opposed corners or three govern."""
     contact = random_contact(np.random.default_rng(seed), 2)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}])
     rates_agree(fo.guaranteed_limit, contact, cycle, 0.6, slack=1e-3)

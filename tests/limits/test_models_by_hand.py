@@ -71,7 +71,10 @@ def critical_load(system, cycle, f, index):
     ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
 )
 def test_friction_of_a_guaranteed_problem_changed_by_hand(contact, cycle):
-    """The shear and the pressure that the node needs follow from it, also in copies."""
+    """Friction of a guaranteed problem can be changed by hand, also in copies.
+
+    The shear and the pressure that the node needs follow from friction.
+    """
     system = contact(np.random.default_rng(3), 3)
     limit = fo.guaranteed_limit(system, cycle, 0.6)
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
@@ -132,7 +135,11 @@ def test_a_problem_without_an_optimum_has_the_status_that_plain_cvxpy_gives_it(q
 
 
 def test_own_rows_where_nothing_is_safe_without_them():
-    """They rule nothing, so their multipliers are 0, also those of an answer before."""
+    """Rows of the user have multipliers 0 where nothing is safe without them.
+
+    They govern nothing, so that their multipliers are 0, even if an earlier answer left other
+    values.
+    """
     system, cycle, friction = NONE_SAFE
     model = fo.ShakedownModel(system, cycle)
     row = model.slip <= 1.0
@@ -236,7 +243,10 @@ def test_norms_in_space_are_bare_so_that_solvers_of_second_order_cones_take_them
     ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
 )
 def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, friction):
-    """By the rows as they are printed, which plain cvxpy solves, and by all of them."""
+    """Rows of pressure that are left out change nothing.
+
+    Plain cvxpy solves the rows as they are printed, and all rows.
+    """
     system, friction = contact(np.random.default_rng(2), 3), np.array(friction)
     load = fo.LoadCycle(cycle.mean, [{**corner, "mean": 0.4} for corner in cycle.corners])
     limit = fo.shakedown_limit(system, load, friction, open=np.zeros(3, dtype=bool))
@@ -251,7 +261,7 @@ def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, frict
 
 @pytest.mark.parametrize("axes", [1, 2])
 def test_programs_hold_no_copy_of_the_stiffness(axes):
-    """Constants of cvxpy usually copy their arrays."""
+    """Programs hold no copy of the stiffness, although constants of cvxpy usually copy arrays."""
     rng = np.random.default_rng(1)
     contact = random_system(rng, 5) if axes == 1 else random_contact(rng, 5)
     limit = fo.shakedown_limit(contact, CYCLE if axes == 1 else SPACE, 0.5, open=[False] * 5)

@@ -204,7 +204,10 @@ def test_the_rate_with_friction_is_that_of_differences():
     "load_factor, rests", [(0.45, 1), (0.46, 0), (0.99, 0), (1.01, 1), (3.0, 1)]
 )
 def test_with_a_scaled_normal_load_the_states_of_rest_need_not_be_an_interval(load_factor, rests):
-    """One node, at rest on [0, 1 / 2.2] and from 1 on."""
+    """With a scaled normal load the states of rest need not be an interval.
+
+    One node is at rest on [0, 1 / 2.2] and from 1 on.
+    """
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     )

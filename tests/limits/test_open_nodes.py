@@ -179,7 +179,10 @@ def test_an_open_node_may_slip_farther_than_the_largest_slip():
 
 
 def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
-    """Table, copy and picture name the open nodes; a bound on the slip lowers the limit."""
+    """Table, copy and picture of a rounded punch name its open nodes.
+
+    A bound on the slip lowers the limit.
+    """
     contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
     assert limit.to_frame()["open"].tolist() == limit.open.tolist()

@@ -118,7 +118,10 @@ def test_the_limit_in_space_under_rows_on_all_nodes(seed):
 @settings(max_examples=few(4, 1, 4))
 @given(seeds)
 def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
-    """Also where rows that all pressures obey contradict each other with all nodes closed."""
+    """A safe slip under the same rows exists up to the limit under these rows.
+
+    This also holds where rows that all pressures obey contradict each other with all nodes closed.
+    """
     contact, f, limit = open_contact(seed)
     rows = own_rows(limit, seed)
     model = fo.ShakedownModel(contact, CYCLE)

@@ -112,7 +112,10 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
     most=st.none() | st.floats(0.0, 2.0),
 )
 def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, factor, most):
-    """Where it leaves some node no pressure, no friction is enough."""
+    """The best pressed slip agrees with another program.
+
+    Where it leaves some node without pressure, no friction is enough.
+    """
     contact = make(np.random.default_rng(seed), nodes, coupling=1.0)
     least = cp.Variable()
     bound = None if most is None else np.full(nodes, most)

@@ -135,7 +135,10 @@ def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
 
 @pytest.mark.parametrize("seed", few(range(2)))
 def test_in_space_every_ray_ends_between_both_polygons(seed):
-    """By polygons around the circles, and raw slips."""
+    """In space every ray ends between both polygons of the region.
+
+    The end of the ray is a limit by polygons around the friction circles, over raw slips.
+    """
     rng = np.random.default_rng(seed)
     contact, f = random_contact(rng, 3), rng.uniform(0.3, 0.8, 3)
     region = fo.safe_region(

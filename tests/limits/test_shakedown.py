@@ -99,7 +99,7 @@ def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3, element="linear"):
 
 
 def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
-    """Similar materials under tractions alone."""
+    """Neither stiffness nor size of the scene matters for similar materials under tractions."""
     base = limit_of(scaled_scene(), 0.7, paper_cycle)
     assert limit_of(scaled_scene(E=2.1e11), 0.7, paper_cycle) == pytest.approx(base, rel=EXACT)
     for size in (1e-6, 10.0, 1e6):
@@ -125,7 +125,10 @@ def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
 
 
 def test_normal_forces_that_drown_in_the_shear_of_the_mean_load_are_refused():
-    """Fuzzed seed 552: a mean shear of 1e10 mean pressures, at which HiGHS did not come back."""
+    """Normal forces that drown in the shear of the mean load are refused.
+
+    The mean shear is 1e10 mean pressures, at which HiGHS did not come back (fuzzed seed 552).
+    """
     contact = system(0.6, 0.0, 0.016, 1e-12, 1.5, 0.3)
     loads = {"mean": [0.0096, 0.0128, 1e-12], "cyclic": [1.0, 0.0, 0.0]}
     for node in (contact, fo.ContactSystem(np.eye(3), [[0, 0, 0]], loads)):

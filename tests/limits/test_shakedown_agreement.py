@@ -64,7 +64,11 @@ def test_friction_changed_by_hand_to_zero_leaves_no_tension():
 
 @pytest.mark.slow
 def test_many_corners_take_memory_for_their_loads_alone():
-    """Three nodes and 20,000 corners: rows of all of them would be a program of 120,000."""
+    """Many corners take memory only for their loads.
+
+    There are three nodes and 20,000 corners. Rows of all of them would be a program of 120,000
+    rows.
+    """
     rng = np.random.default_rng(0)
     contact = random_system(rng, 3, loads=("mean", "a", "b"))
     cycle = fo.LoadCycle(

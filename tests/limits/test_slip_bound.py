@@ -44,7 +44,10 @@ from helpers.systems import (
 def test_the_shakedown_limit_against_a_program_over_raw_slips(
     tangents, seed, nodes, corners, f, coupling, free, size, simplify
 ):
-    """`free`: in the plane, of a body that nothing holds against a slide."""
+    """The shakedown limit agrees with a program over raw slips.
+
+    If `free`, nothing holds the body in the plane against a slide.
+    """
     rng = np.random.default_rng(seed)
     rel = 1e-8 if tangents == 1 else 1e-6
     f = f * rng.uniform(0.5, 1.5, nodes)

@@ -91,7 +91,7 @@ def matched(**changes):
 
 
 def test_nodes_on_springs():
-    """Bodies of a single node each, which cannot turn."""
+    """Nodes on springs are bodies of a single node each, which cannot turn."""
     springs = {
         "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
         "points": [[0, 0], [1, 0], [0, 0], [1, 0]],

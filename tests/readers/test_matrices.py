@@ -179,7 +179,10 @@ def test_decks_are_read_as_written(squares):
 
 
 def test_surfaces_name_their_nodes(squares):
-    """Of faces of elements and of nodes; a set of the same name goes first."""
+    """Surfaces name their nodes.
+
+    They are surfaces of faces of elements or of nodes; a set of the same name has precedence.
+    """
     named = "*SURFACE, NAME=Side\nFIRST, S4\n*SURFACE, NAME=Nodes, TYPE=NODE\nRIGHT\n10\n*SURFACE, NAME=Right\n1, S4\n"
     named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*ELEMENT, TYPE=MASS, ELSET=HEAVY\n99, 10\n*SURFACE, NAME=Lost\nHEAVY, S1"
     (squares / "job.inp").write_text(SQUARES + named)

@@ -612,7 +612,10 @@ def lies(answer):
 
 
 def test_an_excess_needs_multipliers_that_prove_it(monkeypatch):
-    """A solver that claims an excess of a feasible program, or none of one that has no solution."""
+    """An excess needs multipliers that prove it.
+
+    A solver claims an excess of a feasible program, or no excess of a program without a solution.
+    """
     for kind, excess in (("feasible", 1.0), ("infeasible", 0.0)):
         chain = Chain(tiny(kind, True)[0], {})
         with monkeypatch.context() as patch:
@@ -725,7 +728,10 @@ def test_growth_within_little_friction_needs_pressure_that_grows_and_values_to_b
 
 
 def test_values_that_cannot_be_read_are_refused_each_time(monkeypatch):
-    """Else the second question would be answered with the values before."""
+    """Values that cannot be read are refused each time.
+
+    Otherwise the second question would be answered with the values of the first one.
+    """
     x, bound = cp.Variable(), cp.Parameter(value=2.0)
     compiled = Compiled(cp.Problem(cp.Minimize(x), [x >= bound]))
     bound.value = 3.0

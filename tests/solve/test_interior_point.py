@@ -332,7 +332,7 @@ def of_nodes(rng, nodes, depth):
 
 @pytest.mark.parametrize("depth", [1.0, 1e-2])
 def test_equations_through_the_block_are_those_of_all_rows(depth):
-    """Against one dense solve of all rows."""
+    """Equations through the block agree with one dense solve of all rows."""
     program, scaling, u, v = of_nodes(np.random.default_rng(1), 7, depth)
     equations = Equations(program, scaling, through_block=True)
     found = np.concatenate(equations.solved(u, v))
@@ -354,7 +354,10 @@ def test_without_sparse_weights_or_digits_the_equations_of_a_step_are_solved_dir
 
 
 def test_limits_by_steps_through_the_block_are_those_by_direct_steps(monkeypatch):
-    """All programs of small contacts, solved through the block, against the direct way."""
+    """Limits by steps through the block agree with limits by direct steps.
+
+    All programs of small contacts are solved in both ways.
+    """
     for seed in few(range(6)):
         contact = random_contact(np.random.default_rng(seed), 6)
         question = contact, cycle(), 0.5

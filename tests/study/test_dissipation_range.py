@@ -215,7 +215,10 @@ def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_
 
 
 def test_no_start_beside_the_best_one_has_less_work():
-    """Above the limit, where random starts around the ends of descents have 7 % less work."""
+    """No start beside the best start has less work.
+
+    Above the limit random starts around the ends of descents have 7 % less work.
+    """
     contact, turns, f, rng = blocky(32, 11, 3, (0.3, 1.2))
     load_factor, span = found(contact, turns, f, rng.uniform(1.0, 1.6))
     works = [

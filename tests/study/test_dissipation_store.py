@@ -127,7 +127,10 @@ def changed(file, statement, *values):
 
 
 def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
-    """To be read by anything that reads sqlite, among it pandas."""
+    """The file holds every run with all its digits.
+
+    Any program that reads sqlite can read it, among them pandas.
+    """
     table = fo.results.read_store(file)
     by_load = table.sort_values("load_factor", ignore_index=True)
     columns = [name for name in table.columns if name not in ("key", "loads", "seconds")]
@@ -360,7 +363,10 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(
 def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
     file, tmp_path, undisturbed
 ):
-    """Bits flipped and ends cut off at random places."""
+    """Every damaged file is an error or a warning, but never another table.
+
+    Bits are flipped and ends are cut off at random places.
+    """
     content, rng = file.read_bytes(), np.random.default_rng(0)
     harmed, errors = tmp_path / "harmed.sqlite", 0
     for number in range(few(60)):

@@ -61,7 +61,10 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
 
 @pytest.mark.parametrize("solvable", [True, False])
 def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(solvable, monkeypatch):
-    """Also where solvers cannot tell that no slip holds all nodes closed."""
+    """A node that stays open does not change the worst start.
+
+    This also holds where solvers cannot find out that no slip holds all nodes closed.
+    """
     honest = range_starts.furthest
 
     def furthest(task, *arguments):

@@ -38,7 +38,10 @@ def cases(seed, count, most_friction, rigid=None, loads=1):
 
 
 def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction():
-    """Validation by enumeration on 120 increments: coupled, with gaps, separation and closing."""
+    """All engines find the only state below the critical friction.
+
+    The reference is an enumeration on 120 coupled increments, with gaps, separation and closing.
+    """
     opened = slipped = failed = 0
     engines = {}
     for contact, friction, slip, load in cases(0, 30, 0.6, loads=4):
@@ -71,7 +74,7 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
 
 
 def test_the_program_decides_and_not_the_guess(monkeypatch):
-    """With the worst of guesses for a start, the same states."""
+    """The program decides the state, not the guess: the worst guess leads to the same states."""
 
     def wrong(*start):
         state = newton(*start)
@@ -98,7 +101,10 @@ def test_one_of_several_states_is_found():
 
 @pytest.mark.parametrize("rigid", [LIFTING, FREE], ids=["lifting", "free"])
 def test_bodies_that_only_their_load_holds(rigid):
-    """Where there is a state it is found; where there is none, it never finds one."""
+    """Bodies that only their load holds have the enumerated states.
+
+    Where there is a state, it is found; where there is none, none is found.
+    """
     found = none = 0
     for contact, friction, slip, load in cases(4, 40, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)

@@ -21,7 +21,10 @@ def cylinder(nodes):
 
 
 def test_dissipation_converges_to_the_closed_form():
-    """Second order in the cell, with the edges of contact and stick on edges of cells."""
+    """Dissipation converges to the closed form with second order in the cell.
+
+    The edges of contact and stick are on edges of cells.
+    """
     Q0 = SHARE * CONTACT.f * CONTACT.P
     errors = []
     for nodes in (40, 80, 160):

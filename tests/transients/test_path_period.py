@@ -113,7 +113,10 @@ def punched(ratio):
 
 @pytest.mark.parametrize("ratio", [1.01, 1.2, 2.0])
 def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
-    """By the states of the cycle itself, whatever the works of the others are."""
+    """Nodes slip if their slip range is larger than rounding.
+
+    The states of the cycle decide, whatever the works of the other nodes are.
+    """
     problem = punched(ratio)
     steady = fo.steady_state(*problem)
     moved = steady.fretting_table()["slip_range"].to_numpy()

@@ -124,7 +124,10 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
 
 
 def test_an_edge_beside_open_nodes_has_a_limit_of_its_own():
-    """A flat punch beside a gap that stays open: pressure is highest at its edges."""
+    """An edge beside open nodes has its own limit.
+
+    A flat punch is beside a gap that stays open, and its pressure is highest at its edges.
+    """
     flat = fo.ContactSystem.from_blocks(**half_plane_contact(24, 1.5, 1.0))
     punch = flat.with_gap(np.where(np.abs(flat.x) < 1, 0.0, 9.0))
     limit = fo.shakedown_limit(punch, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), F)
