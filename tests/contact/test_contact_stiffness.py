@@ -182,7 +182,7 @@ def test_springs_that_are_soft_in_one_direction_leave_the_other_one_rigid(stiffn
     soft = system.with_contact_stiffness(tangential=stiffness)
     assert np.abs(soft.C - free).max() < (1e-13 + 10 * stiffness) * np.abs(free).max()
     assert np.abs(soft.A - stiffness * np.eye(2)).max() < 1e-6 * stiffness + 1e-15
-    # Which moves its load as if the bodies did not touch along the tangents.
+    # The shear moves its load as if the bodies did not touch along the tangents.
     q = np.array([1.0, 0.5])
     assert np.allclose(
         np.diag(soft.compliance),

@@ -111,7 +111,7 @@ def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
         assert p.sum() == pytest.approx(area, rel=1e-12)
         if d == 2 or plate != 4:
             assert p[pressed] == pytest.approx(system.width[pressed], rel=1e-12)
-    # Of four rows of nodes two are corners of the level faces.
+    # Two of four rows of nodes are corners of the level faces.
     assert (~level).sum() == (2 if d == 2 else 8)
 
 

@@ -170,7 +170,7 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
     assert guaranteed.load_factor == pytest.approx(least, rel=1e-6)
     check(guaranteed)
     every = fo.guaranteed_limit(contact, cycle, f, simplify=False)
-    # Of all pairs of corners of the node.
+    # The limit is the least of all pairs of corners of the node.
     assert every.node is None or every.to_frame()["load_factor"].min() == every.load_factor
     if guaranteed.node is not None and guaranteed.load_factor > guaranteed.least:
         assert fo.verify(guaranteed, starts=0, moved=1).persists

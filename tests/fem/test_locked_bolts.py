@@ -181,7 +181,7 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
         for system, state_loads in ((locked, loads), (free, same))
     ]
     assert np.abs(forces[0] - forces[1]).max() < 1e-11 * np.abs(forces[0]).max()
-    # Of a bolt that is not locked: how far its faces have come together.
+    # The distance by which the faces of a bolt that is not locked have come together.
     closer = free.displacements([*same.values()], v, w)[0] / 20.0
     assert closer == pytest.approx(loads["bolt"] * locked.bolts["bolt"][1], rel=1e-10)
     moved = [

@@ -255,7 +255,7 @@ def test_bars_that_touch_nowhere_vibrate_by_themselves():
     steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
     waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
     assert apart.frequency == pytest.approx(of_elements(waves, LENGTH / 20), rel=1e-9)
-    # A result that knows its open nodes.
+    # A result knows its open nodes, too.
     assert np.array_equal(model.modes(5, open=steady).frequency, apart.frequency)
 
 
@@ -533,7 +533,7 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
     bodies = two_boxes(
         {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3, 1.0), bulge=None
     )
-    # Of different sides: CalculiX may miss one of two modes of one frequency.
+    # The sides are different, because CalculiX may miss one of two modes of one frequency.
     sizes = np.array([[1.0], [1.4], [1.0]])
     bodies = {
         name: replace(body, mesh=replace(body.mesh, doflocs=sizes * body.mesh.p))

@@ -97,7 +97,7 @@ def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
             {"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}]
         )
         assert not warned(lambda added=added: fo.shakedown_limit(system, added, 0.5))
-    # A load that rises.
+    # A load that rises in proportion is no mistake.
     assert not warned(
         lambda: fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"P": 1.0, "Q": 0.1}]), 0.5)
     )

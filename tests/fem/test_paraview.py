@@ -140,7 +140,7 @@ def test_a_state_in_space(tmp_path, kind):
     # Over its height of 1 the stress is the traction, in the mean.
     assert np.allclose(stress[[5, 4, 2]], [0.5, -0.25, -3.0], atol=0.01)
     corners, areas = face.cells.reshape(face.n_cells, -1)[:, 1:], face.compute_cell_sizes()["Area"]
-    # Of each node, the cells being equal.
+    # The share of each node in the area; the cells are equal.
     share = np.bincount(corners.ravel(), np.repeat(areas / corners.shape[1], corners.shape[1]))
     assert np.isclose(share.sum(), 1.0) and face.n_cells == (9 if kind is MeshHex else 18)
     assert np.allclose(share @ face["pressure"], 3.0)

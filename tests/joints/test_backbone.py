@@ -69,7 +69,7 @@ def test_the_element_of_jenkins():
         == curve.guaranteed_limit
     )
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
-    # Its square is 0.
+    # The square of this load factor is 0 by underflow.
     least = fo.backbone_curve(
         system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural
     )
@@ -376,8 +376,8 @@ def test_two_sliders_in_space_contact_by_contact():
     )
     assert curve.load_at(work=curve.work[1]).load_factor == pytest.approx(0.75)
     third = curve.load_at(slipping=1 / 3)
-    # What is seen there.
     assert third.load_factor == pytest.approx(1.4 + 0.6 / 9)
+    # The load factor is interpolated; the state at this load factor has a share of 0.25.
     assert third.slipping_share == 0.25
     turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
     other = fo.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)

@@ -216,11 +216,9 @@ def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
         if len(calls) == 20:
             raise error("stop")
         steady = proven(*args)
-        return (
-            replace(steady, record=replace(steady.record, residual=5e-10))
-            if len(calls) == 1
-            else steady
-        )
+        if len(calls) == 1:
+            return replace(steady, record=replace(steady.record, residual=5e-10))
+        return steady
 
     monkeypatch.setattr(wear, "reported", stops)
     with pytest.raises(error) as caught:

@@ -17,7 +17,7 @@ def in_plane(contact):
 
 
 def in_space(contact):
-    # One soft across is refused or not by rounding where the limit is 0.
+    # A contact that is soft across is refused or not by rounding where the limit is 0.
     return embedded(contact, np.random.default_rng(0), across=contact.A)[0]
 
 

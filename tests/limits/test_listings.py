@@ -82,11 +82,9 @@ class Script:
 def small_contact(tangents, seed=0, nodes=3):
     """A small contact and a cycle of two corners, or three in space."""
     rng = np.random.default_rng(seed)
-    return (
-        (random_contact(rng, nodes), fo.LoadCycle({"mean": 1.0}, CORNERS))
-        if tangents == 2
-        else (random_system(rng, nodes), CYCLE)
-    )
+    if tangents == 2:
+        return random_contact(rng, nodes), fo.LoadCycle({"mean": 1.0}, CORNERS)
+    return random_system(rng, nodes), CYCLE
 
 
 def near(value, tangents):
@@ -181,10 +179,8 @@ def test_the_slip_that_presses_most_in_a_bare_script(tangents):
     With little mean pressure, it is the largest value of the least of the pressures.
     """
     contact, cycle = small_contact(tangents)
-    cycle, force = (
-        fo.LoadCycle({"mean": 1.0}, [{**corner, "mean": -0.7} for corner in cycle.corners]),
-        float(contact.reaction(cycle.mean)[1].mean()),
-    )
+    force = float(contact.reaction(cycle.mean)[1].mean())
+    cycle = fo.LoadCycle({"mean": 1.0}, [{**corner, "mean": -0.7} for corner in cycle.corners])
     script, least = Script(contact, cycle, 0.5, 1.0), cp.Variable(name="least")
     rows = script.rest + script.listing.within(
         script.x, script.listing.constant(np.full(3, 0.05), "slip_bound")
@@ -325,11 +321,9 @@ def test_a_listing_is_a_few_lines_of_names(name):
     printed = str(answer.problem)
     assert len(printed.splitlines()) <= 14, printed
     numbers = re.sub(r"\b(0\.0|1\.0|2\.0|50\.0)\b", "", printed)  # cvxpy prints 0, 1, 2 and 50 so
-    assert (
-        not re.search(r"\d\.\d", numbers)
-        and "[[" not in printed
-        and "..." not in printed.replace("k = 0, 1, ..., 23", "")
-    ), printed
+    assert not re.search(r"\d\.\d", numbers), printed
+    assert "[[" not in printed, printed
+    assert "..." not in printed.replace("k = 0, 1, ..., 23", ""), printed
     assert answer.problem.value == pytest.approx(value, rel=1e-12, abs=1e-12)
     assert answer.problem.status == "optimal"
 
@@ -485,22 +479,19 @@ def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
     data, *_ = limit.problem.get_problem_data(cp.HIGHS)
     program, zero = highspy.HighsLp(), data["dims"].zero
     rows = data["A"].tocsc()
-    program.num_col_, program.num_row_, program.col_cost_ = rows.shape[1], rows.shape[0], data["c"]
-    program.col_lower_, program.col_upper_ = (
-        np.full(rows.shape[1], -highspy.kHighsInf),
-        np.full(rows.shape[1], highspy.kHighsInf),
-    )
-    program.row_lower_, program.row_upper_ = (
-        np.r_[data["b"][:zero], np.full(rows.shape[0] - zero, -highspy.kHighsInf)],
-        data["b"],
-    )
+    program.num_row_, program.num_col_ = rows.shape
+    program.col_cost_ = data["c"]
+    program.col_lower_ = np.full(rows.shape[1], -highspy.kHighsInf)
+    program.col_upper_ = np.full(rows.shape[1], highspy.kHighsInf)
+    # The first rows are equations, the others have only an upper bound.
+    unbounded = np.full(rows.shape[0] - zero, -highspy.kHighsInf)
+    program.row_lower_ = np.r_[data["b"][:zero], unbounded]
+    program.row_upper_ = data["b"]
     matrix = program.a_matrix_
-    matrix.format_, matrix.start_, matrix.index_, matrix.value_ = (
-        highspy.MatrixFormat.kColwise,
-        rows.indptr,
-        rows.indices,
-        rows.data,
-    )
+    matrix.format_ = highspy.MatrixFormat.kColwise
+    matrix.start_ = rows.indptr
+    matrix.index_ = rows.indices
+    matrix.value_ = rows.data
     writer, reader = highspy.Highs(), highspy.Highs()
     for one in (writer, reader):
         one.setOptionValue("output_flag", False)

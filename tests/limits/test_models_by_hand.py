@@ -65,7 +65,7 @@ def critical_load(system, cycle, f, index):
     return cp.Problem(cp.Minimize(load_factor), rows).solve(**options)
 
 
-# Of cvxpy's bounds on products of the oracle's own program.
+# The warnings come from cvxpy's bounds on products in the program of the test.
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 @pytest.mark.parametrize(
     ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]

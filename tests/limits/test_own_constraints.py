@@ -34,11 +34,9 @@ TURNS = spatial_cycle()
 
 
 def contact_of(rng, nodes, tangents, coupling=0.5):
-    return (
-        random_contact(rng, nodes, coupling)
-        if tangents == 2
-        else random_system(rng, nodes, ("mean", *"abc"), coupling)
-    )
+    if tangents == 2:
+        return random_contact(rng, nodes, coupling)
+    return random_system(rng, nodes, ("mean", *"abc"), coupling)
 
 
 def test_a_model_says_what_it_asks():

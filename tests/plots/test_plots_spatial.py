@@ -169,7 +169,7 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     steady = fo.steady_state(contact, cycle(), F, factor, steps=4)
     ax = steady.plot()
     slips = steady.states().slip
-    # Of all states of the cycle: the two that are furthest apart, of each node.
+    # The two states of the cycle that are furthest apart, for each node.
     pairs = slips[:, None] - slips[None]
     most = np.linalg.norm(pairs, axis=-1).reshape(len(slips) ** 2, -1).argmax(axis=0)
     check_face(

@@ -158,10 +158,8 @@ def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
         cell_data={"cell_tags": [np.array([-1, -2]), np.array([-3])]},
         point_data={"point_tags": np.array([1, 0, 1, 1, 0])},
     )
-    mesh.cell_tags, mesh.point_tags = (
-        {-1: ["high", "all"], -2: ["low", "all"], -3: ["side"]},
-        {1: ["wall"]},
-    )
+    mesh.cell_tags = {-1: ["high", "all"], -2: ["low", "all"], -3: ["side"]}
+    mesh.point_tags = {1: ["wall"]}
     meshio.write(tmp_path / "two.med", mesh)
     found = fo.read_mesh(tmp_path / "two.med")
     assert {name: members.tolist() for name, members in found.subdomains.items()} == {

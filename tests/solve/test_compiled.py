@@ -75,24 +75,23 @@ def same_rows(mine, theirs):
 
 def contact_problem(seed, tangents, bounded, constrained):
     rng = np.random.default_rng(seed)
-    contact, loads = (
-        (random_system(rng, 3), CYCLE) if tangents == 1 else (random_contact(rng, 3), space_cycle())
-    )
+    if tangents == 1:
+        contact, loads = random_system(rng, 3), CYCLE
+    else:
+        contact, loads = random_contact(rng, 3), space_cycle()
     model = fo.ShakedownModel(contact, loads, slip_bound=0.8 if bounded else None)
-    rows = (
-        [
+    rows = []
+    if constrained:
+        rows = [
             model.slip[0] <= 0.1,
             cp.norm1(model.slip[1]) <= 1.0,
             cp.sum(model.p[0]) >= 0.1,
             model.load_factor <= 5.0,
         ]
-        if constrained
-        else []
-    )
     return model.solve(0.4, rows).problem
 
 
-# Of three dimensions, as cvxpy takes them.
+# cvxpy warns of expressions of three dimensions.
 @pytest.mark.filterwarnings("ignore:The problem includes expressions")
 @pytest.mark.parametrize("constrained", [False, True])
 @pytest.mark.parametrize("bounded", [False, True])
@@ -180,15 +179,13 @@ def any_program(rng, cones, n=5):
         weight * load + y[k % 2] <= y0[k % 2] + right
         for k, (weight, right) in enumerate(zip(weights, rng.uniform(0.2, 1.0, 4), strict=True))
     ]
-    rows += (
-        [
+    if cones:
+        rows += [
             cp.pnorm(cp.reshape(y[:4] - y0[:4], (2, 2), order="F"), 2, axis=1) <= 0.9 + load,
             cp.norm(w - w0) <= 1.5,
         ]
-        if cones
-        else []
-    )
-    rows += [rng.normal(size=(2, n)) @ (x - at) == 0] if rng.random() < 0.3 else []
+    if rng.random() < 0.3:
+        rows += [rng.normal(size=(2, n)) @ (x - at) == 0]
     problem = cp.Problem(
         cp.Maximize(
             rng.normal(size=n) @ x

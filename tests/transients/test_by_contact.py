@@ -40,7 +40,7 @@ def test_the_forces_on_both_flanks_of_a_wedge_balance_its_loads(angle):
         assert table[f"fP_{corner}"].to_numpy() == pytest.approx(0.2 * table[f"P_{corner}"])
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert table.attrs["corners"] == list(cycle.corner_names)
-    # Of flanks one high.
+    # The flanks are one high.
     assert table["area"].to_numpy() == pytest.approx([1 / np.sin(np.pi / 3)] * 2)
     assert table[["sticking", "slipping", "open"]].sum(axis=1).to_numpy() == pytest.approx(
         [1.0, 1.0]

@@ -85,11 +85,11 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
     friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]),
     unlike=st.sampled_from([0.0, 1.0]),
 )
-# Friction that does not oppose the slip is most of what is wrong.
+# Friction that does not oppose the slip is the largest part of the residual.
 @example(seed=228, nodes=3, in_space=False, friction=0.5, unlike=1.0)
 @example(seed=1175, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # the same in space
 @example(seed=11, nodes=1, in_space=False, friction=0.2, unlike=1.0)  # a shear above its bound
-# A node slips that is pulled, on twice what it lacks in pressure.
+# A node that is pulled slips; its shear is twice its missing pressure.
 @example(seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0)
 def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction, unlike):
     """The residual of the sweeps is the residual that judges the state.

@@ -175,10 +175,8 @@ def test_listings_run_in_a_bare_script(punch):
     exec(bare(listings.complementarity), script)
     problem = script["problem"]
     problem.param_dict["trial"].value = trial
-    problem.var_dict["forward_slip"].value, problem.var_dict["backward_slip"].value = (
-        np.maximum(state.slip, 0),
-        np.maximum(-state.slip, 0),
-    )
+    problem.var_dict["forward_slip"].value = np.maximum(state.slip, 0)
+    problem.var_dict["backward_slip"].value = np.maximum(-state.slip, 0)
     problem.var_dict["gap"].value = state.gap
     assert problem.objective.value == pytest.approx(0.0, abs=1e-12)
     assert all(row.violation().max() < 1e-12 for row in problem.constraints)

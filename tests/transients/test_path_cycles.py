@@ -23,11 +23,10 @@ def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
     Its changes are below the tolerance but no rounding. The confirmation finds that the work does
     not repeat, and then is zero.
     """
-    path, works = Mapped(lambda x: x / 2, PERIODIC), iter([4.0, 2.0, 3.0, 5.0, 0.0])
-    made, path.cycle_on = (
-        path.cycle_on,
-        lambda count: replace(made(count), work=np.array([next(works)])),
-    )
+    path = Mapped(lambda x: x / 2, PERIODIC)
+    works = iter([4.0, 2.0, 3.0, 5.0, 0.0])
+    cycle_on = path.cycle_on
+    path.cycle_on = lambda count: replace(cycle_on(count), work=np.array([next(works)]))
     assert settled(path, 50)[0] is Outcome.SHAKEDOWN and not list(works)
 
 

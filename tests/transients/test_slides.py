@@ -111,7 +111,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                 fo.ShakedownModel(contact, question.cycle).of_set(question)
     assert len(lies) == 6
-    # Which lets node 0 lift node 1 by 2 more.
+    # The bound of 2 lets node 0 lift node 1 by 2 more.
     within = pose(contact, question.cycle, 5.0, slip_bound=2.0)
     limit = fo.ShakedownModel(contact, question.cycle, slip_bound=2.0).of_set(
         with_open(within, np.array([False, True, False]))

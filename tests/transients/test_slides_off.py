@@ -173,10 +173,8 @@ def without_coupling(rng, axes):
     roots = rng.normal(size=(t * n, t * n)), rng.normal(size=(n, n))
     off = np.eye(t * n) - slides @ slides.T
     S = np.zeros((axes * n, axes * n))
-    S[: t * n, : t * n], S[t * n :, t * n :] = (
-        off @ (roots[0] @ roots[0].T + np.eye(t * n)) @ off,
-        roots[1] @ roots[1].T + 0.1 * np.eye(n),
-    )
+    S[: t * n, : t * n] = off @ (roots[0] @ roots[0].T + np.eye(t * n)) @ off
+    S[t * n :, t * n :] = roots[1] @ roots[1].T + 0.1 * np.eye(n)
     S, gap = (S + S.T) / 2, rng.uniform(0, 0.3, n) * (rng.random(n) < 0.3)
     load = {"m": np.r_[0.5 * rng.normal(size=t * n), rng.normal(size=n) + 1.2]}
     points = (

@@ -86,10 +86,8 @@ def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
     free, rigid = contact(rng, MOTIONS[1])
     n, held = free.nodes, np.eye(6) + 0.1
     both = np.zeros((3, n + 2, 3, n + 2))
-    both[:, :n, :, :n], both[:, n:, :, n:] = (
-        free.S.reshape(3, n, 3, n),
-        softer * held.reshape(3, 2, 3, 2),
-    )
+    both[:, :n, :, :n] = free.S.reshape(3, n, 3, n)
+    both[:, n:, :, n:] = softer * held.reshape(3, 2, 3, 2)
     points = np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]])
     frames = np.concatenate([free.frames, [np.eye(3)] * 2])
     system = fo.ContactSystem(

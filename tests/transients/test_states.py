@@ -50,7 +50,7 @@ def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean
             3 - done,
             25,
         )
-        # Of that cycle what is left is followed.
+        # Only the rest of that cycle is followed.
         part = int(row in inside and state.next_corner == 0)
         assert np.allclose(
             again.cycle_work[part:], whole.cycle_work[done + part :], rtol=1e-8, atol=1e-12
