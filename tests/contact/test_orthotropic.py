@@ -21,7 +21,7 @@ F = 0.4
 
 
 def turned(system):
-    """The same contact with its tangents by a quarter turn: the second one is the first."""
+    """The same contact with its tangents by a quarter turn: the second tangent is the first."""
     n = system.nodes
     Q = np.zeros((3 * n, 3 * n))
     each = np.arange(n)
@@ -215,7 +215,10 @@ def test_the_shear_through_a_contact_is_that_of_the_loads():
 
 
 def test_a_strength_is_an_ellipse_too():
-    """Where nothing changes a pressure, it is friction that is lowered, with the same ratio."""
+    """A strength is an ellipse, too.
+
+    Where nothing changes a pressure, the strength lowers friction, with the same ratio.
+    """
     bare, p = uncoupled(np.random.default_rng(3), 4, 2)
     system = bare.with_orthotropic_friction(0.6)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])

@@ -319,7 +319,10 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
 
 
 def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
-    """Those on either side of the push are the same, so that it does not turn."""
+    """A block in space slides off at the sum of its strengths.
+
+    The strengths on either side of the push are equal, so that the block does not turn.
+    """
     c = np.repeat([0.05, 0.1, 0.12, 0.07, 0.08], 3)
     system = strong(block(np.random.default_rng(6), width=8.0, axes=3), *c)
     slide = fo.gross_slip(system, fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5)
@@ -348,7 +351,10 @@ def test_a_coupled_node_in_space_in_closed_form():
 
 
 def test_a_body_that_its_surface_does_not_hold_has_no_state():
-    """Strengths of .5 in all hold what is below."""
+    """A body that its surface does not hold has no state.
+
+    The strengths hold at most .5 in all.
+    """
     body = strong(block(np.random.default_rng(6)), 0.1)
     cycle = fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     with pytest.raises(

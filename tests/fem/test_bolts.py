@@ -171,7 +171,10 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
 
 
 def test_two_legs_of_one_bolt_have_a_section_each():
-    """A portal on two rigid feet: each leg carries its own force, and both cuts lie in one body."""
+    """Two legs of one bolt have a section each.
+
+    A portal is on two rigid feet. Each leg carries its own force, and both cuts are in one body.
+    """
     legs = MeshQuad.init_tensor(np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 4))
     legs = legs.remove_elements(
         np.flatnonzero(

@@ -412,7 +412,11 @@ def cracked(kind, material, off=0.0, **traction):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_crack_within_a_body_ends_at_its_tip(kind):
-    """The last nodes of both lips are one: no pair, and the others are as multipliers hold them."""
+    """A crack within a body ends at its tip.
+
+    The last nodes of both lips are one node and no pair; multipliers hold the other nodes in the
+    same way.
+    """
     model, upper, lower = cracked(kind, fo.Material(), x=0.2, y=-1.0)
     system = model.condense()
     mesh = model.bodies["plate"].mesh
@@ -436,7 +440,10 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_pictures_show_a_crack_to_its_tip(kind):
-    """All facets of its upper lip; the tip moves with the body and does not slip."""
+    """Pictures show a crack to its tip.
+
+    They show all facets of its upper lip. The tip moves with the body and does not slip.
+    """
     model, _, lower = cracked(kind, fo.Material(), y=-1.0)
     mesh, n = model.bodies["plate"].mesh, len(lower)
     fields = model.recover({"P": 1.0}, np.full((n, 2) if mesh.dim() == 3 else n, 0.1))

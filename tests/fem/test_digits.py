@@ -67,7 +67,10 @@ def lap(space, written, angle, apart=0.0, **how):
     factor=st.sampled_from([1.0, 1e-3, 1e3]),
 )
 def test_uniform_pressure_goes_through_flat_oblique_faces(angle, count, form, space, gap, factor):
-    """In other units too: these do not change the digits."""
+    """Uniform pressure goes through flat oblique faces, in any units.
+
+    Units do not change the digits.
+    """
     system = lap(space, lambda x: form(x, count) * factor, angle, gap=gap)
     assert system.bonded["P"][1].sum() == pytest.approx(
         factor ** (1 + space), rel=10.0 ** (2 - count)

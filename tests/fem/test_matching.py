@@ -80,7 +80,10 @@ def test_three_bodies_meet_two_by_two(tmp_path):
 
 @pytest.mark.parametrize("first", ["bridge", "comb"])
 def test_faces_apart_are_several_and_points_are_none(tmp_path, first):
-    """A bridge on two feet of one body; a block beyond that it touches at one node."""
+    """Faces that lie apart are several faces, and single points are none.
+
+    A bridge of one body has two feet; a block beyond it touches it at one node.
+    """
     x = np.array([0.0, 1.0, 2.0, 3.0])
     bridge = Block(1, [x, np.array([0.0, 1.0])], 1000.0, 0.3, "BRIDGE")
     comb = Block(101, [x, np.array([-2.0, -1.0, 0.0])], 1000.0, 0.3, "COMB")

@@ -286,7 +286,10 @@ def test_surfaces_that_give_are_springs_between_heavy_ends():
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTet])
 @pytest.mark.parametrize("give", [np.inf, 0.7])
 def test_the_load_of_a_mode_moves_it_alone(kind, give):
-    """Its compliance is 1 / omega^2, others do no work in it, and its fields are its shape."""
+    """The load of a mode moves only this mode.
+
+    Its compliance is 1 / omega^2, other modes do no work in it, and its fields are its shape.
+    """
     model = bars(kind, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element="quadratic")
     model = replace(
         model,

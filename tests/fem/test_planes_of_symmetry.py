@@ -91,7 +91,10 @@ def test_a_part_is_as_good_as_the_whole(scene, cut, friction, clamped):
 
 
 def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
-    """A half disc in a half hole: at both ends of its arc the normal of the last chord leans."""
+    """On a plane of symmetry the normal lies in the plane.
+
+    A half disc is in a half hole: at both ends of its arc the normal of the last chord leans.
+    """
     angles, radii = np.linspace(-np.pi / 2, np.pi / 2, 13), np.linspace(0.0, 1.0, 4)
 
     def arc(inner, outer, boundaries):

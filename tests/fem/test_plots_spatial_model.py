@@ -98,7 +98,10 @@ def test_marks_are_held_nodes_and_arrows_go_with_the_loads(drawn):
 
 
 def test_a_preload_presses_both_ends_of_its_bolt(drawn):
-    """Of a bar of 2 by 2 from 0 to 3 along z that is cut at 1.5."""
+    """A preload presses both ends of its bolt.
+
+    The bolt is a bar of 2 by 2 from 0 to 3 along z that is cut at 1.5.
+    """
     *_, arrows = drawn
     arrows.clear()
     across = [0.0, 1.0, 2.0]

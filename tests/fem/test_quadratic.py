@@ -127,7 +127,10 @@ def test_pure_bending_is_exact_without_lateral_strain(kind):
 
 @pytest.mark.parametrize(("nu", "linear"), [(0.3, 1 / 2), (0.49, 1 / 7)])
 def test_quadratic_tetrahedra_do_not_lock(nu, linear):
-    """Linear ones of the same mesh bend by a part of what they should."""
+    """Quadratic tetrahedra do not lock.
+
+    Linear tetrahedra of the same mesh bend by a part of the exact curvature.
+    """
     for element, curvature, error in (("quadratic", 1.0, 0.003), ("linear", linear, 0.15)):
         model, fields = bent(MeshTet, nu, element)
         axis = [
@@ -204,7 +207,10 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
 
 
 def test_a_curved_body_of_one_mesh_is_split_as_it_is():
-    """Two halves of a humped body, with the nodes of the whole."""
+    """A curved body of one mesh is split without a change.
+
+    Two halves of a humped body have the nodes of the whole.
+    """
     whole = box(MeshTri, (-1.0, 1.0), (0.0, 1.0), bulge=hump).with_subdomains(
         {"left": lambda x: x[0] < 0, "right": lambda x: x[0] > 0}
     )

@@ -78,7 +78,10 @@ def test_the_field_of_a_rounded_punch_is_that_of_its_states():
 
 
 def test_without_loads_nothing_moves_where_the_bodies_are_apart():
-    """No gap given is the initial one, of a function and of a mesh."""
+    """Without loads nothing moves where the bodies are apart.
+
+    Without an argument the gap is the initial gap, of a function and of a mesh.
+    """
     punch, block = (body.mesh for body in blocks().values())
     bodies = {"punch": fo.Body(punch.translated([0.0, 0.25])), "block": fo.Body(block)}
     for model in (

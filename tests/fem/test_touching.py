@@ -121,7 +121,10 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
 
 @pytest.mark.parametrize("degrees", [0, 30, 55, 65, 80])
 def test_facets_face_each_other_up_to_sixty_degrees(degrees):
-    """Two edges that cross in the middle: the projection of one covers the cosine of the other."""
+    """Facets face each other up to sixty degrees.
+
+    Two edges cross in the middle: the projection of one edge covers the cosine of the other.
+    """
     along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))]) / 2
     edge, ends = np.array([[0, 1]]), np.array([[-0.5, 0.0], [0.5, 0.0]])
     overlaps = facet_overlaps(edge, ends, edge, np.array([along, -along]))

@@ -139,7 +139,11 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
 
 
 def test_a_node_without_friction_slides_where_the_others_rest():
-    """Two springs: the load moves the free one by its compliance from the smallest amplitude on."""
+    """A node without friction slides where the other nodes rest.
+
+    There are two springs. The load moves the free node by its compliance from the smallest
+    amplitude on.
+    """
     loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(
         np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2)

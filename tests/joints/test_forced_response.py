@@ -135,7 +135,10 @@ def by_hand(curve, work):
 
 
 def test_a_work_that_grows_with_the_cube_of_the_amplitude(curve):
-    """W = c a^3, so pi f = c a^2, also below the first load factor and whatever the stiffness."""
+    """A work that grows with the cube of the amplitude has a peak in closed form.
+
+    W = c a^3, so that pi f = c a^2, also below the first load factor and whatever the stiffness.
+    """
     cubic = by_hand(curve, lambda a: 7.0 * a**3)
     forces = 7.0 * np.array([0.2 * START, START, 9.0 * START]) ** 2 / np.pi
     answer = cubic.response(forces)
@@ -552,7 +555,10 @@ def test_the_error_of_increments_is_a_column_and_a_bar():
 def test_time_integration_from_rest_meets_the_peak(
     structure, mode, factors, ratio, force, error, shift
 ):
-    """Swept down from above the resonance, in 60 steps of 80 periods."""
+    """Time integration from rest meets the peak.
+
+    The frequency is swept down from above the resonance, in 60 steps of 80 periods.
+    """
     curve = structure.curve(mode, np.geomspace(*factors, 40))
     answer = curve.response([force], damping=ratio)
     frequencies = np.linspace(1.03 * curve.natural_frequency, 0.97 * answer.resonance[0], 60)

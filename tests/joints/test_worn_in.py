@@ -86,7 +86,10 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
 
 
 def test_the_worn_cylinder_is_at_its_limit():
-    """With its worn nodes open, from above, closer as the mesh is refined."""
+    """The worn cylinder is at its limit, with its worn nodes open.
+
+    The load factor approaches the limit from above as the mesh is refined.
+    """
     limits = []
     for count in (8, 16, 32):
         contact = on_edges(count)

@@ -122,7 +122,7 @@ def test_a_branch_of_one_set_has_the_limit_of_that_set(case, seed):
 
 
 def test_a_load_factor_without_end_has_no_bound():
-    """With one node open every load factor is safe."""
+    """There is no bound if every load factor is safe, as with one open node here."""
     nodes = int(np.random.default_rng([16, 75]).integers(2, 7))
     case = random_case(9_000_016, nodes=nodes)
     closed = np.zeros(nodes, dtype=bool)

@@ -17,7 +17,7 @@ B = 0.2 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
 def pulled_open(seed):
-    """Three nodes, of which the mean load pulls the middle one open."""
+    """A contact of three nodes, of which the mean load pulls the middle node open."""
     rng = np.random.default_rng(seed)
     p = np.array([1.0, -0.3, 1.0]) * rng.uniform(0.5, 1.5, 3)
     loads = {
@@ -40,7 +40,11 @@ def with_a_bolt(seed, nodes):
 
 @pytest.mark.parametrize("seed", few([4, 6, 7], 1))
 def test_the_search_begins_without_a_design_too(seed):
-    """All nodes closed have a design, a worse one. Whatever the bound, no design obeys it."""
+    """The search also begins with the nodes that are open without a design.
+
+    With all nodes closed there is a worse design. The best design never gets worse with a larger
+    bound of the preload, and the contact with the design built in has its load factor.
+    """
     system = pulled_open(seed)
     model = fo.DesignModel(system, CYCLE, preloads=["cyclic"])
     least = fo.shakedown_limit(system, CYCLE, 0.5).load_factor

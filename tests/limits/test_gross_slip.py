@@ -72,7 +72,7 @@ def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
 
 
 def two_blocks(rng, **more):
-    """Two blocks side by side, each with its own weight; the push is on the second."""
+    """Two blocks side by side, each with its own weight; the push acts on the second block."""
     one, other = block(rng), block(rng)
     n = one.nodes
     S = np.zeros((2, 2 * n, 2, 2 * n))

@@ -25,7 +25,7 @@ TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
 
 
 def state_of(q1, p1, f):
-    """Least mean pressure rho and shear c of a node, by a cone program of its own loads."""
+    """Least mean pressure rho and shear c of a node, by a cone program of the node."""
     r, c = cp.Variable(), cp.Variable(2)
     cones = [cp.norm(q + c) <= f * (r + p) for q, p in zip(q1, p1, strict=True)]
     cp.Problem(cp.Minimize(r), cones).solve(solver="CLARABEL", **TIGHT)
@@ -216,7 +216,10 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
 
 
 def test_it_is_verified_from_a_load_inside_the_cycle():
-    """The mean load lies far outside: from there the witness would slip away."""
+    """The limit is verified from a load inside the cycle.
+
+    The mean load is far outside of the cycle: from there the slip of the witness would change.
+    """
     contact, _, f = centred(2, most=3)
     outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
     found = fo.verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)

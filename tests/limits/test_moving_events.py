@@ -63,7 +63,7 @@ def by_plain_program(limit, at=None):
 
 
 def there_and_back(order):
-    """The events of both legs of a cycle of two corners, from those of the first leg."""
+    """The events of both legs of a cycle of two corners, from the events of the first leg."""
     events = list(order.events)
     return [(0, nodes) for nodes in events] + [(1, nodes) for nodes in events[::-1]]
 
@@ -72,7 +72,10 @@ def there_and_back(order):
     ("cells", "half_length", "shear", "press"), [(20, 1.62, 0.2, 0.4), (26, 1.5, 0.3, 0.45)]
 )
 def test_a_cylinder_sticks_up_to_gross_slip_in_phase(cells, half_length, shear, press):
-    """Shear grows less than friction times pressure: nothing slips until all does."""
+    """Loads in phase leave a cylinder sticking up to gross slip.
+
+    Shear grows less than friction times pressure: nothing slips until all nodes slip.
+    """
     cycle = fo.LoadCycle.harmonic({"Q": shear * F * P, "P": press * P}, mean={"P": P})
     limit = fo.shakedown_limit(cylinder(cells, half_length), cycle, F, events=True)
     assert limit.load_factor == pytest.approx(1 / (shear + press), rel=1e-9)
@@ -145,7 +148,10 @@ def test_a_node_that_opens_twice_has_two_slips():
 
 
 def test_turning_points_on_a_line_change_nothing():
-    """Theorem: the ends of a line stand for any history of one load."""
+    """Turning points on a line change nothing (theorem).
+
+    The ends of the line stand for any history of one load.
+    """
     found = 0
     for seed in range(few(60)):
         rng = np.random.default_rng([75, 2, seed])
@@ -215,7 +221,11 @@ def test_load_factors_below_a_limit_round_a_cycle_are_safe_from_the_least_one_on
 
 
 def test_required_friction_round_a_cycle():
-    """The search is local: more friction than needed may hide the order that rests with less."""
+    """The required friction of a cycle with events is enough, and its lower bound is not.
+
+    Transients and safe slips agree. The search is local: more friction than needed may hide the
+    order of events that rests with less.
+    """
     reached = 0
     for system, cycle, friction, _ in with_events("there and back", few(6, 1, 6)):
         mean = float(friction.mean())
@@ -252,7 +262,11 @@ def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
     few([(0.05, 0.13030, 0.19692), (0.2, 0.00317, 0.18594), (0.1, 0.08730, 0.19401)]),
 )
 def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
-    """Fixed and scaled loads both vary in phase: the program has products, and proves no bound."""
+    """The limit of a cylinder of two materials has no bound.
+
+    Fixed and scaled loads both vary in phase, so that the program has products, and proves no
+    bound.
+    """
     two_bodies = cylinder(20, 1.6, beta)
     limit = fo.shakedown_limit(two_bodies, IN_PHASE, F, events=True)
     assert limit.load_factor == pytest.approx(in_phase, abs=5e-6)
@@ -280,7 +294,10 @@ def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
 
 
 def test_a_small_limit_is_found():
-    """The transient under the fixed loads alone opens twin nodes at once, and shows no order."""
+    """A small limit is found.
+
+    The transient under the fixed loads opens twin nodes at once, and shows no order of events.
+    """
     two_bodies = cylinder(20, 1.6, 0.18)
     limit = fo.shakedown_limit(two_bodies, IN_PHASE, F, events=True)
     assert limit.load_factor == pytest.approx(0.02001, abs=5e-6)

@@ -28,7 +28,10 @@ UNIT = 1e-6  # largest difference of the two limits, in units of the load
 
 
 def cases(seed):
-    """Contacts with gaps, lifted ones, those of the fuzz, and some with fixed parts of the load."""
+    """Contacts with gaps, lifted contacts, and cases of the fuzz.
+
+    Some of them have fixed parts of the load.
+    """
     rng = np.random.default_rng([seed, 47])
     nodes = int(rng.integers(2, 7))
     case = random_case(6_400_000 + seed, nodes=nodes)
@@ -119,7 +122,10 @@ def test_no_limit_is_above_the_load_factor_that_a_mechanism_proves(seed):
 def test_the_edge_of_a_punch_that_a_mechanism_keeps_closed_needs_no_program(
     punch, paper_cycle, friction, monkeypatch
 ):
-    """Opening an edge node, which its load presses, divides the limit by about fifty."""
+    """A mechanism proves without a program that the edge of a punch stays closed.
+
+    The load presses the edge nodes: to open one of them divides the limit by about fifty.
+    """
     contact = punch(24)
     programs = []
     monkeypatch.setattr(quick_limits, "_QuickProgram", lambda question: programs.append(question))
@@ -168,7 +174,10 @@ def test_a_search_that_quick_limits_mislead_is_made_again(wrong, monkeypatch):
 
 
 def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeypatch):
-    """A solver may call an optimum the point at which rounding ended its steps."""
+    """Only multipliers prove that a limit in space is not above another limit.
+
+    A solver may call the point at which rounding ended its steps an optimum.
+    """
     rng = np.random.default_rng([5, 47])
     question = pose(spatial.random_contact(rng, 4), spatial.cycle(), 0.6)
     right = quick_limit(question).load_factor
@@ -194,7 +203,10 @@ def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeyp
 
 
 def test_a_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch):
-    """All load factors up to the limit are safe, but the solver says 1e-9 units for the least."""
+    """A load factor that is an error of the solver counts as zero.
+
+    All load factors up to the limit are safe, but the solver returns 1e-9 units for the least one.
+    """
     rng = np.random.default_rng([5, 47])
     question = pose(spatial.random_contact(rng, 4), spatial.cycle(), 0.6)
     honest = quick_space.ConeProgram.state

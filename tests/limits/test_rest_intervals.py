@@ -63,7 +63,10 @@ def harmonic(phase, shear=0.1, corners=8):
 
 
 def test_one_node_rests_on_two_intervals():
-    """By hand: its friction ends the first one; from 1 on it is open where its shear turns."""
+    """One node rests on two intervals, by hand.
+
+    Its friction ends the first interval; from 1 on the node is open where its shear turns.
+    """
     limit = fo.shakedown_limit(node(), LOOP, 0.5)
     assert limit.load_factor == pytest.approx(1 / 2.2) and not limit.proven
     assert_allclose(limit.intervals, [[0, 1 / 2.2], [1, np.inf]], rtol=1e-9)
@@ -71,7 +74,10 @@ def test_one_node_rests_on_two_intervals():
 
 
 def test_one_node_slips_from_the_load_on_at_which_it_opens():
-    """At 1 it opens, and from there on it opens under another shear than it closes."""
+    """One node slips from the load on at which it opens.
+
+    It opens at 1, and from there on it opens and closes under different shears.
+    """
     cycle = path((-1.0, 0.01), (0.0, 0.0), (-1.0, -0.01), (0.0, 0.0))
     limit = fo.shakedown_limit(node(), cycle, 0.5)
     assert limit.load_factor == pytest.approx(1 / 1.02)
@@ -82,7 +88,11 @@ def test_one_node_slips_from_the_load_on_at_which_it_opens():
 
 
 def test_a_node_that_opens_on_a_line_rests_at_every_load():
-    """To and fro it opens and closes at one load; how far it slips while open is no matter."""
+    """A node that opens on a line rests at every load.
+
+    To and fro it opens and closes at one load; the size of its slip while it is open does not
+    matter.
+    """
     limit = fo.shakedown_limit(node(A=3.0), path((2.0, 0.5), (-2.0, -0.5)), 0.9)
     assert limit.load_factor == np.inf and "every load factor" in limit.reason
     assert limit.intervals.tolist() == [[0.0, np.inf]]
@@ -326,7 +336,10 @@ def test_intervals_of_shear_alone_of_static_loads_and_of_coupled_contacts():
 
 
 def test_held_loads_that_begin_too_large_are_safe_later():
-    """A free body that slides under its mean shear until the cyclic load presses it."""
+    """Held loads that begin too large are safe at larger load factors.
+
+    A free body slides under its mean shear until the cyclic load presses it.
+    """
     system = cylinder(8)
     cycle = fo.LoadCycle({"P": P, "Q": 0.5 * P}, [{"P": 2 * P}, {"P": 4 * P}])
     limit = fo.shakedown_limit(system, cycle, F)

@@ -14,7 +14,7 @@ def limit_of(contact, friction, cycle=CYCLE, **options):
 
 
 def test_pressure_must_stay_where_there_is_no_friction():
-    """|q| <= f p keeps a node closed only if f > 0."""
+    """A node without friction must keep its pressure: |q| <= f p keeps it closed only if f > 0."""
     one = np.eye(1)
     pulled = fo.ContactSystem.from_blocks(
         one, 0 * one, one, [0], {"mean": ([0.0], [-1.0]), "cyclic": ([0.0], [0.0])}

@@ -206,7 +206,10 @@ def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
 
 
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
-    """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
+    """No limit is below a load factor that polygons prove safe.
+
+    A mechanism that stresses the contact a little gives no bound where slips can be large.
+    """
     compared = 0
     for seed in [52, 91, 234, 319, 340, *range(few(12))]:
         system, loads, f = wedged(seed)

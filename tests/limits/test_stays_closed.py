@@ -126,7 +126,10 @@ def test_in_space_it_is_that_of_cone_programs_written_out(seed, share):
 
 
 def test_each_corner_may_open_a_node():
-    """By hand: one corner alone presses the node down less, down to nothing at load factor 1."""
+    """Each corner may open a node, by hand.
+
+    One corner on its own presses the node less and less, down to zero at load factor 1.
+    """
     loads = {"P": ([0.0], [1.0]), "shear": ([0.2], [0.0]), "lift": ([0.0], [-1.0])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.1]], [[1.0]], [0.0], loads)
     corners = [{"shear": 1.0}, {"lift": 1.0}]

@@ -340,7 +340,10 @@ def test_a_study_has_a_mark_for_each_run():
 
 
 def test_runs_without_work_do_not_hide_each_other():
-    """Twenty of them at one load stand above each other, at least a mark's size apart."""
+    """Runs without work do not hide each other.
+
+    Twenty runs at one load are above each other, at least the size of a mark apart.
+    """
     starts = fo.starts.random_slips(PAIR, [0.1], 10)
     table = fo.dissipation_study(PAIR, CYCLE, F, [0.2, 1.5], starts, progress=False)
     at_rest = table[table["dissipation"] == 0]
@@ -479,7 +482,10 @@ def test_arrows_press_on_the_boundary_or_begin_there():
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("mesh", [MeshTri, MeshQuad, MeshTet, MeshHex])
 def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
-    """Also where corner nodes carry no force of a uniform traction, or one against it."""
+    """Arrows point along the traction, whatever the elements.
+
+    This also holds where corner nodes carry no force of a uniform traction, or a force against it.
+    """
     line, d = np.linspace(0.0, 1.0, 4), mesh.elem.refdom.dim()
     lines = [line] * (d - 1)
     pad = mesh.init_tensor(*lines, line).with_boundaries(

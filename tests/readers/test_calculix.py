@@ -112,7 +112,7 @@ def moves_as_one(top, direction):
 
 
 def leaning(top, direction):
-    """Weighted sums, one of them with a term that is held."""
+    """Weighted sums, one of them with a held term."""
     a, b, c, *_ = map(int, top)
     return [
         [(a, direction, 2.0), (b, direction, -1.0), (c, direction, -0.5), (101, direction, 3.0)],

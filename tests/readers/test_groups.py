@@ -149,7 +149,10 @@ def test_numbers_of_groups_with_a_minus_are_those_of_the_groups(tmp_path):
 
 
 def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
-    """Families of elements and of nodes; one element is in two groups."""
+    """Groups of Salome equal the groups of the same mesh by gmsh.
+
+    They are families of elements and of nodes; one element is in two groups.
+    """
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
     cells = [("tetra", np.array([[0, 1, 2, 3], [0, 2, 1, 4]])), ("triangle", np.array([[0, 1, 3]]))]
     mesh = meshio.Mesh(

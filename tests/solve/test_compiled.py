@@ -45,7 +45,7 @@ def whole(compiled):
 
 
 def columns(problem, param_prob):
-    """The columns of the problem's unknowns in order, and then of those that cvxpy adds."""
+    """The columns of the problem's unknowns in order, then the columns that cvxpy adds."""
     place = param_prob.var_id_to_col
     known = [variable.id for variable in problem.variables()]
     order = sorted(place, key=place.get)
@@ -265,7 +265,7 @@ def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, co
 
 
 def of(goal, rows, units=None, **options):
-    """The arrays of a program, and what has become of it."""
+    """The arrays of a program, and its reductions."""
     reduced = Reduced(Compiled(cp.Problem(goal, rows)), units or {}, **options)
     return reduced.arrays, reduced
 
@@ -388,7 +388,10 @@ def test_an_equation_is_left_out_that_others_stand_for_and_not_one_that_they_con
 
 @pytest.mark.parametrize("tiny_share", [1e-8, 1e-11])
 def test_an_unknown_does_not_follow_from_an_equation_that_hardly_has_it(tiny_share):
-    """The unknown t would be a difference of two equal numbers over a tiny one."""
+    """An equation with a tiny coefficient of an unknown does not determine the unknown.
+
+    The unknown t would be a difference of two equal numbers over a tiny number.
+    """
     x, t, w = cp.Variable(), cp.Variable(), cp.Variable()
     rows = [x / 3 + tiny_share * t == 0.1, x + w == 0.7, t <= 0.3, t >= -0.3]
     problem = cp.Problem(cp.Maximize(t + w), rows)

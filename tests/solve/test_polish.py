@@ -117,7 +117,10 @@ def test_a_least_objective_has_its_bound_below():
 
 
 def test_what_a_point_breaks_and_multipliers_that_are_in_their_cones():
-    """By hand: z[0] == 1, z[1] <= 2, |z| <= 3."""
+    """Violations of a point, and multipliers in their cones, by hand.
+
+    The rows are z[0] == 1, z[1] <= 2, |z| <= 3.
+    """
     z = cp.Variable(2)
     program = arrays(
         Compiled(cp.Problem(cp.Maximize(z[1]), [z[0] == 1, z[1] <= 2, cp.SOC(cp.Constant(3.0), z)]))

@@ -93,7 +93,10 @@ def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
 
 
 def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
-    """Condensed by another code, the free sliding of the punch may be resisted by rounding."""
+    """Rounding of a rigid slide is no stiffness.
+
+    In matrices that another code condensed, rounding may resist the free sliding of the punch.
+    """
     exact, rng = punch(16), np.random.default_rng(0)
     noise = 1e-13 * np.abs(exact.A).max() * rng.normal(size=exact.A.shape)
     rounded = fo.ContactSystem.from_blocks(

@@ -231,7 +231,10 @@ def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
 
 
 def test_slip_along_its_friction_is_no_state():
-    """q = -f p with backward slip breaks only the line of the law that needs the slip before."""
+    """Slip along its own friction is no state.
+
+    Backward slip at q = -f p breaks only the line of the law that needs the slip before.
+    """
     contact = fo.ContactSystem.from_blocks(
         [[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])}
     )
@@ -381,7 +384,10 @@ def test_complementarity_is_refused_where_it_is_not_convex(coupling):
 
 
 def test_complementarity_matrix_is_the_law():
-    """At the enumerated state z >= 0, M z + c >= 0 and z' (M z + c) = 0."""
+    """The complementarity matrix is the law of friction.
+
+    At the enumerated state z >= 0, M z + c >= 0 and z' (M z + c) = 0.
+    """
     for seed in range(20):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
         posed = complementarity_problem(contact, friction, slip, load)
@@ -455,7 +461,7 @@ def test_cvxpy_is_asked_with_every_option_accepted():
 
 
 def states_of(A, B, C, friction, q, p, slip):
-    """Of one node: (number of states, 4) slips, gaps and forces."""
+    """Slips, gaps and forces of all states of one node, (number of states, 4)."""
     contact = fo.ContactSystem.from_blocks([[A]], [[B]], [[C]], [0.0], {"load": ([q], [p])})
     return admissible_states(contact, friction, np.array([slip]), ([q], [p]))[:, :, 0]
 

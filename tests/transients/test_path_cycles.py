@@ -38,7 +38,10 @@ def test_a_slow_affine_map_is_extrapolated():
 
 
 def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
-    """Then nothing shows that the map is affine."""
+    """Cycles lead to their limit if no state is beside it.
+
+    Then nothing shows that the map is affine.
+    """
 
     class Alone(Mapped):
         def at(self, place):
@@ -235,7 +238,7 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
             fo.march(contact, paper_cycle, friction, factor, cycles=2)
 
     def exchanged(path, bonded, where):
-        """What one node does too much another one takes back."""
+        """A path in which one node takes back the excess work of another node."""
         follow_to(path, bonded, where)
         path.state.work[[0, 8]] += (1e-3 * truth.dissipation, -1e-3 * truth.dissipation)
 

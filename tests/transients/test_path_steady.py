@@ -111,7 +111,10 @@ def test_slip_too_small_to_tell_is_said():
 
 
 def test_little_friction_still_dissipates():
-    """Down to 1e-12 of force times slip scale the work of slip is that of the closed form."""
+    """Little friction still dissipates.
+
+    Down to 1e-12 of force times slip scale the work of slip agrees with the closed form.
+    """
     contact = system(2.0, 0.5, 0.0, 1.0, 1.0, 0.2)
     for friction, distance in ((1e-3, 1e-6), (1e-3, 1e-2), (1e-5, 1e-4)):
         factor = fo.shakedown_limit(contact, CYCLE, friction).load_factor * (1 + distance)

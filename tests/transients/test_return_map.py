@@ -125,7 +125,10 @@ def test_motions_on_each_stretch_keep_the_law():
 
 
 def test_critical_friction_has_no_derivative():
-    """A = 1, B = 1/2: backward slip has no stiffness at f = A/B = 2."""
+    """The return map has no derivative at the critical friction.
+
+    With A = 1, B = 1/2 backward slip has no stiffness at f = A/B = 2.
+    """
     S, f = np.array([[1.0, 0.5], [0.5, 1.0]]), 2.0
     forward, backward = (
         _Growth(S, np.array([sense * f, 0.0]), np.eye(2), [0]) for sense in (1.0, -1.0)
@@ -136,7 +139,7 @@ def test_critical_friction_has_no_derivative():
 
 
 def symmetric_contact(rng, nodes):
-    """A random contact that is its own mirror image, as are its loads."""
+    """A random contact that is its own mirror image; its loads are symmetric, too."""
     contact = random_system(rng, nodes, ("mean", "one", "other"), coupling=rng.uniform(0.2, 1.0))
     reversed_order = np.eye(nodes)[::-1]
     none = np.zeros((nodes, nodes))

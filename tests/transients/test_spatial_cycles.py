@@ -327,7 +327,11 @@ def test_other_increments_without_an_answer_leave_the_error_unknown(monkeypatch)
 
 
 def test_a_node_does_no_work_while_it_is_open():
-    """It slips a little before it opens, from 0.3968 to 0.4 of the way, and freely after it."""
+    """A node dissipates no work while it is open.
+
+    It slips a little before it opens, from 0.3968 to 0.4 of the segment, and moves freely
+    afterwards.
+    """
     loads = fo.LoadCycle({"P": 1.0}, [{"P": -2.5, "X": 0.01}])
     path = fo.march(single(), loads, 0.5, 1.0, cycles=1, steps=2)
     assert abs(path.slip[-1, 0, 0]) == pytest.approx(0.01) and 0 <= path.work[-1, 0] < 1e-4

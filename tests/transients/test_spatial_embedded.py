@@ -129,7 +129,10 @@ def test_a_smooth_node_in_a_contact_that_nothing_makes_safe_leaves_no_limit():
 
 
 def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
-    """What a solver leaves over is taken off the load factor."""
+    """The slip at a limit stays within every friction circle to rounding.
+
+    The residual of a solver is taken off the load factor.
+    """
     loads = fo.LoadCycle({"mean": 1.0}, OPPOSED)
     for seed in range(20):
         contact = random_contact(np.random.default_rng(seed), 6)

@@ -63,7 +63,10 @@ def test_tangents_touch_the_bound_where_the_shear_points():
 
 
 def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
-    """Unit stiffness, shear (3, 4), bound 2: it slips against the shear by 5 - 2."""
+    """A node that is assembled slips by the force that friction lacks.
+
+    With unit stiffness, shear (3, 4) and bound 2 it slips against the shear by 5 - 2.
+    """
     node = single(friction_bound=4.0)
     loads = fo.LoadCycle({"P": 1.0, "X": 3.0, "Y": 4.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.starts.assembled_slip(node, loads, 0.5) == pytest.approx(
@@ -73,7 +76,7 @@ def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
 
 
 def in_both(ask, *arguments, **options):
-    """What the contact answers in the plane, and in space by increments."""
+    """Answers of the contact in the plane, and in space by increments."""
     return ask(PAIR, *arguments, **options), ask(SOLID, *arguments, **options, steps=2)
 
 
@@ -165,7 +168,7 @@ def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed)
 
 @pytest.fixture(scope="module")
 def free(few_starts):
-    """The range of all starts of two nodes, and what was asked."""
+    """The arguments and the range of all starts of a contact of two nodes."""
     contact, loads = random_contact(np.random.default_rng(7), 2), cycle(2)
     problem = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
     return problem, fo.dissipation_range(*problem, steps=2)
