@@ -1,4 +1,7 @@
-"""Coordinates have the digits of their file: six are enough, and what is beyond them is told."""
+"""Coordinates have the digits of their file.
+
+Six digits are enough, and errors name deviations beyond the digits.
+"""
 
 import numpy as np
 import pytest

@@ -221,7 +221,7 @@ def test_a_bound_holds_a_node_on_a_mirror_plane_once():
 
 
 def test_frictions_of_different_symmetry_in_one_model():
-    """Each row of a sweep is the limit of that friction alone."""
+    """Each row of a sweep is the limit of its friction, whatever the symmetry of the others."""
     contact = fo.scenes.SquarePunch(elements=2, growth=2.0).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     x, y = (np.sign(contact.points[:, axis]) for axis in (0, 1))

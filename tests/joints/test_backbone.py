@@ -265,7 +265,11 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
 
 @pytest.mark.slow
 def test_the_sphere_of_mindlin_and_deresiewicz():
-    """Its far end is free; the glued one, all of the grid, is what the compliance tells of."""
+    """A sphere agrees with the closed form of Mindlin and Deresiewicz.
+
+    The far end of the sphere is free. The glued end is the whole grid, and the compliance is that
+    of this end.
+    """
     system, cycle, f, _ = sphere(16, 1.1)
     ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=f)
     S = fo.reference.half_space_contact(16, 1.1, R=1.0, E=1.0, nu=0.0)["S"]

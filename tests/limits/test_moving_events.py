@@ -84,9 +84,10 @@ def test_a_cylinder_sticks_up_to_gross_slip_in_phase(cells, half_length, shear, 
 
 @pytest.mark.parametrize("with_transients", [True, False])
 def test_twins_have_the_limit_of_one_of_them(monkeypatch, with_transients):
-    """Two contacts alike, with nothing between them: the multipliers stand at one of the two.
+    """Twin contacts have the limit of one of them.
 
-    The pivots alone find the order of both, also if no transient shows it.
+    Nothing couples the two contacts, and the multipliers belong to one of them. The pivots find the
+    order of both, even if no transient shows it.
     """
     if not with_transients:
         monkeypatch.setattr(order_search, "settled_orders", lambda _: iter(()))

@@ -1,4 +1,4 @@
-"""Cards of Nastran and types of Ansys: those of the page of formats."""
+"""Cards of Nastran and types of Ansys, as on the page of formats."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Mesh files: what they name is kept, and what would be read wrongly is refused."""
+"""Mesh files.
+
+Names in the files are kept, and contents that would be read wrongly are refused.
+"""
 
 import shutil
 import subprocess

@@ -115,7 +115,10 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
 
 
 def test_a_node_that_slides_freely_has_starts_below_its_limit():
-    """No traction tells one safe slip from another."""
+    """A node that slides freely has starts below its limit.
+
+    No traction distinguishes one safe slip from another.
+    """
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
     assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
     check = fo.verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
