@@ -221,12 +221,19 @@ def named(**places):
     )
 
 
-def asked(
-    mesh=None, section="section", body="bolt", supports=None, contacts=None, kinematics=None, **more
+def condensed_with_bolt(
+    mesh=None,
+    section="section",
+    body="bolt",
+    supports=None,
+    contacts=None,
+    kinematics=None,
+    also=(),
 ):
+    """The system of the stand, condensed with a preload at `section` and at the sections `also`."""
     model = stands(kinematics=kinematics)
     bodies = model.bodies if mesh is None else {**model.bodies, "bolt": fo.Body(mesh, CORK)}
-    loads = {"F": [fo.BoltPreload(body, name) for name in (section, *more.get("also", ()))]}
+    loads = {"F": [fo.BoltPreload(body, name) for name in (section, *also)]}
     return fo.ContactModel(
         bodies, supports or model.supports, loads, contacts or model.contacts, kinematics
     ).condense()
@@ -272,7 +279,7 @@ BAD = {
 @pytest.mark.parametrize("message", BAD)
 def test_sections_that_are_none_are_refused(message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
-        asked(**BAD[message])
+        condensed_with_bolt(**BAD[message])
 
 
 @pytest.mark.parametrize(

@@ -91,10 +91,10 @@ def test_systems_of_all_grid_points_are_refused_as_those_of_one(tmp_path, cp, cd
     """Zero in a GRID is the basic system, whatever GRDSET says."""
     system = card("CORD2R", 5, 0, 10.0, 0.0, 0.0, 10.0, 0.0, 1.0, 10.0, 1.0, 0.0)
     default = card("GRDSET", "", cp, "", "", "", cd, "", "")
-    for bulk, said in ((grids(GRIDS, cp, cd), "GRID"), (default + grids(GRIDS), "GRDSET")):
+    for bulk, name in ((grids(GRIDS, cp, cd), "GRID"), (default + grids(GRIDS), "GRDSET")):
         with pytest.raises(
             fo.ModelError,
-            match=f"grid point 1 has coordinates or displacements in system 5, by its {said}; write all in the basic",
+            match=f"grid point 1 has coordinates or displacements in system 5, by its {name}; write all in the basic",
         ):
             job(tmp_path, system + bulk + brick(1, 1))
     for harmless in (
