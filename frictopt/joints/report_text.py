@@ -87,9 +87,10 @@ def _at_load(parts: ReportParts) -> Iterator[Section]:
         sentences = []
         if len(names) <= _SHOWN_CORNERS:
             corners = "; ".join(f"{k}: {name}" for k, name in enumerate(names))
+            along = " along the first tangents" if parts.system.orthotropic else ""
             sentences = [
-                "P, Q and fP are pressure, shear and the most that friction can hold, at the "
-                f"corners {corners}."
+                "P, Q and fP are pressure, shear and the most that friction can hold"
+                f"{along}, at the corners {corners}."
             ]
         else:
             contacts = contacts.filter(regex=r"^(?!f?[PQ]_\d)")  # without forces

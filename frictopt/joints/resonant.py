@@ -154,11 +154,13 @@ def _points_of(curve: Any) -> pd.DataFrame:
     known = table[["displacement", "resonance", "work"]].notna().all(axis=1).cumprod() > 0
     points = table[known].reset_index(drop=True)
     if len(points) < _FEWEST:
-        raise ModelError(
-            f"load_factors: {len(points)} of {len(table)} up to the first one without a resonance "
-            f"({curve.note}); give at least {_FEWEST}, better 20, or compute a curve of an earlier "
-            "version anew"
-        )
+        found = f"{len(points)}, and all have a resonance; "
+        if len(points) < len(table):
+            found = (
+                f"{len(points)} of {len(table)} up to the first one without a resonance "
+                f"({curve.note}); compute a curve of an earlier version anew, or "
+            )
+        raise ModelError(f"load_factors: {found}give at least {_FEWEST}, better 20")
     if not (np.diff(points["displacement"], prepend=0.0) > 0).all():
         raise ModelError(
             f"displacement: {points['displacement'].tolist()}; the amplitude of this curve does "

@@ -39,6 +39,12 @@ from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
 from .wear_course import SETTINGS, Course
 
+ONE_FRICTION = (
+    "wear needs true sliding distances, so give the system that it was made of, with the same "
+    "friction along both tangents"
+)
+"""The remedy of an error about orthotropic friction."""
+
 
 class Worn(Recorded, Plotted):
     """Base of results that have a worn contact in a steady state."""
@@ -220,7 +226,7 @@ def wear(
     >>> history.worn_in
     True
     """
-    checked_round(system, "the depth needs true sliding distances")
+    checked_round(system, ONE_FRICTION)
     per_work = _depth_per_work(system, friction, coefficient)
     most_cycles = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
     tolerance = finite_number("tolerance", tolerance, above=0.0)

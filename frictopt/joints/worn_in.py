@@ -27,6 +27,7 @@ from ..contact import (
     ContactSystem,
     LoadCycle,
     checked_cycle,
+    checked_round,
     checked_system,
     friction_coefficients,
     other_laws,
@@ -35,7 +36,7 @@ from ..contact import (
 from ..contact.diagnosis import open_nodes
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
-from .wear import Worn
+from .wear import ONE_FRICTION, Worn
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,10 +196,8 @@ def _check_similar(system: ContactSystem) -> None:
     Wear at one node may take no pressure off others.
     """
     A, B, C = system.A, system.B, system.C
-    _require(
-        not (other_laws(system) or system.orthotropic),
-        "system: it has a shear strength, or orthotropic friction",
-    )
+    checked_round(system, ONE_FRICTION)
+    _require(not other_laws(system), "system: it has a shear strength")
     _require(
         np.abs(B).max() <= CONDENSATION * np.abs(A).max(),
         "system: it is coupled: slip changes its pressures",

@@ -28,6 +28,7 @@ from ..base import (
     listed,
     number_of,
     progress_bar,
+    real_array,
     shown,
     warns_of_odd_values,
     whole_number,
@@ -402,7 +403,12 @@ def _field(item: Any, nodes: int, generator: Any) -> Array:
                 "rng: None, and friction has a distribution; give a seed, so that the study can be "
                 "repeated"
             )
-        item = item.rvs(size=nodes, random_state=generator)
+        item = real_array("friction", item.rvs(size=nodes, random_state=generator))
+        if (item < 0).any():
+            raise ModelError(
+                f"friction: a distribution draws {item.min():.6g} at node {item.argmin()}; give "
+                "one that is never negative, such as scipy.stats.truncnorm or lognorm"
+            )
     elif isinstance(item, np.ndarray) and item.shape == (1,):
         item = item[0]  # a row of a column of numbers, np.c_[...]
     return frozen(friction_coefficients(item, nodes))

@@ -391,7 +391,7 @@ def test_progress_of_a_short_study_is_silent_but_on_a_terminal(
     ({"starts": [*no_slip(), 1.0]}, "a float among starts"),
     ({"friction": np.full(4, 0.4)}, "friction: 4 numbers for 4 nodes"),
     ({"friction": []}, "friction: empty"),
-    ({"friction": [stats.norm(-5, 1)], "rng": 0}, "friction: -"),
+    ({"friction": [stats.norm(-5, 1)], "rng": 0}, "friction: a distribution draws -.*truncnorm"),
     ({"friction": stats.norm(0.5, 0.01)}, "rng: None"),
     ({"shard": (4, 3)}, "shard k: 4"),
     ({"shard": (1, 2, 3)}, "shard: "),
