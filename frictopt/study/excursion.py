@@ -23,7 +23,7 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle, checked_cycle
 from ..errors import ModelError
-from .protocols import REST, TransientsAfter, first_change
+from .protocols import REST, UNDECIDED, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
 
 _SAMPLES = 60  # random slips in a row that an excursion has to bring to rest
@@ -52,6 +52,8 @@ class LeastExcursion(Kept, Plotted):
         slides or opens as a whole.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
+    note
+        Why the first of the shares without a result has none; "" if all have one.
 
     Examples
     --------
@@ -71,6 +73,10 @@ class LeastExcursion(Kept, Plotted):
     tried: pd.DataFrame = field(repr=False)
     transients: int
     residual: float
+    note: str = ""
+
+    def _answer(self) -> Mapping[str, object]:
+        return {**super()._answer(), **({"note": self.note} if self.note else {})}
 
     def to_frame(self) -> pd.DataFrame:
         """The shares tried, see `tried`."""
@@ -154,6 +160,7 @@ def least_excursion(
         search.table(),
         transients.count,
         transients.residual,
+        search.note,
     )
 
 
@@ -171,6 +178,7 @@ class _ExcursionSearch:
         self._largest = largest
         self._bar = bar
         self.share = 0.0
+        self.note = ""
         self.tried = list[tuple[float, str]]()
 
     def run(
@@ -190,6 +198,8 @@ class _ExcursionSearch:
             def shakes_down(share: float, start: Array = hardest) -> bool:
                 outcome = self._outcome(transients, share, start)
                 self.tried.append((share, outcome))
+                if outcome == UNDECIDED and not self.note:
+                    self.note = f"share {share:.4g}: no result: {transients.no_result}"
                 self._keep()
                 return outcome == REST
 

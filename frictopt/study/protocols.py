@@ -41,6 +41,7 @@ class TransientsAfter:
     """Transients of one contact, from its starts through a protocol into its load cycle.
 
     `start` is "assembled", "worst", or a slip. `count_one` is called for each transient.
+    `no_result` is the reason why the last transient without a result has none.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class TransientsAfter:
         self.steps = steps
         self.count = 0
         self.residual = 0.0
+        self.no_result = ""
         self._count_one = count_one
         kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
         self.assembled = kind == "assembled"
@@ -102,7 +104,8 @@ class TransientsAfter:
                 path.follow_to(load, f"segment {number} of the protocol")
             run = Run(path, MOST_CYCLES)
             state = reported(run, run.settled(), np.inf)  # without a step error
-        except (NoContinuation, SolverError):
+        except (NoContinuation, SolverError) as error:
+            self.no_result = str(error)
             return UNDECIDED
         self.residual = max(self.residual, state.residual)
         return REST if state.outcome is Outcome.SHAKEDOWN else SLIP
@@ -138,9 +141,9 @@ class LimitAfterProtocol(Kept, Plotted):
     Attributes
     ----------
     load_factor, upper
-        `lower` is the largest load factor tried up to which the contact always comes to rest.
-        `upper` is the least load factor tried at which it does not; inf if it comes to rest at all
-        load factors tried.
+        `load_factor` is the largest load factor tried up to which the contact always comes to rest.
+        `upper` is the least load factor tried at which it does not, or at which a transient has no
+        result, see `note`; inf if it comes to rest at all load factors tried.
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
     starts
@@ -151,6 +154,9 @@ class LimitAfterProtocol(Kept, Plotted):
         by lambda_2; outcome, which is "rest", "slip", or "UNDECIDED" if a transient has no result.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
+    note
+        Why the transient at `upper` has no result, for example because the protocol makes a body
+        slide off; "" if it keeps slipping.
 
     Examples
     --------
@@ -170,6 +176,10 @@ class LimitAfterProtocol(Kept, Plotted):
     tried: pd.DataFrame = field(repr=False)
     transients: int
     residual: float
+    note: str = ""
+
+    def _answer(self) -> Mapping[str, object]:
+        return {**super()._answer(), **({"note": self.note} if self.note else {})}
 
     @property
     def ratio(self) -> float:
@@ -252,12 +262,15 @@ def limit_after_protocol(
     scan = whole_number("scan", scan, least=1)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
     tried: dict[float, str] = {}  # load factor -> outcome
+    no_result: dict[float, str] = {}  # load factor -> why a transient has no result
 
     def table() -> pd.DataFrame:
         return pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
 
     def slips(load_factor: float) -> bool:
         tried[load_factor] = transients.outcome_of_starts(load_factor, loads)
+        if tried[load_factor] == UNDECIDED:
+            no_result[load_factor] = transients.no_result
         best = _rest_so_far(tried)
         note = f"{best}; the attribute `table` has {number_of(len(tried), 'load factor')}"
         bar.keep("table", table, note, best)
@@ -281,8 +294,11 @@ def limit_after_protocol(
                 slips(factor)
     answer = table()
     answer.insert(1, "ratio", answer["load_factor"] / limit)
+    note = ""
+    if high in no_result:
+        note = f"load factor {high:.4g}: no result, so rest is possible there: {no_result[high]}"
     return LimitAfterProtocol(
-        low, high, limit, starts, answer, transients.count, transients.residual
+        low, high, limit, starts, answer, transients.count, transients.residual, note
     )
 
 

@@ -243,6 +243,21 @@ def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
     tried = one.to_frame()
     assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3)
     assert set(tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]) == {"UNDECIDED"}
+    assert "rest is possible there" in one.note and "segment 0 of the protocol" in str(one)
+
+
+def test_a_protocol_that_slides_the_body_off_is_named_as_the_reason():
+    """Friction holds 4 nodes x 0.5 x 1 = 2, and 5 slides the rod off at any load factor."""
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    slide = [LoadStep({"pressure": 1.0, "force": 5.0})]
+    one = fo.limit_after_protocol(rod, cycle, 0.5, protocol=slide, scan=2, tolerance=0.1)
+    assert one.load_factor == 0.0 and "may slide" in one.note and one.note in repr(one)
+    held = fo.limit_after_protocol(rod, cycle, 0.5, scan=2, up_to=1.0, tolerance=0.1)
+    assert held.upper < 1.0 and held.note == "" and "note" not in repr(held)
+    # Of the shares 0.05, 0.1 .. the first that slides the rod off is 0.45: 0.45 x 4.9 > 2.
+    pull = fo.least_excursion(rod, cycle, 0.5, 0.9, excursion={"force": 4.9}, start="assembled")
+    assert pull.share == np.inf and pull.note.startswith("share 0.45: no result")
 
 
 def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(monkeypatch):
