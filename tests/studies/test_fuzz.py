@@ -149,12 +149,15 @@ def test_what_clarabel_leaves_open_on_rows_as_they_stand_it_answers_on_scaled_on
 
 
 def test_a_punch_that_tips_about_its_last_nodes_is_named_instead_of_followed_without_end():
-    """95 of 97 nodes are open; the last but one opens against no more than rounding, again and
-    again at one load, or a bit further on."""
+    """A transient whose nodes change without end is refused with an error.
+
+    95 of 97 nodes are open. The last but one opens against no more than rounding, again and again
+    at one load, or a bit further on. On some processors rounding decides otherwise, and the check
+    of the states refuses the transient.
+    """
     case = random_scene(1822000013)
-    with pytest.raises(
-        fo.NoContinuation, match=r"nodes \[.*95.*\] (change without end|are at their bounds)"
-    ):
+    refused = r"nodes \[.*95.*\] (change without end|are at their bounds)|violate the contact law"
+    with pytest.raises((fo.NoContinuation, fo.SolverError), match=refused):
         fo.march(
             case.system, case.cycle, case.friction, 1.7017650431480644, initial_slip=case.start
         )
