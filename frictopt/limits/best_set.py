@@ -25,19 +25,23 @@ def best_set(limits: Any, question: Question, start_by: float, enough: float) ->
 
     `limits` computes proven limits by `of_set`.
     """
-    limit = _SetSearch(limits, quick=True).run(question, start_by, enough)
-    if limit is not None:
-        return limit
-    return _SetSearch(limits, quick=False).run(question, start_by, enough)
+    return _best(limits, question, start_by, enough, closed_needs_proof=True)
 
 
 def best_open_nodes(limits: Any, question: Question, start_by: float, enough: float) -> Booleans:
     """(N,) the open nodes of `best_set`. The limit with all nodes closed is not proven."""
-    limit = _SetSearch(limits, quick=True, closed_needs_proof=False).run(question, start_by, enough)
-    if limit is None:
-        limit = _SetSearch(limits, quick=False).run(question, start_by, enough)
-    open_nodes: Booleans = limit.open
+    open_nodes: Booleans = _best(limits, question, start_by, enough, closed_needs_proof=False).open
     return open_nodes
+
+
+def _best(
+    limits: Any, question: Question, start_by: float, enough: float, closed_needs_proof: bool
+) -> Any:
+    """The best limit by quick limits; by proven ones if the quick limits promise too much."""
+    limit = _SetSearch(limits, True, closed_needs_proof).run(question, start_by, enough)
+    if limit is not None:
+        return limit
+    return _SetSearch(limits, False, closed_needs_proof=True).run(question, start_by, enough)
 
 
 class _SetSearch:
@@ -47,7 +51,7 @@ class _SetSearch:
     solved with its proof at once, because it usually is the best one.
     """
 
-    def __init__(self, limits: Any, quick: bool, closed_needs_proof: bool = True) -> None:
+    def __init__(self, limits: Any, quick: bool, closed_needs_proof: bool) -> None:
         self._limits = limits
         self._quick = quick
         self._closed_needs_proof = closed_needs_proof

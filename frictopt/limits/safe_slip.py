@@ -36,6 +36,7 @@ from .programs import Program
 from .question import Question, with_open
 from .reasons import safe_slip_reason
 from .safe_model import SafeModel, in_turn
+from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
 
@@ -210,9 +211,8 @@ class SafeSlipModel(SafeModel):
     ) -> SafeSlip:
         """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
-        The limit is the best limit of the search, or the first limit that reaches `enough`. With
-        `events`, nodes may then also open and close in each cycle. If loads alone open and close
-        nodes, they do so in any case.
+        The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes
+        may then also open and close in each cycle: with `events`, or if loads alone move them so.
         """
         check_events(events, question, bool(user_rows))
         load_factor = self._checked_load_factor(question, load_factor)
@@ -238,7 +238,10 @@ class SafeSlipModel(SafeModel):
             safe = self.of_set(opened, load_factor, user_rows)
         if safe.exists or limit is None:
             return safe
+        return self._with_events(limit, load_factor) or safe
 
+    def _with_events(self, limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
+        """The safe slip of an order of events, searched from a limit; None if none is found."""
         limit = self._shakedown.of_any_order(limit, load_factor)
         ordered = limit._question
         if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
@@ -247,7 +250,7 @@ class SafeSlipModel(SafeModel):
             # The least load factor is not known: the order may have no slip at this one.
             with suppress(SolverError):
                 return self._of_order(ordered, load_factor)
-        return safe
+        return None
 
     def _of_ordinary(self, question: Question, load_factor: float) -> SafeSlip:
         """The safe slip of a question of its own, see `safe_with_moving_areas`."""

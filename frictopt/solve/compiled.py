@@ -14,7 +14,7 @@ import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
 from scipy.linalg import qr, svd
-from scipy.sparse import csr_array, hstack, issparse
+from scipy.sparse import csr_array, issparse
 
 from ..base import CONDENSATION, FLOOR, ROUNDING, Array, Integers
 
@@ -60,14 +60,18 @@ class Change:
     loaded: Integers
 
     @property
-    def product(self) -> csr_array:
-        """The matrix with `z[defined] = product @ x`."""
-        return csr_array(hstack([self.values, csr_array(self.free.shape)]))
+    def size(self) -> int:
+        """Number of the new unknowns."""
+        return len(self.loaded) + int(self.free.shape[1])
+
+    def values_of(self, x: Array) -> Array:
+        """The `z[defined]` of new unknowns."""
+        return np.asarray(self.values @ x[: len(self.loaded)])
 
     def unknowns(self, x: Array) -> Array:
         """The `z[of]` of new unknowns."""
-        count = len(self.loaded)
-        return np.asarray(self.inverse @ (self.values @ x[:count]) + self.free @ x[count:])
+        slides = x[len(self.loaded) :]
+        return np.asarray(self.inverse @ self.values_of(x) + self.free @ slides)
 
     def rows(self, chosen: Integers) -> Array:
         """The rows of the matrix with `z[of] = matrix @ x` for chosen entries."""

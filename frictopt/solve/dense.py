@@ -42,7 +42,7 @@ class Changed(ChangesUnknowns[Program]):
         self._before = program
         self._change = change
         (self.square,) = (block for block in program.blocks if block.row is change.row)
-        count = change.product.shape[1]
+        count = change.size
         self.end = start + count
         self._new = np.arange(start, self.end)
         old = np.arange(len(program.cost))
@@ -56,10 +56,10 @@ class Changed(ChangesUnknowns[Program]):
         stays = np.ones(n, dtype=bool)
         stays[square.defined] = False
         stays = np.flatnonzero(stays)
-        product = change.product.tocoo()
-        data = np.r_[np.ones(len(stays)), product.data]
-        rows = np.r_[stays, square.defined[product.row]]
-        columns = np.r_[self._old[stays], self._new[product.col]]
+        values = change.values.tocoo()
+        data = np.r_[np.ones(len(stays)), values.data]
+        rows = np.r_[stays, square.defined[values.row]]
+        columns = np.r_[self._old[stays], self._new[values.col]]
         before = csr_array((data, (rows, columns)), shape=(n, width))  # old z = before @ new z
         unit = np.empty(width)
         unit[self._old] = program.unit
@@ -105,7 +105,7 @@ class Changed(ChangesUnknowns[Program]):
         """Values before the change, without the unknowns of other dense equations."""
         z = x[self._old]
         z[self.square.of] = self._change.unknowns(x[self._new])
-        z[self.square.defined] = self._change.product @ x[self._new]
+        z[self.square.defined] = self._change.values_of(x[self._new])
         return z
 
     def units(self, unit: Array) -> Array:

@@ -23,14 +23,14 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle, checked_cycle
 from ..errors import ModelError
-from .protocols import REST, UNDECIDED, TransientsAfter, first_change
+from .protocols import REST, UNDECIDED, Noted, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
 
 _SAMPLES = 60  # random slips in a row that an excursion has to bring to rest
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LeastExcursion(Kept, Plotted):
+class LeastExcursion(Noted, Kept, Plotted):
     """The least excursion tried after which the contact comes to rest from all starts tried.
 
     Attributes
@@ -74,9 +74,6 @@ class LeastExcursion(Kept, Plotted):
     transients: int
     residual: float
     note: str = ""
-
-    def _answer(self) -> Mapping[str, object]:
-        return {**super()._answer(), **({"note": self.note} if self.note else {})}
 
     def to_frame(self) -> pd.DataFrame:
         """The shares tried, see `tried`."""

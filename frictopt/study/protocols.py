@@ -14,6 +14,7 @@ from ..base import (
     Kept,
     Outcome,
     Plotted,
+    Shown,
     choice,
     finite_array,
     finite_number,
@@ -134,8 +135,20 @@ def first_change(
     return low, high
 
 
+class Noted(Shown):
+    """Base of results with a `note`, which is shown if it is not empty."""
+
+    note: str
+
+    def _answer(self) -> Mapping[str, object]:
+        answer = dict(super()._answer())
+        if self.note:
+            answer["note"] = self.note
+        return answer
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class LimitAfterProtocol(Kept, Plotted):
+class LimitAfterProtocol(Noted, Kept, Plotted):
     """The load factor up to which a contact comes to rest after a protocol, by transients.
 
     Attributes
@@ -177,9 +190,6 @@ class LimitAfterProtocol(Kept, Plotted):
     transients: int
     residual: float
     note: str = ""
-
-    def _answer(self) -> Mapping[str, object]:
-        return {**super()._answer(), **({"note": self.note} if self.note else {})}
 
     @property
     def ratio(self) -> float:
