@@ -20,8 +20,8 @@ print(curve.to_frame())
 curve.plot()
 
 # %%
-# At which load does a fifth of the contact slip? The answer is the steady state of one transient,
-# at the load that the curve says.
+# At which load does a fifth of the contact slip? The answer is the steady state at the least load
+# found, by transients between two load factors of the curve.
 
 fifth = curve.load_at(slipping=0.2)
 print(fifth.load_factor, fifth.slipping_share)

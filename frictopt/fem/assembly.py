@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from ..base import SAME_POINT, Array, Booleans, Integers, choice, place, shown
 from ..contact.frames import frames_of
 from ..errors import ModelError
-from .bodies import Body
+from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .coincidence import coincide, mesh_errors
 from .condense import Glued
@@ -220,7 +220,7 @@ class Assembly:
         d = self.points.shape[1]
         held = np.zeros(self.points.shape, dtype=bool)  # along the axes
         if self.kinematics == "axisymmetric":
-            held[self.points[:, 0] == 0, 0] = True
+            held[on_axis(self.points[:, 0]), 0] = True
         for support in self.supports:
             if not support.normal:
                 axes = self.axes("supports", support.body, support.directions)

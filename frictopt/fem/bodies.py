@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import Mesh
 
-from ..base import Array, Integers, check_text, choice, first_of, shown
+from ..base import Array, Booleans, Integers, check_text, choice, first_of, shown
 from ..errors import ModelError
 from .elasticity import (
     ELEMENT_NAMES,
@@ -387,7 +387,7 @@ def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]
 
 def _check_axisymmetric(name: str, body: Body) -> None:
     radius = body.mesh.p[0]
-    if radius.min() < 0:
+    if radius[~on_axis(radius)].min(initial=0.0) < 0:
         raise ModelError(
             f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an "
             "axisymmetric body x is the radius, >= 0"
@@ -397,6 +397,15 @@ def _check_axisymmetric(name: str, body: Body) -> None:
             f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or "
             "quadratic elements"
         )
+
+
+def on_axis(radius: Array) -> Booleans:
+    """(n,) whether nodes of these radii are on the axis, but for rounding.
+
+    Meshers round: gmsh may turn the radius 0 of a point into 1e-17, or into -1e-17.
+    """
+    rounding = 1e-9 * np.abs(radius).max()
+    return np.asarray(np.abs(radius) <= rounding)
 
 
 def units_apart(names: Sequence[str], bodies: Sequence[Body]) -> Iterator[str]:

@@ -29,6 +29,7 @@ from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, s
 from ..transients import SteadyState, steady_state
 from .curve_load import load_size, with_compliance
 from .curve_question import CurveCycle, CurveQuestion, default_factors
+from .load_search import first_state_that_reaches
 from .resonant import Resonant
 
 _MEASURES = (
@@ -191,20 +192,19 @@ class BackboneCurve(Kept, Plotted, Resonant):
     def load_at(
         self, *, slipping: float | None = None, work: float | None = None, progress: bool = True
     ) -> SteadyState:
-        """The steady state near the load factor at which the slipping share or the work is given.
+        """The steady state at which the slipping share or the work of friction reaches a number.
 
-        Between two neighbours on the curve the number rises through the given number. The load
-        factor is interpolated between the first two such neighbours, the work in logarithms. A
-        single transient is followed at this load factor. Its `slipping_share` and `dissipation`
-        differ a little from the given number: the share changes node by node, and between distant
-        load factors the work is not exactly a power of the load.
+        The first interval of the curve in which it rises through the number is narrowed by
+        transients, to a ten thousandth of the load factor in the plane and a hundredth in space.
+        The steady state at its upper end is returned. Its share or work is at least the number, and
+        may jump past it, because nodes begin to slip one by one.
 
         Parameters
         ----------
         slipping, work
             Share of the contact, or work of friction per cycle, > 0; one of the two.
         progress
-            See `steady_state`.
+            Whether to show a bar after two seconds, which counts the transients.
 
         Raises
         ------
@@ -221,7 +221,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
         >>> curve = fo.backbone_curve(rod, cycle, friction=0.5, load_factors=[0.2, 0.4, 0.6, 0.8])
         >>> half = curve.load_at(slipping=0.5)
         >>> round(half.load_factor, 2), round(half.slipping_share, 2)
-        (0.57, 0.52)
+        (0.55, 0.52)
         """
         if (slipping is None) == (work is None):
             raise ModelError(f"slipping, work: {slipping}, {work}; give one of the two")
@@ -236,18 +236,20 @@ class BackboneCurve(Kept, Plotted, Resonant):
                 f"{np.nanmax(values):.6g} at the load factors {factors}; give a value in between, "
                 "or compute a curve with other load_factors"
             )
-        first = rises[0]
-        pair = slice(first, first + 2)
-        if name == "work" and values[first] > 0:
-            logarithm = np.interp(
-                np.log(wanted), np.log(values[pair]), np.log(self.load_factor[pair])
-            )
-            factor = float(np.exp(logarithm))
-        else:
-            factor = float(np.interp(wanted, values[pair], self.load_factor[pair]))
-        return steady_state(
-            self.system, self.cycle, self.friction, factor, steps=self.steps, progress=progress
-        )
+        low, high = int(rises[0]), int(rises[0]) + 1
+        reaches = self.steady_states[high]
+        assert reaches is not None  # its number is not NaN
+        with progress_bar(progress, "load of the curve", "transient") as bar:
+
+            def follow(factor: float) -> SteadyState:
+                bar.update()
+                return steady_state(
+                    self.system, self.cycle, self.friction, factor, steps=self.steps, progress=False
+                )
+
+            of_steady = "dissipation" if name == "work" else "slipping_share"
+            below = float(self.load_factor[low]), float(values[low])
+            return first_state_that_reaches(wanted, of_steady, below, reaches, follow)
 
     def to_frame(self) -> pd.DataFrame:
         """The DataFrame with a row for each load factor; `attrs["note"]` is the note.

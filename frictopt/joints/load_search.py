@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..transients import SteadyState
+
 
 @dataclass(frozen=True)
 class LoadSearchSettings:
@@ -48,17 +50,47 @@ def load_at_threshold(
     threshold: float,
     end: float,
     tolerance: float,
+    smallest_load: float = SETTINGS.smallest_load,
 ) -> Reached:
     """Search the least load factor up to `end` at which a value exceeds a threshold.
 
     `value_at` gives the value at a load factor, inf if there is no steady state; `values_known` are
-    the values known before.
+    the values known before. See `LoadSearchSettings` for the smallest load factor.
     """
     known = {factor: value for factor, value in values_known.items() if factor <= end}
     low, high = _bracket(value_at, known, threshold, end)
     if high == np.inf:
         return Reached(low, np.inf)
-    return _narrowed(value_at, known, threshold, low, high, tolerance)
+    return _narrowed(value_at, known, threshold, low, high, tolerance, smallest_load)
+
+
+def first_state_that_reaches(
+    wanted: float,
+    name: str,
+    below: tuple[float, float],
+    reaches: SteadyState,
+    follow: Callable[[float], SteadyState],
+) -> SteadyState:
+    """The steady state at the least load factor found at which a number of it is at least `wanted`.
+
+    `name` is the attribute with the number. `below` are a load factor and its smaller number,
+    `reaches` is a state at a larger load factor, and `follow` gives the state at a load factor.
+    """
+    states = {reaches.load_factor: reaches}
+
+    def value_at(factor: float) -> float:
+        states[factor] = follow(factor)
+        return float(getattr(states[factor], name))
+
+    reached = load_at_threshold(
+        value_at,
+        dict([below, (reaches.load_factor, float(getattr(reaches, name)))]),
+        np.nextafter(wanted, 0.0),  # a state with just this number has reached it
+        reaches.load_factor,
+        SETTINGS.tolerance[reaches.system.tangents - 1],
+        smallest_load=0.0,  # there is a smaller load factor
+    )
+    return states[reached.above]
 
 
 def _bracket(
@@ -85,11 +117,12 @@ def _narrowed(
     low: float,
     high: float,
     tolerance: float,
+    smallest_load: float,
 ) -> Reached:
     """Narrow a bracket to the tolerance, by interpolation between its ends and by halving."""
     trials = 0
     shift = -SETTINGS.beyond * tolerance
-    while high > SETTINGS.smallest_load and high - low > tolerance * high:
+    while high > smallest_load and high - low > tolerance * high:
         trials += 1
         trial = (low + high) / 2
         values = known.get(low, 0.0), known.get(high, np.inf)

@@ -52,6 +52,8 @@ class Store:
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
         with _store_errors(path):
             self.path = Path(path).expanduser().absolute()
+            if self.path.is_dir():
+                raise IsADirectoryError("it is a folder")
             # Check first whether the file exists, because another study may create it after that.
             usable = self.path.is_file() if self.path.exists() else make
             if not usable:

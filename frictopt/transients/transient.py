@@ -277,7 +277,10 @@ class Transient(ABC):
                 f"{self._start_name}: it stresses the contact {self._start_stress:.1e} times as "
                 "much as the loads, so that rounding hides the loads; give a smaller slip"
             )
-        return "stiffnesses or loads differ too much in size"
+        return (
+            "stiffnesses or loads differ too much in size, or the last closed nodes hardly hold "
+            "the bodies: check the units, and whether a body tips"
+        )
 
     def _slipped(self, slip: Array) -> tuple[Array, Array, Booleans]:
         """The state with an initial slip: `u`, reactions and open nodes; all nodes are closed.

@@ -380,6 +380,32 @@ def test_bad_loads_are_refused(make):
     make()
 
 
+def test_the_axis_may_be_rounded():
+    """A mesher may write 1e-17 or -1e-17 for the radius of a node on the axis, which is held."""
+
+    def discs(axis):
+        radii = np.array([axis, 0.25, 0.5, 0.75, 1.0])
+        face = {"contact": lambda x: x[1] == 0.0}
+        upper = MeshQuad.init_tensor(radii, np.linspace(0.0, 1.0, 4)).with_boundaries(
+            {**face, "top": lambda x: x[1] == 1.0}
+        )
+        lower = MeshQuad.init_tensor(radii, np.linspace(-1.0, 0.0, 4)).with_boundaries(
+            {**face, "bottom": lambda x: x[1] == -1.0}
+        )
+        return fo.ContactModel(
+            {"upper": fo.Body(upper, STEEL), "lower": fo.Body(lower, fo.Material(E=1.0, nu=0.2))},
+            [fo.Support("lower", "bottom")],
+            {"P": [fo.Traction("upper", "top", y=-1.0)]},
+            kinematics="axisymmetric",
+        ).condense()
+
+    exact = discs(0.0)
+    for axis in (1e-17, -1e-17):
+        rounded = discs(axis)
+        assert rounded.S == pytest.approx(exact.S, rel=1e-9, abs=1e-9 * abs(exact.S).max())
+        assert rounded.bonded["P"][1] == pytest.approx(exact.bonded["P"][1], rel=1e-9)
+
+
 def test_a_held_load_beside_one_that_is_felt_changes_nothing():
     pull, held = fo.Traction("upper", "side", x=1.0), fo.Pressure("upper", "top")
     upper = column().bodies["upper"]

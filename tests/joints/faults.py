@@ -39,10 +39,10 @@ FAULTS = (
         tests="backbone",
     ),
     Fault(
-        "joints/backbone.py",
-        "works between neighbours are linear",
-        old="name == 'work' and values[first] > 0",
-        new="False",
+        "joints/load_search.py",
+        "the load at a work of the curve is the last one below it",
+        old="return states[reached.above]",
+        new="return follow(reached.load_factor)",
         tests="backbone",
     ),
     Fault(

@@ -87,6 +87,7 @@ def test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven(case, seed):
     contact, cycle, friction = case(seed)
     limit = poor_limit(contact, cycle, friction)
     if limit is None:
+        assert seed not in (6, 9)  # the cases that every run tries have such a limit
         return
     for nodes in (np.arange(contact.nodes), np.arange(contact.nodes)[::2]):
         best = fo.best_open_nodes(limit, nodes)

@@ -224,6 +224,12 @@ def test_a_missing_store_is_not_made_by_reading(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_folder_is_no_store(tmp_path):
+    for use in (study, lambda store: fo.results.read_store(store)):
+        with pytest.raises(fo.StoreError, match=r"it is a folder.*give another name"):
+            use(store=tmp_path)
+
+
 @pytest.mark.parametrize("path", ["/proc/runs.sqlite", "a\0b", "/dev/null", 3, b"runs"])
 def test_a_store_that_cannot_be_made_is_named(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
