@@ -25,7 +25,7 @@ from .loads import Displacement
 from .mortar import Joint
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .shared_corners import independent_pairs
-from .supports import Support, along_axes, nodes_of, normals_along
+from .supports import Support, along_axes, nodes_of, normals_along, planes_of
 from .touching import check_touching
 
 
@@ -244,11 +244,13 @@ class Assembly:
         """Nodes (n,) and unit normals (n, d) of each support along normals."""
         supports = [support for support in self.supports if support.normal]
         held = []
+        planes = planes_of(supports, self.bodies)
         for name in dict.fromkeys(support.body for support in supports):
             body = self.body("supports", name)
             first = self.first_node[name]
             of_body = [support for support in supports if support.body == name]
-            for nodes, normals in normals_along(body, of_body, self.sector.seam(first, body)):
+            seam = self.sector.seam(first, body)
+            for nodes, normals in normals_along(body, of_body, planes, seam):
                 held.append((first + nodes, normals))
         return held
 

@@ -19,7 +19,7 @@ from .elasticity import Kinematics
 from .faces import facets_around, ordered_nodes
 from .loads import Part, values_at
 from .mortar import Face, FaceNames, Joint, joined
-from .normals import normals_of_faces
+from .normals import Planes, normals_of_faces
 
 
 @dataclass(frozen=True)
@@ -161,6 +161,7 @@ def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> lis
     for number, contact in enumerate(contacts):
         contacts_of_bodies[contact.body_1, contact.body_2].append(number)
     normals = dict[int, Array]()
+    planes = Planes(next(iter(bodies.values())).mesh.dim())
     for (name, _), numbers in contacts_of_bodies.items():
         mesh = bodies[name].mesh
         faces = []
@@ -168,7 +169,8 @@ def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> lis
             argument = f"contact {contacts[number].name!r}, body {name!r}"
             facets = bodies[name].boundary(contacts[number].boundary_1, argument)
             faces.append(facets_around(mesh, facets))
-        normals.update(zip(numbers, normals_of_faces(faces, mesh.p.T), strict=True))
+        of_faces = normals_of_faces(faces, mesh.p.T, mesh_errors(mesh), planes)
+        normals.update(zip(numbers, of_faces, strict=True))
     return [normals[number] for number in range(len(contacts))]
 
 

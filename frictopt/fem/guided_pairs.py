@@ -74,7 +74,8 @@ def guided_pairs(
     # Distance (links, d) of each node from the plane across each axis through the node of body 1.
     first = nodes[links.row]
     distance = np.einsum("lka,la->lk", axes[links.row], points[links.col] - points[first])
-    error = np.einsum("lka,la->lk", np.abs(axes[links.row]), errors[links.col] + errors[first])
+    # The places have errors, and so has the axis, which follows from the places of a face.
+    error = 2 * np.einsum("lka,la->lk", np.abs(axes[links.row]), errors[links.col] + errors[first])
     on_plane = held & (np.abs(distance) <= error)
     below = any_link(~on_plane & (distance <= error))
     above = any_link(~on_plane & (distance >= -error))
@@ -108,7 +109,8 @@ def _axes_of_pairs(
 ) -> tuple[Array, Booleans]:
     """Axes (N, d, d) of the pairs, and whether each node of a pair is held along them, (links, d).
 
-    A pair has other axes than x, y and z if one of its nodes has other directions.
+    A pair has other axes than x, y and z if one of its nodes has other directions. Rounding tilts a
+    direction that is normal to another one, so the nodes with the largest weights come first.
     """
     n, d = places.shape
     axes = np.tile(np.eye(d), (n, 1, 1))
@@ -117,7 +119,8 @@ def _axes_of_pairs(
 
     oblique = (directions != np.eye(d)).any(axis=(1, 2))[links.col]
     for pair in np.unique(links.row[oblique]).tolist():
-        nodes = links.col[links.row == pair]
+        of_pair = np.flatnonzero(links.row == pair)
+        nodes = links.col[of_pair[np.argsort(-np.abs(links.data[of_pair]), kind="stable")]]
         axes[pair] = node_directions(directions[nodes][held[nodes]])[0]
 
     # Share of each axis of the pair in the directions in which the node is held: 0 or 1.

@@ -11,7 +11,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..base import ROUNDING, Array, Booleans, Integers
+from .coincidence import error_along
 from .faces import areas_of, normals_of, unit_vectors
+from .interface import ASKEW
 from .mixed import polygons
 
 # Smallest cosine between the normal of a node and the normals of its facets in a smooth face.
@@ -51,20 +53,54 @@ class NormalSettings:
 SETTINGS = NormalSettings()
 
 
-def node_normals(facets: Integers, points: Array) -> Array:
+class Planes:
+    """The normals of flat faces: faces in parallel planes have exactly one normal.
+
+    Coordinates have errors, so the facets of a flat face have normals that differ a little. If the
+    coordinates allow it, the normal of a face is an axis, or the normal of an earlier face. So the
+    largest faces, which know their normal best, should come first.
+    """
+
+    def __init__(self, dimension: int) -> None:
+        self._normals = list(np.eye(dimension))
+
+    def normal_of(self, facets: Integers, points: Array, errors: Array) -> Array | None:
+        """(d,) unit normal of facets (facets, corners) that lie in one plane, else None.
+
+        The coordinates (nodes, d) of all nodes have `errors`.
+        """
+        areas = areas_of(points[facets])
+        mean = unit_vectors(areas.sum(axis=0))
+        nodes = np.unique(facets)
+        for known in [*self._normals, mean]:
+            normal = known if known @ mean > 0 else -known
+            error = error_along(normal[None], errors[nodes]).max()
+            # The nodes have this error, and the plane has it at its edge.
+            is_flat = np.ptp(points[nodes] @ normal) <= 4 * error
+            is_one_normal = np.sum((normal - mean) ** 2) <= ASKEW
+            if is_flat and is_one_normal and (areas @ normal > 0).all():
+                if known is mean:
+                    self._normals.append(mean)
+                return np.asarray(normal)
+        return None
+
+
+def node_normals(facets: Integers, points: Array, errors: Array, planes: Planes) -> Array:
     """(nodes, d) normals of facets (facets, corners) at their nodes (nodes, d), of any length.
 
-    They are weighted as by Max (1999), which is exact on circles and spheres if facets surround a
-    node. At free ends and rims, normals follow from lines of nodes that end at the node or pass
-    through it. These lines are treated as arcs. If the nodes lie on a cylinder or a cone, the
-    normals are the normals of this surface, because normals from facets lean, for instance on
-    unstructured triangles.
+    Facets that lie in one plane within the `errors` of the coordinates have the normal of this
+    plane, see `Planes`. Other normals are weighted as by Max (1999), which is exact on circles and
+    spheres if facets surround a node. At free ends and rims, normals follow from lines of nodes
+    that end at the node or pass through it. These lines are treated as arcs. If the nodes lie on a
+    cylinder or a cone, the normals are the normals of this surface, because normals from facets
+    lean, for instance on unstructured triangles.
     """
     weighted = _weighted(facets, points)
-    of_facets = normals_of(points[facets])
-    if np.ptp(of_facets, axis=0).max() <= ROUNDING:
-        return weighted  # the face is flat
     length = np.linalg.norm(weighted, axis=1)
+    plane = planes.normal_of(facets, points, errors)
+    if plane is not None:
+        return np.asarray(length[:, None] * plane)
+    of_facets = normals_of(points[facets])
     length[length == 0] = 1.0
     normals = weighted / length[:, None]
     corrected = normals.copy()
@@ -83,8 +119,10 @@ def node_normals(facets: Integers, points: Array) -> Array:
     return weighted
 
 
-def normals_of_faces(faces: Sequence[Integers], points: Array) -> list[Array]:
-    """(nodes, d) normals at the nodes of each of several faces of one body.
+def normals_of_faces(
+    faces: Sequence[Integers], points: Array, errors: Array, planes: Planes
+) -> list[Array]:
+    """(nodes, d) normals at the nodes of each of several faces of one body, see `node_normals`.
 
     Faces that continue smoothly are treated as one face.
     """
@@ -105,7 +143,7 @@ def normals_of_faces(faces: Sequence[Integers], points: Array) -> list[Array]:
     for group in groups:
         facets = np.concatenate([faces[i] for i in group])
         _, once = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
-        normals = node_normals(facets[np.sort(once)], points)
+        normals = node_normals(facets[np.sort(once)], points, errors, planes)
         of_faces.update(dict.fromkeys(group, normals))
     return [of_faces[i] for i in range(len(faces))]
 

@@ -1,6 +1,6 @@
 """Supports: nodes held along axes, or along the normals of a boundary."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -23,8 +23,8 @@ from ..errors import ModelError
 from .bodies import Body
 from .coincidence import mesh_errors
 from .elasticity import corner_weights, facet_nodes, places_of
-from .faces import facets_around, normals_of, unit_vectors
-from .normals import SMOOTH, normals_of_faces
+from .faces import areas_of, facets_around, normals_of, unit_vectors
+from .normals import SMOOTH, Planes, normals_of_faces
 
 Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., Any]
 """Name of a boundary, coordinates of a node or of several, or a function that selects nodes."""
@@ -190,13 +190,29 @@ def _nodes_by(select: Callable[..., Any], body: Body, name: str) -> Integers:
     return np.flatnonzero(is_meant)
 
 
+def planes_of(supports: Sequence[Support], bodies: Mapping[str, Body]) -> Planes:
+    """The normals of the flat faces that supports hold, the largest faces first."""
+    planes = Planes(next(iter(bodies.values())).mesh.dim())
+    faces = []
+    for support in supports:
+        body = bodies[choice("supports: body", support.body, bodies)]
+        facets = body.boundary(str(support.where), f"support of body {support.body!r}")
+        corners = facets_around(body.mesh, facets)
+        size = np.linalg.norm(areas_of(body.mesh.p.T[corners]), axis=1).sum()
+        faces.append((size, corners, body.mesh))
+    for _, corners, mesh in sorted(faces, key=lambda face: -face[0]):
+        planes.normal_of(corners, mesh.p.T, mesh_errors(mesh))
+    return planes
+
+
 def normals_along(
-    body: Body, supports: Sequence[Support], seam: Seam | None = None
+    body: Body, supports: Sequence[Support], planes: Planes, seam: Seam | None = None
 ) -> list[tuple[Integers, Array]]:
     """Nodes (n,) that each support of a body holds along normals, and these unit normals (n, d).
 
     Faces that continue smoothly are one face: nodes that they share have the mean normal, and so
-    have nodes on the seam of a sector. Midside nodes have the mean normal of their corners.
+    have nodes on the seam of a sector. Flat faces of all bodies have the normals of `planes`.
+    Midside nodes have the mean normal of their corners.
     """
     mesh = body.mesh
     points = mesh.p.T
@@ -205,7 +221,8 @@ def normals_along(
         for support in supports
     ]
     corners_of_faces = [facets_around(mesh, facets) for facets in faces]
-    weighted = np.array(normals_of_faces(corners_of_faces, points))  # (faces, nodes, d)
+    # (faces, nodes, d)
+    weighted = np.array(normals_of_faces(corners_of_faces, points, mesh_errors(mesh), planes))
     if seam:
         _join_at_seam(weighted, seam)
 

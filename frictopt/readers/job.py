@@ -11,9 +11,10 @@ from scipy.spatial import cKDTree
 
 from ..base import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ..errors import ModelError
+from ..fem.coincidence import coordinate_errors
 from ..fem.elasticity import Kinematics, boundary_forces, midside_ties
 from ..fem.faces import facets_around, lines_along
-from ..fem.normals import node_normals
+from ..fem.normals import Planes, node_normals
 from .labels import rows_of_nodes
 from .unmatched import JoinedFaces
 
@@ -240,7 +241,8 @@ class MatrixJob(JoinedFaces):
         """
         nodes = self._corners(face)
         facets = facets_around(self.mesh, self._between(nodes, self._known.numbers))
-        inward = node_normals(facets, self.mesh.p.T)[nodes]
+        errors = coordinate_errors(self.points, self._known.corners)
+        inward = node_normals(facets, self.mesh.p.T, errors, Planes(self._directions))[nodes]
         return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
 
     def areas(self, face: str | ArrayLike) -> Array:

@@ -17,7 +17,7 @@ from ..fem.coincidence import coordinate_errors
 from ..fem.elasticity import Kinematics, facet_nodes
 from ..fem.faces import facets_around, ordered_nodes
 from ..fem.mortar import Face, FaceNames, Joint, joined
-from ..fem.normals import normals_of_faces
+from ..fem.normals import Planes, normals_of_faces
 from .element_types import SHAPES
 from .labelled import LabelledMatrix
 
@@ -138,7 +138,7 @@ def _mortar_arguments(
         Face(corners_1, points, errors),
         Face(corners_2, points, errors),
         nodes,
-        normals_of_faces([corners_1], points)[0][nodes],
+        normals_of_faces([corners_1], points, errors, Planes(mesh.dim()))[0][nodes],
         None if measured else (lambda places: np.zeros(len(places))),
         FaceNames(argument, "the first face", "the second face"),
         kinematics,

@@ -1,6 +1,7 @@
 """Supports along normals: turned models, sectors of a ring, multipliers, and what they refuse."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,16 +15,17 @@ from helpers.multipliers import Assembled, by_multipliers
 STEEL, ALLOY = fo.Material(E=2.0, nu=0.3), fo.Material(E=0.7, nu=0.2)
 
 
-def held(kinds, upper, lower, turn, element="linear"):
+def held(kinds, upper, lower, turn, element="linear", written=np.array):
     """Two blocks whose sides and bottom are held along their normals.
 
-    A matrix turns the whole model.
+    A matrix turns the whole model, and a function gives the coordinates as they are written.
     """
     d, meshes = len(turn), two_blocks(kinds, upper, lower)
-    bodies = {
-        name: fo.Body(turned(mesh, turn), material, element)
-        for (name, mesh), material in zip(meshes.items(), (STEEL, ALLOY), strict=True)
-    }
+    bodies = {}
+    for (name, mesh), material in zip(meshes.items(), (STEEL, ALLOY), strict=True):
+        oblique = turned(mesh, turn)
+        oblique = replace(oblique, doflocs=written(oblique.p))
+        bodies[name] = fo.Body(oblique, material, element)
     sides = [("upper", "x-"), ("lower", "x-"), ("lower", "yz"[d - 2] + "-")] + [
         ("upper", "y+"),
         ("lower", "y+"),
@@ -83,6 +85,32 @@ def test_a_model_may_be_turned(kinds, upper, lower, turn, element):
     for name in ("upper", "lower"):
         u, moved = (one.displacement[name] for one in fields)
         assert np.allclose(turn @ u, moved, atol=1e-9 * np.abs(u).max())
+
+
+def seven_digits(points):
+    return np.array([float(f"{x:.6e}") for x in points.ravel()]).reshape(points.shape)
+
+
+def far_away(points):
+    return points + 1e4
+
+
+@pytest.mark.parametrize("written", [seven_digits, far_away])
+@pytest.mark.parametrize("lower", [(3, 3), (2, 4)])
+def test_rounded_coordinates_do_not_loosen_pairs_on_a_plane_of_symmetry(written, lower):
+    """The coordinates of a turned model have few digits, or few digits after the point.
+
+    Its stiffness and its limit are those of the model before the turn, up to these digits.
+    """
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}, {"Q": -0.5}])
+    kinds = MeshHex, MeshHex
+    plain = held(kinds, (3, 3), lower, np.eye(3)).condense()
+    rounded = held(kinds, (3, 3), lower, SPACE, written=written).condense()
+    sizes, of_rounded = (np.linalg.eigvalsh(system.S) for system in (plain, rounded))
+    assert of_rounded == pytest.approx(sizes, abs=1e-5 * sizes[-1])
+    limit, of_rounded = (fo.shakedown_limit(each, cycle, 0.3) for each in (plain, rounded))
+    assert 0 < limit.load_factor < np.inf
+    assert of_rounded.load_factor == pytest.approx(limit.load_factor, rel=1e-5)
 
 
 def fit(whole):

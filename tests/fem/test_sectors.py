@@ -15,6 +15,7 @@ from scipy.stats import special_ortho_group
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
+from frictopt.fem.normals import Planes
 from frictopt.fem.paraview import contact_face
 from frictopt.fem.supports import normals_along
 from helpers.meshes import around, extruded, turned
@@ -156,7 +157,7 @@ def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
     apart = np.linalg.norm(shaft.mesh.p[:, np.unique(high), None] - places[:, None], axis=0)
     high = np.unique(high)[apart.argmin(axis=0)]
     bore = [fo.Support("shaft", "bore", normal=True)]
-    ((nodes, normals),) = normals_along(shaft, bore, (high, low, turn))
+    ((nodes, normals),) = normals_along(shaft, bore, Planes(2), (high, low, turn))
     radial = shaft.mesh.p.T[nodes] / 0.4
     assert np.allclose(np.abs(np.sum(normals * radial, axis=1)), 1.0, rtol=0, atol=1e-12)
 
@@ -181,7 +182,7 @@ def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
     middles = mesh.p[:, mesh.facets[:, bore]].mean(axis=1)
     mesh = mesh.with_boundaries({"left": bore[middles[0] < 0], "right": bore[middles[0] > 0]})
     supports = [fo.Support("drop", name, normal=True) for name in ("left", "right")]
-    for nodes, normals in normals_along(fo.Body(mesh), supports):
+    for nodes, normals in normals_along(fo.Body(mesh), supports, Planes(2)):
         assert np.allclose(np.abs(normals[nodes == 0]), [0.0, 1.0], rtol=0, atol=1e-12)
         assert np.abs(normals[nodes == len(left)]).min() > 0.1
 
