@@ -6,7 +6,9 @@ written with the same number of digits, or of decimals; the larger of the two un
 may take the place of a digit in a file.
 
 Numbers of fewer than six digits are round and taken as exact. Coordinates of a mesh that was turned
-have more than twelve digits. In both cases the error is a share of the size of the mesh.
+have more than twelve digits. In both cases the error is a share of the size of the mesh. But if all
+coordinates are numbers of single precision with more than twelve digits, as in binary files, their
+error is the rounding of these numbers.
 """
 
 from dataclasses import dataclass
@@ -56,6 +58,8 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
         by_digits = _unit(_exponent(sign * points[has_sign]), digits)
         by_digits = np.where(points[has_sign] == 0, 0.0, by_digits)
         unit[has_sign] = np.maximum(unit[has_sign], np.maximum(by_decimals, by_digits))
+    if _are_single(written[np.abs(written) > rounding]):
+        unit = np.abs(np.spacing(points.astype(np.float32))).astype(float)
     # Two roundings of one number may differ by a whole unit: a little more than half of it is
     # allowed to each.
     return np.asarray(np.maximum((1 + COUNTS) / 2 * unit, rounding))
@@ -91,6 +95,16 @@ def _have_digits(sizes: Array, exponent: Array, digits: int) -> bool:
     """Whether all numbers can be written with so many digits."""
     scaled = sizes * 10.0 ** (digits - 1 - exponent)
     return bool((np.abs(scaled - np.rint(scaled)) <= SETTINGS.rounding * scaled).all())
+
+
+def _are_single(numbers: Array) -> bool:
+    """Whether numbers have single precision, and too many digits for decimal numbers."""
+    with np.errstate(over="ignore"):
+        single = numbers.astype(np.float32)
+    if not (single == numbers).all():
+        return False
+    sizes = np.abs(numbers)
+    return not _have_digits(sizes, _exponent(sizes), SETTINGS.max_digits)
 
 
 def mesh_errors(mesh: Mesh) -> Array:

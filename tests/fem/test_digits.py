@@ -60,6 +60,30 @@ def lap(space, written, angle, apart=0.0, **how):
     ).condense()
 
 
+def single(x, _count=7):
+    """The numbers in single precision, as in binary files."""
+    return x.astype(np.float32).astype(float)
+
+
+@settings(max_examples=few(60))
+@given(
+    angle=st.floats(0.05, 3.0),
+    space=st.booleans(),
+    shift=st.sampled_from([0.0, 0.3, -70.0]),
+    gap=st.sampled_from([None, "measured"]),
+)
+def test_faces_touch_in_single_precision(angle, space, shift, gap):
+    """Faces that touch do so in a file of single precision, and gaps beyond it are told."""
+    error = float(np.spacing(np.float32(abs(shift) + 1.0)))
+    system = lap(space, lambda x: single(x + shift), angle, gap=gap)
+    assert system.bonded["P"][1].sum() == pytest.approx(1.0, rel=100 * error)
+    assert not system.gap.any()
+    with pytest.raises(fo.ModelError, match="the bodies overlap by"):
+        lap(space, lambda x: single(x + shift), angle, apart=-4 * error)
+    far = lap(space, lambda x: single(x + shift), angle, apart=4 * error, gap="measured").gap
+    assert far == pytest.approx(4 * error, abs=2 * error)
+
+
 @settings(max_examples=few(60))
 @given(
     angle=st.floats(0.05, 3.0),
