@@ -91,7 +91,7 @@ class Assembly:
         """Stiffness of the separate bodies; midside nodes on contacts are tied, cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
-            for body in self.bodies.values()
+            for body in self.sector.closed(self.bodies).values()
         ]
         return csr_matrix(self.tied.T @ block_diag(parts, format="csr") @ self.tied)
 
@@ -125,13 +125,12 @@ class Assembly:
             K = csr_matrix(R.T @ self.whole @ R)
         graph = node_graph(K, self.free_rows)
         _, body = connected_components(graph, directed=False)
-        motions = free_motions(
-            K, self.free_rows, self.points, body, directions=self.pairs.directions
-        )
+        points = np.hstack([part.mesh.p for part in self.sector.closed(self.bodies).values()]).T
+        motions = free_motions(K, self.free_rows, points, body, directions=self.pairs.directions)
         return Glued(
             K=K,
             unknowns=self.free_rows,
-            points=self.points,
+            points=points,
             graph=graph,
             interface=self.pairs.sliding(motions, self.free_rows),
             motions=motions,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,30 @@ class Sector:
         """The nodes on the axis. Supports hold them in each direction (n, d) across the axis."""
         across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
         return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
+
+    def closed(self, bodies: Mapping[str, Body]) -> dict[str, Body]:
+        """The bodies with copied nodes exactly at the turned places of their originals.
+
+        Coordinates have errors. With them, a ring would resist a turn about its axis a little.
+        """
+        if self.count == 1:
+            return dict(bodies)
+        centre = np.linalg.pinv(np.eye(len(self.turn)) - self.turn) @ self.shift
+        points = np.concatenate([body.mesh.p.T for body in bodies.values()])
+        copied = np.flatnonzero(self.copies >= 0)
+        points[copied] = points[self.copies[copied]] @ self.turn.T + self.shift
+        heights = (points[self.fixed] - centre) @ self.along
+        points[self.fixed] = centre + np.multiply.outer(heights, self.along)
+        moved = {}
+        start = 0
+        for name, body in bodies.items():
+            end = start + body.mesh.p.shape[1]
+            # A copy is not checked again: a body that a bolt cuts has two parts.
+            moved[name] = copy(body)
+            mesh = replace(body.mesh, doflocs=np.ascontiguousarray(points[start:end].T))
+            object.__setattr__(moved[name], "mesh", mesh)
+            start = end
+        return moved
 
     @property
     def on_cuts(self) -> Integers:

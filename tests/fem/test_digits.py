@@ -127,6 +127,54 @@ def test_what_is_beyond_the_digits_is_told(angle, count, form, space):
     assert gap == pytest.approx(far, abs=2 * 10.0**-count)
 
 
+def sixth(written):
+    """The sixth of a rim that is pressed on a hub and sheared around, with its limit."""
+
+    def around(x, y):
+        return np.arctan2(y, x)
+
+    bodies = {}
+    for name, radii in (("hub", [1.0, 1.5, 2.0]), ("rim", [2.0, 2.5, 3.0, 4.0])):
+        grid = MeshQuad.init_tensor(np.array(radii), np.linspace(0.2, 0.2 + np.pi / 3, 7))
+        grid = grid.with_boundaries(
+            {
+                "low": lambda x: x[1] < 0.2001,
+                "high": lambda x: x[1] > 0.1999 + np.pi / 3,
+                "inner": lambda x, r=radii[0]: x[0] == r,
+                "outer": lambda x, r=radii[-1]: x[0] == r,
+            }
+        )
+        points = grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])])
+        bodies[name] = fo.Body(MeshQuad(written(points), grid.t, grid.boundaries))
+    shear = fo.Traction(
+        "rim",
+        "outer",
+        x=lambda x, y: -np.sin(around(x, y)),
+        y=lambda x, y: np.cos(around(x, y)),
+    )
+    model = fo.ContactModel(
+        bodies,
+        [fo.Cyclic("hub", "low", "high"), fo.Cyclic("rim", "low", "high")]
+        + [fo.Support("hub", "inner")],
+        {"fit": [fo.Interference("fit", 0.01)], "Q": [shear]},
+        [fo.Contact("hub", "rim", "outer", "inner", name="fit")],
+    )
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"Q": 1e-3}, {"Q": -1e-3}])
+    return fo.shakedown_limit(model.condense(), cycle, 0.15)
+
+
+@pytest.mark.parametrize("count", [6, 7])
+@pytest.mark.parametrize("form", [digits, decimals, single])
+def test_a_sector_of_few_digits_is_free_to_turn(count, form):
+    """A rim turns freely on its hub, also if the copied nodes of its sector are rounded.
+
+    The digits change the shape of the contact: its edges have a hundred times the length of the
+    last digit and more, and its normals lean by that.
+    """
+    limit = sixth(lambda points: form(points, count))
+    assert limit.load_factor == pytest.approx(sixth(np.array).load_factor, rel=10.0 ** (3 - count))
+
+
 @pytest.mark.parametrize("count", [6, 8])
 def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
     """The sag of an arc is that of its longest edges, edge^2 / 8 times the curvature."""
