@@ -9,6 +9,7 @@ import numpy as np
 from ..base import ROUNDING, Array, choice, first_of, place
 from ..errors import ModelError
 from .assembly import Assembly
+from .bodies import on_axis
 from .bolts import BoltPreload
 from .contacts import Interference
 from .loads import (
@@ -117,14 +118,16 @@ def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: A
                 "Support"
             )
         if model.kinematics == "axisymmetric" and axis == 0:
-            off_axis = values[(model.points[nodes, 0] == 0) & (values != 0)]
+            is_on_axis = on_axis(model.points[:, 0])[nodes]
+            off_axis = values[is_on_axis & (np.abs(values) > ROUNDING * np.abs(values).max())]
             if off_axis.size:
                 raise ModelError(
                     f"{argument}: {load} moves nodes by {off_axis[0]:g} off the axis, x = 0; give "
                     "a function of x that is zero there"
                 )
         unknowns = model.rows[nodes, axis]
-        differs = ~np.isnan(prescribed[unknowns]) & (prescribed[unknowns] != values)
+        before = prescribed[unknowns]
+        differs = np.abs(before - values) > ROUNDING * np.maximum(np.abs(before), np.abs(values))
         if (i := first_of(differs)) is not None:
             raise ModelError(
                 f"{argument}: {load} and another displacement move the node at "

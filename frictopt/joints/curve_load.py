@@ -113,14 +113,19 @@ def with_compliance(
 
 
 def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
-    """(cases,) amplitudes of the first corner; None if there are not two opposed corners alone."""
+    """(cases,) amplitudes of the first corner; None if there are not two opposed corners alone.
+
+    Amplitudes around a mean load that was computed, as that of a history, have its rounding.
+    """
     amplitudes = [
         np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
     ]
     if cycle.fixed or len(amplitudes) != 2:
         return None
     first, second = amplitudes
-    return first if np.array_equal(first, -second) and first.any() else None
+    scale = np.maximum(np.abs(first), np.abs(second)).max(initial=0.0)
+    is_opposed = (np.abs(first + second) <= ROUNDING * scale).all()
+    return first if is_opposed and first.any() else None
 
 
 def _with_modal_compliance(

@@ -383,7 +383,7 @@ def test_bad_loads_are_refused(make):
 def test_the_axis_may_be_rounded():
     """A mesher may write 1e-17 or -1e-17 for the radius of a node on the axis, which is held."""
 
-    def discs(axis):
+    def discs(axis, moved=0.0):
         radii = np.array([axis, 0.25, 0.5, 0.75, 1.0])
         face = {"contact": lambda x: x[1] == 0.0}
         upper = MeshQuad.init_tensor(radii, np.linspace(0.0, 1.0, 4)).with_boundaries(
@@ -395,7 +395,10 @@ def test_the_axis_may_be_rounded():
         return fo.ContactModel(
             {"upper": fo.Body(upper, STEEL), "lower": fo.Body(lower, fo.Material(E=1.0, nu=0.2))},
             [fo.Support("lower", "bottom")],
-            {"P": [fo.Traction("upper", "top", y=-1.0)]},
+            {
+                "P": [fo.Traction("upper", "top", y=-1.0)],
+                "u": [fo.Displacement("lower", "bottom", x=lambda x, y: 0.01 * x + moved)],
+            },
             kinematics="axisymmetric",
         ).condense()
 
@@ -403,7 +406,17 @@ def test_the_axis_may_be_rounded():
     for axis in (1e-17, -1e-17):
         rounded = discs(axis)
         assert rounded.S == pytest.approx(exact.S, rel=1e-9, abs=1e-9 * abs(exact.S).max())
-        assert rounded.bonded["P"][1] == pytest.approx(exact.bonded["P"][1], rel=1e-9)
+        for case in ("P", "u"):
+            assert rounded.bonded[case][1] == pytest.approx(exact.bonded[case][1], rel=1e-9)
+        with pytest.raises(fo.ModelError, match=r"moves nodes by 0\.01 off the axis"):
+            discs(axis, 0.01)
+
+
+def test_two_displacements_of_one_node_may_differ_by_rounding():
+    once = [fo.Displacement("lower", "bottom", y=0.3)]
+    twice = [*once, fo.Displacement("lower", (0.0, -1.0), y=0.1 * 3)]
+    one, two = (column(loads={"u": moved}, supports=TOP).condense() for moved in (once, twice))
+    assert two.bonded["u"][1] == pytest.approx(one.bonded["u"][1], rel=1e-12)
 
 
 def test_a_held_load_beside_one_that_is_felt_changes_nothing():

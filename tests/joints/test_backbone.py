@@ -9,6 +9,7 @@ from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
@@ -517,6 +518,15 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
     small = fo.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
     assert small.damping == pytest.approx(right[1].damping, rel=1e-9)
     assert small.displacement == pytest.approx(right[1].displacement * 1e-9)
+    # The corners of this history, -0.3 and 0.3 around 0.4, differ by rounding.
+    history = pd.DataFrame({"static": [1.0, 1.0], "mode": [0.1, 0.7]})
+    of_history = fo.LoadCycle.from_history(history)
+    assert of_history.corners[0]["mode"] != -of_history.corners[1]["mode"]
+    exact = fo.LoadCycle({"static": 1.0}, [{"mode": -0.3}, {"mode": 0.3}])
+    around = replace(of_history, mean={"static": 1.0})
+    one, two = (fo.backbone_curve(system, each, 0.9, [700.0, 2500.0]) for each in (exact, around))
+    assert two.damping == pytest.approx(one.damping, rel=1e-9)
+    assert two.displacement == pytest.approx(one.displacement, rel=1e-9)
     pulled = replace(
         system,
         bonded={**system.bonded, "back": system.bonded["mode"]},
