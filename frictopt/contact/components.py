@@ -44,14 +44,14 @@ def runs(names: Sequence[str] | Names) -> list[slice]:
 def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
     """(N,) rising coordinates of the nodes along contacts in the plane, length.
 
-    If all nodes share a tangent and rise along it, the values are the coordinates along this
-    tangent. Else they are arc lengths from the first node. The contacts follow each other, one mean
-    spacing apart. ModelError if the coordinates do not rise.
+    If all nodes share a tangent up to rounding, and rise along it, the values are the coordinates
+    along this tangent. Else they are arc lengths from the first node. The contacts follow each
+    other, one mean spacing apart. ModelError if the coordinates do not rise.
     """
     contacts = [slice(None)] if contact is None else runs(contact)
     tangent = frames[0, 0]
     x = points @ tangent
-    turns = bool((frames != frames[0]).any())
+    turns = bool((np.abs(frames - frames[0]) > SAME_POINT).any())
     falls = bool((np.diff(x) <= 0).any())
     if turns or (len(contacts) > 1 and falls):
         end = 0.0

@@ -316,3 +316,26 @@ def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
     for gap in (0.1, 1.3 * (1 - np.cos(np.pi / np.array(elements))).sum()):
         with pytest.raises(fo.ModelError, match="the faces do not touch"):
             fit(gap)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.6, 2.9])
+def test_the_coordinate_of_two_contacts_on_a_line_has_the_gap_between_them(angle):
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+    def block(x, y):
+        mesh = MeshQuad.init_tensor(np.array(x), np.array(y)).with_boundaries(
+            {"face": lambda x: x[1] == 0, "far": lambda x: np.abs(x[1]) == 1}
+        )
+        return fo.Body(MeshQuad(turn @ mesh.p, mesh.t, mesh.boundaries))
+
+    system = fo.ContactModel(
+        {
+            "base": block(np.arange(11.0), [-1.0, 0.0]),
+            "left": block([1.0, 2.0, 3.0], [0.0, 1.0]),
+            "right": block([7.0, 7.5, 8.0], [0.0, 1.0]),
+        },
+        [fo.Support("base", "far")],
+        {"P": [fo.Pressure("left", "far"), fo.Pressure("right", "far")]},
+        [fo.Contact(name, "base", "face", "face", name=name) for name in ("left", "right")],
+    ).condense()
+    assert system.x == pytest.approx([1.0, 2.0, 3.0, 7.0, 7.5, 8.0], abs=1e-9)
