@@ -23,7 +23,7 @@ from .guided_pairs import guided_pairs, node_directions
 from .interface import ASKEW, Interface, blocks_of, openings
 from .loads import Displacement
 from .mortar import Joint
-from .rigid import NO_ROWS, assemblies, free_motions, node_graph
+from .rigid import NO_ROWS, assemblies, free_motions, free_to_slide, node_graph
 from .shared_corners import independent_pairs
 from .supports import Support, along_axes, nodes_of, normals_along, planes_of
 from .touching import check_touching
@@ -248,8 +248,9 @@ class Assembly:
             body = self.body("supports", name)
             first = self.first_node[name]
             of_body = [support for support in supports if support.body == name]
-            seam = self.sector.seam(first, body)
-            for nodes, normals in normals_along(body, of_body, planes, seam):
+            along = normals_along(body, of_body, planes, self.sector.seam(first, body))
+            points = self.sector.closed(self.bodies)[name].mesh.p.T
+            for nodes, normals in free_to_slide(along, points):
                 held.append((first + nodes, normals))
         return held
 

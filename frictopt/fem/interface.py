@@ -23,9 +23,9 @@ from ..errors import ModelError
 # Squared sine of the largest angle between two normals that are treated as one normal.
 ASKEW = 1e-6
 
-# A rigid motion slides along the contact if it opens no pair by more than this share of its slip.
-# Coordinates of five digits cause such openings; a wedge causes larger ones.
-_SLIDES = 1e-4
+# A rigid motion slides along a face if it moves no node along its normal by more than this share of
+# its slip. Coordinates of five digits cause such motions; a wedge causes larger ones.
+SLIDES = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +176,7 @@ class Interface:
         n, d = self.frames.shape[:2]
         rigid = np.linalg.qr(self.relative(motions, unknowns))[0]  # (d n, k), orthonormal
         _, opens, turn = np.linalg.svd(np.linalg.qr(rigid[-n:], mode="r"))
-        slides = np.pad(opens, (0, len(turn) - len(opens))) <= _SLIDES
+        slides = np.pad(opens, (0, len(turn) - len(opens))) <= SLIDES
         sliding = (rigid @ turn[slides].T).reshape(d, n, -1)
         slip = sliding[:-1]
         lift = sliding[-1]
@@ -186,7 +186,7 @@ class Interface:
         square = np.einsum("ain,bin->iab", slip, slip) + ROUNDING * np.eye(d - 1)
         lean = np.linalg.solve(square, np.einsum("ain,in->ia", slip, lift)[..., None])
         # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.
-        if not ROUNDING < np.abs(lean).max() <= _SLIDES:
+        if not ROUNDING < np.abs(lean).max() <= SLIDES:
             return self
         normals = self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)
         tangents = None if self.directions is None else self.frames[:, 0]

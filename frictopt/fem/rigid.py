@@ -5,9 +5,19 @@ from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from ..base import CONDENSATION, EQUILIBRIUM, SAME_POINT, Array, Booleans, Integers, place
+from ..base import (
+    CONDENSATION,
+    EQUILIBRIUM,
+    ROUNDING,
+    SAME_POINT,
+    Array,
+    Booleans,
+    Integers,
+    place,
+)
 from ..errors import ModelError
-from .interface import Interface
+from .faces import unit_vectors
+from .interface import SLIDES, Interface
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 # Force of a free rigid motion, relative to the stiffness of the nodes that it moves. DMIG has ten
@@ -111,6 +121,42 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
             f"generalised: the stiffness of these rows ({len(generalised)}) is singular while all "
             f"nodes are still ({error}); hold the unknowns that move freely, or leave them out"
         ) from error
+
+
+def free_to_slide(
+    held: list[tuple[Integers, Array]], points: Array
+) -> list[tuple[Integers, Array]]:
+    """The nodes and normals along which supports hold a body, so that it slides along them exactly.
+
+    A shaft that turns in its bearing moves no node along its normal. With rounded coordinates it
+    would do so by a little, and the support would resist the turn. So each normal becomes
+    perpendicular to the rigid motions that nearly slide along all held faces of the body.
+    """
+    if not held:
+        return held
+    nodes = np.concatenate([of_face for of_face, _ in held])
+    normals = np.concatenate([of_face for _, of_face in held])
+    n, d = normals.shape
+    rigid = _rigid_motions(points[nodes], np.zeros(n, dtype=np.intp), None)
+    rigid = np.linalg.qr(rigid.reshape(n * d, -1))[0].reshape(n, d, -1)
+    lifts = np.einsum("nd,ndk->nk", normals, rigid)
+    _, sizes, turn = np.linalg.svd(lifts)
+    slides = np.pad(sizes, (0, len(turn) - len(sizes))) <= SLIDES
+    slip = rigid @ turn[slides].T  # (n, d, k)
+
+    # The part of each normal along the slips of its node, in least squares.
+    square = np.einsum("ndk,ndl->nkl", slip, slip) + ROUNDING * np.eye(slip.shape[2])
+    along = np.linalg.solve(square, np.einsum("nd,ndk->nk", normals, slip)[..., None])
+    lean = (slip @ along)[..., 0]
+    # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.
+    if not ROUNDING < np.abs(lean).max(initial=0.0) <= SLIDES:
+        return held
+    turned = unit_vectors(normals - lean)
+    ends = np.cumsum([len(of_face) for of_face, _ in held])[:-1]
+    return [
+        (of_face, of_nodes)
+        for (of_face, _), of_nodes in zip(held, np.split(turned, ends), strict=True)
+    ]
 
 
 def assemblies(graph: csr_matrix, interface: Interface) -> Integers:

@@ -175,6 +175,53 @@ def test_a_sector_of_few_digits_is_free_to_turn(count, form):
     assert limit.load_factor == pytest.approx(sixth(np.array).load_factor, rel=10.0 ** (3 - count))
 
 
+def whole_ring(inner, outer, names, written):
+    """A ring of 12 by 2 elements, whose inner and outer face have names."""
+    angles = 2 * np.pi * np.arange(12) / 12 + 0.3
+    radii = np.linspace(inner, outer, 3)
+    points = np.array([[r * np.cos(a), r * np.sin(a)] for r in radii for a in angles]).T
+    corners = [
+        [12 * row + i, 12 * row + 12 + i, 12 * row + 12 + (i + 1) % 12, 12 * row + (i + 1) % 12]
+        for row in range(2)
+        for i in range(12)
+    ]
+    faces = {
+        name: lambda x, radius=radius: np.abs(np.hypot(*x) - radius) < 0.2
+        for name, radius in zip(names, (inner, outer), strict=True)
+    }
+    mesh = MeshQuad(points, np.array(corners).T).with_boundaries(faces)
+    return MeshQuad(written(points), mesh.t, mesh.boundaries)
+
+
+@pytest.mark.parametrize("written", [lambda points: digits(points, 7), single])
+def test_a_shaft_turns_freely_in_its_bearing(written):
+    """A moment on a shaft that its bearing does not resist is carried by the fit alone.
+
+    With rounded coordinates the bearing must not resist it either.
+    """
+
+    def bearing(written):
+        shaft = fo.Body(whole_ring(1.0, 2.0, ("bore", "fit"), written), fo.Material(E=3.0))
+        hub = fo.Body(whole_ring(2.0, 4.0, ("fit", "rim"), written), fo.Material(E=1.0))
+        loads = {
+            "fit": [fo.Interference("fit", 1e-3)],
+            "M": [fo.RemoteForce("shaft", "bore", moment=1e-3)],
+        }
+        supports = [fo.Support("shaft", "bore", normal=True), fo.Support("hub", "rim")]
+        contacts = [fo.Contact("shaft", "hub", "fit", "fit", name="fit")]
+        return fo.ContactModel({"shaft": shaft, "hub": hub}, supports, loads, contacts).condense()
+
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"M": 1.0}, {"M": -1.0}])
+    exact, rounded = (bearing(form) for form in (np.array, written))
+    assert rounded.S == pytest.approx(exact.S, abs=1e-5 * np.abs(exact.S).max())
+    for question in (fo.shakedown_limit, fo.gross_slip):
+        limits = [question(system, cycle, 0.2).load_factor for system in (exact, rounded)]
+        assert limits[1] == pytest.approx(limits[0], rel=1e-5)
+    # All of the moment reaches the fit: the shears at the radius 2, times their arm.
+    shears = rounded.bonded["M"][0]
+    assert 2.0 * abs(shears.sum()) == pytest.approx(1e-3, rel=1e-5)
+
+
 @pytest.mark.parametrize("count", [6, 8])
 def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
     """The sag of an arc is that of its longest edges, edge^2 / 8 times the curvature."""
