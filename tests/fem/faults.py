@@ -876,14 +876,14 @@ FAULTS = (
     Fault(
         "fem/interface.py",
         "digits of coordinates wedge a free body",
-        old="ROUNDING < np.abs(lean).max() <= _SLIDES",
+        old="ROUNDING < np.abs(lean).max() <= SLIDES",
         new="ROUNDING < np.abs(lean).max() <= 0",
         tests="doors",
     ),
     Fault(
         "fem/interface.py",
         "a wedge of few nodes among many is lost",
-        old="ROUNDING < np.abs(lean).max() <= _SLIDES",
+        old="ROUNDING < np.abs(lean).max() <= SLIDES",
         new="ROUNDING < np.abs(lean).max() <= 1",
         tests="doors",
     ),
