@@ -5,6 +5,7 @@ not match, and wrong sectors that are refused.
 """
 
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ import frictopt as fo
 from frictopt.fem.normals import Planes
 from frictopt.fem.paraview import contact_face
 from frictopt.fem.supports import normals_along
+from helpers.cases import ALL_CASES
 from helpers.meshes import around, extruded, turned
 
 STEEL, ALLOY = fo.Material(E=2.0, nu=0.3, density=0.5), fo.Material(E=0.7, nu=0.2, density=0.2)
@@ -187,11 +189,11 @@ def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
         assert np.abs(normals[nodes == len(left)]).min() > 0.1
 
 
-def compared(one, part, count, cycle, load_factor=1.5, **steps):
+def compared(one, part, count, cycle, load_factor=1.5, slides=True, **steps):
     """Compare the condensed whole with the sector.
 
-    The comparison covers the stiffness under the loads, the limit, the steady state, and the forces
-    at each node, also on the seam.
+    The comparison covers the stiffness under the loads, the limit, gross slip if `slides`, the
+    steady state, and the forces at each node, also on the seam.
     """
     whole, system = one.condense(), part.condense()
     same = np.array(
@@ -215,12 +217,14 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
             )
     limits = [fo.shakedown_limit(each, cycle, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
-    gross = [fo.gross_slip(each, cycle, FRICTION) for each in (whole, system)]
-    # Then transients are followed, to a relative 2e-3 in space.
-    fits = gross[0].self_stress is not None
-    assert gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8)
-    assert (gross[1].self_stress is not None) is fits
-    assert gross[0].load_factor == pytest.approx(gross[1].load_factor, rel=5e-3 if fits else 1e-8)
+    if slides:
+        gross = [fo.gross_slip(each, cycle, FRICTION) for each in (whole, system)]
+        # Then transients are followed, to a relative 2e-3 in space.
+        fits = gross[0].self_stress is not None
+        assert gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8)
+        assert (gross[1].self_stress is not None) is fits
+        tolerance = 5e-3 if fits else 1e-8
+        assert gross[0].load_factor == pytest.approx(gross[1].load_factor, rel=tolerance)
     steady = [
         fo.steady_state(each, cycle, FRICTION, load_factor * limits[0], **steps)
         for each in (whole, system)
@@ -238,11 +242,18 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
 CYCLE = fo.LoadCycle({"fit": 1.0}, [{"waves": 1.0, "squeeze": 0.3}, {"waves": -1.0}])
 
 
+@cache
+def compared_rings(count, element):
+    """The models of a ring of the plane and of its sector, and what `compared` gives for them."""
+    one, part = (ring_model(count, whole, element) for whole in (True, False))
+    return one, part, *compared(one, part, count, CYCLE)
+
+
 @pytest.mark.parametrize(
     ("count", "element"), [(2, "linear"), (3, "linear"), (3, "quadratic"), (5, "linear")]
 )
 def test_a_sector_of_the_plane_has_the_answers_of_the_whole(count, element):
-    compared(*(ring_model(count, whole, element) for whole in (True, False)), count, CYCLE)
+    compared_rings(count, element)
 
 
 SPACE = special_ortho_group(3, seed=4).rvs()
@@ -275,19 +286,24 @@ def thick_model(count, whole, element="linear"):
     )
 
 
+@cache
+def compared_in_space(count, element):
+    """The same of rings in space."""
+    one, part = (thick_model(count, whole, element) for whole in (True, False))
+    slides = element == "linear" or ALL_CASES  # for which many transients are followed
+    return one, part, *compared(one, part, count, CYCLE, slides=slides, steps=4)
+
+
 @pytest.mark.parametrize(("count", "element"), [(3, "linear"), (4, "quadratic")])
 def test_a_sector_in_space_has_the_answers_of_the_whole(count, element):
-    one, part = (thick_model(count, whole, element) for whole in (True, False))
-    compared(one, part, count, CYCLE, steps=4)
+    compared_in_space(count, element)
 
 
 @pytest.mark.parametrize("space", [False, True])
 def test_fields_and_pictures_of_a_sector_are_those_of_the_whole(space):
-    one, part = (
-        thick_model(3, whole) if space else ring_model(3, whole, "quadratic")
-        for whole in (True, False)
+    one, part, steady, same = (
+        compared_in_space(3, "linear") if space else compared_rings(3, "quadratic")
     )
-    steady, same = compared(one, part, 3, CYCLE, **({"steps": 4} if space else {}))
     whole, sector = (model.recover(state) for model, state in zip((one, part), steady, strict=True))
     for name, u in sector.displacement.items():
         near = [
@@ -486,7 +502,8 @@ def test_a_sector_may_reach_the_axis(height, turn):
             loads,
             one.contacts,
         )
-    compared(one, part, 4, CYCLE, **({"steps": 4} if height else {}))
+    slides = not height or turn is SPACE or ALL_CASES  # many transients are followed in space
+    compared(one, part, 4, CYCLE, slides=slides, **({"steps": 4} if height else {}))
     assert len(part._assembly.sector.fixed) == 1 + (height > 0)
 
 
