@@ -12,7 +12,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import order_search, settled_order
-from helpers.cases import ALL_CASES, few
+from helpers.cases import few
 from helpers.orders import largest_round_a_cycle
 from helpers.separation import pulled_system, rests
 from validation.fuzz.embedded import embedded
@@ -228,7 +228,8 @@ def test_required_friction_round_a_cycle():
     order of events that rests with less.
     """
     reached = 0
-    for system, cycle, friction, _ in with_events("there and back", few(6, 1, 6)):
+    contacts = with_events("there and back", few(6, 3))[::-1]  # the search in the third is short
+    for system, cycle, friction, _ in contacts[: few(6, 1, 6)]:
         mean = float(friction.mean())
         known = fo.shakedown_limit(system, cycle, mean, events=True).load_factor
         required = fo.required_friction(system, cycle, known, events=True)
@@ -237,7 +238,7 @@ def test_required_friction_round_a_cycle():
         assert enough.exists
         assert rests(system, cycle, required.required, known, initial_state=enough.state)
         assert not fo.safe_slip(system, cycle, required.bound, known, events=True).exists
-    assert reached > 0 or not ALL_CASES
+    assert reached > 0
 
 
 def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
