@@ -13,6 +13,7 @@ from frictopt.transients.increments import (
     by_booleans,
 )
 from frictopt.transients.increments.newton import newton
+from helpers.cases import few
 from helpers.enumeration import admissible_states, distance, random_increment
 
 pytestmark = pytest.mark.slow
@@ -99,14 +100,19 @@ def test_one_of_several_states_is_found():
     assert several >= 3 and one >= 30
 
 
-@pytest.mark.parametrize("rigid", [LIFTING, FREE], ids=["lifting", "free"])
-def test_bodies_that_only_their_load_holds(rigid):
+@pytest.mark.parametrize(
+    ("rigid", "count"),
+    # where a free body has no state, the program takes a second to tell
+    [(LIFTING, 40), (FREE, few(40, 18))],
+    ids=["lifting", "free"],
+)
+def test_bodies_that_only_their_load_holds(rigid, count):
     """Bodies that only their load holds have the enumerated states.
 
     Where there is a state, it is found; where there is none, none is found.
     """
     found = none = 0
-    for contact, friction, slip, load in cases(4, 40, 1.0, rigid):
+    for contact, friction, slip, load in cases(4, count, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)
         try:
             state = ExactIncrement(contact, friction).solve(slip, load)
