@@ -50,8 +50,8 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
 
 
 @settings(max_examples=few(3, 1))
-@example(seed=40)  # one in eight is asked for searches, too
-@given(seed=st.integers(1, 10**9))
+@example(seed=24)  # one in four is asked for a design, too
+@given(seed=st.integers(5, 10**9))  # the first one tried has 5 nodes or so and short searches
 def test_every_answer_in_space_is_right_or_an_error_that_says_what_to_do(seed):
     all_right(space_findings(seed))
 
@@ -347,7 +347,11 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
 def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask, monkeypatch):
     honest, seeds = (
         fo.DesignModel.solve,
-        [seed for seed in (0, 4, 8, 16, 20, 28, 32, 44) if next(ask(seed)).result == "answer"],
+        [
+            seed
+            for seed in few([0, 8, 16, 28, 32, 44, 4, 20], 6)  # the last two search for long
+            if next(ask(seed)).result == "answer"
+        ],
     )
 
     def none(model, f, given):
