@@ -134,6 +134,7 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
     assert "(1 / N mm)" in named.get_title() and "(N mm)" in named.get_xlabel()
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
     case = list(PUNCH.bonded).index(*PULL.corners[0])
