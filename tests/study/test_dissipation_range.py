@@ -3,13 +3,15 @@
 It is compared with closed forms, published cases, samples of starts, and proven bounds of the slip.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 import frictopt as fo
 from frictopt.base import Bar
 from frictopt.limits import pose
-from frictopt.study.range_search import Search
+from frictopt.study.range_search import Search, SearchSettings
 from helpers.cases import few
 from helpers.paths import followed
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, SHEAR, system
@@ -21,6 +23,7 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {
 TABLE = [(0.5, 0.5, 0.0, 1.01e-5), (0.7, 0.9, 0.0, 1.50e-3), (0.7, 1.5, 0.06655, 0.07764)]
 
 
+@cache  # several tests ask for the same range
 def found(contact, cycle, friction, ratio, **options):
     limit = fo.shakedown_limit(contact, cycle, friction).load_factor
     return limit * ratio, fo.dissipation_range(contact, cycle, friction, limit * ratio, **options)
@@ -139,12 +142,16 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
         assert least.of(corners) == pytest.approx(least.bound, rel=1e-4)
 
 
-def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
+def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(
+    paper_punch, monkeypatch
+):
     """A sampled history has starts at its ends and at a few corners between them.
 
     One program for each corner and each step of a history of hundreds of steps would give tens of
     thousands of programs.
     """
+    # Of the starts around an end a few are enough here.
+    monkeypatch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=8))
     places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle(
         {"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places]
