@@ -416,7 +416,7 @@ def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
 
 def test_the_study_counts_what_it_finds(tmp_path, capsys):
     questions = [*CHECKS, *DIFFERENTIAL, *SPACE, *SLIDING]
-    assert fuzz.STUDY.run(["--cases", "1", "--seed", "42", "--data", str(tmp_path), "--quick"]) == 0
+    assert fuzz.STUDY.run(["--cases", "1", "--seed", "6", "--data", str(tmp_path), "--quick"]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
     assert list(table["question"]) == questions and (table["wrong"] == 0).all()
     outcomes = table[
@@ -429,7 +429,7 @@ def test_the_study_counts_what_it_finds(tmp_path, capsys):
     )
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out
-    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 42 to 42\n")
+    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 6 to 6\n")
     assert (Path(__file__).parents[2] / "docs" / "tables" / "fuzz.md").read_text().splitlines()[
         0
     ] in printed.splitlines()
