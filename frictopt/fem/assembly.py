@@ -78,6 +78,7 @@ class Assembly:
         cyclic = [support for support in supports if isinstance(support, Cyclic)]
         self.couplings = [support for support in supports if isinstance(support, Coupling)]
         self.sector = sector_of(cyclic, self.bodies, kinematics)
+        self.placed = self.sector.closed(self.bodies)  # copied nodes are in exact places
         self._number_nodes()
         self.names = contact_names(contacts)
         self.joints = self._joined_faces(contacts)
@@ -91,7 +92,7 @@ class Assembly:
         """Stiffness of the separate bodies; midside nodes on contacts are tied, cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
-            for body in self.sector.closed(self.bodies).values()
+            for body in self.placed.values()
         ]
         return csr_matrix(self.tied.T @ block_diag(parts, format="csr") @ self.tied)
 
@@ -125,7 +126,7 @@ class Assembly:
             K = csr_matrix(R.T @ self.whole @ R)
         graph = node_graph(K, self.free_rows)
         _, body = connected_components(graph, directed=False)
-        points = np.hstack([part.mesh.p for part in self.sector.closed(self.bodies).values()]).T
+        points = np.hstack([part.mesh.p for part in self.placed.values()]).T
         motions = free_motions(K, self.free_rows, points, body, directions=self.pairs.directions)
         return Glued(
             K=K,
@@ -249,8 +250,7 @@ class Assembly:
             first = self.first_node[name]
             of_body = [support for support in supports if support.body == name]
             along = normals_along(body, of_body, planes, self.sector.seam(first, body))
-            points = self.sector.closed(self.bodies)[name].mesh.p.T
-            for nodes, normals in free_to_slide(along, points):
+            for nodes, normals in free_to_slide(along, self.placed[name].mesh.p.T):
                 held.append((first + nodes, normals))
         return held
 

@@ -160,9 +160,13 @@ class Body:
         """
         if self.element != "quadratic":
             return self
-        linear = copy(self)  # without the checks: a body that a bolt cuts has two parts
-        object.__setattr__(linear, "mesh", through_corners(self.mesh))
-        return linear
+        return self.with_mesh(through_corners(self.mesh))
+
+    def with_mesh(self, mesh: Mesh) -> Body:
+        """The body with another mesh. It is not checked: a body that a bolt cuts has two parts."""
+        body = copy(self)
+        object.__setattr__(body, "mesh", mesh)
+        return body
 
 
 def check_kind(mesh: Mesh) -> None:

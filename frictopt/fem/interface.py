@@ -175,22 +175,33 @@ class Interface:
         """
         n, d = self.frames.shape[:2]
         rigid = np.linalg.qr(self.relative(motions, unknowns))[0]  # (d n, k), orthonormal
-        _, opens, turn = np.linalg.svd(np.linalg.qr(rigid[-n:], mode="r"))
-        slides = np.pad(opens, (0, len(turn) - len(opens))) <= SLIDES
-        sliding = (rigid @ turn[slides].T).reshape(d, n, -1)
-        slip = sliding[:-1]
-        lift = sliding[-1]
-
-        # The lean (n, d - 1) of a normal towards its tangents explains the lift by the slip, in
-        # least squares. If a body turns about the node, there is no slip, and the lean is zero.
-        square = np.einsum("ain,bin->iab", slip, slip) + ROUNDING * np.eye(d - 1)
-        lean = np.linalg.solve(square, np.einsum("ain,in->ia", slip, lift)[..., None])
-        # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.
-        if not ROUNDING < np.abs(lean).max() <= SLIDES:
+        rigid = rigid.reshape(d, n, -1)
+        lean = lean_to_slide(rigid[:-1], rigid[-1])
+        if lean is None:
             return self
-        normals = self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)
+        normals = self.frames[:, -1] - np.sum(lean[..., None] * self.frames[:, :-1], axis=1)
         tangents = None if self.directions is None else self.frames[:, 0]
         return replace(self, frames=frames_of(normals, tangents))
+
+
+def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
+    """The lean (n, t) of normals with which rigid motions slide along them exactly.
+
+    None if no normal has to lean. Only motions that nearly slide count. At n nodes, k orthonormal
+    rigid motions have the components `slips` (t, n, k) along t directions, towards which the
+    normals may lean, and `lifts` (n, k) along the normals.
+    """
+    _, opens, turn = np.linalg.svd(np.linalg.qr(lifts, mode="r"))
+    slides = np.pad(opens, (0, len(turn) - len(opens))) <= SLIDES
+    slip = slips @ turn[slides].T
+    lift = lifts @ turn[slides].T
+
+    # The lean explains the lift by the slip, in least squares. If a body turns about the node,
+    # there is no slip, and the lean is zero.
+    square = np.einsum("ain,bin->iab", slip, slip) + ROUNDING * np.eye(len(slip))
+    lean = np.linalg.solve(square, np.einsum("ain,in->ia", slip, lift)[..., None])[..., 0]
+    # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.
+    return lean if ROUNDING < np.abs(lean).max() <= SLIDES else None
 
 
 def _all_but(nodes: Integers, size: int) -> csr_matrix:

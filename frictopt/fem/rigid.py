@@ -8,7 +8,6 @@ from scipy.sparse.linalg import splu
 from ..base import (
     CONDENSATION,
     EQUILIBRIUM,
-    ROUNDING,
     SAME_POINT,
     Array,
     Booleans,
@@ -17,7 +16,7 @@ from ..base import (
 )
 from ..errors import ModelError
 from .faces import unit_vectors
-from .interface import SLIDES, Interface
+from .interface import Interface, lean_to_slide
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 # Force of a free rigid motion, relative to the stiffness of the nodes that it moves. DMIG has ten
@@ -139,17 +138,8 @@ def free_to_slide(
     n, d = normals.shape
     rigid = _rigid_motions(points[nodes], np.zeros(n, dtype=np.intp), None)
     rigid = np.linalg.qr(rigid.reshape(n * d, -1))[0].reshape(n, d, -1)
-    lifts = np.einsum("nd,ndk->nk", normals, rigid)
-    _, sizes, turn = np.linalg.svd(lifts)
-    slides = np.pad(sizes, (0, len(turn) - len(sizes))) <= SLIDES
-    slip = rigid @ turn[slides].T  # (n, d, k)
-
-    # The part of each normal along the slips of its node, in least squares.
-    square = np.einsum("ndk,ndl->nkl", slip, slip) + ROUNDING * np.eye(slip.shape[2])
-    along = np.linalg.solve(square, np.einsum("nd,ndk->nk", normals, slip)[..., None])
-    lean = (slip @ along)[..., 0]
-    # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.
-    if not ROUNDING < np.abs(lean).max(initial=0.0) <= SLIDES:
+    lean = lean_to_slide(rigid.swapaxes(0, 1), np.einsum("nd,ndk->nk", normals, rigid))
+    if lean is None:
         return held
     turned = unit_vectors(normals - lean)
     ends = np.cumsum([len(of_face) for of_face, _ in held])[:-1]

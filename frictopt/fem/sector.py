@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -75,10 +74,8 @@ class Sector:
         start = 0
         for name, body in bodies.items():
             end = start + body.mesh.p.shape[1]
-            # A copy is not checked again: a body that a bolt cuts has two parts.
-            moved[name] = copy(body)
             mesh = replace(body.mesh, doflocs=np.ascontiguousarray(points[start:end].T))
-            object.__setattr__(moved[name], "mesh", mesh)
+            moved[name] = body.with_mesh(mesh)
             start = end
         return moved
 

@@ -194,10 +194,11 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ) -> SteadyState:
         """The steady state at which the slipping share or the work of friction reaches a number.
 
-        The first interval of the curve in which it rises through the number is narrowed by
-        transients, to a ten thousandth of the load factor in the plane and a hundredth in space.
-        The steady state at its upper end is returned. Its share or work is at least the number, and
-        may jump past it, because nodes begin to slip one by one.
+        Between two neighbouring load factors of the curve, the share or the work first rises
+        through the number. Transients narrow this interval to a ten thousandth of the load factor
+        in the plane, and to a hundredth in space. The steady state at its upper end is returned.
+        Its share or work is at least the number. It may be larger, because nodes begin to slip one
+        by one.
 
         Parameters
         ----------

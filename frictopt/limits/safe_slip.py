@@ -212,7 +212,7 @@ class SafeSlipModel(SafeModel):
         """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
         The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes
-        may then also open and close in each cycle: with `events`, or if loads alone move them so.
+        may open and close in each cycle: with `events`, or if loads alone open and close them.
         """
         check_events(events, question, bool(user_rows))
         load_factor = self._checked_load_factor(question, load_factor)
