@@ -15,7 +15,6 @@ find the load.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import cvxpy as cp
 import numpy as np
@@ -115,12 +114,24 @@ def sliding_off(
     up to there.
     """
     # Imported here, because limits of other contacts need neither transients nor their compiler.
-    from ..transients import march, steady_state
+    from ..transients.march import path_of
+    from ..transients.steady import steady_without_step_error
 
     steps = SEARCH.steps_in_space if system.tangents == 2 else None
     tolerance = SEARCH.tolerance[system.tangents - 1]
-    first_cycle = partial(_end_of, march, system, cycle, friction, cycles=1, steps=steps)
-    all_cycles = partial(_end_of, steady_state, system, cycle, friction, steps=steps)
+
+    def follow_first_cycle(load_factor: float) -> None:
+        path = path_of(system, cycle, friction, load_factor, steps=steps).start()
+        path.follow(path.legs)
+
+    def follow_all_cycles(load_factor: float) -> None:
+        steady_without_step_error(system, cycle, friction, load_factor, None, steps)
+
+    def end_in_first_cycle(load_factor: float) -> str:
+        return _end_of(follow_first_cycle, load_factor)
+
+    def end_in_any_cycle(load_factor: float) -> str:
+        return _end_of(follow_all_cycles, load_factor)
 
     if np.isfinite(statics):
         start = SEARCH.start * statics
@@ -132,16 +143,17 @@ def sliding_off(
 
     # The first cycle takes little time, also near the load that is sought, and nearly always
     # decides.
-    bracket = _approached(first_cycle, start, end, tolerance)
-    if bracket.low > 0 and all_cycles(bracket.low):
-        bracket = _approached(all_cycles, SEARCH.start * bracket.low, bracket.low, tolerance)
+    bracket = _approached(end_in_first_cycle, start, end, tolerance)
+    if bracket.low > 0 and end_in_any_cycle(bracket.low):
+        first = SEARCH.start * bracket.low
+        bracket = _approached(end_in_any_cycle, first, bracket.low, tolerance)
     return (bracket.low, bracket.why) if bracket.why else (statics, "")
 
 
-def _end_of(transient: Callable[..., object], *arguments: object, **options: object) -> str:
-    """Why a transient finds no continuation; "" if it continues."""
+def _end_of(follow: Callable[[float], None], load_factor: float) -> str:
+    """Why the transient at a load factor finds no continuation; "" if it continues."""
     try:
-        transient(*arguments, **options, progress=False)
+        follow(load_factor)
     # Increments in space find no state of a body that slides off, and prove nothing.
     except (NoContinuation, SolverError) as error:
         return str(error).split("; ")[0]

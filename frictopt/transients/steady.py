@@ -161,10 +161,10 @@ def steady_without_step_error(
     cycle: LoadCycle,
     friction: ArrayLike,
     load_factor: float,
-    initial_state: ContactState,
+    initial_state: ContactState | None,
     steps: int | None,
 ) -> SteadyState:
-    """The steady state from an earlier state; in increments its `step_error` is NaN.
+    """The steady state from an earlier state or from no slip; in increments `step_error` is NaN.
 
     The estimate of this error takes more than half of the time of a steady state.
     """
