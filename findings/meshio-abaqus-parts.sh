@@ -8,8 +8,8 @@
 # large one becomes a second copy of the large one. The translation of the instance is dropped too.
 # There is no warning, and the number of elements is right. The same happens to a deck without
 # parts, with its own numbers for each body, if the nodes and elements of one body follow those of
-# the other. Abaqus/CAE writes parts unless it is told not to, and sfepy, which reads decks with
-# meshio, is affected too. Write a deck without parts, and all its nodes in one block.
+# the other. Abaqus/CAE writes parts unless it is told not to, and sfepy 2026.3, which reads decks
+# with meshio, is affected too. Write a deck without parts, and all its nodes in one block.
 # Versions: meshio 5.3.5, numpy 2.3.5, Python 3.11; 2026-11-28.
 # Output: volume of each of two blocks and the heights of its lowest and highest nodes: "parts: 18
 # from 0 to 2, 18 from 0 to 2", "two blocks of nodes: 18 from 1 to 3, 18 from 1 to 3", "one block of
