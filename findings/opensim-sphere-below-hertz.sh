@@ -86,8 +86,9 @@ print("half space:", seen)
 print(f"sphere: {force('sphere'):.3f}")
 PYTHON
 
-"$folder/venv/bin/python" "$folder/press.py" "$folder/model.osim" | grep -E '^(half space|sphere):' | tee "$folder/seen"
-diff - "$folder/seen" <<'OUTPUT'
+cd "$folder"  # OpenSim writes a log
+venv/bin/python press.py model.osim | grep -E '^(half space|sphere):' | tee seen
+diff - seen <<'OUTPUT'
 half space: 0.707, 0.821, 1.000
 sphere: 0.707
 OUTPUT
