@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from functools import partial
+from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,9 @@ from ..base import Integers, number_of, shown, whole_array
 from ..base.libraries import by_library, file_path, library
 from ..errors import ModelError
 from .deck import Deck
-from .deck_text import text_of
 from .job import MatrixJob
 from .listing import deck_of_points
+from .nastran_cards import Card, cards, free_fields, number_in
 
 _ANSYS = "ansys-mapdl-reader"
 # Elements that are read, and their types in Abaqus: by number of the type in Ansys, and number of
@@ -197,7 +197,7 @@ def read_nastran(
     """
     bulk, op4 = (library(f"pyyeti.nastran.{part}", "pyyeti", "nastran") for part in ("bulk", "op4"))
     file = file_path("path", path)
-    grids = None if deck is None else _bulk_data(bulk, file_path("deck", deck))
+    grids = None if deck is None else _bulk_data(file_path("deck", deck))
     if file.suffix.lower() != ".op4":
         K, dmig_labels = _dmig(bulk, file, name)
         return MatrixJob(K, dmig_labels, grids)
@@ -210,8 +210,28 @@ def read_nastran(
 
 def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers]:
     """A matrix of DMIG cards, and the labels of its rows."""
-    _check_dmig(file)
-    frame = _chosen(by_library("as DMIG, pyyeti", bulk.rddmig, file, "stiffness"), name, file)
+    found = cards(file, "stiffness", ("DMIG",))
+    if not found:
+        # A superelement may have its matrices in another file.
+        raise ModelError(
+            f"stiffness: {file.name} has no DMIG cards; write the matrix there with "
+            "EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
+        )
+    # pyyeti alone loses lines that follow a comment, and large fields with commas. It wants the
+    # cards of a matrix in one piece, the header first: the card with 0 for a grid point.
+    found.sort(key=lambda card: (card.field(1).upper(), card.field(2) != "0"))
+    headers = [card.field(1).upper() for card in found if card.field(2) == "0"]
+    repeated = next((header for header in headers if headers.count(header) > 1), None)
+    if repeated:
+        raise ModelError(
+            f"stiffness: {file.name} has {repeated} {headers.count(repeated)} times; "
+            "give a file of one job"
+        )
+    text = free_fields(found)
+    matrices = by_library(
+        "as DMIG, pyyeti", lambda _: bulk.rddmig(StringIO(text)), file, "stiffness"
+    )
+    frame = _chosen(matrices, name, file)
     if frame.columns.nlevels != 2:
         raise ModelError(
             f"stiffness: {file.name} has a rectangular matrix {shown(name)}; "
@@ -220,18 +240,6 @@ def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers
     labels = frame.index.union(frame.columns)
     square = frame.reindex(index=labels, columns=labels, fill_value=0.0)
     return csr_matrix(square.to_numpy()), np.array(labels.tolist())
-
-
-def _check_dmig(file: Path) -> None:
-    """Check that a punch file has matrices: a superelement may have them in another file."""
-    if not file.is_file():
-        return
-    lines = text_of(file, "stiffness").splitlines()
-    if not any(line.lstrip().upper().startswith("DMIG") for line in lines):
-        raise ModelError(
-            f"stiffness: {file.name} has no DMIG cards; write the matrix there with "
-            "EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
-        )
 
 
 def _labels_of_grid_points(size: int, grids: Deck | None, file: Path) -> Integers:
@@ -247,52 +255,73 @@ def _labels_of_grid_points(size: int, grids: Deck | None, file: Path) -> Integer
     return np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), count)])
 
 
-def _bulk_data(bulk: Any, file: Path) -> Deck:
+def _bulk_data(file: Path) -> Deck:
     """Grid points and solids of bulk data."""
-    grids = by_library("pyyeti", bulk.rdgrids, file, "deck")
-    if grids is None:
+    kinds = tuple(dict.fromkeys(card for card, _ in NASTRAN_SOLIDS))
+    found = cards(file, "deck", ("GRID", "GRDSET", *kinds))
+    grids = [card for card in found if card.name == "GRID"]
+    if not grids:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
-    for card, number, system in _turned(bulk, file, grids):
-        raise ModelError(
-            f"deck {file.name}: grid point {number} has coordinates or displacements in system "
-            f"{system}, by its {card}; write all in the basic one"
-        )
+    _check_systems(grids, [card for card in found if card.name == "GRDSET"], file)
+    points: dict[int, list[float]] = {}
+    for card in grids:
+        number, *point = _values(card, 5, file)
+        _check_same(points.setdefault(int(number), point[1:]), point[1:], card, file)
+    corners: dict[int, list[int]] = {}
     solids: dict[str, list[list[int]]] = defaultdict(list)
-    for card in dict.fromkeys(card for card, _ in NASTRAN_SOLIDS):
-        for number, _, *corners in _cards(bulk, file, card):
-            nodes = [int(corner) for corner in corners if corner]
-            if len(nodes) == 20:
-                # In Nastran, upright edges come before those of the upper face.
-                nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
-            if len(nodes) == 15:
-                nodes = [*nodes[:9], *nodes[12:], *nodes[9:12]]
-            kind = NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}")
-            solids[kind].append([int(number), *nodes])
-    return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)
+    for card in (card for card in found if card.name in kinds):
+        number, _, *nodes = map(int, _values(card, len(card.fields), file))
+        nodes = [node for node in nodes if node]
+        if number not in corners:
+            kind = NASTRAN_SOLIDS.get((card.name, len(nodes)), f"{card.name}{len(nodes)}")
+            solids[kind].append([number, *_upper_edges_first(nodes)])
+        _check_same(corners.setdefault(number, nodes), nodes, card, file)
+    return deck_of_points(points, solids=solids)
 
 
-def _cards(bulk: Any, file: Path, card: str) -> list[list[Any]]:
-    """The fields of all cards of a name, with empty texts for blank ones."""
-    read = partial(bulk.rdcards, name=card, return_var="list", no_data_return=[])
-    return list(by_library("pyyeti", read, file, "deck"))
+def _upper_edges_first(nodes: list[int]) -> list[int]:
+    """The nodes of a solid with midside nodes of upright edges last, which Nastran has earlier."""
+    if len(nodes) == 20:
+        return [*nodes[:12], *nodes[16:], *nodes[12:16]]
+    if len(nodes) == 15:
+        return [*nodes[:9], *nodes[12:], *nodes[9:12]]
+    return nodes
 
 
-def _turned(bulk: Any, file: Path, grids: Any) -> Iterator[tuple[str, int, int]]:
-    """Card, number and system of the grid points that have a system of their own.
+def _values(card: Card, count: int, file: Path) -> list[float]:
+    """The first fields of a card as numbers; blank fields are 0."""
+    try:
+        return [number_in(card.field(place)) for place in range(1, count + 1)]
+    except ValueError as error:
+        raise ModelError(
+            f"deck {file.name}: the card {card} cannot be read ({error}); repair it"
+        ) from error
+
+
+def _check_same(first: list[Any], again: list[Any], card: Card, file: Path) -> None:
+    """Check that a number that is given twice is the same both times, as Nastran allows it."""
+    if first != again:
+        raise ModelError(
+            f"deck {file.name}: two cards {card} differ; give the bulk data of one job"
+        )
+
+
+def _check_systems(grids: list[Card], defaults: list[Card], file: Path) -> None:
+    """Check that all grid points are in the basic system.
 
     GRDSET gives the systems that a GRID leaves blank.
     """
-    for row in grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]:
-        yield "GRID", int(row[0]), int(max(row[1], row[5]))
-    for default in _cards(bulk, file, "GRDSET"):
-        # Field 1 is the system of the coordinates, field 5 that of the displacements.
-        for place in (1, 5):
-            system = default[place] if len(default) > place else ""
-            if not system:
-                continue
-            for point in _cards(bulk, file, "GRID"):
-                if len(point) <= place or point[place] == "":
-                    yield "GRDSET", int(point[0]), int(system)
+    # Field 2 is the system of the coordinates, field 6 that of the displacements.
+    for place in (2, 6):
+        default = next(filter(None, (card.field(place) for card in defaults)), "")
+        for card in grids:
+            system = card.field(place) or default
+            if system not in ("", "0"):
+                source = "GRID" if card.field(place) else "GRDSET"
+                raise ModelError(
+                    f"deck {file.name}: grid point {card.field(1)} has coordinates or "
+                    f"displacements in system {system}, by its {source}; write all in the basic one"
+                )
 
 
 def _chosen(matrices: Mapping[str, Any], name: str | None, file: Path) -> Any:

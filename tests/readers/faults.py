@@ -90,8 +90,8 @@ FAULTS = (
     Fault(
         "readers/ansys_nastran.py",
         "upright edges of CPENTA before those of the upper face",
-        old="nodes = [*nodes[:9], *nodes[12:], *nodes[9:12]]",
-        new="nodes = [*nodes]",
+        old="[*nodes[:9], *nodes[12:], *nodes[9:12]]",
+        new="[*nodes]",
         tests="cards",
     ),
     Fault(
@@ -266,9 +266,23 @@ FAULTS = (
     Fault(
         "readers/ansys_nastran.py",
         "systems of GRDSET are basic",
-        old="not system",
-        new="True",
+        old="card.field(place) or default",
+        new="card.field(place)",
         tests="cards",
+    ),
+    Fault(
+        "readers/nastran_cards.py",
+        "a line always continues the card above",
+        old="name and name != previous.last[1:]",
+        new="False",
+        tests="nastran_cards",
+    ),
+    Fault(
+        "readers/nastran_cards.py",
+        "large fields with commas are small",
+        old="4 if '*' in first else 8",
+        new="8",
+        tests="nastran_cards",
     ),
     Fault(
         "readers/calculix_abaqus.py",
