@@ -17,6 +17,7 @@ from ..base import Integers, number_of, shown, whole_array
 from ..base.libraries import by_library, file_path, library
 from ..errors import ModelError
 from .deck import Deck
+from .deck_text import text_of
 from .job import MatrixJob
 from .listing import deck_of_points
 from .nastran_cards import Card, cards, free_fields, number_in
@@ -41,6 +42,11 @@ ANSYS_SOLIDS = {
     (186, 15): "C3D15",
     (95, 15): "C3D15",
 }
+# Commands of Ansys that change nodes or elements after their blocks, by their first four letters.
+_CHANGES = (
+    *("NROT", "NMOD", "NSCA", "NGEN", "NSYM", "NDEL", "NUMM", "NUMC"),
+    *("EMOD", "EGEN", "ESYM", "EDEL"),
+)
 # Elements of Nastran, by card and number of nodes.
 NASTRAN_SOLIDS = {
     ("CHEXA", 8): "C3D8",
@@ -125,6 +131,28 @@ def _check_full(full: Any, file: Path) -> None:
     )
 
 
+def _check_commands(file: Path) -> None:
+    """Refuse what the library passes over in an archive.
+
+    It reads one block of elements, and no commands. Ansys reads four letters of a command.
+    """
+    lines = text_of(file, "deck").splitlines()
+    commands = [line.split(",")[0].strip().upper() for line in lines]
+    blocks = [command for command in commands if command in ("NBLOCK", "EBLOCK")]
+    repeated = next((block for block in blocks if blocks.count(block) > 1), None)
+    if repeated:
+        problem = f"{blocks.count(repeated)} {repeated}, of which one is read"
+    else:
+        change = next((command for command in commands if command[:4] in _CHANGES), None)
+        if change is None:
+            return
+        problem = f"the command {change}, after which the nodes or elements listed are others"
+    raise ModelError(
+        f"deck {file.name}: {problem}; give the archive that CDWRITE,DB writes (not the input "
+        "file of Workbench)"
+    )
+
+
 def _archive(reader: Any, file: Path, held: Integers) -> Deck:
     """Nodes, components and solids of an archive, and what is held."""
     archive = by_library(_ANSYS, lambda path: reader.Archive(path, parse_vtk=False), file, "deck")
@@ -132,23 +160,35 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
         raise ModelError(
             f"deck {file.name}: no nodes or no elements; give the archive that CDWRITE,DB writes"
         )
+    _check_commands(file)
     turned = np.flatnonzero(np.any(archive.node_angles, axis=1))
     if len(turned):
         raise ModelError(
             f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; "
             "write the matrix without NROTAT"
         )
-    type_numbers = dict(archive.ekey.tolist())
-    solids: dict[str, list[list[int]]] = defaultdict(list)
-    for element in archive.elem:
-        # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
-        kind = type_numbers[int(element[1])]
-        nodes = list(dict.fromkeys(element[10:].tolist()))
-        name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {number_of(len(nodes), 'node')}")
-        solids[name].append([int(element[8]), *nodes])
+    try:
+        solids = _solids(archive.elem, dict(archive.ekey.tolist()))
+    except (IndexError, KeyError) as error:
+        raise ModelError(
+            f"deck {file.name}: its EBLOCK is damaged, or names a type without ET ({error}); "
+            "give the file as Ansys wrote it"
+        ) from error
     sets = {name.strip().upper(): nodes.tolist() for name, nodes in archive.node_components.items()}
     points = dict(zip(archive.nnum.tolist(), archive.nodes, strict=True))
     return deck_of_points(points, solids=solids, sets=sets, held=held.tolist())
+
+
+def _solids(elements: list[Any], kinds: dict[int, int]) -> dict[str, list[list[int]]]:
+    """Type of elements -> number and nodes of each; `kinds` are the types by their reference."""
+    solids: dict[str, list[list[int]]] = defaultdict(list)
+    for element in elements:
+        # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
+        kind = kinds[int(element[1])]
+        nodes = list(dict.fromkeys(element[10:].tolist()))
+        name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {number_of(len(nodes), 'node')}")
+        solids[name].append([int(element[8]), *nodes])
+    return solids
 
 
 def read_nastran(

@@ -139,3 +139,42 @@ def test_without_the_reader_the_extra_is_named(monkeypatch):
         match=r"ansys-mapdl-reader: not installed; python -m pip install 'frictopt\[ansys\]'",
     ):
         fo.read_ansys(FULL)
+
+
+def deck_of(folder, change):
+    """The archive of the bar after a change of its text."""
+    text = Path(DECK).read_text()
+    (folder / "b.cdb").write_text(change(text))
+    return fo.read_ansys(FULL, deck=folder / "b.cdb")
+
+
+def test_elements_in_two_blocks_are_refused(tmp_path):
+    """The library keeps the elements of one block, so that half of the bar had no faces."""
+
+    def cut(text):
+        head, rest = text.split("EBLOCK,19,SOLID,        40,        40\n(19i10)\n")
+        lines = rest.splitlines(keepends=True)
+        block = "EBLOCK,19,SOLID,        40,        20\n(19i10)\n"
+        return head + block + "".join(lines[:40]) + "        -1\n" + block + "".join(lines[40:])
+
+    with pytest.raises(
+        fo.ModelError, match=r"deck b\.cdb: 2 EBLOCK, of which one is read; give the archive"
+    ):
+        deck_of(tmp_path, cut)
+
+
+@pytest.mark.parametrize("command", ["NROTAT,ALL", "nrot,all", "NMODIF,5,9.,9.,9.", "NDELE,5"])
+def test_commands_that_change_nodes_after_their_block_are_refused(tmp_path, command):
+    with pytest.raises(fo.ModelError, match=f"the command {command.split(',')[0].upper()}, after"):
+        deck_of(tmp_path, lambda text: text.replace("EBLOCK,", f"{command}\nEBLOCK,"))
+
+
+def test_a_cut_block_of_elements_is_refused(tmp_path):
+    def cut(text):
+        head, rest = text.split("(19i10)\n")
+        return head + "(19i10)\n" + "".join(rest.splitlines(keepends=True)[:40]) + "        -1\n"
+
+    with pytest.raises(fo.ModelError, match=r"deck b\.cdb: its EBLOCK is damaged, or names a type"):
+        deck_of(tmp_path, cut)
+    with pytest.raises(fo.ModelError, match=r"deck b\.cdb: its EBLOCK is damaged, or names a type"):
+        deck_of(tmp_path, lambda text: text.replace("ET,        1,186", "ET,        2,186"))
