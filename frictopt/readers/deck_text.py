@@ -30,7 +30,7 @@ class Block:
 
 def blocks(path: Path) -> Iterator[Block]:
     """The blocks of a deck, in order; those of an included file stand in its place."""
-    lines = list(_lines(path))
+    lines = list(_lines(path, path.parent))
     starts = [i for i, line in enumerate(lines) if line.startswith("*")]
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         yield _block(lines[start:end])
@@ -59,10 +59,11 @@ def _has_parameters(line: str) -> bool:
     return "=" in line or line.split(",")[0].strip().upper() == "GENERATE"
 
 
-def _lines(path: Path, depth: int = 0) -> Iterator[str]:
+def _lines(path: Path, folder: Path, depth: int = 0) -> Iterator[str]:
     """The lines of a deck that are no comments.
 
-    The lines of an included file stand in its place, where they may continue the block above.
+    The lines of an included file stand in its place, where they may continue the block above. Its
+    name is relative to the folder of the whole deck, as in CalculiX, or to the file that includes.
     """
     if depth > 20:
         raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
@@ -74,7 +75,11 @@ def _lines(path: Path, depth: int = 0) -> Iterator[str]:
             continue
         # The name of the file may stand on the line below the keyword.
         parameters = line if "=" in line else next(lines, "")
-        yield from _lines(path.parent / _included_file(parameters), depth + 1)
+        name = _included_file(parameters)
+        included = folder / name
+        if not included.is_file():
+            included = path.parent / name
+        yield from _lines(included, folder, depth + 1)
 
 
 def _included_file(parameters: str) -> str:

@@ -18,6 +18,7 @@ from .deck import Deck
 from .deck_text import Block, blocks
 from .instances import flat
 from .listing import DeckListing
+from .steps import acting
 
 # Keyword -> the function that reads it. *INCLUDE is read with the text, see `deck_text.py`.
 KEPT: dict[str, Callable[[DeckListing, Block], None]] = {
@@ -100,7 +101,7 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
     the last, and it has no elements of plane strain.
     """
     listing = DeckListing()
-    for block in flat(blocks(path)):
+    for block in acting(flat(blocks(path))):
         where = f"deck {path.name}: the block {block}"
         _check_not_refused(block, where, mesh_alone)
         if block.keyword not in KEPT:

@@ -42,9 +42,11 @@ def rows_of_nodes(labels: Integers, deck: Deck) -> Integers:
     numbers = deck.numbers
     unknown = np.setdiff1d(labels[displaced(labels), 0], numbers)
     if len(unknown):
+        constraints = deck.constraints.unresolved
+        remedy = f", and without {', '.join(constraints)}" if constraints else ""
         raise ModelError(
             f"deck: node {unknown[0]} of the matrix is not in it; "
-            "give the deck of the same job, of solids alone, not shells or beams"
+            f"give the deck of the same job, of solids alone, not shells or beams{remedy}"
         )
     of_node = np.isin(labels[:, 0], numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6)
     rows = np.flatnonzero(of_node)

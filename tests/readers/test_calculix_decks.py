@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.calculix import Block, lines, needs_ccx, node_set, run
+from helpers.calculix import MATRIX, Block, chained, equation, lines, needs_ccx, node_set, run
 
 LOW = Block(1, lines((0, 1, 1), (0, 1, 1), (0, 1, 1)), 1000.0, 0.3, "LOW")
 HIGH = Block(21, lines((0, 1, 1), (0, 1, 1), (1, 2, 1)), 1000.0, 0.3, "HIGH")
@@ -82,3 +82,66 @@ def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
     assert u[job.unknowns[job.nodes("END"), 0]] == pytest.approx(
         np.full(4, 1e6 * 0.008 / 210e9), rel=1e-9
     )
+
+
+STORED = f"{MATRIX}*END STEP\n*STEP\n"
+
+
+@needs_ccx
+@pytest.mark.parametrize(
+    ("condition", "steps"),
+    [
+        ("", MATRIX),
+        ("", f"{STORED}*BOUNDARY\nTOP, 1, 3\n*STATIC\n"),
+        ("", f"{STORED}*BOUNDARY\nTOP, 1, 3\n{MATRIX}"),
+        ("*BOUNDARY\n7, 3\n", f"*BOUNDARY, OP=NEW\nFOOT, 1, 3\n{MATRIX}"),
+        ("", f"*BOUNDARY, OP=NEW\nFOOT, 1, 2\n*BOUNDARY, OP=NEW\nFOOT, 3\n{MATRIX}"),
+    ],
+)  # fmt: skip
+def test_conditions_of_other_steps_hold_nothing_in_the_step_of_the_matrix(
+    tmp_path, condition, steps
+):
+    """A pressure on a face whose nodes follow one of them along z is a force on that one.
+
+    If a condition of another step held one of the nodes, its part of the force was lost.
+    """
+    top = LOW.on(2, 1)
+    rules = "".join(equation(*terms) for terms in chained(top, 3))
+    deck = LOW.deck() + FOOT + node_set("TOP", top) + rules + condition
+    job = fo.read_calculix(run(tmp_path, deck, steps)[0])
+    force = job.force("TOP", pressure=1.0)
+    assert job.labels[force != 0].tolist() == [[int(top[0]), 3]]
+    assert force.sum() == pytest.approx(-1.0)
+    foot = job.nodes("FOOT")
+    assert np.argwhere((job.unknowns == -1).all(axis=1)).ravel().tolist() == sorted(foot)
+
+
+@needs_ccx
+def test_included_files_are_those_that_calculix_reads(tmp_path):
+    """A file that another one includes is beside the deck, even if a file beside that one is, too.
+
+    The other file has a material ten times as stiff.
+    """
+    text = LOW.deck() + FOOT
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/all.inc").write_text("*INCLUDE, INPUT=low.inc\n")
+    (tmp_path / "low.inc").write_text(text + "*NSET, NSET=RIGHT\n1\n")
+    (tmp_path / "parts/low.inc").write_text(text.replace("1000.0", "1e4"))
+    job = fo.read_calculix(run(tmp_path, "*INCLUDE, INPUT=parts/all.inc\n")[0])
+    known = fo.read_calculix(run(tmp_path, text, name="known")[0])
+    assert (job.K != known.K).nnz == 0 and job.deck.sets.keys() == {"ALL", "FOOT", "RIGHT"}
+    # Other codes look for it beside the file that includes it.
+    (tmp_path / "low.inc").unlink()
+    assert fo.read_calculix(tmp_path / "job").deck.sets.keys() == {"ALL", "FOOT"}
+
+
+@needs_ccx
+def test_nodes_that_calculix_makes_for_a_coupling_are_explained(tmp_path):
+    """The face of a `*COUPLING` with elements is not read: its nodes are a surface of nodes here."""
+    coupling = (
+        "*NODE\n100, 0.5, 0.5, 2.\n*SURFACE, NAME=FACE\nLOW, S2\n"
+        "*COUPLING, REF NODE=100, SURFACE=FACE, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n"
+    )
+    job, _ = run(tmp_path, LOW.deck() + FOOT + coupling)
+    with pytest.raises(fo.ModelError, match=r"deck: node 101 .* and without a block \*KINEMATIC"):
+        _ = fo.read_calculix(job).unknowns
