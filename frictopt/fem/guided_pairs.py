@@ -109,8 +109,10 @@ def _axes_of_pairs(
 ) -> tuple[Array, Booleans]:
     """Axes (N, d, d) of the pairs, and whether each node of a pair is held along them, (links, d).
 
-    A pair has other axes than x, y and z if one of its nodes has other directions. Rounding tilts a
-    direction that is normal to another one, so the nodes with the largest weights come first.
+    A pair has other axes than x, y and z if one of its nodes has other directions. They are the
+    directions of its node of body 1, which is mostly the dependent one: nothing then moves in the
+    direction in which it is held, also if rounding tilts the direction of the other node. Rounding
+    tilts a direction that is normal to another one, so nodes with the largest weights come next.
     """
     n, d = places.shape
     axes = np.tile(np.eye(d), (n, 1, 1))
@@ -120,7 +122,8 @@ def _axes_of_pairs(
     oblique = (directions != np.eye(d)).any(axis=(1, 2))[links.col]
     for pair in np.unique(links.row[oblique]).tolist():
         of_pair = np.flatnonzero(links.row == pair)
-        nodes = links.col[of_pair[np.argsort(-np.abs(links.data[of_pair]), kind="stable")]]
+        weights = links.data[of_pair]
+        nodes = links.col[of_pair[np.lexsort([-np.abs(weights), weights < 0])]]
         axes[pair] = node_directions(directions[nodes][held[nodes]])[0]
 
     # Share of each axis of the pair in the directions in which the node is held: 0 or 1.

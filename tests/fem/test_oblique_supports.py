@@ -113,6 +113,56 @@ def test_rounded_coordinates_do_not_loosen_pairs_on_a_plane_of_symmetry(written,
     assert of_rounded.load_factor == pytest.approx(limit.load_factor, rel=1e-5)
 
 
+def in_a_bore(turn, written=np.array, first="upper"):
+    """Two tubes on end, one on the other, in the bore of one cylinder, under pressure and torque.
+
+    The lower tube stands on its foot. A matrix turns the model, a function gives the coordinates as
+    they are written, and one of the tubes is body 1.
+    """
+    tube = extruded(ring([0.5, 1.0, 1.5], 9, "", ""))
+    half_side = np.cos(np.pi / 9)
+    bodies = {}
+    for name, foot in (("upper", 0.0), ("lower", -np.ptp(tube.p[2]))):
+        at = tube.translated((0.0, 0.0, foot))
+        at = at.with_boundaries(
+            {
+                "contact": lambda x: x[2] == 0,
+                "end": lambda x: abs(x[2]) > 0.5,
+                "rim": lambda x: np.hypot(*x[:2]) > 1.49 * half_side,
+            }
+        )
+        at = replace(at, doflocs=written(turn @ at.p))
+        bodies[name] = fo.Body(at, STEEL if name == "upper" else ALLOY)
+    moment = tuple(0.3 * turn[:, 2])
+    loads = {
+        "P": [fo.Pressure("upper", "end", 1.0)],
+        "M": [fo.RemoteForce("upper", "end", moment=moment, point=(0.0, 0.0, 0.0))],
+    }
+    supports = [
+        *(fo.Support(name, "rim", normal=True) for name in bodies),
+        fo.Support("lower", "end"),
+    ]
+    second = "lower" if first == "upper" else "upper"
+    return fo.ContactModel(bodies, supports, loads, [fo.Contact(first, second)])
+
+
+@pytest.mark.parametrize("first", ["upper", "lower"])
+def test_a_contact_may_reach_a_cylinder_with_rounded_coordinates(first):
+    """No pair at the cylinder slips towards it, also if the radii of its two nodes are rounded.
+
+    All shear that such pairs carry is around the axis. Stiffness and limit are those of the model
+    before the turn, up to the digits.
+    """
+    cycle = fo.LoadCycle({"P": 1.0}, [{"M": 1.0}, {"M": -1.0}])
+    plain = in_a_bore(np.eye(3), first=first).condense()
+    rounded = in_a_bore(SPACE, seven_digits, first).condense()
+    sizes, of_rounded = (np.linalg.eigvalsh(system.S) for system in (plain, rounded))
+    assert of_rounded == pytest.approx(sizes, abs=1e-5 * sizes[-1])
+    limit, of_rounded = (fo.shakedown_limit(each, cycle, 0.3) for each in (plain, rounded))
+    assert 0 < limit.load_factor < np.inf
+    assert of_rounded.load_factor == pytest.approx(limit.load_factor, rel=1e-5)
+
+
 def fit(whole):
     """A ring on another ring, pressed by a load with four periods around.
 
