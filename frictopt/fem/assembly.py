@@ -12,7 +12,7 @@ from ..base import SAME_POINT, Array, Booleans, Integers, choice, place, shown
 from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body, on_axis
-from .bolts import BoltPreload, Cut, cut_bodies, released
+from .bolts import BoltPreload, Cut, check_ends, cut_bodies, joined_by_elements, released
 from .coincidence import coincide, mesh_errors
 from .condense import Glued
 from .contacts import Contact, contact_names, join_faces, normals_into
@@ -162,19 +162,15 @@ class Assembly:
         """Check that contacts join both ends of each cut bolt, or that supports hold both ends."""
         if not self.cuts:
             return
-        part = assemblies(node_graph(self.whole, self.rows), self.pairs)
-        for cut in self.cuts:
-            ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
-            if len(ends) == 1:
-                continue
-            for end in ends:
-                nodes = np.flatnonzero(part == end)
-                if not self._are_held(nodes, cut.axis, self.free_rows == -1).any():
-                    raise ModelError(
-                        f"bolt {cut.bolt.body!r}: nothing holds the part around "
-                        f"{place(self.points[nodes].mean(axis=0))} against the force along the "
-                        "axis; add the Contact of the head or the nut there, or a Support"
-                    )
+        # Nodes that couplings hold have no stiffness left, but elements still join them.
+        meshes = [body.mesh for body in self.placed.values()]
+        graph = node_graph(self.whole, self.rows) + joined_by_elements(meshes)
+
+        def is_held(nodes: Integers, axis: Array) -> bool:
+            by_supports = self._are_held(nodes, axis, self.free_rows == -1).any()
+            return bool(by_supports or self.coupled.hold(nodes, axis))
+
+        check_ends(self.cuts, assemblies(graph, self.pairs), is_held, self.points)
 
     def _number_nodes(self) -> None:
         """Number nodes and unknowns, body after body."""

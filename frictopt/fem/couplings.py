@@ -225,6 +225,13 @@ class Coupled:
     # nodes of all couplings
     nodes: Integers
 
+    def hold(self, nodes: Integers, direction: Array) -> bool:
+        """Whether couplings prevent that some nodes move together along a direction (d,)."""
+        motion = np.zeros((self.matrix.shape[0] // len(direction), len(direction)))
+        motion[nodes] = direction
+        prevented = self.matrix @ motion.ravel() - motion.ravel()
+        return bool(np.abs(prevented).max() > SAME_POINT)
+
 
 def coupled(
     couplings: Sequence[Coupling],

@@ -74,6 +74,37 @@ def test_bars_in_series_and_in_parallel(kind):
     assert np.array_equal(states.gap[known].min(axis=1) > 1e-9, pull > opens + 1e-9)
 
 
+@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
+@pytest.mark.parametrize("locked", [True, False])
+@pytest.mark.parametrize("coupling", [fo.RigidCoupling, fo.DistributingCoupling])
+def test_a_coupling_may_hold_the_foot_of_a_bolt(kind, locked, coupling):
+    """A bar under uniform tension does not matter whether its foot is clamped or held in the mean.
+
+    The head comes down by F / kb more under a free bolt, and by L / E A of the bar under a pull.
+    """
+    model = bars(kind)
+    d = kind().dim()
+    foot, *rest = model.supports
+    held = "xyz"[:d], "xyz" if d == 3 else "z"
+    loads = {
+        "bolt": [fo.BoltPreload("bolt", "section", 10.0, locked=locked)],
+        "lift": model.loads["lift"],
+    }
+    systems = [
+        fo.ContactModel(model.bodies, [each, *rest], loads, model.contacts).condense()
+        for each in (foot, coupling("bolt", "foot", *held))
+    ]
+    plain, coupled = systems
+    kb, kc, F = 3.0 / 2, 3.0 / 3, 10.0
+    expected = [[-F * F / kb, -F], [-F, -(kb + kc)]] if locked else [[F * F / kb, -F], [-F, -kc]]
+    assert plain.compliance == pytest.approx(np.array(expected), rel=1e-9)
+    assert coupled.compliance == pytest.approx(np.array(expected), rel=1e-9)
+    assert coupled.S == pytest.approx(plain.S, abs=1e-9 * np.abs(plain.S).max())
+    across = coupling("bolt", "foot", "x", held[1])
+    with pytest.raises(fo.ModelError, match="bolt 'bolt': nothing holds the part around"):
+        fo.ContactModel(model.bodies, [across, *rest], loads, model.contacts).condense()
+
+
 def test_the_range_of_the_tension_over_a_cycle():
     system, F, kb, kc = bars().condense(), 10.0, 3.0 / 2, 3.0 / 3
     cycle = fo.LoadCycle({"bolt": 0.5, "lift": -F / kc}, [{"lift": -1.0}, {"lift": 2.0}])
