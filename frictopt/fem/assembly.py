@@ -246,7 +246,10 @@ class Assembly:
             first = self.first_node[name]
             of_body = [support for support in supports if support.body == name]
             along = normals_along(body, of_body, planes, self.sector.seam(first, body))
-            for nodes, normals in free_to_slide(along, self.placed[name].mesh.p.T):
+            points = self.placed[name].mesh.p.T
+            is_cut = np.isin(first + np.arange(len(points)), self.sector.nodes).any()
+            motions = self.sector.rigid_motions if is_cut else None
+            for nodes, normals in free_to_slide(along, points, motions):
                 held.append((first + nodes, normals))
         return held
 

@@ -1,5 +1,7 @@
 """Rigid motions that nothing prevents: how a stiffness matrix shows them, and checks by them."""
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
@@ -123,20 +125,26 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
 
 
 def free_to_slide(
-    held: list[tuple[Integers, Array]], points: Array
+    held: list[tuple[Integers, Array]],
+    points: Array,
+    motions: Callable[[Array], Array] | None = None,
 ) -> list[tuple[Integers, Array]]:
     """The nodes and normals along which supports hold a body, so that it slides along them exactly.
 
     A shaft that turns in its bearing moves no node along its normal. With rounded coordinates it
     would do so by a little, and the support would resist the turn. So each normal becomes
-    perpendicular to the rigid motions that nearly slide along all held faces of the body.
+    perpendicular to the rigid motions that nearly slide along all held faces of the body. `motions`
+    gives the rigid motions (nodes, d, k) of points that are possible; None: all.
     """
     if not held:
         return held
     nodes = np.concatenate([of_face for of_face, _ in held])
     normals = np.concatenate([of_face for _, of_face in held])
     n, d = normals.shape
-    rigid = _rigid_motions(points[nodes], np.zeros(n, dtype=np.intp), None)
+    if motions is not None:
+        rigid = motions(points[nodes])
+    else:
+        rigid = _rigid_motions(points[nodes], np.zeros(n, dtype=np.intp), None)
     rigid = np.linalg.qr(rigid.reshape(n * d, -1))[0].reshape(n, d, -1)
     lean = lean_to_slide(rigid.swapaxes(0, 1), np.einsum("nd,ndk->nk", normals, rigid))
     if lean is None:

@@ -57,6 +57,19 @@ class Sector:
         across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
         return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
 
+    @property
+    def _centre(self) -> Array:
+        """(d,) a point of the axis."""
+        return np.asarray(np.linalg.pinv(np.eye(len(self.turn)) - self.turn) @ self.shift)
+
+    def rigid_motions(self, points: Array) -> Array:
+        """(n, d, k) motions of points with the ring: its turn about the axis, and along it."""
+        arms = points - self._centre
+        if not self.along.any():
+            return np.column_stack([-arms[:, 1], arms[:, 0]])[..., None]
+        turn = np.cross(self.along, arms)
+        return np.stack([turn, np.broadcast_to(self.along, turn.shape)], axis=-1)
+
     def closed(self, bodies: Mapping[str, Body]) -> dict[str, Body]:
         """The bodies with copied nodes exactly at the turned places of their originals.
 
@@ -64,7 +77,7 @@ class Sector:
         """
         if self.count == 1:
             return dict(bodies)
-        centre = np.linalg.pinv(np.eye(len(self.turn)) - self.turn) @ self.shift
+        centre = self._centre
         points = np.concatenate([body.mesh.p.T for body in bodies.values()])
         copied = np.flatnonzero(self.copies >= 0)
         points[copied] = points[self.copies[copied]] @ self.turn.T + self.shift
