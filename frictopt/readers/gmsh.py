@@ -27,12 +27,18 @@ _Key = tuple[int, int]
 
 
 def check_version(file: Path) -> None:
-    """Check that a file of gmsh has a version of which all groups are known."""
-    version = _VERSION.match(file.read_bytes() if file.is_file() else b"")
+    """Check that a file of gmsh has a version of which all groups are known, and is in one part."""
+    contents = file.read_bytes() if file.is_file() else b""
+    version = _VERSION.match(contents)
     if version and not version[1].startswith((b"2", b"4.1")):
         raise ModelError(
             f"mesh {file.name}: it has version {version[1].decode(errors='replace')} of gmsh's "
             "format; save it in version 4.1 or 2.2 (gmsh: Mesh.MshFileVersion = 4.1)"
+        )
+    if b"$PartitionedEntities" in contents:
+        raise ModelError(
+            f"mesh {file.name}: it is partitioned; save the mesh before it is partitioned, or "
+            "after unpartition() of gmsh.model.mesh"
         )
 
 

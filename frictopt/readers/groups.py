@@ -23,6 +23,8 @@ _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 # elements before the middle nodes of the upper edges; meshio 5.3.5 takes them for the upper ones.
 _EXODUS = (".e", ".ex2", ".exo")
 _MIXED_UP_IN_EXODUS = ("hexahedron20", "hexahedron27")
+# Ends of the names of Nastran files.
+_NASTRAN = (".bdf", ".fem", ".nas")
 
 
 def deck_of_file(file: Path) -> Deck:
@@ -33,7 +35,9 @@ def deck_of_file(file: Path) -> Deck:
         check_version(file)
     # meshio tries several formats, and prints why each of the first ones does not fit.
     with redirect_stdout(StringIO()):
-        contents = by_library("meshio", library().read, file, "mesh", remedy)
+        contents = by_library("meshio", _meshio().read, file, "mesh", remedy)
+    if file.suffix.lower() in _NASTRAN:
+        _check_bulk_data(file, contents)
 
     elements: list[Elements] = []
     starts: list[int] = []
@@ -65,6 +69,47 @@ def deck_of_file(file: Path) -> Deck:
         thicknesses=(),
         constraints=Constraints(np.zeros((len(points), 6), dtype=bool)),
     )
+
+
+def _meshio() -> Any:
+    """The library meshio, with all shapes in its table of dimensions.
+
+    meshio 5.3.5 knows the nodes of quadratic wedges and pyramids, but not their dimension.
+    """
+    dimensions = library("meshio._mesh").topological_dimension
+    for shape in ("wedge15", "pyramid13"):
+        dimensions.setdefault(shape, 3)
+    return library()
+
+
+def _check_bulk_data(file: Path, contents: Any) -> None:
+    """Check that a Nastran file is whole, with x, y and z of its nodes: meshio takes it as such."""
+    if np.any(contents.point_data.get("nastran:ref", 0)):
+        raise ModelError(
+            f"mesh {file.name}: GRID cards with coordinates in a system of their own (CP); write "
+            "all nodes in the basic system"
+        )
+    nodes_of = library("meshio._common").num_nodes_per_cell
+    for block in contents.cells:
+        count = block.data.shape[1]
+        if count != nodes_of[block.type]:
+            raise ModelError(
+                f"mesh {file.name}: {block.type} with {count} nodes, because meshio found no "
+                "second line of their cards; end the first line with + in column 73, and begin "
+                "the second with +"
+            )
+    for line in file.read_text(errors="replace").splitlines():
+        fields = line.split(",") if "," in line else [line[:8], line[8:16], line[16:24]]
+        card = fields[0].strip().upper()
+        if card.startswith("INCLUDE"):
+            raise ModelError(
+                f"mesh {file.name}: INCLUDE, which meshio passes over; put all cards in one file"
+            )
+        if card == "GRDSET" and "".join(fields[2:3]).strip(" 0"):
+            raise ModelError(
+                f"mesh {file.name}: GRDSET with a system of coordinates (CP); write all nodes in "
+                "the basic system"
+            )
 
 
 def _ends_last(block: Elements) -> Elements:

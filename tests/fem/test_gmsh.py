@@ -84,6 +84,43 @@ def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(
             assert sorted(mesh.subdomains)[0] == "BODY"
 
 
+@pytest.mark.parametrize("ending", ["msh", "old.msh", "inp", "vtu"])
+def test_quadratic_wedges_of_gmsh_keep_their_volume(tmp_path, ending):
+    """Curved quadratic wedges have the volume and the faces that were drawn.
+
+    A cube is extruded in wedges and then bent by x + 0.3 z^2 and y + 0.2 x^2, which keeps volumes,
+    and which quadratic elements follow exactly. A wedge with middle nodes of other edges has
+    another volume.
+    """
+    made = tmp_path / ("a.msh" if ending == "vtu" else f"a.{ending}")
+    options = {"Mesh.MeshSizeMax": 0.6, "Mesh.SecondOrderIncomplete": 1}
+    with gmsh_with(**options, **{"Mesh.MshFileVersion": 2.2 if "old" in ending else 4.1}) as gmsh:
+        flat = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+        sides = gmsh.model.occ.extrude([(2, flat)], 0, 0, 1, [2], recombine=True)
+        gmsh.model.occ.synchronize()
+        gmsh.model.addPhysicalGroup(3, [sides[1][1]], name="BODY")
+        gmsh.model.addPhysicalGroup(2, [flat], name="BOTTOM")
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        tags, places, _ = gmsh.model.mesh.getNodes()
+        for tag, (x, y, z) in zip(tags, places.reshape(-1, 3), strict=True):
+            gmsh.model.mesh.setNode(tag, [x + 0.3 * z**2, y + 0.2 * x**2, z], [])
+        gmsh.write(str(made))
+    if ending == "vtu":
+        whole = fo.read_mesh(made)  # which makes meshio read quadratic wedges
+        wedges = meshio.read(made)
+        solids = [block for block in wedges.cells if block.type == "wedge15"]
+        meshio.Mesh(wedges.points, solids).write(tmp_path / "a.vtu")
+        mesh = fo.read_mesh(tmp_path / "a.vtu")
+        assert np.array_equal(mesh.p, whole.p) and np.array_equal(mesh.t, whole.t)
+        return
+    mesh = fo.read_mesh(made)
+    body = fo.Body(mesh, fo.Material())
+    assert fo.BodyForce("a", z=1.0)._forces(body, "space").sum() == pytest.approx(1.0)
+    assert fo.Traction("a", "BOTTOM", z=1.0)._forces(body, "space").sum() == pytest.approx(1.0)
+    assert len(mesh.subdomains["BODY"]) == mesh.nelements
+
+
 def cubes(
     kind,
     formats,

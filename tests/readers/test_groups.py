@@ -225,15 +225,71 @@ def test_quadratic_bricks_of_exodus_are_refused(name, tmp_path, monkeypatch):
         fo.read_mesh(tmp_path / name)
 
 
+CUBE = [(x, y, z) for z in (0, 1) for x, y in ((1, 0), (2, 0), (2, 1), (1, 1))]
+
+
+def bulk_data(system="", more="", continued="+"):
+    """A cube as one CHEXA of property 7, with a face of property 8, its nodes in some system."""
+
+    def card(*fields):
+        return "".join(f"{field!s:8}" for field in fields) + "\n"
+
+    rows = [card("GRID", i, system, *map(float, x)) for i, x in enumerate(CUBE, 1)]
+    rows += [card("CHEXA", 1, 7, *range(1, 7), continued), card(continued, 7, 8)]
+    rows.append(card("CQUAD4", 2, 8, 5, 6, 7, 8))
+    return f"SOL 101\nCEND\nBEGIN BULK\n{more}{''.join(rows)}ENDDATA\n"
+
+
+def test_properties_of_nastran_are_names(tmp_path):
+    (tmp_path / "a.bdf").write_text(bulk_data("0", "GRDSET                  \n"))
+    mesh = fo.read_mesh(tmp_path / "a.bdf")
+    assert list(mesh.subdomains) == ["7"] and list(mesh.boundaries) == ["8"]
+    assert np.all(mesh.p[:, mesh.facets[:, mesh.boundaries["8"]]][2] == 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (bulk_data("1"), r"a\.nas: GRID cards with coordinates in a system of their own"),
+        (bulk_data(more="GRDSET          1\n"), "GRDSET with a system of coordinates"),
+        (bulk_data(more="GRDSET,,1\n"), "GRDSET with a system of coordinates"),
+        (bulk_data(more="INCLUDE 'other.bdf'\n"), "INCLUDE, which meshio passes over"),
+        (bulk_data(continued="").replace(" \n", "\n"), "hexahedron with 6 nodes"),
+    ],
+)
+def test_cards_of_nastran_that_meshio_passes_over_are_refused(tmp_path, text, message):
+    """Radii and angles of a cylindrical system would be taken for x and y."""
+    (tmp_path / "a.nas").write_text(text)
+    with pytest.raises(fo.ModelError, match=message):
+        fo.read_mesh(tmp_path / "a.nas")
+
+
+def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
+    (tmp_path / "plate.geo").write_text(f'{PLATE}Physical Surface("plate") = {{1}};\n')
+    with gmsh_with() as gmsh:
+        gmsh.open(str(tmp_path / "plate.geo"))
+        gmsh.model.mesh.generate(2)
+        gmsh.model.mesh.partition(2)
+        gmsh.write(str(tmp_path / "plate.msh"))
+        gmsh.model.mesh.unpartition()
+        gmsh.write(str(tmp_path / "whole.msh"))
+    with pytest.raises(fo.ModelError, match=r"plate\.msh: it is partitioned; save the mesh before"):
+        fo.read_mesh(tmp_path / "plate.msh")
+    assert area(fo.read_mesh(tmp_path / "whole.msh")) == pytest.approx(4.0)
+
+
 TRIED = {  # rows of the page of formats, and the tests that try them
     "gmsh: groups of the bodies and of their faces (in the plane of curves)": test_reversed_curves_and_entities_of_two_groups_are_kept,
     "gmsh: groups of points, and in space of curves": test_groups_of_curves_in_space_are_without_effect,
     "gmsh: groups without elements": test_what_is_in_no_group_needs_another_option_of_gmsh,
     "gmsh: formats 4.1, 2.2": test_one_name_in_two_dimensions_is_a_body_and_a_boundary,
     "gmsh: format 4.0, 1": test_other_versions_are_refused_by_number,
+    "gmsh: partitioned meshes in format 4.1": test_partitioned_meshes_are_refused_by_their_name,
     "gmsh: `Mesh.SaveAll = 1`": test_what_is_in_no_group_needs_another_option_of_gmsh,
     "Salome (`.med`): groups of elements and of nodes": test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh,
     "Exodus: bricks of 20 or 27 nodes": test_quadratic_bricks_of_exodus_are_refused,
+    "Nastran (`.bdf`, `.nas`, `.fem`): nodes and elements": test_properties_of_nastran_are_names,
+    "Nastran: `GRID` and `GRDSET` with CP, `INCLUDE`, second lines that begin with blanks": test_cards_of_nastran_that_meshio_passes_over_are_refused,
     "others: sets, and numbers of groups (`ref`, `tag`, `material`)": test_numbers_of_groups_of_other_formats_are_names,
     "others: all other data of nodes and cells": test_numbers_of_groups_of_other_formats_are_names,
 }
