@@ -18,6 +18,8 @@ GROUPED = (
 )
 _VERSION = re.compile(rb"\$MeshFormat\s+([0-9.]+)")
 _FORMAT_4_1 = re.compile(rb"\$MeshFormat\s+4\.1 ([01]) (\d)\s")
+# Windows ends a line of text with two characters.
+_ENTITIES = re.compile(rb"\$Entities\r?\n")
 _NAME = re.compile(rb'^(\d)\s+(\d+)\s+"(.*)"\s*$', re.MULTILINE)
 
 # Name of a group -> numbers of its elements, part by part.
@@ -105,9 +107,10 @@ def _check_groups_have_elements(
 def _groups_of_entities(raw: bytes) -> dict[_Key, list[int]]:
     """Numbers of all groups of each entity of a file of version 4.1; of another version none."""
     head = _FORMAT_4_1.search(raw)
-    section = raw.partition(b"$Entities\n")[2].partition(b"$EndEntities")[0]
-    if head is None or not section:
+    start = _ENTITIES.search(raw)
+    if head is None or start is None:
         return {}
+    section = raw[start.end() :].partition(b"$EndEntities")[0]
     numbers = _Numbers(section, binary=head[1] == b"1", size=int(head[2]))
     groups = dict[_Key, list[int]]()
     for dim, count in enumerate(numbers.sizes(4)):
