@@ -74,9 +74,10 @@ def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
 
 
 def _names(raw: bytes) -> dict[_Key, str]:
+    """Names of groups; gmsh fills the names of a file of Salome with blanks."""
     section = raw.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
     return {
-        (int(dim), int(number)): name.decode(errors="replace")
+        (int(dim), int(number)): name.decode(errors="replace").rstrip()
         for dim, number, name in _NAME.findall(section)
     }
 

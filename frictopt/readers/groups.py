@@ -15,7 +15,10 @@ from .constraints import Constraints
 from .deck import Deck, Elements
 from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
 
-_SAVED = "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group"
+_SAVED = (
+    "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group; "
+    "set Mesh.SaveParametric = 0"
+)
 # Ends of names of cell data that number groups.
 _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 
@@ -30,9 +33,12 @@ _NASTRAN = (".bdf", ".fem", ".nas")
 def deck_of_file(file: Path) -> Deck:
     """Nodes, elements and groups of a mesh file; its elements are numbered block after block."""
     is_gmsh = file.suffix.lower() == ".msh"
-    remedy = _SAVED if is_gmsh else "give the file as the code wrote it"
+    remedy = "give the file as the code wrote it, or open it in gmsh and save it as .msh"
     if is_gmsh:
+        remedy = _SAVED
         check_version(file)
+    elif file.suffix.lower() in _NASTRAN:
+        remedy = "begin the cards with BEGIN BULK, and end them with ENDDATA"
     # meshio tries several formats, and prints why each of the first ones does not fit.
     with redirect_stdout(StringIO()):
         contents = by_library("meshio", _meshio().read, file, "mesh", remedy)

@@ -293,6 +293,34 @@ def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
     assert area(fo.read_mesh(tmp_path / "whole.msh")) == pytest.approx(4.0)
 
 
+def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
+    """The remedies for files that meshio cannot read lead to the same groups.
+
+    A file of I-deas (`.unv`), one of Salome, and one with parameters of nodes are opened in gmsh
+    and saved as `.msh`. gmsh writes Nastran without BEGIN BULK.
+    """
+    groups = 'Physical Surface("plate") = {1}; Physical Curve("bottom") = {1};'
+    plate(tmp_path, groups)
+    with gmsh_with(**{"Mesh.SaveParametric": 1}) as gmsh:
+        gmsh.open(str(tmp_path / "plate.geo"))
+        gmsh.model.mesh.generate(2)
+        for name in ("a.unv", "a.bdf", "a.med", "a.msh"):
+            gmsh.write(str(tmp_path / name))
+    remedies = {"a.unv": "open it in gmsh", "a.bdf": "BEGIN BULK", "a.msh": "SaveParametric = 0"}
+    for name, remedy in remedies.items():
+        with pytest.raises(fo.ModelError, match=rf"cannot read .*{name}'.*{remedy}"):
+            fo.read_mesh(tmp_path / name)
+    for name in ("a.unv", "a.med"):
+        with gmsh_with() as gmsh:
+            gmsh.open(str(tmp_path / name))
+            gmsh.write(str(tmp_path / "b.msh"))
+        mesh = fo.read_mesh(tmp_path / "b.msh")
+        assert list(mesh.subdomains) == ["plate"] and lengths(mesh) == {"bottom": 4.0}
+    text = (tmp_path / "a.bdf").read_text()
+    (tmp_path / "b.bdf").write_text(f"BEGIN BULK\n{text}")
+    assert area(fo.read_mesh(tmp_path / "b.bdf")) == pytest.approx(4.0, rel=1e-5)
+
+
 TRIED = {  # rows of the page of formats, and the tests that try them
     "gmsh: groups of the bodies and of their faces (in the plane of curves)": test_reversed_curves_and_entities_of_two_groups_are_kept,
     "gmsh: groups of points, and in space of curves": test_groups_of_curves_in_space_are_without_effect,
