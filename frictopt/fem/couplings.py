@@ -122,7 +122,7 @@ class RigidCoupling(_Coupling):
     """
 
     def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
-        around = nodes_around(self, body)
+        around = nodes_around(self, body, kinematics)
         nodes = around.nodes
         d = body.mesh.dim()
         motions = motions_of_point(around.points, around.point)
@@ -188,7 +188,7 @@ class DistributingCoupling(_Coupling):
 
     def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
         d = body.mesh.dim()
-        around = nodes_around(self, body)
+        around = nodes_around(self, body, kinematics)
         nodes = around.nodes
         forces = distribution(around, kinematics)
         is_zero = self._held(d, kinematics)

@@ -131,7 +131,7 @@ class RemoteForce(ForceLoad):
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         d = body.mesh.dim()
-        around = nodes_around(self, body)
+        around = nodes_around(self, body, kinematics)
         forces = distribution(around, kinematics)
         load = np.concatenate([components(self, np.zeros(d)), self._moments(d)])
         if kinematics == "axisymmetric":
@@ -177,15 +177,15 @@ class NodesAround:
     point: Array
 
 
-def nodes_around(part: Any, body: Body) -> NodesAround:
+def nodes_around(part: Any, body: Body, kinematics: Kinematics) -> NodesAround:
     """The nodes of a load or coupling of a body, and its point."""
     nodes = nodes_of(body, part.body, part.where)
     points = body.mesh.p[:, nodes].T
-    weights = _weights(part.where, body, nodes)
+    weights = _weights(part.where, body, nodes, kinematics)
     return NodesAround(nodes, points, weights, _point(part, points, weights))
 
 
-def _weights(where: Place, body: Body, nodes: Integers) -> Array:
+def _weights(where: Place, body: Body, nodes: Integers, kinematics: Kinematics) -> Array:
     """(n,) weights of nodes: their parts of the area of a boundary, or 1."""
     if not isinstance(where, str):
         return np.ones(len(nodes))
@@ -194,7 +194,7 @@ def _weights(where: Place, body: Body, nodes: Integers) -> Array:
     def unit(points: Array, _: Array) -> Array:
         return np.ones((1, *points.shape[1:]))
 
-    return np.asarray(boundary_forces(body.mesh, facets, unit, "space")[0, nodes])
+    return np.asarray(boundary_forces(body.mesh, facets, unit, kinematics)[0, nodes])
 
 
 def _point(part: Any, points: Array, weights: Array) -> Array:

@@ -4,6 +4,7 @@ They are compared with dense algebra with the point and multipliers, supports, a
 hand. Wrong couplings are refused.
 """
 
+import itertools
 import re
 
 import numpy as np
@@ -257,6 +258,45 @@ def test_forces_on_rings_of_an_axisymmetric_model_are_whole():
             loads,
             kinematics="axisymmetric",
         )
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+def test_rings_of_an_axisymmetric_model_count_by_their_areas(element):
+    """A force on an annular face is a uniform traction, and the mean displacement is over its area.
+
+    A face without moments takes a force uniformly, in space too. The mean of the displacement is
+    integrated here by Simpson's rule, with the values in the middle of each edge.
+    """
+    x = np.array([1.0, 1.3, 2.0, 3.0])
+    upper = fo.Body(box(MeshQuad, x, [0.0, 0.5, 1.0]), fo.Material(2.0, 0.3), element)
+    bodies = {"upper": upper, "lower": fo.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0]))}
+    uniform = -5.0 / (np.pi * (3.0**2 - 1.0**2))
+    model = fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "y-")],
+        {
+            "far": [fo.RemoteForce("upper", "y+", y=-5.0)],
+            "near": [fo.Traction("upper", "y+", y=uniform)],
+        },
+        kinematics="axisymmetric",
+    )
+    system = model.condense()
+    assert np.allclose(system.bonded["far"][1], system.bonded["near"][1], rtol=1e-9)
+    held = fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "y-"), fo.DistributingCoupling("upper", "y+", "y")],
+        {"P": [fo.Pressure("upper", "x+", lambda x, y: 1 + y)]},
+        kinematics="axisymmetric",
+    )
+    moved = held.recover({"P": 1.0}, slip=np.zeros(len(x))).displacement["upper"][1]
+    up = {tuple(place): u for place, u in zip(upper.mesh.p.T.round(9).tolist(), moved, strict=True)}
+    volume = 0.0
+    for a, b in itertools.pairwise(x):
+        middle = (a + b) / 2
+        ends = up[a, 1.0], up[b, 1.0]
+        amid = up[round(middle, 9), 1.0] if element == "quadratic" else sum(ends) / 2
+        volume += (b - a) / 6 * (a * ends[0] + 4 * middle * amid + b * ends[1])
+    assert abs(volume) < 1e-12 and np.abs(list(up.values())).max() > 0.1
 
 
 def test_points_lists_and_functions_select_nodes():
