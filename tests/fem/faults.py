@@ -13,8 +13,15 @@ FAULTS = (
     Fault(
         "fem/node_forces.py",
         "nodes of a side weigh alike",
-        old="boundary_forces(body.mesh, facets, unit, 'space')[0, nodes]",
-        new="0 * boundary_forces(body.mesh, facets, unit, 'space')[0, nodes] + 1",
+        old="boundary_forces(body.mesh, facets, unit, kinematics)[0, nodes]",
+        new="0 * boundary_forces(body.mesh, facets, unit, kinematics)[0, nodes] + 1",
+        tests="couplings",
+    ),
+    Fault(
+        "fem/node_forces.py",
+        "rings weigh by their lengths in the plane",
+        old="boundary_forces(body.mesh, facets, unit, kinematics)[0, nodes]",
+        new="boundary_forces(body.mesh, facets, unit, 'space')[0, nodes]",
         tests="couplings",
     ),
     Fault(

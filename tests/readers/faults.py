@@ -209,6 +209,13 @@ FAULTS = (
     ),
     Fault(
         "readers/gmsh.py",
+        "a curve of a file of Windows is in one group",
+        old="start = _ENTITIES.search(raw)",
+        new="start = re.search(rb'\\$Entities\\n', raw)",
+        tests="groups",
+    ),
+    Fault(
+        "readers/gmsh.py",
         "reversed entities are in no group",
         old="abs(number)",
         new="number",
