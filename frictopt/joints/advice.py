@@ -7,7 +7,7 @@ import numpy as np
 
 from ..base import ROUNDING, Outcome
 from ..contact.diagnosis import counted
-from ..limits import GrossSlip
+from ..limits import GrossSlip, RequiredFriction
 from ..transients import SteadyState
 from .motion_names import LIFTS_OFF, PRIES, SLIDES, TURNS, motion_in_words, motion_of_joint
 from .report_parts import (
@@ -204,7 +204,7 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
             "shows whether that start leads there."
         )
     elif parts.required is not None and friction_helps:
-        yield from _on_required_friction(parts.required.required)
+        yield from _on_required_friction(parts.required)
     if guaranteed is not None and guaranteed.load_factor >= 1:
         yield (
             "It slips below the guaranteed limit: nodes open and close in each cycle, and this "
@@ -212,18 +212,29 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
         )
 
 
-def _on_required_friction(required: float) -> Iterator[str]:
+def _on_required_friction(answer: RequiredFriction) -> Iterator[str]:
     """Advice on the friction that would keep the contact stuck, as far as it is practical."""
+    required = answer.required
     if float(f"{required:.3g}") <= _ADVICE.practical_friction:
         yield (
-            f"With friction of {required:.3g} or more, some residual slip keeps it stuck. From "
-            "other residual slips it may still slip in every cycle."
+            f"With friction of {_rounded_up(answer)} or more, some residual slip keeps it stuck. "
+            "From other residual slips it may still slip in every cycle."
         )
     else:
         yield (
             f"No practical friction keeps it stuck: it needs {required:.3g}. Press the contact "
             "more, or load it less."
         )
+
+
+def _rounded_up(required: RequiredFriction) -> str:
+    """The required friction with three digits, rounded up, because less does not suffice."""
+    value = required.required
+    rounded = float(f"{value:.3g}")
+    # The exact value lies between the bound and the required friction.
+    if rounded < required.bound:
+        rounded += 10 ** (np.floor(np.log10(value)) - 2)  # one more in the last digit
+    return f"{rounded:.3g}"
 
 
 def _on_increments(steady: SteadyState) -> Iterator[str]:

@@ -198,7 +198,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
         through the number. Transients narrow this interval to a ten thousandth of the load factor
         in the plane, and to a hundredth in space. The steady state at its upper end is returned.
         Its share or work is at least the number. It may be larger, because nodes begin to slip one
-        by one.
+        by one. If the curve begins with the number, the interval begins at the load factor 0.
 
         Parameters
         ----------
@@ -237,9 +237,8 @@ class BackboneCurve(Kept, Plotted, Resonant):
                 f"{np.nanmax(values):.6g} at the load factors {factors}; give a value in between, "
                 "or compute a curve with other load_factors"
             )
-        low, high = int(rises[0]), int(rises[0]) + 1
-        reaches = self.steady_states[high]
-        assert reaches is not None  # its number is not NaN
+        below, reaches = self.steady_states[rises[0]], self.steady_states[rises[0] + 1]
+        assert below is not None and reaches is not None  # their numbers are not NaN
         with progress_bar(progress, "load of the curve", "transient") as bar:
 
             def follow(factor: float) -> SteadyState:
@@ -249,7 +248,6 @@ class BackboneCurve(Kept, Plotted, Resonant):
                 )
 
             of_steady = "dissipation" if name == "work" else "slipping_share"
-            below = float(self.load_factor[low]), float(values[low])
             return first_state_that_reaches(wanted, of_steady, below, reaches, follow)
 
     def to_frame(self) -> pd.DataFrame:

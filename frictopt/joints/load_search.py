@@ -67,16 +67,17 @@ def load_at_threshold(
 def first_state_that_reaches(
     wanted: float,
     name: str,
-    below: tuple[float, float],
+    below: SteadyState,
     reaches: SteadyState,
     follow: Callable[[float], SteadyState],
 ) -> SteadyState:
     """The steady state at the least load factor found at which a number of it is at least `wanted`.
 
-    `name` is the attribute with the number. `below` are a load factor and its smaller number,
-    `reaches` is a state at a larger load factor, and `follow` gives the state at a load factor.
+    `name` is the attribute with the number. It is at most `wanted` in the state `below`, and at
+    least `wanted` in the state `reaches` at a larger load factor. `follow` gives the state at a
+    load factor.
     """
-    states = {reaches.load_factor: reaches}
+    states = {state.load_factor: state for state in (below, reaches)}
 
     def value_at(factor: float) -> float:
         states[factor] = follow(factor)
@@ -84,7 +85,7 @@ def first_state_that_reaches(
 
     reached = load_at_threshold(
         value_at,
-        dict([below, (reaches.load_factor, float(getattr(reaches, name)))]),
+        {factor: float(getattr(state, name)) for factor, state in states.items()},
         np.nextafter(wanted, 0.0),  # a state with just this number has reached it
         reaches.load_factor,
         SETTINGS.tolerance[reaches.system.tangents - 1],

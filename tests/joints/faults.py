@@ -402,4 +402,18 @@ FAULTS = (
         new="False",
         tests="sheet::test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage",
     ),
+    Fault(
+        "joints/advice.py",
+        "advice of a friction that is too small",
+        old="rounded < required.bound",
+        new="False",
+        tests="sheet::test_the_friction_of_the_advice_suffices",
+    ),
+    Fault(
+        "joints/load_search.py",
+        "a curve that begins with the number has no state there",
+        old="(below, reaches)",
+        new="(reaches,)",
+        tests="backbone::test_a_number_with_which_the_curve_begins_has_a_load",
+    ),
 )

@@ -455,6 +455,19 @@ def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
             curve.load_at(**target)
 
 
+def test_a_number_with_which_the_curve_begins_has_a_load():
+    """A slider of stiffness 3 slips from the force 0.5 on, and its work grows with the rest."""
+    slider = fo.ContactSystem.from_blocks(
+        [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
+    )
+    cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+    curve = fo.backbone_curve(slider, cycle, 0.5, [0.6, 0.8])
+    first_work = 4 * 0.5 * (0.6 - 0.5) / 3
+    assert curve.work[0] == pytest.approx(first_work)
+    assert curve.load_at(work=curve.work[0]).load_factor == pytest.approx(0.6, rel=2e-4)
+    assert curve.load_at(slipping=1.0).load_factor == pytest.approx(0.5, rel=2e-4)
+
+
 def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
     block = fo.ContactSystem.from_blocks(
         [[0.0]],

@@ -4,6 +4,7 @@ They are compared with closed forms, and do not change with units.
 """
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -441,6 +442,17 @@ def test_friction_that_no_surface_has_is_no_advice():
         cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
         joint = fo.report(BLOCK, cycle, 0.5, [1.0])
         assert any(text in sentence for sentence in joint.advice)
+
+
+@pytest.mark.parametrize("force", [0.39232, 0.87654, 0.0123449])
+def test_the_friction_of_the_advice_suffices(force):
+    """A force on a pressure of 1 needs this friction; two of the three are above their three digits."""
+    cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
+    joint = fo.report(BLOCK, cycle, 0.9 * force, [1.0])
+    advice = " ".join(joint.advice)
+    advised = float(re.search(r"With friction of ([\d.]+) or more", advice)[1])
+    assert force <= advised < 1.01 * force
+    assert fo.shakedown_limit(BLOCK, cycle, advised).load_factor >= 1
 
 
 def test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage():
