@@ -121,14 +121,14 @@ def loads_of(text: str) -> dict[str, float]:
 def ranges_of(text: str) -> dict[str, tuple[float, float]]:
     """Ranges of amplitudes: "P=0.9:1.1,Q=0.5:0.7"."""
     ranges = {}
-    for part in text.split(","):
+    for number, part in enumerate(text.split(","), start=1):
         name, _, ends = part.rpartition("=")
         least, colon, largest = ends.partition(":")
         try:
             ranges[name] = float(least), float(largest)
         except ValueError:
             colon = ""
-        if not name or not colon:
+        if not name or not colon or len(ranges) < number:
             raise argparse.ArgumentTypeError(
                 f"{text!r}; give CASE=LEAST:MOST, several with commas between"
             )

@@ -248,7 +248,7 @@ def test_a_report_has_thresholds_and_ranges_of_preloads(tmp_path, capsys):
         PUNCH, SIGMA, 0.5, [0.5], preload={"P": (0.9, 1.1)}, limits={"slip range": 1.0}, pages=2
     )
     assert "Scatter: P of 0.9 to 1.1." in said and f"{sheet.verdicts['value'][0]:.4g}" in said
-    for odd in ("P=.9", "P=.9:x", ".9:1.1"):
+    for odd in ("P=.9", "P=.9:x", ".9:1.1", "P=.9:1.1,P=.5:1.5"):
         with pytest.raises(SystemExit):
             main(["report", str(file), *PULL, *F, "--preload", odd])
 
