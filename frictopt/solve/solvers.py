@@ -191,8 +191,10 @@ def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: boo
     return error(
         f"{kind}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of "
         "very different sizes, for nodes without pressure under the mean load, for friction close "
-        "to the critical value or so small that rounding hides the friction bounds, and for a "
-        "coupling so weak that the limit is millions of times the mean load"
+        "to the critical value or so small that rounding hides the friction bounds, for a coupling "
+        "so weak that the limit is millions of times the mean load, and for bodies that would "
+        "slide or turn freely if rounding did not bend their faces, as in a mesh of few digits "
+        "that was rotated or scaled after it was read"
     )
 
 
