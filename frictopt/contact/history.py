@@ -192,6 +192,12 @@ def _check_time(times: Any, place: str) -> None:
     except TypeError:  # numbers and dates in one column
         ordered = False
     if not ordered:
+        texts = [value for value in times if isinstance(value, str)]
+        if texts:
+            raise ModelError(
+                f"{place}: the text {shown(texts[0])} is among the times; leave out rows without "
+                "numbers, such as a row of units"
+            )
         raise ModelError(
             f"{place}: the time decreases or is missing somewhere; sort the rows by time"
         )

@@ -1,4 +1,5 @@
 import itertools
+from io import StringIO
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -231,6 +232,11 @@ def test_no_answer_changes_by_the_points_left_out():
         pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, np.nan]}),
         {},
         r"history\['time'\]: the time decreases or is missing",
+    ),
+    (
+        pd.read_csv(StringIO("time,a\ns,N\n0,1\n1,-1\n")),
+        {},
+        r"history\['time'\]: the text 's' is among the times; .* row of units",
     ),
     (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' occurs twice"),
     (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
