@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import Any
 
@@ -15,7 +16,7 @@ def strict_json(value: object) -> str:
 def plain(value: Any) -> Any:
     """A value in the types of JSON: nan is None, infinity is "inf", a table is a list of its rows.
 
-    Names of Enum members are texts.
+    Names of Enum members are texts. A dataclass has its public fields by name.
     """
     if value is None or isinstance(value, bool | int | str):
         return value
@@ -29,6 +30,9 @@ def plain(value: Any) -> Any:
         return {str(name): plain(part) for name, part in value.items()}
     if isinstance(value, tuple | list | range):
         return [plain(part) for part in value]
+    if is_dataclass(value):
+        names = [field.name for field in fields(value) if not field.name.startswith("_")]
+        return {name: plain(getattr(value, name)) for name in names}
     return _plain_of_libraries(value)
 
 

@@ -227,7 +227,8 @@ def _check_overlap(points: Array, distance: Array, allowed: Array, names: FaceNa
     if (i := first_of(distance < -allowed, -distance)) is not None:
         raise ModelError(
             f"{names.contact}, at {place(points[i])}: the bodies overlap by {-distance[i]:g}; move "
-            "them apart, and give an Interference load"
+            "them apart, and give an Interference load; or, if it is rounding, write the "
+            "coordinates with at least six digits"
         )
 
 
@@ -238,7 +239,8 @@ def _checked_gap(
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(
             f"{names.contact}, at {place(points[i])}: the faces do not touch, they are "
-            f'{distance[i]:g} apart; move them, or give gap="measured"'
+            f'{distance[i]:g} apart; move them, or give gap="measured"; or, if it is rounding, '
+            "write the coordinates with at least six digits"
         )
     if (i := first_of(gap < 0, -gap)) is not None:
         raise ModelError(

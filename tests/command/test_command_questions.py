@@ -193,6 +193,20 @@ def test_a_command_gives_the_answer_of_its_function(name, capsys):
             assert list(row) == list(record)
 
 
+def test_an_event_of_the_onset_has_its_parts_as_json(capsys):
+    assert main(["limit", "punch.npz", *PULL, *F, "--kind", "onset", "--json"]) == 0
+    slip = strict(capsys.readouterr().out)["answer"]["slip"]
+    event = fo.onset(PUNCH, SIGMA, 0.5).slip
+    assert slip == {
+        "corner": event.corner,
+        "loads": event.loads,
+        "event": "slip",
+        "load_factor": pytest.approx(event.load_factor),
+        "node": event.node,
+        "sense": event.sense,
+    }
+
+
 def test_every_question_is_tried_here_and_stands_on_the_pages():
     """The table of the questions names commands that exist, and no command is missing there."""
     names = {question.name for question in questions.QUESTIONS}
