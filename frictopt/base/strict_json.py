@@ -30,14 +30,14 @@ def plain(value: Any) -> Any:
         return {str(name): plain(part) for name, part in value.items()}
     if isinstance(value, tuple | list | range):
         return [plain(part) for part in value]
+    return _plain_of_object(value)
+
+
+def _plain_of_object(value: Any) -> Any:
+    """A dataclass, or a value of numpy or pandas, in the types of JSON."""
     if is_dataclass(value):
         names = [field.name for field in fields(value) if not field.name.startswith("_")]
         return {name: plain(getattr(value, name)) for name in names}
-    return _plain_of_libraries(value)
-
-
-def _plain_of_libraries(value: Any) -> Any:
-    """A value of numpy or pandas in the types of JSON."""
     if hasattr(value, "to_dict") and hasattr(value, "columns"):
         return [plain(row) for row in value.to_dict("records")]
     if hasattr(value, "tolist"):  # an array, or a number of numpy

@@ -303,20 +303,32 @@ def _bulk_data(file: Path) -> Deck:
     if not grids:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
     _check_systems(grids, [card for card in found if card.name == "GRDSET"], file)
+    solids = [card for card in found if card.name in kinds]
+    return deck_of_points(_grid_points(grids, file), solids=_nastran_solids(solids, file))
+
+
+def _grid_points(grids: list[Card], file: Path) -> dict[int, list[float]]:
+    """Number -> coordinates of the grid points."""
     points: dict[int, list[float]] = {}
     for card in grids:
-        number, *point = _values(card, 5, file)
-        _check_same(points.setdefault(int(number), point[1:]), point[1:], card, file)
+        # Field 2 is the system of the coordinates.
+        number, _, *point = _values(card, 5, file)
+        _check_same(points.setdefault(int(number), point), point, card, file)
+    return points
+
+
+def _nastran_solids(found: list[Card], file: Path) -> dict[str, list[list[int]]]:
+    """Type of elements -> number and nodes of each."""
     corners: dict[int, list[int]] = {}
     solids: dict[str, list[list[int]]] = defaultdict(list)
-    for card in (card for card in found if card.name in kinds):
+    for card in found:
         number, _, *nodes = map(int, _values(card, len(card.fields), file))
         nodes = [node for node in nodes if node]
         if number not in corners:
             kind = NASTRAN_SOLIDS.get((card.name, len(nodes)), f"{card.name}{len(nodes)}")
             solids[kind].append([number, *_upper_edges_first(nodes)])
         _check_same(corners.setdefault(number, nodes), nodes, card, file)
-    return deck_of_points(points, solids=solids)
+    return solids
 
 
 def _upper_edges_first(nodes: list[int]) -> list[int]:

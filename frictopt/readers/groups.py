@@ -14,6 +14,7 @@ from ..errors import ModelError
 from .constraints import Constraints
 from .deck import Deck, Elements
 from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
+from .nastran_cards import split
 
 _SAVED = (
     "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group; "
@@ -104,14 +105,14 @@ def _check_bulk_data(file: Path, contents: Any) -> None:
                 "second line of their cards; end the first line with + in column 73, and begin "
                 "the second with +"
             )
-    for line in file.read_text(errors="replace").splitlines():
-        fields = line.split(",") if "," in line else [line[:8], line[8:16], line[16:24]]
-        card = fields[0].strip().upper()
-        if card.startswith("INCLUDE"):
+    for text in file.read_text(errors="replace").splitlines():
+        line = split(text)
+        if line.name.startswith("INCLUDE"):
             raise ModelError(
                 f"mesh {file.name}: INCLUDE, which meshio passes over; put all cards in one file"
             )
-        if card == "GRDSET" and "".join(fields[2:3]).strip(" 0"):
+        # Field 2 is the system of the coordinates.
+        if line.name == "GRDSET" and line.data[1] not in ("", "0"):
             raise ModelError(
                 f"mesh {file.name}: GRDSET with a system of coordinates (CP); write all nodes in "
                 "the basic system"

@@ -27,7 +27,7 @@ class Card:
 
 
 @dataclass(frozen=True)
-class _Line:
+class Line:
     """A line: its first field, its data fields, its last field, and what stands beyond."""
 
     first: str
@@ -35,6 +35,11 @@ class _Line:
     last: str
     rest: str
     is_large: bool
+
+    @property
+    def name(self) -> str:
+        """Name of the card that begins here, in capital letters; empty for a continued card."""
+        return "" if self.first[:1] in ("", "+", "*") else self.first.rstrip("*").upper()
 
 
 def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
@@ -47,24 +52,24 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
     # Name of a line -> the card that it continues.
     waiting: dict[str, Card] = {}
     card: Card | None = None
-    previous = _Line("", [], "", "", is_large=False)
+    previous = Line("", [], "", "", is_large=False)
     for text in _bulk_data(list(_lines(path, what, path.parent)), where):
-        line = _split(text)
-        name = line.first[1:]
+        line = split(text)
         if line.first.startswith("="):
             raise ModelError(f"{where}: the line {text!r} repeats the card above; write each card")
-        if line.first[:1] not in ("", "+", "*"):
-            card = Card(line.first.rstrip("*").upper(), [])
+        if line.name:
+            card = Card(line.name, [])
             found.append(card)
-        elif name and name != previous.last[1:]:
-            card = waiting.get(name)
+        elif _names_another(line, previous):
+            card = waiting.get(line.first[1:])
             if card is None:
                 raise ModelError(
                     f"{where}: the line {text!r} continues no card above it; sort the lines"
                 )
-        elif card is None or (previous.is_large and not line.first):
+        elif previous.is_large and not line.first:
             # Results in a punch file begin with blanks.
             card = None
+        if card is None:
             continue
         card.fields.extend(line.data)
         if line.rest and card.name in names:
@@ -77,12 +82,17 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
     return [_without_blanks_at_end(card) for card in found if card.name in names]
 
 
+def _names_another(line: Line, previous: Line) -> bool:
+    """Whether a line that continues a card names another line than the previous one."""
+    return line.first[1:] not in ("", previous.last[1:])
+
+
 def _without_blanks_at_end(card: Card) -> Card:
     count = max((i for i, field in enumerate(card.fields, start=1) if field), default=0)
     return Card(card.name, card.fields[:count])
 
 
-def _split(text: str) -> _Line:
+def split(text: str) -> Line:
     """The fields of a line.
 
     A line with a comma has free fields. Otherwise a field has 8 characters, or 16 if the first one
@@ -99,7 +109,7 @@ def _split(text: str) -> _Line:
         fields = [text[start : start + width].strip() for start in starts] + [text[72:80].strip()]
     fields += [""] * (count + 1 - len(fields))
     rest = "".join(fields[count + 1 :])
-    return _Line(first, fields[:count], fields[count], rest, count == 4)
+    return Line(first, fields[:count], fields[count], rest, count == 4)
 
 
 def _bulk_data(lines: list[str], where: str) -> list[str]:

@@ -280,7 +280,7 @@ FAULTS = (
     Fault(
         "readers/nastran_cards.py",
         "a line always continues the card above",
-        old="name and name != previous.last[1:]",
+        old="line.first[1:] not in ('', previous.last[1:])",
         new="False",
         tests="nastran_cards",
     ),
