@@ -360,7 +360,7 @@ def test_studies_count_their_limits(log):
     """A study of several frictions computes their limits last."""
 
     def slow(*args, **options):
-        time.sleep(0.05)
+        time.sleep(0.2)
         return fo.shakedown_limit(*args, **options)
 
     with pytest.MonkeyPatch.context() as patch, redirect_stderr(log):
