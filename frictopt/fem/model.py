@@ -170,10 +170,11 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
                 f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the "
                 "contact has the nodes of body 1: exchange the bodies, or mesh it finer"
             )
-        if joint.missed > 0.5:
+        widest = float(joint.gap.max())
+        if joint.missed > 0.5 * widest:
             _warn(
                 f"contacts: {contact.name!r}: its facets may miss curved faces by "
-                f"{joint.missed:.2g} of the widest measured gap; mesh finer"
+                f"{joint.missed:.2g}, and the widest measured gap is {widest:.2g}; mesh finer"
             )
 
     def _warn_of_locking(self, kinematics: Kinematics) -> None:

@@ -83,8 +83,8 @@ class Joint:
     share_beyond: float
     # mean length of the edges of body 1, divided by that of the edges of body 2 that face them
     coarser: float
-    # largest distance by which facets may miss the curved faces that they stand for, divided by
-    # the widest measured gap; 0 without a measured gap
+    # largest distance by which facets may miss the curved faces that they stand for; 0 if no gap was
+    # measured, or if all nodes touch up to rounding
     missed: float
 
 
@@ -130,7 +130,9 @@ def joined(
     missed = 0.0
     if given_gap is None:
         gap = measured(distance, error)
-        missed = float((allowed - error).max()) / max(float(gap.max()), float(error.min()))
+        # Nodes that touch need no facets: there the gap of the curved faces is zero, too.
+        if (np.abs(distance) > error).any():
+            missed = float((allowed - error).max())
     else:
         gap = _checked_gap(given_gap(points), points, distance, allowed, names)
 

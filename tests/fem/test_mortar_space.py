@@ -6,6 +6,7 @@ bodies. Faces that do not meet are refused.
 
 import re
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -328,3 +329,37 @@ def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(cleara
         and one.category is fo.ModelWarning
         for one in caught
     )
+
+
+def fit(radius, noise=0.0, gap="measured"):
+    """A pin in a hole of some radius, both of 20 edges, and what its model warns of."""
+    rng = np.random.default_rng(0)
+    pin = ring([0.3, 0.6, 1.0], 20, "bore", "surface")
+    plate = ring([radius, 1.5, 3.0], 20, "hole", "rim")
+    plate = replace(plate, doflocs=plate.p * (1 + noise * rng.normal(size=plate.p.shape)))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        model = fo.ContactModel(
+            {"pin": fo.Body(pin), "plate": fo.Body(plate)},
+            [fo.Support("plate", "rim")],
+            {"pull": [fo.Traction("pin", "bore", x=1.0)]},
+            [fo.Contact("pin", "plate", "surface", "hole", gap=gap)],
+        )
+    return model.condense(), [str(one.message) for one in caught]
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-13])
+def test_curved_faces_that_touch_up_to_rounding_have_no_gap_to_warn_of(noise):
+    measured, texts = fit(1.0, noise)
+    touching, _ = fit(1.0, noise, gap=None)
+    assert not texts
+    assert not measured.gap.any()
+    assert np.allclose(measured.S, touching.S, rtol=0, atol=1e-12 * measured.S.max())
+
+
+def test_an_overlap_below_the_sag_of_the_facets_is_warned_of_with_both_lengths():
+    """The circles overlap by 0.001; the sag of an edge is 1 - cos(pi / 20) = 0.0123 radii."""
+    system, texts = fit(0.999)
+    assert not system.gap.any()
+    assert len(texts) == 1
+    assert "miss curved faces by 0.025, and the widest measured gap is 0; mesh finer" in texts[0]
