@@ -18,13 +18,18 @@ FLAT = (
 
 
 def nodes(listing: DeckListing, block: Block) -> None:
-    """*NODE: lines of a number and its coordinates."""
+    """*NODE: lines of a number and its coordinates, also if they repeat a node."""
     numbers = []
     for line in block.lines:
-        name, *point = entries(line)
-        if int(name) in listing.nodes:
-            raise ValueError(f"node {name} is defined twice, as in parts and instances; {FLAT}")
-        listing.nodes[int(name)] = [number(value or "0") for value in point]
+        name, *listed = entries(line)
+        # Coordinates that are blank or left out are zero.
+        point = [number(value or "0") for value in (*listed, "", "", "")[:3]]
+        first = listing.nodes.setdefault(int(name), point)
+        if first != point:
+            raise ValueError(
+                f"node {name} is defined twice, at {tuple(first)} and at {tuple(point)}, as in "
+                f"parts and instances; {FLAT}"
+            )
         numbers.append(name)
     if "NSET" in block.parameters:
         listing.node_sets.add(block.parameters["NSET"], numbers)

@@ -258,7 +258,7 @@ DAMAGED = [
         "job.inp",
         "20, 0., 1.D0",
         "10, 0., 1.",
-        r"node 10 is defined twice.*flat deck.* \(Abaqus/CAE: ",
+        r"node 10 is defined twice, at \(0.0, 0.0, 0.0\) and at \(0.0, 1.0, 0.0\), as in .*flat deck",
     ),
     ("job.inp", "20, 0., 1.D0", "20, 0., one", "cannot be read"),
     ("job.inp", "40, 20\n", "40, 21\n", "elements CPS4R names node 21"),

@@ -64,6 +64,19 @@ def test_sets_of_a_deck_become_boundaries_and_subdomains(tmp_path):
     assert elements(mesh) == {"A": [0, 1], "B": [2, 3], "UPPER": [1, 3]}
 
 
+def test_a_node_that_a_deck_lists_twice_at_one_place_is_one_node(tmp_path):
+    """Some codes list the reference node of a rigid part again. Blank coordinates are zero."""
+    nodes = "*NODE\n1, 0, 0\n2, 1., 0\n3, 0, 1, 0\n9, .5, .5\n"
+    again = "*NODE, NSET=LOW\n1, 0., , 0.\n2, 1\n*NODE\n9, 5e-1, 0.5\n"
+    (tmp_path / "a.inp").write_text(
+        f"{nodes}{again}*ELEMENT, TYPE=CPE3, ELSET=A\n1, 1, 2, 3\n{again}"
+    )
+    mesh = fo.read_mesh(tmp_path / "a.inp")
+    assert mesh.p.T.tolist() == [[0, 0], [1, 0], [0, 1]]
+    assert mesh.t.tolist() == [[0], [1], [2]]
+    assert middles(mesh) == {"LOW": [[0.5, 0]]}
+
+
 RING = np.array(
     [
         [0, 0, 0],
