@@ -83,8 +83,8 @@ class Joint:
     share_beyond: float
     # mean length of the edges of body 1, divided by that of the edges of body 2 that face them
     coarser: float
-    # largest distance by which facets may miss the curved faces that they stand for; 0 if no gap was
-    # measured, or if all nodes touch up to rounding
+    # largest distance by which facets may miss the curved faces that they stand for; 0 if no gap
+    # was measured, or if all nodes touch up to rounding
     missed: float
 
 

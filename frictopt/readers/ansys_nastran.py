@@ -16,11 +16,12 @@ from scipy.sparse import csr_matrix, triu
 from ..base import Integers, number_of, shown, whole_array
 from ..base.libraries import by_library, file_path, library
 from ..errors import ModelError
+from .bulk_data import bulk_deck
 from .deck import Deck
 from .deck_text import text_of
 from .job import MatrixJob
 from .listing import deck_of_points
-from .nastran_cards import Card, cards, free_fields, number_in
+from .nastran_cards import cards, free_fields
 
 _ANSYS = "ansys-mapdl-reader"
 # Elements that are read, and their types in Abaqus: by number of the type in Ansys, and number of
@@ -47,16 +48,6 @@ _CHANGES = (
     *("NROT", "NMOD", "NSCA", "NGEN", "NSYM", "NDEL", "NUMM", "NUMC"),
     *("EMOD", "EGEN", "ESYM", "EDEL"),
 )
-# Elements of Nastran, by card and number of nodes.
-NASTRAN_SOLIDS = {
-    ("CHEXA", 8): "C3D8",
-    ("CHEXA", 20): "C3D20",
-    ("CPENTA", 6): "C3D6",
-    ("CPENTA", 15): "C3D15",
-    ("CPYRAM", 5): "C3D5",
-    ("CTETRA", 4): "C3D4",
-    ("CTETRA", 10): "C3D10",
-}
 
 
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
@@ -176,7 +167,7 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
         ) from error
     sets = {name.strip().upper(): nodes.tolist() for name, nodes in archive.node_components.items()}
     points = dict(zip(archive.nnum.tolist(), archive.nodes, strict=True))
-    return deck_of_points(points, solids=solids, sets=sets, held=held.tolist())
+    return deck_of_points(points, elements=solids, sets=sets, held=held.tolist())
 
 
 def _solids(elements: list[Any], kinds: dict[int, int]) -> dict[str, list[list[int]]]:
@@ -237,7 +228,7 @@ def read_nastran(
     """
     bulk, op4 = (library(f"pyyeti.nastran.{part}", "pyyeti", "nastran") for part in ("bulk", "op4"))
     file = file_path("path", path)
-    grids = None if deck is None else _bulk_data(file_path("deck", deck))
+    grids = None if deck is None else bulk_deck(file_path("deck", deck))
     if file.suffix.lower() != ".op4":
         K, dmig_labels = _dmig(bulk, file, name)
         return MatrixJob(K, dmig_labels, grids)
@@ -293,87 +284,6 @@ def _labels_of_grid_points(size: int, grids: Deck | None, file: Path) -> Integer
             "row, which OUTPUT4 does not say, or write DMIG"
         )
     return np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), count)])
-
-
-def _bulk_data(file: Path) -> Deck:
-    """Grid points and solids of bulk data."""
-    kinds = tuple(dict.fromkeys(card for card, _ in NASTRAN_SOLIDS))
-    found = cards(file, "deck", ("GRID", "GRDSET", *kinds))
-    grids = [card for card in found if card.name == "GRID"]
-    if not grids:
-        raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
-    _check_systems(grids, [card for card in found if card.name == "GRDSET"], file)
-    solids = [card for card in found if card.name in kinds]
-    return deck_of_points(_grid_points(grids, file), solids=_nastran_solids(solids, file))
-
-
-def _grid_points(grids: list[Card], file: Path) -> dict[int, list[float]]:
-    """Number -> coordinates of the grid points."""
-    points: dict[int, list[float]] = {}
-    for card in grids:
-        # Field 2 is the system of the coordinates.
-        number, _, *point = _values(card, 5, file)
-        _check_same(points.setdefault(int(number), point), point, card, file)
-    return points
-
-
-def _nastran_solids(found: list[Card], file: Path) -> dict[str, list[list[int]]]:
-    """Type of elements -> number and nodes of each."""
-    corners: dict[int, list[int]] = {}
-    solids: dict[str, list[list[int]]] = defaultdict(list)
-    for card in found:
-        number, _, *nodes = map(int, _values(card, len(card.fields), file))
-        nodes = [node for node in nodes if node]
-        if number not in corners:
-            kind = NASTRAN_SOLIDS.get((card.name, len(nodes)), f"{card.name}{len(nodes)}")
-            solids[kind].append([number, *_upper_edges_first(nodes)])
-        _check_same(corners.setdefault(number, nodes), nodes, card, file)
-    return solids
-
-
-def _upper_edges_first(nodes: list[int]) -> list[int]:
-    """The nodes of a solid with midside nodes of upright edges last, which Nastran has earlier."""
-    if len(nodes) == 20:
-        return [*nodes[:12], *nodes[16:], *nodes[12:16]]
-    if len(nodes) == 15:
-        return [*nodes[:9], *nodes[12:], *nodes[9:12]]
-    return nodes
-
-
-def _values(card: Card, count: int, file: Path) -> list[float]:
-    """The first fields of a card as numbers; blank fields are 0."""
-    try:
-        return [number_in(card.field(place)) for place in range(1, count + 1)]
-    except ValueError as error:
-        raise ModelError(
-            f"deck {file.name}: the card {card} cannot be read ({error}); repair it"
-        ) from error
-
-
-def _check_same(first: list[Any], again: list[Any], card: Card, file: Path) -> None:
-    """Check that a number that is given twice is the same both times, as Nastran allows it."""
-    if first != again:
-        raise ModelError(
-            f"deck {file.name}: two cards {card} differ; give the bulk data of one job"
-        )
-
-
-def _check_systems(grids: list[Card], defaults: list[Card], file: Path) -> None:
-    """Check that all grid points are in the basic system.
-
-    GRDSET gives the systems that a GRID leaves blank.
-    """
-    # Field 2 is the system of the coordinates, field 6 that of the displacements.
-    for place in (2, 6):
-        default = next(filter(None, (card.field(place) for card in defaults)), "")
-        for card in grids:
-            system = card.field(place) or default
-            if system not in ("", "0"):
-                source = "GRID" if card.field(place) else "GRDSET"
-                raise ModelError(
-                    f"deck {file.name}: grid point {card.field(1)} has coordinates or "
-                    f"displacements in system {system}, by its {source}; write all in the basic one"
-                )
 
 
 def _chosen(matrices: Mapping[str, Any], name: str | None, file: Path) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
@@ -20,6 +20,7 @@ from .element_types import (
     SHAPES,
     SINGLE_SHAPES,
     SOLIDS,
+    THIN,
     is_linear,
     may_have_midsides,
     shape_of,
@@ -174,12 +175,19 @@ class Deck(Shown):
 
     def with_known_shapes(self) -> Deck:
         """The deck without elements whose faces are not known, if it has others."""
-        unknown = self.without_faces
-        if len(unknown) == len(self._with_faces):
+        return self._without({block.kind for block in self.without_faces})
+
+    def without_thin(self) -> Deck:
+        """The deck without beams, shells and rigid surfaces, if it has others with faces."""
+        kinds = {block.kind for block in self.elements}
+        return self._without({kind for kind in kinds if kind.startswith(THIN)})
+
+    def _without(self, kinds: Container[str]) -> Deck:
+        """The deck without elements of some types, if it has others with faces."""
+        if all(block.kind in kinds for block in self._with_faces):
             return self
-        kinds = {block.kind for block in unknown}
-        known = tuple(block for block in self.elements if block.kind not in kinds)
-        return replace(self, elements=known)
+        others = tuple(block for block in self.elements if block.kind not in kinds)
+        return replace(self, elements=others)
 
     @property
     def is_linear(self) -> bool:

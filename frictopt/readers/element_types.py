@@ -24,8 +24,13 @@ SOLIDS = ("C3D", "tetra", "hexahedron", "wedge", "pyramid")
 PLANES = ("CPE", "CPS", "CAX", "triangle", "quad")
 # In the plane, lines name boundaries: gmsh writes named curves so. Their ends come first and last.
 LINES = ("T2D2", "T3D2", "T2D3", "T3D3", "line")
-# Beams, shells and membranes: they may lie on a face of a solid, but they hide none.
-SLENDER = ("B2", "B3", "PIPE", "S3", "S4", "S6", "S8", "S9", "STRI", "M3D", "SC", "SFM", "F3D")
+# Beams, shells, membranes, and rigid lines and surfaces.
+THIN = (
+    *("B2", "B3", "PIPE", "S3", "S4", "S6", "S8", "S9", "STRI", "M3D", "SFM", "F3D"),
+    *("R2D", "R3D", "RAX", "RB2D", "RB3D"),
+)
+# They may lie on a face of a solid, but they hide none. Continuum shells (SC) have a volume.
+SLENDER = (*THIN, "SC")
 # These elements carry no traction.
 FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")
 

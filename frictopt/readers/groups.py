@@ -14,12 +14,21 @@ from ..errors import ModelError
 from .constraints import Constraints
 from .deck import Deck, Elements
 from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
-from .nastran_cards import split
 
 _SAVED = (
     "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group; "
     "set Mesh.SaveParametric = 0"
 )
+# Ends of the names of files that are not read -> a way to files that are.
+_WAYS = {
+    ".unv": "open it in gmsh and save it as .msh",
+    ".mail": "in code_aster, read it with LIRE_MAILLAGE(FORMAT='ASTER') and write it with "
+    "IMPR_RESU(FORMAT='MED')",
+    ".feb": "in FEBio Studio, export the geometry as .vtk",
+    ".frd": "give the .inp of the job; or, in cgx, `read NAME.frd` and `send all abq`, and rename "
+    "all.msh, which is a deck, to all.inp",
+}
+_ANY_WAY = "convert it to .inp, .msh, .med, .bdf or .vtu; gmsh opens some files, and saves .msh"
 # Ends of names of cell data that number groups.
 _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 
@@ -27,30 +36,33 @@ _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 # elements before the middle nodes of the upper edges; meshio 5.3.5 takes them for the upper ones.
 _EXODUS = (".e", ".ex2", ".exo")
 _MIXED_UP_IN_EXODUS = ("hexahedron20", "hexahedron27")
-# Ends of the names of Nastran files.
-_NASTRAN = (".bdf", ".fem", ".nas")
 
 
 def deck_of_file(file: Path) -> Deck:
     """Nodes, elements and groups of a mesh file; its elements are numbered block after block."""
-    is_gmsh = file.suffix.lower() == ".msh"
+    meshio = _meshio()
+    ending = file.suffix.lower()
+    if not file.name.lower().endswith(tuple(meshio.extension_to_filetypes)):
+        raise ModelError(
+            f"mesh {file.name}: files {ending or 'without an ending'} are not read; "
+            f"{_WAYS.get(ending, _ANY_WAY)}"
+        )
+    is_gmsh = ending == ".msh"
     remedy = "give the file as the code wrote it, or open it in gmsh and save it as .msh"
+    if ending == ".med":
+        remedy = "files of older versions may be unreadable: open it in gmsh and save it as .msh"
     if is_gmsh:
         remedy = _SAVED
         check_version(file)
-    elif file.suffix.lower() in _NASTRAN:
-        remedy = "begin the cards with BEGIN BULK, and end them with ENDDATA"
     # meshio tries several formats, and prints why each of the first ones does not fit.
     with redirect_stdout(StringIO()):
-        contents = by_library("meshio", _meshio().read, file, "mesh", remedy)
-    if file.suffix.lower() in _NASTRAN:
-        _check_bulk_data(file, contents)
+        contents = by_library("meshio", meshio.read, file, "mesh", remedy)
 
     elements: list[Elements] = []
     starts: list[int] = []
     count = 0
     for block in contents.cells:
-        if file.suffix.lower() in _EXODUS and block.type in _MIXED_UP_IN_EXODUS:
+        if ending in _EXODUS and block.type in _MIXED_UP_IN_EXODUS:
             raise ModelError(
                 f"mesh {file.name}: {block.type}: meshio mixes up the middle nodes of these bricks "
                 "of Exodus files; write the mesh in another format, for instance .vtu or .inp"
@@ -87,36 +99,6 @@ def _meshio() -> Any:
     for shape in ("wedge15", "pyramid13"):
         dimensions.setdefault(shape, 3)
     return library()
-
-
-def _check_bulk_data(file: Path, contents: Any) -> None:
-    """Check that a Nastran file is whole, with x, y and z of its nodes: meshio takes it as such."""
-    if np.any(contents.point_data.get("nastran:ref", 0)):
-        raise ModelError(
-            f"mesh {file.name}: GRID cards with coordinates in a system of their own (CP); write "
-            "all nodes in the basic system"
-        )
-    nodes_of = library("meshio._common").num_nodes_per_cell
-    for block in contents.cells:
-        count = block.data.shape[1]
-        if count != nodes_of[block.type]:
-            raise ModelError(
-                f"mesh {file.name}: {block.type} with {count} nodes, because meshio found no "
-                "second line of their cards; end the first line with + in column 73, and begin "
-                "the second with +"
-            )
-    for text in file.read_text(errors="replace").splitlines():
-        line = split(text)
-        if line.name.startswith("INCLUDE"):
-            raise ModelError(
-                f"mesh {file.name}: INCLUDE, which meshio passes over; put all cards in one file"
-            )
-        # Field 2 is the system of the coordinates.
-        if line.name == "GRDSET" and line.data[1] not in ("", "0"):
-            raise ModelError(
-                f"mesh {file.name}: GRDSET with a system of coordinates (CP); write all nodes in "
-                "the basic system"
-            )
 
 
 def _ends_last(block: Elements) -> Elements:

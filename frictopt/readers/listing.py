@@ -14,13 +14,14 @@ from .deck_text import Block
 
 def deck_of_points(
     points: Mapping[int, ArrayLike],
-    solids: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
+    elements: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
     sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
+    element_sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
     held: Iterable[Sequence[int]] = (),
 ) -> Deck:
-    """A deck of nodes, and perhaps of elements, node sets and held displacements.
+    """A deck of nodes, and perhaps of elements, sets of both and held displacements.
 
-    `points` maps the number of a node to its coordinates, (2,) or (3,). `solids` maps a type of
+    `points` maps the number of a node to its coordinates, (2,) or (3,). `elements` maps a type of
     elements to the number and nodes of each element. `held` lists node and direction, from 1, of
     each held displacement.
     """
@@ -37,10 +38,12 @@ def deck_of_points(
     if not listing.nodes:
         raise ModelError("deck: no nodes; give number of a node -> its coordinates")
     listing.elements_by_type = [
-        (kind, [list(row) for row in rows]) for kind, rows in solids.items()
+        (kind, [list(row) for row in rows]) for kind, rows in elements.items()
     ]
     for set_name, nodes in sets.items():
         listing.node_sets.add(set_name, map(str, nodes))
+    for set_name, members in element_sets.items():
+        listing.element_sets.add(set_name, map(str, members))
     deck = listing.deck()
     row_of_node = {node: row for row, node in enumerate(listing.nodes)}
     for node, direction in held:

@@ -1,5 +1,7 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
+import warnings
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,29 +12,35 @@ from skfem import Mesh
 
 from ..base import SAME_POINT, Integers, place
 from ..base.libraries import file_path, library
-from ..errors import ModelError
+from ..errors import ModelError, ModelWarning
 from ..fem.elasticity import QUADRATIC, completion
 from ..fem.mixed import MIXED, places_among
+from .bulk_data import bulk_deck
 from .deck import FREE, Deck
-from .element_types import CORNERS, PLANE_CORNERS, corner_shape
-from .gmsh import GROUPED
+from .element_types import CORNERS, LINES, PLANE_CORNERS, PLANES, THIN, corner_shape
 from .groups import deck_of_file
 from .keywords import read_deck
 from .mixed_elements import FACE_CORNERS, in_tetrahedra, mixed_mesh, with_mixed_midsides
+
+# Ends of the names of files of Nastran's bulk data.
+_NASTRAN = (".bdf", ".fem", ".nas")
 
 
 def read_mesh(path: str | Path) -> Mesh:
     """Read a mesh with its named boundaries and subdomains.
 
-    The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, or any other file that meshio
-    reads. In gmsh, physical volumes are subdomains and physical surfaces are boundaries; in the
-    plane, physical surfaces are subdomains and physical curves are boundaries. A group without a
-    name is named by its number. In a deck, a node set names the facets of the outline between its
-    nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes both) or a surface
-    names these facets; and any other element set is a subdomain; names are in capital letters.
-    Groups of Salome (`.med`) are read by their names. Nodes without elements are left out. The page
-    "What is read of a file" lists all keywords: kept, refused, or without effect. The extra `mesh`
-    of the installation brings meshio.
+    The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, bulk data of Nastran (`.bdf`,
+    `.nas`, `.fem`), or any other file that meshio reads. In gmsh, physical volumes are subdomains
+    and physical surfaces are boundaries; in the plane, physical surfaces are subdomains and
+    physical curves are boundaries. A group without a name is named by its number. In a deck, a node
+    set names the facets of the outline between its nodes; a set of faces (CPS3, CPS4; in the plane
+    of lines, T3D2; gmsh writes both) or a surface names these facets; and any other element set is
+    a subdomain; names are in capital letters. Groups of Salome (`.med`) are read by their names,
+    and properties of Nastran by their numbers. Nodes without elements are left out. Elements that
+    are neither solids nor their faces or edges, such as shells and rigid lines, are left out with
+    one `ModelWarning`, which counts them and names their sets. The page "What is read of a file"
+    lists all keywords: kept, refused, or without effect. The extra `mesh` of the installation
+    brings meshio.
 
     Parameters
     ----------
@@ -53,10 +61,10 @@ def read_mesh(path: str | Path) -> Mesh:
     Raises
     ------
     ModelError
-        The file is missing or unreadable. It has other elements beside solids, such as beams and
-        shells. A linear and a quadratic element share an edge. A boundary has no faces, or faces
-        that belong to no element or to an element that is not a solid. The file has faces in space
-        without solids. Neighbouring elements do not share their midside nodes.
+        The file is missing or unreadable, or its format is unknown. It has no solids, or elements
+        whose faces are not known. A surface of a deck or a named group of gmsh is empty. A linear
+        and a quadratic element share an edge. Neighbouring elements do not share their midside
+        nodes.
 
     Examples
     --------
@@ -66,16 +74,53 @@ def read_mesh(path: str | Path) -> Mesh:
     ((3, 865), ['N_CONTACT_BLOCK', 'N_CONTACT_PUNCH'])
     """
     file = file_path("path", path)
-    deck = read_deck(file, mesh_alone=True) if file.suffix.lower() == ".inp" else deck_of_file(file)
+    ending = file.suffix.lower()
+    if ending == ".inp":
+        listed = read_deck(file, mesh_alone=True)
+    elif ending in _NASTRAN:
+        listed = bulk_deck(file, mesh_alone=True)
+    else:
+        listed = deck_of_file(file)
+    deck = listed.without_thin()
     try:
         mesh = mesh_of(deck, 2 if deck.by_shape()[0].kind in PLANE_CORNERS else 3)
     # scikit-fem refuses elements of nodes that are not in the file.
     except (ValueError, IndexError) as error:
         raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
+    _warn_of_others(mesh, listed, file)
     mesh = with_sets(mesh, deck, file.name)
     if isinstance(mesh, MIXED) and not deck.is_linear:
         return in_tetrahedra(mesh, deck)
     return with_midsides(mesh.remove_unused_nodes(), deck)[0]
+
+
+def _warn_of_others(mesh: Mesh, deck: Deck, file: Path) -> None:
+    """Warn of elements of a deck that are no elements, faces or edges of its mesh."""
+    counts: Counter[str] = Counter()
+    names = set()
+    for kind, numbers, nodes in deck.elements:
+        if kind.startswith(THIN):
+            others = numbers
+        elif kind.startswith(LINES):
+            sides = mesh.facets if mesh.dim() == 2 else mesh.edges
+            others = numbers[places_among(nodes[:, [0, -1]], sides.T) < 0]
+        elif kind.startswith(PLANES) and mesh.dim() == 3:
+            faces = _corners_of_faces(nodes, len(mesh.facets))
+            others = numbers[places_among(faces, mesh.facets.T) < 0]
+        else:
+            continue
+        counts[kind] += len(others)
+        names |= {name for name, set_ in deck.element_sets.items() if np.isin(others, set_).any()}
+    if counts.total():
+        types = ", ".join(f"{count} of type {kind}" for kind, count in counts.items() if count)
+        sets = f" (in {', '.join(map(repr, sorted(names)))})" if names else ""
+        warnings.warn(
+            f"mesh {file.name}: elements that are neither solids nor their faces or edges are left "
+            f"out: {types}{sets}; if they are faces of a body, save that body in the file, too "
+            "(gmsh saves only what is in a group)",
+            ModelWarning,
+            stacklevel=3,  # the line that calls `read_mesh`
+        )
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
@@ -87,7 +132,7 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
             f"deck: elements of shape {shape}, but {directions} directions of displacement; "
             "give plane elements for 2, solids for 3"
         )
-    z = np.ptp(deck.points[:, 2])
+    z = np.ptp(deck.points[np.concatenate([part.nodes.ravel() for part in parts]), 2])
     if directions == 2 and z > SAME_POINT * np.ptp(deck.points):
         raise ModelError(
             f"deck: z varies by {z:g}, and there are no solids; "
@@ -181,14 +226,20 @@ def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
 
 
 def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:
-    """The mesh with the sets of its deck as boundaries and subdomains."""
+    """The mesh with the sets of its deck as boundaries and subdomains.
+
+    A set whose elements are no faces of the mesh is no boundary.
+    """
     subdomains = _subdomains(deck)
     boundaries = _boundaries_of_node_sets(mesh, deck, subdomains)
     # A surface takes precedence over an element set, and both over a node set of the same name.
     faces = _faces_of_element_sets(deck) | _faces_of_surfaces(mesh, deck, what)
     for name, blocks in faces.items():
-        if any(map(len, blocks)):
-            boundaries[name] = _facets_of(mesh, blocks, f"mesh {what}: boundary {name!r}")
+        if not any(map(len, blocks)):
+            continue
+        facets = _facets_of(mesh, blocks)
+        if len(facets):
+            boundaries[name] = facets
     return mesh.with_boundaries(boundaries).with_subdomains(subdomains)
 
 
@@ -260,19 +311,11 @@ def _faces_of_surfaces(mesh: Mesh, deck: Deck, what: str) -> dict[str, list[Inte
     return faces
 
 
-def _facets_of(mesh: Mesh, blocks: list[Integers], what: str) -> Integers:
+def _facets_of(mesh: Mesh, blocks: list[Integers]) -> Integers:
     """Facets of the mesh that some faces are. Corners come first among the nodes (m, k) of each."""
     corners = len(mesh.facets)
-    # A block of fewer nodes has no faces of this mesh, such as lines in space.
-    faces = [_corners_of_faces(block, corners) for block in blocks if block.shape[1] >= mesh.dim()]
-    nodes = np.concatenate([np.zeros((0, corners), dtype=int), *faces])
-    facets = places_among(nodes, mesh.facets.T)
-    lost = np.count_nonzero(facets < 0)
-    if lost or not len(nodes):
-        raise ModelError(
-            f"{what}: faces that belong to no element: {lost} of {len(nodes)}; {GROUPED}"
-        )
-    return np.unique(facets)
+    faces = [_corners_of_faces(block, corners) for block in blocks]
+    return np.setdiff1d(places_among(np.concatenate(faces), mesh.facets.T), [-1])
 
 
 def _corners_of_faces(block: Integers, corners: int) -> Integers:

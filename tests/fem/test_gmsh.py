@@ -254,10 +254,6 @@ LEFT_OUT = [
         {"bodies": ()},
         "a.msh: z varies by 2, and there are no solids; .* gmsh physical groups of the volumes",
     ),
-    (
-        {"bodies": ("upper",)},
-        "a.msh: boundary 'bottom': faces that belong to no element: [0-9]+ of [0-9]+; put the body beside it into a group",
-    ),
     ({"groups": ("nowhere",)}, "a.msh: boundary 'nowhere': it names no faces"),
 ]
 
@@ -267,6 +263,17 @@ def test_what_gmsh_leaves_out_is_named(tmp_path, made, message):
     cubes(MeshTet, [tmp_path / "a.msh"], **made)
     with pytest.raises(fo.ModelError, match=message):
         fo.read_mesh(tmp_path / "a.msh")
+
+
+def test_the_faces_of_a_body_that_gmsh_leaves_out_are_warned_of(tmp_path):
+    cubes(MeshTet, [tmp_path / "a.msh"], bodies=("upper",))
+    with pytest.warns(
+        fo.ModelWarning,
+        match=r"a\.msh: .* left out: [0-9]+ of type triangle \(in 'bottom'\); if they are faces of",
+    ):
+        mesh = fo.read_mesh(tmp_path / "a.msh")
+    assert sorted(mesh.boundaries) == ["middle", "top"]
+    assert sorted(mesh.subdomains) == ["upper"]
 
 
 def test_a_mesh_without_names_has_no_bodies(tmp_path):

@@ -8,7 +8,8 @@ import pytest
 from ansys.mapdl.reader import examples
 
 import frictopt as fo
-from frictopt.readers.ansys_nastran import ANSYS_SOLIDS, NASTRAN_SOLIDS
+from frictopt.readers.ansys_nastran import ANSYS_SOLIDS
+from frictopt.readers.bulk_data import SOLIDS
 from helpers.formats_page import rows, section
 
 PLACES = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -53,8 +54,7 @@ def job(folder, bulk, nodes=16):
 
 
 def test_the_page_lists_the_cards_of_the_reader():
-    solids = {name for name, _ in NASTRAN_SOLIDS}
-    assert CARDS.keys() == {f"`{name}`" for name in (*solids, "DMIG", "INCLUDE", "GRID", "GRDSET")}
+    assert CARDS.keys() == {f"`{name}`" for name in (*SOLIDS, "DMIG", "INCLUDE", "GRID", "GRDSET")}
     types = {
         int(kind)
         for kind in re.findall(

@@ -263,20 +263,171 @@ def test_properties_of_nastran_are_names(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("bulk", "source"),
     [
-        (bulk_data("1"), r"a\.nas: GRID cards with coordinates in a system of their own"),
-        (bulk_data(more="GRDSET          1\n"), "GRDSET with a system of coordinates"),
-        (bulk_data(more="GRDSET,,1\n"), "GRDSET with a system of coordinates"),
-        (bulk_data(more="INCLUDE 'other.bdf'\n"), "INCLUDE, which meshio passes over"),
-        (bulk_data(continued="").replace(" \n", "\n"), "hexahedron with 6 nodes"),
+        (bulk_data("1"), "GRID"),
+        (bulk_data(more="GRDSET          1\n"), "GRDSET"),
+        (bulk_data(more="GRDSET,,1\n"), "GRDSET"),
     ],
 )
-def test_cards_of_nastran_that_meshio_passes_over_are_refused(tmp_path, text, message):
+def test_nastran_meshes_in_other_systems_are_refused(tmp_path, bulk, source):
     """Radii and angles of a cylindrical system would be taken for x and y."""
-    (tmp_path / "a.nas").write_text(text)
-    with pytest.raises(fo.ModelError, match=message):
+    (tmp_path / "a.nas").write_text(bulk)
+    with pytest.raises(fo.ModelError, match=rf"a\.nas: .* in system 1, by its {source}; write all"):
         fo.read_mesh(tmp_path / "a.nas")
+
+
+def large(*fields):
+    """A card of large fields, four on a line."""
+    name, *entries = fields
+    lines = [entries[i : i + 4] for i in range(0, len(entries), 4)]
+    return "".join(
+        f"{f'{name}*' if i == 0 else '*':8}" + "".join(f"{entry!s:16}" for entry in line) + "\n"
+        for i, line in enumerate(lines)
+    )
+
+
+SOLID_AND_FACE = bulk_data().split("CHEXA")[0]
+WRITTEN = {
+    "second lines that begin with blanks": bulk_data(continued=""),
+    "directions of displacements": bulk_data(more="GRDSET,,,,,,5\n"),
+    "large fields": SOLID_AND_FACE
+    + large("CHEXA", 1, 7, *range(1, 9))
+    + large("CQUAD4", 2, 8, 5, 6, 7, 8, 0.0),
+    "free fields": SOLID_AND_FACE + "CHEXA,1,7,1,2,3,4,5,6\n,7,8\nCQUADR,2,8,5,6,7,8,0.\n",
+    "a file that is included": SOLID_AND_FACE + "INCLUDE 'more.bdf'\n",
+    "no BEGIN BULK": bulk_data().split("BEGIN BULK\n")[1],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", WRITTEN)
+def test_nastran_meshes_are_the_same_however_their_cards_are_written(tmp_path, how):
+    (tmp_path / "a.bdf").write_text(WRITTEN[how])
+    (tmp_path / "more.bdf").write_text("CHEXA" + bulk_data().split("CHEXA")[1])
+    mesh = fo.read_mesh(tmp_path / "a.bdf")
+    assert mesh.p.T.tolist() == [list(map(float, x)) for x in CUBE]
+    assert (mesh.nelements, list(mesh.subdomains)) == (1, ["7"])
+    ((name, top),) = mesh.boundaries.items()
+    assert name == "8"
+    assert np.all(mesh.p[2][mesh.facets[:, top]] == 1)
+
+
+def test_nastran_meshes_in_the_plane_have_lines_as_boundaries(tmp_path):
+    grids = "".join(f"GRID,{i},,{x}.,{y}.,0.\n" for i, (x, y, _) in enumerate(CUBE[:4], 1))
+    (tmp_path / "a.fem").write_text(f"{grids}CQUAD8,1,3,1,2,3,4\nCBAR,2,4,1,2\nCROD,3,,3,4\n")
+    mesh = fo.read_mesh(tmp_path / "a.fem")
+    assert list(mesh.subdomains) == ["3"]
+    # The property of a card without one has the number of the element: the CROD is named 3.
+    assert lengths(mesh) == {"3": 1.0, "4": 1.0}
+
+
+EDGES = {  # ends of the edges whose middles follow the corners, in the order of Nastran
+    "CTETRA": ("000 100 010 001", "01 12 20 03 13 23"),
+    "CHEXA": ("000 100 110 010 001 101 111 011", "01 12 23 30 04 15 26 37 45 56 67 74"),
+    "CPENTA": ("000 100 010 001 101 011", "01 12 20 03 14 25 34 45 53"),
+}
+
+
+@pytest.mark.parametrize("name", EDGES)
+def test_nastran_elements_need_all_of_their_midside_nodes_or_none(tmp_path, name):
+    corners, edges = (words.split() for words in EDGES[name])
+    points = [np.array([*map(float, corner)]) for corner in corners]
+    points += [(points[int(a)] + points[int(b)]) / 2 for a, b in edges]
+    count = len(points)
+    grids = "".join(f"GRID,{i},,{x},{y},{z}\n" for i, (x, y, z) in enumerate(points, 1))
+
+    def read(missing):
+        nodes = ["" if i in missing else str(i) for i in range(1, count + 1)]
+        fields = ["4", "1", *nodes]
+        lines = [",".join(["", *fields[i : i + 8]]) for i in range(0, len(fields), 8)]
+        (tmp_path / "a.bdf").write_text(f"{grids}{name}" + "\n".join(lines) + "\n")
+        return fo.read_mesh(tmp_path / "a.bdf")
+
+    whole, linear = read(()), read(range(len(corners) + 1, count + 1))
+    assert whole.nelements >= 1
+    assert linear.nelements == 1
+    for place in (len(corners) + 1, count):
+        with pytest.raises(
+            fo.ModelError,
+            match=rf"a\.bdf: {name} 4 has no node at place {place} of {count}, a midside node; give",
+        ):
+            read([place])
+    with pytest.raises(fo.ModelError, match=f"{name} 4 has no node at place 3 of .*, a corner"):
+        read([3])
+
+
+def stray(folder, name):
+    """A file with one solid, one of its faces, a face beside it, and their groups."""
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (4, 0, 0), (4, 1, 0), (4, 0, 1)])
+    file = folder / name
+    if name.endswith(("bdf", "inp")):
+        rows = [",".join(map(str, (i, *map(float, x)))) for i, x in enumerate(points, 1)]
+        text = "".join(f"GRID,{row.replace(',', ',,', 1)}\n" for row in rows)
+        text += (
+            "CTETRA,1,1,1,2,3,4\nCTRIA3,2,2,1,2,3\nCTRIA3,3,2,5,6,7\nCBAR,4,4,1,2\nCBAR,5,4,1,5\n"
+        )
+        if name.endswith("inp"):
+            text = "*NODE\n" + "\n".join(rows) + "\n*ELEMENT, TYPE=C3D4, ELSET=1\n1, 1, 2, 3, 4\n"
+            text += "*ELEMENT, TYPE=CPS3, ELSET=2\n2, 1, 2, 3\n3, 5, 6, 7\n"
+            text += "*ELEMENT, TYPE=T3D2, ELSET=4\n4, 1, 2\n5, 1, 5\n"
+            text += "*ELEMENT, TYPE=S3, ELSET=RIGID\n6, 1, 2, 5\n*ELEMENT, TYPE=R3D3, ELSET=RIGID\n7, 1, 5, 6\n"
+        file.write_text(text)
+        return file
+    cells = [
+        ("tetra", [[0, 1, 2, 3]]),
+        ("triangle", [[0, 1, 2], [4, 5, 6]]),
+        ("line", [[0, 1], [0, 4]]),
+    ]
+    tags = [np.array([1]), np.array([2, 2]), np.array([4, 4])]
+    if name.endswith("med"):
+        mesh = meshio.Mesh(points * 1.0, cells, cell_data={"cell_tags": [-tag for tag in tags]})
+        mesh.cell_tags = {-1: ["1"], -2: ["2"], -4: ["4"]}
+        meshio.med.write(file, mesh)
+        return file
+    title = "gmsh:physical" if name.endswith("msh") else "tag"
+    data = {title: tags} | ({"gmsh:geometrical": tags} if name.endswith("msh") else {})
+    mesh = meshio.Mesh(points * 1.0, cells, cell_data=data)
+    mesh.write(file, **({"file_format": "gmsh22", "binary": False} if name.endswith("msh") else {}))
+    return file
+
+
+@pytest.mark.parametrize("name", ["a.med", "a.bdf", "a.inp", "a.msh", "a.vtu"])
+def test_elements_beside_the_solids_are_left_out_with_one_warning(tmp_path, name):
+    """Of two triangles one is a face of the solid, of two lines one is an edge."""
+    with pytest.warns(fo.ModelWarning) as warned:
+        mesh = fo.read_mesh(stray(tmp_path, name))
+    assert mesh.p.shape == (3, 4)
+    assert list(mesh.subdomains) == ["1"]
+    assert {group: len(facets) for group, facets in mesh.boundaries.items()} == {"2": 1}
+    (text,) = [str(one.message) for one in warned]
+    assert text.startswith(
+        f"mesh {name}: elements that are neither solids nor their faces or edges"
+    )
+    assert "; if they are faces of a body, save that body in the file" in text
+    types, groups = text.split("are left out: ")[1].split("; ")[0].split(" (in ")
+    shapes = {"CPS3": "triangle", "T3D2": "line"}
+    counts = [(one.split()[-1], one.split()[0]) for one in types.split(", ")]
+    counts = {shapes.get(kind, kind): number for kind, number in counts}
+    thin = {"S3": "1", "R3D3": "1"} if name == "a.inp" else {}
+    assert counts == {"triangle": "1", "line": "1", **thin}
+    assert groups == ("'2', '4', 'RIGID')" if thin else "'2', '4')")
+
+
+WAYS = {
+    "a.unv": "open it in gmsh and save it as .msh",
+    "a.MAIL": r"in code_aster, .*FORMAT='MED'",
+    "a.feb": r"in FEBio Studio, export the geometry as \.vtk",
+    "a.frd": r"give the \.inp of the job; or, in cgx, .*rename all.msh, which is a deck, to all.inp",
+    "a.xyz": r"convert it to \.inp, \.msh, \.med, \.bdf or \.vtu",
+    "a": r"convert it to \.inp, \.msh",
+}
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_formats_that_are_not_read_are_named_with_a_way_that_is(tmp_path, name):
+    (tmp_path / name).write_text("    -1\n  2411\n    -1\n")
+    with pytest.raises(fo.ModelError, match=rf"^mesh {name}: files .* not read; {WAYS[name]}"):
+        fo.read_mesh(tmp_path / name)
 
 
 def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
@@ -294,10 +445,10 @@ def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
 
 
 def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
-    """The remedies for files that meshio cannot read lead to the same groups.
+    """The remedies for files that are not read lead to the same groups.
 
     A file of I-deas (`.unv`), one of Salome, and one with parameters of nodes are opened in gmsh
-    and saved as `.msh`. gmsh writes Nastran without BEGIN BULK.
+    and saved as `.msh`.
     """
     groups = 'Physical Surface("plate") = {1}; Physical Curve("bottom") = {1};'
     plate(tmp_path, groups)
@@ -306,9 +457,14 @@ def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
         gmsh.model.mesh.generate(2)
         for name in ("a.unv", "a.bdf", "a.med", "a.msh"):
             gmsh.write(str(tmp_path / name))
-    remedies = {"a.unv": "open it in gmsh", "a.bdf": "BEGIN BULK", "a.msh": "SaveParametric = 0"}
+    remedies = {
+        "a.unv": "not read; open it in gmsh and save it as .msh",
+        "old.med": "older versions may be unreadable: open it in gmsh and save it as .msh",
+        "a.msh": "SaveParametric = 0",
+    }
+    (tmp_path / "old.med").write_bytes((tmp_path / "a.med").read_bytes()[:-1000])
     for name, remedy in remedies.items():
-        with pytest.raises(fo.ModelError, match=rf"cannot read .*{name}'.*{remedy}"):
+        with pytest.raises(fo.ModelError, match=rf"{name}.*{remedy}"):
             fo.read_mesh(tmp_path / name)
     for name in ("a.unv", "a.med"):
         with gmsh_with() as gmsh:
@@ -316,9 +472,7 @@ def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
             gmsh.write(str(tmp_path / "b.msh"))
         mesh = fo.read_mesh(tmp_path / "b.msh")
         assert list(mesh.subdomains) == ["plate"] and lengths(mesh) == {"bottom": 4.0}
-    text = (tmp_path / "a.bdf").read_text()
-    (tmp_path / "b.bdf").write_text(f"BEGIN BULK\n{text}")
-    assert area(fo.read_mesh(tmp_path / "b.bdf")) == pytest.approx(4.0, rel=1e-5)
+    assert area(fo.read_mesh(tmp_path / "a.bdf")) == pytest.approx(4.0, rel=1e-5)
 
 
 TRIED = {  # rows of the page of formats, and the tests that try them
@@ -331,8 +485,10 @@ TRIED = {  # rows of the page of formats, and the tests that try them
     "gmsh: `Mesh.SaveAll = 1`": test_what_is_in_no_group_needs_another_option_of_gmsh,
     "Salome (`.med`): groups of elements and of nodes": test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh,
     "Exodus: bricks of 20 or 27 nodes": test_quadratic_bricks_of_exodus_are_refused,
-    "Nastran (`.bdf`, `.nas`, `.fem`): nodes and elements": test_properties_of_nastran_are_names,
-    "Nastran: `GRID` and `GRDSET` with CP, `INCLUDE`, second lines that begin with blanks": test_cards_of_nastran_that_meshio_passes_over_are_refused,
+    "Nastran (`.bdf`, `.nas`, `.fem`): grid points and [solids](#nastran)": test_properties_of_nastran_are_names,
+    "Nastran: `GRID` and `GRDSET` with CP": test_nastran_meshes_in_other_systems_are_refused,
+    "Nastran: elements with some of their midside nodes": test_nastran_elements_need_all_of_their_midside_nodes_or_none,
+    "I-deas (`.unv`), code_aster (`.mail`), FEBio (`.feb`), results of CalculiX (`.frd`)": test_formats_that_are_not_read_are_named_with_a_way_that_is,
     "others: sets, and numbers of groups (`ref`, `tag`, `material`)": test_numbers_of_groups_of_other_formats_are_names,
     "others: all other data of nodes and cells": test_numbers_of_groups_of_other_formats_are_names,
 }
