@@ -26,7 +26,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     Marks are runs, lines medians. The grey line is the contact without initial slip.
     """
     runs = tables["runs"]
-    runs = runs[runs["outcome"] != "FAILED"]
+    runs = runs[runs["dissipation"].notna()]
     frictions = sorted(runs["friction"].unique())
     ratios = [ratio for ratio in _RATIOS if (runs["load_ratio"] == ratio).any()]
     figure = new_figure(WIDE, 18 + 48 * len(frictions))

@@ -38,7 +38,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     A strip below the logarithmic axis has the runs without dissipation.
     """
     runs = tables["runs"]
-    runs = runs[runs["outcome"] != "FAILED"]
+    runs = runs[runs["dissipation"].notna()]
     frictions = sorted(runs["friction"].unique())
     figure = new_figure(WIDE, 92)
     panels = figure.subplots(2, len(frictions), sharex=True, squeeze=False, height_ratios=[7, 1])

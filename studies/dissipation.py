@@ -223,7 +223,7 @@ _RUN = {
     "start": "name of the start",
     "family": "'none', 'safe' (multiples of the linear program's slip), 'smooth' and 'rough' (random), 'overload' (a cycle at a higher load first)",
     "amplitude": "root mean square of the initial slip v E* / (a P / 2a)",
-    "outcome": "SHAKEDOWN, CYCLIC_SLIP, RATCHETING or FAILED",
+    "outcome": "SHAKEDOWN, CYCLIC_SLIP, RATCHETING, SLIDES_OFF or FAILED",
     "dissipation": "work of friction per steady cycle, (P / 2a) a^2",
     "dissipation_scaled": "the same over P^2 / E*, P the total force per depth",
     "cycles": "cycles followed until the steady state was proven",

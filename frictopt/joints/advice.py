@@ -15,7 +15,6 @@ from .report_parts import (
     increments_are_coarse,
     limits_change_with_mesh,
     many_nodes_slip,
-    rests_at_load,
 )
 
 
@@ -116,7 +115,7 @@ def advice_on(parts: ReportParts) -> Iterator[str]:
         else:
             yield from _on_slip(parts, parts.steady, friction_helps)
         yield from _on_increments(parts.steady)
-    elif parts.gross_slip is None or rests_at_load(parts.gross_slip):
+    elif parts.gross_slip is None or parts.gross_slip.rests_at(1.0):
         yield "At your load no steady state is found, see the missing results."
     if limits_change_with_mesh(parts):
         settled = "the gross-slip load"

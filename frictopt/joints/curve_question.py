@@ -13,11 +13,10 @@ from ..base import Array, Outcome
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit
+from ..study.columns import FAILED, SLIDES_OFF
 from ..study.dissipation_range import dissipation_range
 from ..transients import SteadyState, steady_state
 from .curve_load import CurveLoad
-
-_SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors without a steady state
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class CurveQuestion:
             contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
             measured = self.load.measured(steady)
         except (NoContinuation, SolverError) as error:
-            outcome = _SLIDES_OFF if self._slides_off(factor) else _FAILED
+            outcome = SLIDES_OFF if self._slides_off(factor) else FAILED
             return CurveCycle({"load_factor": factor, "outcome": outcome}, error=error)
         row = {
             "load_factor": factor,
@@ -118,7 +117,7 @@ class CurveQuestion:
         """
         if isinstance(self.gross, SolverError):
             return False
-        return not self.gross.least <= factor <= self.gross.load_factor
+        return not self.gross.rests_at(factor)
 
     def notes(self, cycles: Sequence[CurveCycle]) -> list[str]:
         """Values of the curve that are NaN, and the reasons, in words."""
@@ -141,7 +140,7 @@ class CurveQuestion:
         sliding = [
             f"{cycle.row['load_factor']:g}"
             for cycle in cycles
-            if cycle.row["outcome"] == _SLIDES_OFF
+            if cycle.row["outcome"] == SLIDES_OFF
         ]
         if isinstance(self.gross, SolverError):
             notes.append(f"no sliding-off load: {self.gross}")
@@ -155,7 +154,7 @@ class CurveQuestion:
                 )
         for cycle in cycles:
             name = f"load factor {cycle.row['load_factor']:g}"
-            if cycle.row["outcome"] == _FAILED:
+            if cycle.row["outcome"] == FAILED:
                 notes.append(f"{name}: {cycle.error}")
             elif cycle.row["outcome"] == Outcome.RATCHETING.name and not self.load.missing:
                 notes.append(f"{name}: the contact ratchets, so its displacement has no range")

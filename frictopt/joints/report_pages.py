@@ -26,7 +26,7 @@ from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
 from .curve_question import CurveQuestion
 from .load_search import SETTINGS
-from .report_parts import ReportParts, areas_move, mean_load_opens, rests_at_load
+from .report_parts import ReportParts, areas_move, mean_load_opens
 from .report_tables import units_of
 from .safety import SteadyStates, safety_table, verdict_table
 from .scatter import Scatter
@@ -118,7 +118,7 @@ class Pages(Generic[Parts]):
         system, cycle, friction = self.system, self.cycle, self.friction
         self.ask("mean load", lambda: self.states.mean_state(self.scatter.nominal()))
         slides = self.ask("gross-slip load", lambda: gross_slip_of_statics(system, cycle, friction))
-        if slides is None or rests_at_load(slides):
+        if slides is None or slides.rests_at(1.0):
             self.ask(_AT_LOAD, self._steady_at_load)
         else:
             self.missing[_AT_LOAD] = slides.reason
@@ -141,7 +141,7 @@ class Pages(Generic[Parts]):
             slides = self.ask(
                 "gross-slip load", lambda: gross_slip(self.system, self.cycle, self.friction)
             )
-            if slides is not None and _AT_LOAD in self.missing and not rests_at_load(slides):
+            if slides is not None and _AT_LOAD in self.missing and not slides.rests_at(1.0):
                 self.missing[_AT_LOAD] = slides.reason
         self._ask_curve(factors, slides)
         self._keep("safety factors")
@@ -166,7 +166,7 @@ class Pages(Generic[Parts]):
             factors = np.array(LOAD_FACTORS[self.system.tangents - 1])
             if upper > 0:
                 factors *= min(1.0, SETTINGS.below_gross_slip * upper / factors[-1])
-        if slides is None or rests_at_load(slides):
+        if slides is None or slides.rests_at(1.0):
             factors = np.union1d(factors, [1.0])
         joint, load = with_compliance(self.system, self.cycle, self.friction, None)
         gross = slides or SolverError(self.missing["gross-slip load"])

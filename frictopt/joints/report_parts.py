@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from ..base import ROUNDING, Array
+from ..base import Array
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..limits import (
     GrossSlip,
@@ -47,12 +47,6 @@ class ReportParts:
     def contacts(self) -> pd.DataFrame:
         """Contacts at load factor 1, see `SteadyState.by_contact`; empty without steady state."""
         return pd.DataFrame() if self.steady is None else self.steady.by_contact()
-
-
-def rests_at_load(gross_slip: GrossSlip) -> bool:
-    """Whether, by equilibrium, the bodies do not slide off at load factor 1."""
-    largest = gross_slip.load_factor * (1 + ROUNDING)
-    return gross_slip.least * (1 - ROUNDING) <= 1 <= largest
 
 
 def mean_load_opens(parts: ReportParts) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..base import (
     RESIDUAL,
+    ROUNDING,
     Array,
     Booleans,
     SolveRecord,
@@ -115,6 +116,11 @@ class GrossSlip(Explained):
     record: SolveRecord
     problem: cp.Problem | None
     self_stress: Array | None = None
+
+    def rests_at(self, load_factor: float) -> bool:
+        """Whether a state of rest may exist at a load factor: it is not outside of these bounds."""
+        largest = self.load_factor * (1 + ROUNDING)
+        return self.least * (1 - ROUNDING) <= load_factor <= largest
 
     def to_frame(self) -> Table:
         """The table `motion`."""

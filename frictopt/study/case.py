@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..base import Array
 from ..contact import ContactSystem, LoadCycle, contact_law
-from ..limits import ShakedownLimit
+from ..limits import GrossSlip, ShakedownLimit, gross_slip_of_statics
 from .starts import Start
 
 
@@ -35,6 +35,11 @@ class Case:
         """Sum of the normal reactions under the mean load."""
         _, p = self.cycle.mean_reaction(self.system)
         return float(p.sum())
+
+    @cached_property
+    def statics(self) -> GrossSlip:
+        """The load factors at which forces within friction balance the loads, for all starts."""
+        return gross_slip_of_statics(self.system, self.cycle, self.friction)
 
     @cached_property
     def loads(self) -> str:

@@ -22,6 +22,9 @@ Row = dict[str, Any]
 FAILED = "FAILED"
 """Outcome of a run that has no result."""
 
+SLIDES_OFF = "SLIDES_OFF"
+"""Outcome of a run at whose loads no forces within friction balance: the bodies slide off."""
+
 
 @dataclass(frozen=True)
 class Column:

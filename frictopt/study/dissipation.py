@@ -60,7 +60,8 @@ def dissipation_study(
 ) -> pd.DataFrame:
     """Follow a transient to its steady state for each friction, load cycle, load factor and start.
 
-    The method follows Flicek et al. 2015, section 5. A run that fails is a row with its error. The
+    The method follows Flicek et al. 2015, section 5. A run that fails is a row with its error. If
+    the bodies slide off at the loads of a run, this is its outcome, and it counts as finished. The
     executor changes only the column seconds. Ctrl-C raises a KeyboardInterrupt whose attribute
     `table` has the finished runs. The store also holds them, and is closed.
 
@@ -120,7 +121,8 @@ def dissipation_study(
           finite)
         - start, family, seed: see `Start`
         - amplitude: root mean square of the initial slip
-        - outcome: the name of an `Outcome`, or "FAILED"
+        - outcome: the name of an `Outcome`; "SLIDES_OFF" if no forces within friction balance the
+          loads, see `gross_slip`; or "FAILED"
         - dissipation: work of friction per cycle in the steady state
         - dissipation_scaled: `W E* / P^2` with P the total normal force of the mean load; NaN if
           `E_star` is not known, and in space
@@ -129,7 +131,7 @@ def dissipation_study(
         - cycles: number of cycles followed
         - slipping, open: numbers of nodes
         - residual, engine, seconds: residual, method and computing time of the run
-        - error: text of the error if the run failed, otherwise empty
+        - error: text of the error if the run failed, or why the bodies slide off; otherwise empty
 
         `attrs["missing"]` is the number of runs without a row, in the table of an error.
         `attrs["per_depth"]` states whether works are per unit depth.

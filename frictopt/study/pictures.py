@@ -25,7 +25,7 @@ from ..plots.style import (
     series,
 )
 from ..transients.pictures import slip_and_work, work_map
-from .columns import FAILED
+from .columns import FAILED, SLIDES_OFF
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
@@ -183,8 +183,8 @@ def runs_of(
         runs = study.runs if rows is None else study.runs[study.runs[rows] == value]
         study.draw_panel(axes, runs)
         title = [] if rows is None else [f"{_column_name(rows)}: {_value_name(value)}"]
-        if study.failed and axes is all_axes[0]:
-            title.append(f"{study.failed} of {len(table)} runs failed")
+        if axes is all_axes[0]:
+            title += study.without_mark()
         axes.set_title(", ".join(title))
     all_axes[-1].set_xlabel(_column_name(study.x))
     study.draw_legend(all_axes[0])
@@ -198,9 +198,9 @@ class _StudyPicture:
     ----------
     table, x, colour
         The study, the column along the horizontal axis, and that of the colours; None: family.
-    runs, failed
-        The runs with a result, with the place of their marks along the horizontal axis in the
-        column `place`, and the number of the other runs.
+    runs
+        The runs with a steady state, with the place of their marks along the horizontal axis in the
+        column `place`.
     names
         Values along the horizontal axis if they are no numbers.
     low, high, bottom
@@ -211,8 +211,7 @@ class _StudyPicture:
     def __init__(self, table: Table, x: str | None, colour: str | None) -> None:
         self.table = table
         self.families = list(table["family"].unique())
-        runs = table[table["outcome"] != FAILED]
-        self.failed = len(table) - len(runs)
+        runs = table[~table["outcome"].isin([FAILED, SLIDES_OFF])]
         if x is None:
             ratios = runs.get("load_ratio", pd.Series([np.nan]))
             x = "load_ratio" if np.isfinite(ratios).all() else "load_factor"
@@ -237,6 +236,12 @@ class _StudyPicture:
         self.bottom = self.low / 4
         if self._at_rest(self.runs).groupby(place).sum().max() > 1:
             self.bottom = self.low / (self.high / self.low) ** (_SIZES.strip / (1 - _SIZES.strip))
+
+    def without_mark(self) -> list[str]:
+        """The numbers of runs without a steady state, in words."""
+        words = {SLIDES_OFF: "runs slide off", FAILED: "runs failed"}
+        numbers = {word: int((self.table["outcome"] == name).sum()) for name, word in words.items()}
+        return [f"{n} of {len(self.table)} {word}" for word, n in numbers.items() if n]
 
     def _at_rest(self, runs: Table) -> "pd.Series[bool]":
         """Whether each run has no dissipation."""

@@ -37,7 +37,7 @@ def plot_study(
     Columns of the table, also columns that you add, split it: `plot_study(table, x="cycle",
     colour="friction", rows="load_factor")`. Runs that shake down have no dissipation. They are
     drawn in a strip at the bottom, with several runs of one load above each other. Runs that failed
-    have no mark; the title counts them.
+    or slide off have no mark; the title counts them.
 
     Parameters
     ----------

@@ -13,11 +13,11 @@ from queue import SimpleQueue
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from ..errors import FrictoptError, ModelError
+from ..errors import FrictoptError, ModelError, NoContinuation, SolverError
 from ..transients import steady_state
 from ..transients.exact.kernel import compiled
 from .case import Run
-from .columns import FAILED, Row, row_of_run, row_of_steady
+from .columns import FAILED, SLIDES_OFF, Row, row_of_run, row_of_steady
 from .starts import root_mean_square
 
 
@@ -186,9 +186,22 @@ def _row(run: Run) -> Row:
         row = row_of_run(run) | row_of_steady(steady) | {"error": ""}
     except FrictoptError as error:
         row = _failed_row(run, f"{type(error).__name__}: {error}")
+        if isinstance(error, NoContinuation | SolverError):
+            row |= _sliding(run)
     row["amplitude"] = root_mean_square(slip)
     row["seconds"] = time.perf_counter() - began
     return row
+
+
+def _sliding(run: Run) -> Row:
+    """Outcome and reason of a run whose bodies slide off by equilibrium; empty if they do not."""
+    try:
+        statics = run.case.statics
+    except SolverError:
+        return {}
+    if statics.rests_at(run.load_factor):
+        return {}
+    return {"outcome": SLIDES_OFF, "error": statics.reason}
 
 
 def _failed_row(run: Run, error: str) -> Row:

@@ -366,6 +366,10 @@ def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_c
     ax = fo.plot_study(table)
     assert ax.get_xlabel() == r"load factor $\lambda$" and ax.get_title() == "1 of 9 runs failed"
     assert sum(len(line.get_xdata()) for line in labelled(ax).values()) == 8
+    table.loc[1:2, "outcome"] = "SLIDES_OFF"
+    ax = fo.plot_study(table)
+    assert ax.get_title() == "2 of 9 runs slide off, 1 of 9 runs failed"
+    assert sum(len(line.get_xdata()) for line in labelled(ax).values()) == 6
 
 
 def test_a_study_of_one_load_factor_has_the_friction_below():

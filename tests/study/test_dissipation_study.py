@@ -5,6 +5,7 @@ import sys
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from multiprocessing import get_context
 
 import dask
@@ -148,6 +149,25 @@ def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
         table.error[1],
     )
     assert table.dissipation.isna().tolist() == [False, True] == table.cycles.isna().tolist()
+
+
+@pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
+def test_a_body_that_slides_off_is_an_outcome_that_is_not_followed_again(tangents, tmp_path):
+    """A node on a spring-free body holds f P = 0.8; the loads 0.4 and 1.2 are below and above."""
+    shear = [0.0] * (tangents - 1)
+    block = fo.ContactSystem(
+        np.zeros((tangents + 1, tangents + 1)),
+        [[0.0] * (tangents + 1)],
+        {"P": [0.0, *shear, 2.0], "Q": [1.0, *shear, 0.0]},
+    )
+    pushed = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    ask = partial(fo.dissipation_study, block, pushed, 0.4, [0.4, 1.2], progress=False)
+    table = ask(store=tmp_path / "runs")
+    assert table.outcome.tolist() == ["SHAKEDOWN", "SLIDES_OFF"]
+    assert table.error[1] == fo.gross_slip(block, pushed, 0.4).reason
+    assert table.dissipation.isna().tolist() == [False, True]
+    again = ask(store=tmp_path / "runs")
+    pd.testing.assert_frame_equal(again, table, check_exact=True)  # with the seconds of the first
 
 
 def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(
