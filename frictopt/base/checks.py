@@ -82,9 +82,12 @@ def real_array(name: str, values: object) -> Array:
         with np.errstate(over="ignore"):
             return np.array(raw, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        raise ModelError(
-            f"{name}: {shown(values)} ({error}); give an array of real numbers"
-        ) from error
+        remedy = "an array of real numbers"
+        # A start or a result has the array under the name of the argument.
+        attribute = name.removeprefix("initial_")
+        if hasattr(values, attribute):
+            remedy = f"its `.{attribute}`, if that is not None"
+        raise ModelError(f"{name}: {shown(values)} ({error}); give {remedy}") from error
 
 
 def check_entries(name: str, values: Array, fits: Booleans, remedy: str, at: str = "node") -> None:

@@ -53,6 +53,13 @@ def test_what_is_refused(make):
     make()
 
 
+@pytest.mark.parametrize("ask", [fo.steady_state, fo.march])
+def test_a_start_in_place_of_its_slip_is_refused_with_its_name(ask):
+    start = fo.starts.random_slips(CONTACT, [0.1], 1)[0]
+    with pytest.raises(fo.ModelError, match=r"initial_slip: .*; give its `\.slip`"):
+        ask(CONTACT, CYCLE, 0.4, 1.0, initial_slip=start)
+
+
 def test_a_force_too_small_for_the_scale_of_the_dissipation_does_not_cost_the_table():
     tiny = fo.LoadCycle({"mean": 1e-170}, [{"cyclic": 1e-170}, {"cyclic": -1e-170}])
     table = study(STARTS, replace(CONTACT, E_star=1.0), tiny)
