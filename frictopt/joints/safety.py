@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from ..base import ROUNDING
+from ..base import ROUNDING, progress_bar
 from ..contact import ContactState, ContactSystem
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip, gross_slip_of_statics
@@ -163,15 +163,18 @@ def _against_slip(
     """
     tolerance = SETTINGS.tolerance[states.system.tangents - 1]
     nominal, *corners = states.all_corners()
-    nominal_factor = _factor(states, name, threshold, nominal, end, tolerance)
-    worst, at = nominal_factor, NOMINAL
-    for corner in corners:
-        above = worst * (1 + tolerance)
-        if np.isfinite(above) and states.judged(name, corner, above).value <= threshold:
-            continue
-        factor = _factor(states, name, threshold, corner, above, tolerance)
-        if factor < worst:
-            worst, at = factor, corner.name
+    what = f"safety factor against {name}"
+    with progress_bar(True, what, "input", total=1 + len(corners)) as bar:
+        nominal_factor = _factor(states, name, threshold, nominal, end, tolerance)
+        worst, at = nominal_factor, NOMINAL
+        for corner in corners:
+            bar.update()
+            above = worst * (1 + tolerance)
+            if np.isfinite(above) and states.judged(name, corner, above).value <= threshold:
+                continue
+            factor = _factor(states, name, threshold, corner, above, tolerance)
+            if factor < worst:
+                worst, at = factor, corner.name
     by = _BY_CORNERS if states.scatter.exists else _NO_SCATTER
     return f"{name} of {threshold:g}", nominal_factor, worst, at, by
 
@@ -214,9 +217,12 @@ def verdict_table(
         if name == GROSS_SLIP:
             rows += _verdict_on_gross_slip(safety, threshold)
             continue
-        judged = [
-            (states.judged(name, corner, 1.0), corner.name) for corner in states.all_corners()
-        ]
+        corners = states.all_corners()
+        judged = list[tuple[Judged, str]]()
+        with progress_bar(True, f"verdict on {name}", "input", total=len(corners)) as bar:
+            for corner in corners:
+                judged.append((states.judged(name, corner, 1.0), corner.name))
+                bar.update()
         worst, at = max(judged, key=lambda pair: pair[0].judged)
         unit = units[QUANTITIES[name].unit]
         passed = bool(worst.judged <= threshold)

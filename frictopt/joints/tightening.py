@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import root
 
-from ..base import RESIDUAL, Array, warns_of_odd_values
+from ..base import RESIDUAL, Array, Bar, progress_bar, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError
 from ..transients.march import mean_state
@@ -17,7 +17,12 @@ from ..transients.march import mean_state
 
 @warns_of_odd_values
 def tightened(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    *,
+    steps: int | None = None,
+    progress: bool = True,
 ) -> LoadCycle:
     """The load cycle in whose mean load the locked bolts have their forces.
 
@@ -36,6 +41,13 @@ def tightened(
     steps
         Number of increments to the mean load. Pass the same number as to the transients that
         follow. None: the exact path in the plane, 20 in space.
+    progress
+        Whether to show the progress after two seconds.
+
+    Returns
+    -------
+    LoadCycle
+        The given load cycle, with the amplitudes of the locked bolts in its mean load.
 
     Raises
     ------
@@ -68,10 +80,15 @@ def tightened(
     mean = checked_cycle(cycle).mean
     coefficients = friction_coefficients(friction, checked_system(system).nodes)
     shares = _checked_shares(system, mean)
-    bolts = _Bolts(system, cycle, coefficients, steps, list(shares))
+    with progress_bar(progress, "tightening", "transient") as bar:
+        return _tightened(_Bolts(system, cycle, coefficients, steps, list(shares), bar), shares)
+
+
+def _tightened(bolts: _Bolts, shares: Mapping[str, float]) -> LoadCycle:
+    """The load cycle in whose mean load the bolts have these shares of their forces."""
     amplitudes = np.array([*shares.values()])
     forces = amplitudes * bolts.unit_forces
-    if system.compliance is None:
+    if bolts.system.compliance is None:
         bolts.tensions(amplitudes)  # raises an error that says how to get a compliance
 
     def errors(amplitudes: Array) -> Array:
@@ -115,6 +132,7 @@ class _Bolts:
     friction: Array
     steps: int | None
     names: list[str]
+    bar: Bar
 
     @property
     def unit_forces(self) -> Array:
@@ -130,6 +148,7 @@ class _Bolts:
         """(bolts,) tensions under the mean load with these amplitudes, from no slip."""
         cycle = self.loaded(amplitudes)
         state = mean_state(self.system, cycle, self.friction, steps=self.steps)
+        self.bar.update()
         loads = [cycle.mean.get(case, 0.0) for case in self.system.bonded]
         return np.array(
             [self.system.tension(name, loads, state.slip, state.gap) for name in self.names]

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import finite_number, warns_of_odd_values
+from ..base import finite_number, progress_bar, warns_of_odd_values
 from ..errors import ModelError
 from ..limits import GuaranteedLimit, GuaranteedModel
 from ..limits.guaranteed import checked_guaranteed
@@ -12,7 +12,9 @@ from ..transients import march
 
 
 @warns_of_odd_values
-def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> GuaranteedLimit:
+def after_overload(
+    limit: GuaranteedLimit, load_factor: float | None = None, *, progress: bool = True
+) -> GuaranteedLimit:
     """Guaranteed limit for slips up to the largest slip that one overload leaves.
 
     The overload is one cycle of a contact that has not slipped before. The largest slip that it
@@ -25,6 +27,13 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
         A guaranteed limit, from `guaranteed_limit` or `GuaranteedModel`, without user constraints.
     load_factor
         Load factor of the overload; by default lambda_2, above which the contact slips for ever.
+    progress
+        Whether to show the progress after two seconds.
+
+    Returns
+    -------
+    GuaranteedLimit
+        The guaranteed limit for this slip bound.
 
     Raises
     ------
@@ -58,13 +67,14 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
             )
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     question = limit._question
-    slip_bound: Any = left_by_overload(limit, load_factor)
-    if question.slip_bound is not None:
-        slip_bound = np.minimum(slip_bound, question.slip_bound)
-    model = GuaranteedModel(
-        limit.system, limit.cycle, slip_bound=slip_bound, simplify=question.simplify
-    )
-    return model.solve(limit.friction)
+    with progress_bar(progress, "after an overload"):
+        slip_bound: Any = left_by_overload(limit, load_factor)
+        if question.slip_bound is not None:
+            slip_bound = np.minimum(slip_bound, question.slip_bound)
+        model = GuaranteedModel(
+            limit.system, limit.cycle, slip_bound=slip_bound, simplify=question.simplify
+        )
+        return model.solve(limit.friction)
 
 
 def left_by_overload(limit: GuaranteedLimit, load_factor: float) -> float:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ from ..base import (
     Outcome,
     finite_number,
     frozen,
+    number_of,
+    progress_bar,
     warns_of_odd_values,
     whole_number,
 )
@@ -151,6 +154,7 @@ def verify(
     moved: int = 5,
     above: float = 1.02,
     seed: int = 0,
+    progress: bool = True,
 ) -> GuaranteeCheck:
     """Follow transients from the witness just above the limit, and from many starts just below it.
 
@@ -184,6 +188,14 @@ def verify(
         smaller. Only some starts near the witness slip for ever at this load factor. So the study
         also follows a slip that makes the node critical there, at 0.9 and 1.1 times the distance
         from the limit.
+    progress
+        Whether to show the progress after two seconds. Ctrl-C raises a KeyboardInterrupt whose
+        attribute `table` has the runs so far.
+
+    Returns
+    -------
+    GuaranteeCheck
+        The runs with their outcomes, and whether they agree with the limit.
 
     Raises
     ------
@@ -230,11 +242,14 @@ def verify(
         load_factor, slip = near_least
         way = load_factor - limit.least
         tests += [_Test(limit.least + share * way, "witness", slip) for share in SETTINGS.near]
-    return GuaranteeCheck(
-        limit,
-        pd.DataFrame([_row(limit, size, test) for test in tests]),
-        frozen([test.slip for test in tests]),
-    )
+    rows = list[dict[str, Any]]()
+    with progress_bar(progress, "verification", "transient", total=len(tests)) as bar:
+        for test in tests:
+            rows.append(_row(limit, size, test))
+            note = f"the attribute `table` has {len(rows)} of {number_of(len(tests), 'run')}"
+            bar.keep("table", partial(pd.DataFrame, rows), note)
+            bar.update()
+    return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([test.slip for test in tests]))
 
 
 def _load_sizes(limit: GuaranteedLimit) -> tuple[float, float]:

@@ -147,10 +147,10 @@ class Run:
         span = "a cycle" if self.period == 1 else "two cycles"
         units = self.path.system.units
         unit = "" if units is None else f" {units.split(', ')[1]}"
-        text = f"slip changes by {change:.1e}{unit} {span}"
         changes = [cycle.change for cycle in last]
         if changes[-1] <= PERIODIC:
-            return f"{text}, which is rounding: the work is checked"
+            return "slip repeats up to rounding"
+        text = f"slip changes by {change:.1e}{unit} {span}"
         if len(changes) < SETTINGS.decaying_returns:
             return text
         decay = (changes[-1] / changes[0]) ** (1 / (len(changes) - 1))

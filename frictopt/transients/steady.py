@@ -206,11 +206,14 @@ def _followed(
         if path.steps:
             error = np.nan
         if isinstance(begin, SteppedPath) and with_step_error:
-            try:
-                finer, parts = begin.finer()
-                error = _step_error(run, settled, first_states, finer.start(overload), parts)
-            except (NoContinuation, SolverError):
-                error = np.inf
+            bar.best = "steady"
+            with progress_bar(True, "error of its increments", "cycle") as finer_bar:
+                run.report = finer_bar.update
+                try:
+                    finer, parts = begin.finer()
+                    error = _step_error(run, settled, first_states, finer.start(overload), parts)
+                except (NoContinuation, SolverError):
+                    error = np.inf
         return reported(run, settled, error)
 
 

@@ -1,6 +1,7 @@
 """Progress where standard error is a terminal, and where it is none; and what an interrupt keeps,
 of every call that may take long."""
 
+import inspect
 import io
 import os
 import re
@@ -9,6 +10,7 @@ import sys
 import time
 from contextlib import redirect_stderr
 from dataclasses import dataclass
+from functools import cache
 
 import cvxpy as cp
 import numpy as np
@@ -171,6 +173,26 @@ def swept(**options):
     return fo.ShakedownModel(PAIR, CYCLE).sweep([0.3, 0.5, 0.7], **options)
 
 
+@cache
+def guaranteed():
+    return fo.guaranteed_limit(PAIR, CYCLE, 0.6, progress=False)
+
+
+@cache
+def bolted():
+    """Two springs, and a bolt in series with them."""
+    loads = {"bolt": ([0.0], [3.0]), "pull": ([0.0], [-0.6])}
+    return fo.ContactSystem.from_blocks(
+        [[1.0]],
+        [[0.0]],
+        [[12.0]],
+        [0.0],
+        loads,
+        compliance=[[-0.75, -0.1], [-0.1, 0.02]],
+        bolts={"bolt": (3.0, 0.25)},
+    )
+
+
 def worn(**options):
     return fo.wear(*WORN, coefficient=1e-3, **options)
 
@@ -230,6 +252,22 @@ CALLS = {
             and table["load_factor"].min() >= fo.guaranteed_limit(PAIR, CYCLE, 0.6).load_factor
         ),
         "critical nodes: 100%",
+    ),
+    "after an overload": (
+        lambda **o: fo.after_overload(guaranteed(), **o),
+        "critical nodes",
+        1,
+        "table",
+        lambda table: len(table) == 1,
+        r"after an overload: 00:\d\d",
+    ),
+    "verification": (
+        lambda **o: fo.verify(guaranteed(), starts=4, moved=1, **o),
+        "verification",
+        2,
+        "table",
+        lambda table: table["start"].tolist() == ["witness", "moved witness"],
+        r"verification: 100%",
     ),
     "design": (
         designed,
@@ -317,6 +355,27 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
         )
     with pytest.raises(fo.ModelError, match="progress: 'yes'"):
         ask(progress="yes")
+
+
+def test_tightening_shows_its_progress_unless_it_is_switched_off(monkeypatch):
+    tell_of, cycle = progress._draw, fo.LoadCycle({"bolt": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
+    for shown in (False, True):
+        screen = Terminal()
+        monkeypatch.setattr(sys, "stderr", screen)
+        fo.tightened(bolted(), cycle, 0.3, progress=shown)
+        said = re.search(r"tightening: \d+ transients?, 00:\d\d", screen.getvalue())
+        assert said if shown else not screen.getvalue()
+
+
+def test_every_question_about_a_contact_or_a_limit_has_a_switch_for_its_progress():
+    lacking = []
+    for name in fo.__all__:
+        if inspect.isfunction(getattr(fo, name)):
+            parameters = list(inspect.signature(getattr(fo, name)).parameters)
+            if parameters[0] in ("system", "limit") and "progress" not in parameters:
+                lacking.append(name)
+    assert not lacking
 
 
 def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
