@@ -82,11 +82,9 @@ def real_array(name: str, values: object) -> Array:
         with np.errstate(over="ignore"):
             return np.array(raw, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        remedy = "an array of real numbers"
         # A start or a result has the array under the name of the argument.
-        attribute = name.removeprefix("initial_")
-        if hasattr(values, attribute):
-            remedy = f"its `.{attribute}`, if that is not None"
+        part = name.removeprefix("initial_")
+        remedy = f"its `.{part}`" if hasattr(values, part) else "an array of real numbers"
         raise ModelError(f"{name}: {shown(values)} ({error}); give {remedy}") from error
 
 
