@@ -5,6 +5,8 @@ from importlib.metadata import version as installed
 
 from sphinx.application import Sphinx
 
+import frictopt
+
 os.environ |= {
     "TQDM_DISABLE": "1",
     "PYVISTA_BUILDING_GALLERY": "true",
@@ -71,6 +73,20 @@ autosummary_generate = True
 autodoc_typehints = "none"  # types and shapes are in the text, which a reader can understand
 numpydoc_class_members_toctree = False
 numpydoc_show_class_members = False
+
+# The types in docstrings, which are those of "Returns", are links to their pages.
+numpydoc_xref_param_type = True
+numpydoc_xref_ignore = "all"  # words that are no names
+numpydoc_xref_aliases = {"Array": "numpy.ndarray", "DataFrame": "pandas.DataFrame"}
+numpydoc_xref_aliases |= {name: name for name in ("dict", "float", "int", "list", "tuple")}
+for module in (
+    frictopt,
+    frictopt.increments,
+    frictopt.reference,
+    frictopt.results,
+    frictopt.starts,
+):
+    numpydoc_xref_aliases |= {name: f"{module.__name__}.{name}" for name in module.__all__}
 
 sphinx_gallery_conf = {
     "examples_dirs": ["../examples"],

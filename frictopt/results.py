@@ -71,6 +71,11 @@ def load(path: str | Path) -> Any:
 
     It is of the same class, and equal in all numbers, words and tables. Its `problem` is None.
 
+    Returns
+    -------
+    object
+        A result of the class that was saved.
+
     Raises
     ------
     ModelError

@@ -92,6 +92,11 @@ def check_contact_law(
         Unit of the forces, by default the mean of `abs(p^w)`. The unit of the slips is this force
         divided by `system.stiffness_scale`.
 
+    Returns
+    -------
+    Verdict
+        The largest residual, and that of each equation.
+
     Raises
     ------
     ModelError

@@ -338,6 +338,11 @@ def backbone_curve(
         Number of increments from corner to corner (None: the exact path in the plane, 20 in space),
         and whether to show a bar after two seconds.
 
+    Returns
+    -------
+    BackboneCurve
+        The steady cycle at each load factor, with the gross-slip load.
+
     Raises
     ------
     ModelError

@@ -204,6 +204,11 @@ def report(
         error at load factor 1 alone. Ctrl-C raises a KeyboardInterrupt whose attribute `report`
         holds the parts known so far.
 
+    Returns
+    -------
+    Report
+        The answers of all pages; `print` and `save` write them.
+
     Raises
     ------
     ModelError

@@ -198,6 +198,11 @@ def wear(
         Number of increments from corner to corner, see `steady_state`, and whether to show the
         progress after two seconds.
 
+    Returns
+    -------
+    WearHistory
+        Depth, pressure and work after each jump.
+
     Raises
     ------
     ModelError

@@ -126,6 +126,11 @@ def worn_in(
         theorem has been applied, its attribute `depth` has the depths, (N,), which are then not yet
         checked by a transient.
 
+    Returns
+    -------
+    WornIn
+        The depth worn off in the end, the nodes that never slip, and the steady state.
+
     Raises
     ------
     ModelError

@@ -195,6 +195,11 @@ def best_open_nodes(
     solver, progress
         See `shakedown_limit`.
 
+    Returns
+    -------
+    BestOpenNodes
+        The best limit, its open nodes, and whether it is proven to be the best.
+
     Raises
     ------
     ModelError, SolverError

@@ -23,6 +23,16 @@ ONE_CORNER = "one corner alone governs"
 NOT_NEEDED = "not needed"
 OPEN = "open"
 
+# The reason that some nodes needed no program, after their number.
+_LEFT_OUT = {
+    NOT_NEEDED: (
+        "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
+        "load factors lie between the two"
+    ),
+    LEFT_OUT: "cannot be critical below the limit, by a lower bound",
+    ONE_CORNER: "can only lift off when critical, or have no friction",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class NodeClaim:
@@ -265,6 +275,15 @@ class CriticalNodes:
         """Mark all nodes as not needed: the guaranteed limit is the shakedown limit."""
         self.load_factor[self.may_be_critical] = self.least
         self.how[self.may_be_critical] = NOT_NEEDED
+
+    def left_out(self) -> tuple[str, ...]:
+        """Sentences that count the nodes that needed no program, with the reason."""
+        sentences = []
+        for label, why in _LEFT_OUT.items():
+            count = int((self.how == label).sum())
+            if count:
+                sentences.append(f"nodes: {count} of {len(self.how)} {why}")
+        return tuple(sentences)
 
     def add(self, claim: NodeClaim) -> None:
         """Keep a claim of a node if it is its first one, or if its load factor is the least."""

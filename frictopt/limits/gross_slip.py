@@ -169,6 +169,11 @@ def gross_slip(
     progress
         Whether to show the progress after two seconds.
 
+    Returns
+    -------
+    GrossSlip
+        The load factor, and the motion of the bodies that proves it.
+
     Raises
     ------
     ModelError, SolverError

@@ -33,9 +33,6 @@ from .answered import Rated
 from .critical_bounds import load_factor_bounds
 from .critical_search import (
     COINCIDE_ALONE,
-    LEFT_OUT,
-    NOT_NEEDED,
-    ONE_CORNER,
     CriticalNodes,
     CriticalSearch,
     NodeClaim,
@@ -46,16 +43,6 @@ from .question import Question, pose
 from .reasons import guaranteed_reason
 from .safe_model import SafeModel
 from .shakedown import ShakedownLimit, ShakedownLimits
-
-# The reason that some nodes needed no program, after their number.
-_LEFT_OUT = {
-    NOT_NEEDED: (
-        "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
-        "load factors lie between the two"
-    ),
-    LEFT_OUT: "cannot be critical below the limit, by a lower bound",
-    ONE_CORNER: "can only lift off when critical, or have no friction",
-}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -198,16 +185,6 @@ class GuaranteedLimit(Rated):
         return "guaranteed limit", self.load_factor, None, self.reason
 
 
-def left_out(how: np.ndarray) -> tuple[str, ...]:
-    """Sentences that count the nodes that needed no program, with the reason."""
-    sentences = []
-    for label, why in _LEFT_OUT.items():
-        count = int((how == label).sum())
-        if count:
-            sentences.append(f"nodes: {count} of {len(how)} {why}")
-    return tuple(sentences)
-
-
 def checked_guaranteed(limit: object) -> GuaranteedLimit:
     """Check that an argument is a guaranteed limit; ModelError if not."""
     if not isinstance(limit, GuaranteedLimit):
@@ -335,7 +312,7 @@ def _result(
         shakedown.record.solver,
         tuple(attempt for record in records for attempt in record.attempts),
         max(record.residual for record in records),
-        left_out(nodes.how),
+        nodes.left_out(),
         perf_counter() - question.started,
     )
     limit = GuaranteedLimit(
@@ -426,6 +403,11 @@ def guaranteed_limit(
         Whether to show the progress after two seconds, see `shakedown_limit`. Ctrl-C raises
         KeyboardInterrupt. Once the shakedown limit is known, its attribute `table` has the load
         factors of the nodes so far; their minimum is an upper bound of the limit.
+
+    Returns
+    -------
+    GuaranteedLimit
+        The load factor, and a start that slips for ever just above it.
 
     Raises
     ------

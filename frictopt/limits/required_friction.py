@@ -159,6 +159,11 @@ def required_friction(
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
+    Returns
+    -------
+    RequiredFriction
+        The coefficient, and the slip that is safe with it.
+
     Raises
     ------
     ModelError, SolverError

@@ -188,6 +188,11 @@ def safe_region(
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
+    Returns
+    -------
+    SafeRegion
+        The vertices of the region, and the mechanism of each side.
+
     Raises
     ------
     ModelError, SolverError

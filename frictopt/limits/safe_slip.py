@@ -56,8 +56,7 @@ class SafeSlip(Proven):
         load factor 0 (gaps shut), at most 1. If it is negative, no slip is safe. At nodes with
         friction below 0.01, a tension also counts as a violation, as if friction were 0.01. At open
         nodes the reserve is the gap, in units of the mean friction bound divided by the mean normal
-        stiffness. Nodes that open or close at an event (`events`) have no reserve there and are
-        left out.
+        stiffness. Nodes that open or close at an event (`events`) have no reserve there.
     bound
         Upper bound of the margin, from the multipliers only; it equals `margin` up to `residual`.
     record
@@ -267,9 +266,8 @@ class SafeSlipModel(SafeModel):
         if largest > largest_ratio:
             raise ModelError(
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
-                f"normal force {question.force:.3g} of the mean load, so that rounding of the "
-                "cyclic loads hides the mean load; give a smaller load factor, or check the units "
-                "of the load cases"
+                f"normal force {question.force:.3g}, so that rounding hides the mean load; give a "
+                "smaller load factor, or check the units of the load cases"
             )
         return load_factor
 
@@ -323,8 +321,7 @@ class SafeSlipModel(SafeModel):
     def _friction_with_margin(self, x: models.Unknowns, corners: list[int]) -> list[Row]:
         spare = dict.fromkeys(corners, models.times(self.margin, self._mean_bound))
         press = dict.fromkeys(corners, models.times(self.margin, self._mean_pressure))
-        gap_margin = self.margin * self._clearance
-        return models.inside(x, self._f, corners, spare, press, gap_margin)
+        return models.inside(x, self._f, corners, spare, press, self.margin * self._clearance)
 
     def _raise_contradiction(self, program: Program, load_factor: float) -> None:
         """ModelError if the user's constraints admit no slip at all, safe or not."""
@@ -358,11 +355,7 @@ class SafeSlipModel(SafeModel):
             return models.inside(x, f, instants, spare, press, gap_margin)
 
         program = Ordered(
-            question,
-            lambda program: models.safe_slip(margin, program.rows),
-            1.0,
-            friction,
-            factor,
+            question, lambda program: models.safe_slip(margin, program.rows), 1.0, friction, factor
         )
         claim, record = program.chain.solve(
             lambda: checked_slip(program, margin, load_factor), self._solver
@@ -393,8 +386,13 @@ def safe_slip(
         Load factor, >= 0.
     events
         Whether nodes may also open and close in each cycle, see `shakedown_limit`, if no slip is
-        safe with nodes that stay as they are. If slip changes no pressure (B = 0) and all nodes
-        have friction, loads alone open and close nodes, and this is always asked.
+        safe with nodes that stay as they are. Always, if slip changes no pressure (B = 0) and all
+        nodes have friction.
+
+    Returns
+    -------
+    SafeSlip
+        The slip and its margin, which is negative if no slip is safe.
 
     Raises
     ------

@@ -90,8 +90,12 @@ def shakedown_limit(
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
-        Whether to show the progress and the best result so far, after two seconds: a bar, or a line
-        every five seconds if there is no terminal.
+        Whether to show the progress after two seconds, as a bar or in lines without a terminal.
+
+    Returns
+    -------
+    ShakedownLimit
+        The load factor with its proof, a safe slip, and the mechanism that limits it.
 
     Raises
     ------
@@ -107,13 +111,9 @@ def shakedown_limit(
     'no residual slip is safe above it with all nodes closed'
     """
     with progress_bar(progress, "shakedown limit"):
+        name = ShakedownLimits._public_question
         question = pose(
-            system,
-            cycle,
-            friction,
-            simplify=simplify,
-            slip_bound=slip_bound,
-            question_name="shakedown_limit",
+            system, cycle, friction, simplify=simplify, slip_bound=slip_bound, question_name=name
         )
         return ShakedownLimits._on(question, solver).of_question(question, open, events)
 

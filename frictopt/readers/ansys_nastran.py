@@ -67,6 +67,11 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
         Path of the archive that `CDWRITE,DB,NAME,cdb` writes, for nodes, components of nodes (as
         sets) and the faces of solids.
 
+    Returns
+    -------
+    MatrixJob
+        The matrix with its labels, nodes and sets, as arguments of `condense`.
+
     Raises
     ------
     ModelError
@@ -210,6 +215,11 @@ def read_nastran(
         `CHEXA`, `CTETRA`, `CPENTA` and `CPYRAM`.
     labels
         (n, 2) for OUTPUT4: grid point and component of each row, 1 to 6, or 0 for a scalar point.
+
+    Returns
+    -------
+    MatrixJob
+        The matrix with its labels, nodes and sets, as arguments of `condense`.
 
     Raises
     ------

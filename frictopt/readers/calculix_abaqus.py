@@ -42,6 +42,11 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     deck
         Path of the deck; by default `NAME.inp`, if it exists.
 
+    Returns
+    -------
+    MatrixJob
+        The matrices with their labels, nodes and sets, as arguments of `condense`.
+
     Raises
     ------
     ModelError
@@ -253,6 +258,11 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
         Path of the file, such as `NAME_STIF1.mtx`.
     deck
         Path of the input deck, for nodes and sets. The deck is flat or has one instance.
+
+    Returns
+    -------
+    MatrixJob
+        The matrix with its labels, nodes and sets, as arguments of `condense`.
 
     Raises
     ------

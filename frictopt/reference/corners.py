@@ -108,6 +108,11 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     function that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here `sin(3 pi l / 2) = +-l`; each has
     one root in (0, 1), near 0.544 and 0.909, independent of the elastic constants.
 
+    Returns
+    -------
+    tuple of CornerMode
+        The symmetric and the antisymmetric mode.
+
     References
     ----------
     M. L. Williams (1952), Stress singularities resulting from various boundary conditions in
@@ -146,6 +151,11 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     slip
         Sense of slip of the punch relative to the block: "outward", away from the contact, or
         "inward".
+
+    Returns
+    -------
+    float
+        The exponent l.
 
     Raises
     ------

@@ -195,6 +195,11 @@ def half_space_contact(
     E, nu
         Young's modulus, force per area, and Poisson's ratio of both bodies.
 
+    Returns
+    -------
+    dict
+        Arguments of `ContactSystem` by their names.
+
     Raises
     ------
     ModelError

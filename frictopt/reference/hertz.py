@@ -33,6 +33,11 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     E1, E2, nu1, nu2
         Young's moduli, stress, positive; Poisson's ratios, dimensionless, above -1 and at most 0.5.
 
+    Returns
+    -------
+    float
+        Contact modulus, stress.
+
     Raises
     ------
     ModelError

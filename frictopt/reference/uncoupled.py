@@ -242,6 +242,11 @@ def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
     The circle passes through two or three of the points. All pairs and triples are tried, so the
     number of points should be small. Points, centre and radius have the same unit.
 
+    Returns
+    -------
+    tuple of Array and float
+        The centre (2,), and the radius.
+
     Examples
     --------
     >>> from frictopt.reference import smallest_circle

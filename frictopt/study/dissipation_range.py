@@ -182,6 +182,11 @@ def dissipation_range(
         attribute `range` is the range so far, from transients with the full number of increments,
         without step error.
 
+    Returns
+    -------
+    DissipationRange
+        The states with the least and the most work found, and their starts.
+
     Raises
     ------
     ModelError

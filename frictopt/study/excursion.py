@@ -113,6 +113,11 @@ def least_excursion(
     start, steps, progress
         As in `limit_after_protocol`; after Ctrl-C, `table` has the shares tried so far.
 
+    Returns
+    -------
+    LeastExcursion
+        The share of the excursion, and all shares tried.
+
     Raises
     ------
     ModelError

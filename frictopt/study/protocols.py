@@ -249,6 +249,11 @@ def limit_after_protocol(
         whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt with an
         attribute `table`, the load factors tried so far.
 
+    Returns
+    -------
+    LimitAfterProtocol
+        The load factor, and all load factors tried.
+
     Raises
     ------
     ModelError

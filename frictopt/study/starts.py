@@ -143,6 +143,11 @@ class Start(Portable):
 def no_slip() -> list[Start]:
     """The start without residual slip.
 
+    Returns
+    -------
+    list of Start
+        One start.
+
     Examples
     --------
     >>> import frictopt as fo
@@ -154,6 +159,11 @@ def no_slip() -> list[Start]:
 
 def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
     """Multiples of the safe slip with the largest margin at each load factor.
+
+    Returns
+    -------
+    list of Start
+        A start for each multiple.
 
     Examples
     --------
@@ -185,6 +195,11 @@ def random_slips(
     count, seed
         Number of slips of each kind and amplitude, at most 100,000; and the seed of the first slip.
         The following slips have the following seeds.
+
+    Returns
+    -------
+    list of Start
+        `2 count` starts for each amplitude.
 
     Raises
     ------
@@ -252,6 +267,11 @@ def root_mean_square(slip: Array) -> float:
 def overloads(load_factors: Iterable[float]) -> list[Start]:
     """Starts without residual slip that begin with one cycle at each of these load factors.
 
+    Returns
+    -------
+    list of Start
+        A start for each load factor.
+
     Examples
     --------
     >>> import frictopt as fo
@@ -266,6 +286,11 @@ def overloads(load_factors: Iterable[float]) -> list[Start]:
 
 def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
     """Starts from given residual slips (S, N), in space (S, N, 2), length.
+
+    Returns
+    -------
+    list of Start
+        A start for each slip.
 
     Examples
     --------
@@ -359,6 +384,11 @@ def assembled_slip(
     steps
         Number of increments in which the load grows. None: the exact path in the plane, 20 in
         space.
+
+    Returns
+    -------
+    Array
+        (N,) or (N, 2) slip, length.
 
     Raises
     ------

@@ -233,10 +233,13 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
     """Write all runs and limits of some stores, such as stores of shards, into one.
 
-    Returns the number of runs of the store.
-
     The file may exist; its runs are kept. A run that is in several stores is written once. If some
     store has its result, the result is written, not the failure.
+
+    Returns
+    -------
+    int
+        Number of runs of the store.
 
     Raises
     ------

@@ -85,6 +85,11 @@ def march(
     progress
         Whether to show the progress of the increments after two seconds.
 
+    Returns
+    -------
+    Trajectory
+        The states of the transient, in their order.
+
     Raises
     ------
     ModelError

@@ -247,6 +247,11 @@ def onset(
     progress
         Whether to show a bar after two seconds, while the mean load settles.
 
+    Returns
+    -------
+    Onset
+        The load factors of the first slip and of the first separation, for each corner.
+
     Raises
     ------
     ModelError

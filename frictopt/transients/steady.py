@@ -127,6 +127,11 @@ def steady_state(
         Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
         attribute `work`, (cycles,), has the work of each cycle so far, as for NoContinuation.
 
+    Returns
+    -------
+    SteadyState
+        The steady cycle with its outcome, its work, and the proof that it repeats.
+
     Raises
     ------
     ModelError

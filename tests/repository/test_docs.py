@@ -169,6 +169,31 @@ def test_every_public_name_is_on_exactly_one_page_of_the_reference():
             assert set(listed(page)) <= set(dir(import_module(module)))  # as the site imports it
 
 
+def test_a_public_function_says_in_its_section_returns_what_it_returns():
+    """If it returns a class of the reference, its type is the name of this class, for a link."""
+    modules = (fo, fo.increments, fo.reference, fo.results, fo.starts)
+    classes = {
+        name
+        for module in modules
+        for name in module.__all__
+        if inspect.isclass(getattr(module, name))
+    }
+    for module in modules:
+        for name in module.__all__:
+            function = getattr(module, name)
+            if not inspect.isfunction(function):
+                continue
+            annotation = inspect.signature(function).return_annotation
+            returned = getattr(annotation, "__name__", str(annotation))
+            if returned == "None":
+                continue
+            section = re.search(
+                r"^Returns\n-+\n(.+)\n {4}\S", inspect.getdoc(function), re.MULTILINE
+            )
+            assert section, name
+            assert returned not in classes or section[1] == returned, name
+
+
 def test_docstrings_cite_the_equations_of_the_theory_page_by_their_numbers():
     labels = re.findall(r"^:label: (\w+)$", text(DOCS / "theory.md"), re.MULTILINE)
     assert len(set(labels)) == len(labels) == text(DOCS / "theory.md").count("```{math}")

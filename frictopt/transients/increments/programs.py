@@ -247,6 +247,11 @@ def complementarity_problem(
     bonded
         `(q^w, p^w)`, (N,) bonded reactions of the load after it, force per depth.
 
+    Returns
+    -------
+    ComplementarityProblem
+        The quadratic program, with the matrix and the constant of the problem.
+
     Raises
     ------
     ModelError
