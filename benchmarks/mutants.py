@@ -17,7 +17,6 @@ import os
 import resource
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Sequence
@@ -357,22 +356,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"{no_end} of {len(chosen)} faults were killed by a test without an end")
     if options.page is not None:
         # Not at the top: it imports frictopt, and processes that plant faults begin with the same imports.
-        from studies.origin import machine
+        from studies.origin import commit, machine
 
         options.page.mkdir(parents=True, exist_ok=True)
-        file, log = (
-            options.page / "mutants.md",
-            ["git", "log", "-1", "--format=%h of %cs", "--", "frictopt"],
-        )
-        code = subprocess.run(
-            log, cwd=ROOT, capture_output=True, text=True, check=True
-        ).stdout.strip()
+        file = options.page / "mutants.md"
         made = f"Made by `python benchmarks/mutants.py --page docs/tables`, all rooms or one by one, on {machine()}."
         file.write_text(
             page(
                 file.read_text(encoding="utf-8") if file.is_file() else "",
                 fates,
-                code,
+                commit(),
                 made,
             ),
             encoding="utf-8",

@@ -10,6 +10,7 @@ import pytest
 
 import frictopt as fo
 from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
+from validation.error_vs_time.plain import plain_limit
 
 OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 
@@ -41,6 +42,19 @@ def test_first_time_against_bare_highs(compare, cycle, nodes):
         lambda: highs(program, {}),
     )
     assert ratio < 2.5
+
+
+@pytest.mark.parametrize("solver", ["HIGHS", "CLARABEL"])
+def test_first_time_against_plain_cvxpy(compare, system, cycle, solver):
+    """The same problem in a dozen lines, which proves nothing."""
+    ours = fo.shakedown_limit(system, cycle, 0.7).load_factor
+    assert plain_limit(system, cycle, 0.7, solver) == pytest.approx(ours, rel=1e-7)
+    fresh = pickle.dumps(system)
+    ratio = compare(
+        lambda: fo.shakedown_limit(pickle.loads(fresh), cycle, 0.7),
+        lambda: plain_limit(system, cycle, 0.7, solver),
+    )
+    assert ratio < 0.4
 
 
 def test_first_time_of_40_corners_against_two(compare, system, cycle):

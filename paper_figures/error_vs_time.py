@@ -26,7 +26,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     **{
         name: {"color": series["color"], "marker": series["marker"], "ms": 4, "mfc": "white"}
         for name, series in zip(
-            ("HiGHS", "Clarabel", "OSQP", "Lemke", "scipy"), SERIES[1:], strict=False
+            ("HiGHS", "Clarabel", "OSQP", "Lemke", "scipy", "plain cvxpy"), SERIES[1:], strict=False
         )
     },
 }
@@ -115,7 +115,9 @@ def _families(rows: pd.DataFrame) -> pd.Series:
             else "frictopt"
         )
     )
-    return ours.where(rows["rival"] == "", rows["method"].str.split(",").str[0].str.split().str[0])
+    theirs = rows["method"].str.split(",").str[0]
+    solvers = theirs.str.split().str[0]
+    return ours.where(rows["rival"] == "", solvers.where(rows["rival"] != "cvxpy", theirs))
 
 
 def _legend(axes: Any, rows: pd.DataFrame) -> None:

@@ -1,9 +1,10 @@
-"""The origin of a table: its sources, and the machine."""
+"""The origin of a table: its sources, their commit, and the machine."""
 
 import ast
 import hashlib
 import os
 import platform
+import subprocess
 import sys
 from functools import cache
 from importlib.util import resolve_name
@@ -18,6 +19,17 @@ def machine() -> str:
     lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
     models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return f"{models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+
+
+def commit() -> str:
+    """Last commit that changed the package, and its date; empty outside of a clone."""
+    log = ["git", "log", "-1", "--format=%h of %cs", "--", "."]
+    folder = Path(fo.__file__).parent
+    try:
+        said = subprocess.run(log, cwd=folder, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return said.stdout.strip()
 
 
 def source_digest(study: str) -> str:

@@ -21,7 +21,7 @@ import frictopt as fo
 from frictopt.base import progress_bar
 
 from .columns import COLUMNS
-from .origin import machine, source_digest
+from .origin import commit, machine, source_digest
 
 DATA = Path(__file__).parent / "data"
 # Exit status after Ctrl-C, as in shells.
@@ -319,7 +319,7 @@ class Study:
         return 0
 
     def _origin(self, arguments: Sequence[str], made: Mapping[str, pd.DataFrame]) -> str:
-        """Origin of a page: the command without its folders, version, time and machine."""
+        """Origin of a page: the command without its folders, version, commit, time and machine."""
         folders = argparse.ArgumentParser(add_help=False)
         folders.add_argument("--page")
         folders.add_argument("--data")
@@ -328,7 +328,8 @@ class Study:
             ["python", "-m", "studies", self.name, *folders.parse_known_args(arguments)[1]]
         )
         seconds = sum(table.attrs["seconds"] for table in made.values())
-        return f"Made by `{command}`, frictopt {fo.__version__}, in {seconds:.0f} s on {machine()}."
+        code = ", ".join(filter(None, [f"frictopt {fo.__version__}", commit()]))
+        return f"Made by `{command}`, {code}, in {seconds:.0f} s on {machine()}."
 
     def _make(self, options: argparse.Namespace, folder: Path) -> dict[str, pd.DataFrame]:
         made = {}

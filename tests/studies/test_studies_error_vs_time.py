@@ -147,6 +147,7 @@ def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
 
 def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
     for _, part in table[table["rival"] != ""].groupby(QUESTION):
+        assert part.loc[part["rival"] == "cvxpy", "error"].lt(1e-6).all()
         tolerances = part[part["knob"] == "tolerance"]
         assert (tolerances["error"] < 1e3 * tolerances["setting"].astype(float)).all()
         for _, method in tolerances[~tolerances["method"].eq("OSQP")].groupby(
@@ -188,6 +189,12 @@ def test_printed_tables_name_machine_rivals_and_who_is_ahead(table, quick):
             if f"{part['computation'].iloc[0]}: {part['quantity'].iloc[0]}, {scene}" in line
         )
         assert all(method in line.split("|")[4] for method in part.loc[part["ahead"], "method"])
+    plain = table[table["rival"] == "cvxpy"].groupby("nodes")["seconds"].apply(list)
+    first = rows(table, "lambda_2", method="frictopt, first time").set_index("nodes")["seconds"]
+    for nodes, seconds in plain.items():
+        (line,) = (line for line in printed.splitlines() if line.startswith(f"| {nodes} |"))
+        ratios = [float(cell.split()[-3]) for cell in line.split("|")[3:5]]
+        assert ratios == pytest.approx([each / first[nodes] for each in seconds], rel=0.06)
     for name in ("lambda_1", "lambda_2"):
         first, second = (
             rows(table, name, method=f"frictopt, {call}", setting="HIGHS")["seconds"].item()

@@ -26,6 +26,7 @@ from validation.error_vs_time.bare_lp import (
 from validation.error_vs_time.exact import exact_guaranteed_limit, fractions, largest, safe_rows
 from validation.error_vs_time.methods import Method, Question, relative
 from validation.error_vs_time.parameters import Parameters, Scene
+from validation.error_vs_time.plain import plain_limit
 
 Array = np.ndarray[Any, Any]
 
@@ -115,7 +116,18 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     bare = methods(
         LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost)
     )
-    return Question("lambda_2", "load factor", scene.name, system.nodes, [*ours, *bare])
+    plain = [
+        Method(
+            f"plain cvxpy, {solver}",
+            "solver",
+            solver,
+            partial(plain_limit, system, LOADS, friction, solver),
+            relative(exact, float),
+            rival="cvxpy",
+        )
+        for solver in ("HIGHS", "CLARABEL")
+    ]
+    return Question("lambda_2", "load factor", scene.name, system.nodes, [*ours, *bare, *plain])
 
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:

@@ -17,7 +17,7 @@ EPSILON = float(np.finfo(float).eps)
 ROUNDING = 1e-12
 """Errors below this value count as equal, because condensation leaves errors of about 1e-13."""
 
-RIVALS = ("highspy", "clarabel", "osqp", "quantecon", "scipy")
+RIVALS = ("highspy", "clarabel", "osqp", "quantecon", "scipy", "cvxpy")
 """Packages whose bare calls are measured in the same run, if they are installed."""
 
 

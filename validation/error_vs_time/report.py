@@ -17,7 +17,15 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
     missing = ", ".join(error.attrs["absent"]) or "none"
     head = f"{error.attrs['machine']}; medians of processor times; rivals: {installed}; not installed and skipped: {missing}."
     return "\n\n".join(
-        ["", head, fronts(error), increments(error), calls(error), law(tables["limits_corner"])]
+        [
+            "",
+            head,
+            fronts(error),
+            increments(error),
+            calls(error),
+            plain(error),
+            law(tables["limits_corner"]),
+        ]
     )
 
 
@@ -69,6 +77,22 @@ def calls(table: pd.DataFrame) -> str:
         for row in finest.itertuples()
     ]
     return markdown([f"ms, N = {largest}", "first call", "second call"], rows)
+
+
+def plain(table: pd.DataFrame) -> str:
+    """The first shakedown limit on each mesh, and the same limit in plain cvxpy."""
+    limits = table[table["computation"] == "lambda_2"]
+    is_plain = limits["rival"] == "cvxpy"
+    ours = limits[limits["method"] == "frictopt, first time"].set_index("nodes")["seconds"]
+    rows = []
+    for nodes, part in limits[is_plain].groupby("nodes"):
+        first = ours[nodes]
+        costs = [
+            f"{_cost(row)}, {two_digits(row.seconds / first)} of ours" for row in part.itertuples()
+        ]
+        rows.append([str(nodes), _seconds(first), *costs])
+    methods = limits.loc[is_plain, "method"].unique()
+    return markdown(["lambda_2, N", "frictopt, first call", *methods], rows)
 
 
 def law(table: pd.DataFrame) -> str:
