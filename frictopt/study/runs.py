@@ -187,21 +187,21 @@ def _row(run: Run) -> Row:
     except FrictoptError as error:
         row = _failed_row(run, f"{type(error).__name__}: {error}")
         if isinstance(error, NoContinuation | SolverError):
-            row |= _sliding(run)
+            row |= _sliding(run, error)
     row["amplitude"] = root_mean_square(slip)
     row["seconds"] = time.perf_counter() - began
     return row
 
 
-def _sliding(run: Run) -> Row:
-    """Outcome and reason of a run whose bodies slide off by equilibrium; empty if they do not."""
+def _sliding(run: Run, error: FrictoptError) -> Row:
+    """Outcome and reasons of a run whose bodies slide off by equilibrium; empty if they do not."""
     try:
         statics = run.case.statics
     except SolverError:
         return {}
     if statics.rests_at(run.load_factor):
         return {}
-    return {"outcome": SLIDES_OFF, "error": statics.reason}
+    return {"outcome": SLIDES_OFF, "error": f"{error}; {statics.reason}"}
 
 
 def _failed_row(run: Run, error: str) -> Row:

@@ -164,7 +164,7 @@ def test_a_body_that_slides_off_is_an_outcome_that_is_not_followed_again(tangent
     ask = partial(fo.dissipation_study, block, pushed, 0.4, [0.4, 1.2], progress=False)
     table = ask(store=tmp_path / "runs")
     assert table.outcome.tolist() == ["SHAKEDOWN", "SLIDES_OFF"]
-    assert table.error[1] == fo.gross_slip(block, pushed, 0.4).reason
+    assert fo.gross_slip(block, pushed, 0.4).reason in table.error[1]
     assert table.dissipation.isna().tolist() == [False, True]
     again = ask(store=tmp_path / "runs")
     pd.testing.assert_frame_equal(again, table, check_exact=True)  # with the seconds of the first
