@@ -313,14 +313,18 @@ def components(name: str, values: Array) -> dict[str, Array]:
     return {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
 
 
-def places(system: Any) -> dict[str, Array]:
-    """Columns of a table with the places of the nodes: x along the interface, in space x, y, z."""
+def places(system: Any) -> dict[str, Any]:
+    """Columns of a table with the places of the nodes: x along the interface, in space x, y, z.
+
+    Before them is the number of each node in its deck, if it is known.
+    """
+    numbers = {} if system.deck_node is None else {"deck_node": system.deck_node}
     if system.tangents == 1:
-        return {"x": system.x}
-    return dict(zip("xyz", system.points.T, strict=True))
+        return {**numbers, "x": system.x}
+    return {**numbers, **dict(zip("xyz", system.points.T, strict=True))}
 
 
-def named_places(system: Any) -> dict[str, Array]:
+def named_places(system: Any) -> dict[str, Any]:
     """The columns of `places`, after the contact of each node if the system names its contacts."""
     if system.contact is None:
         return places(system)

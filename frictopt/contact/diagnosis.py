@@ -11,7 +11,7 @@ from .law import lengths
 from .system import ContactSystem
 
 
-def _names_of_several(system: ContactSystem) -> Names | None:
+def names_of_several(system: ContactSystem) -> Names | None:
     """(N,) names of the contacts; None if there is one contact alone."""
     names = system.contact
     if names is None or (names == names[0]).all():
@@ -20,15 +20,25 @@ def _names_of_several(system: ContactSystem) -> Names | None:
 
 
 def in_contact(system: ContactSystem, nodes: ArrayLike) -> str:
-    """The contacts of some nodes, a text such as " (head)" to be written after the node numbers.
+    """The numbers of some nodes in the deck, if known, and their contacts, if there are several.
 
-    The text is empty if there is one contact alone, or no node.
+    The text, such as " (66 in the deck, head)", is to be written after the node numbers. It is
+    empty without nodes.
     """
-    names = _names_of_several(system)
-    numbers = np.atleast_1d(nodes)
-    if names is None or not numbers.size:
+    if not np.size(nodes):
         return ""
-    return f" ({', '.join(dict.fromkeys(names[numbers].tolist()))})"
+    parts = [in_deck(system, nodes)] if system.deck_node is not None else []
+    names = names_of_several(system)
+    if names is not None:
+        parts += dict.fromkeys(names[np.atleast_1d(nodes)].tolist())
+    return f" ({', '.join(parts)})" if parts else ""
+
+
+def in_deck(system: ContactSystem, nodes: ArrayLike) -> str:
+    """The numbers of a node or of some nodes in the deck, "66 in the deck"; empty if unknown."""
+    if system.deck_node is None:
+        return ""
+    return f"{system.deck_node[np.asarray(nodes)].tolist()} in the deck"
 
 
 def counted(system: ContactSystem, selected: Booleans) -> str:
@@ -37,7 +47,7 @@ def counted(system: ContactSystem, selected: Booleans) -> str:
     If there are several contacts, " (head 3 of 5, nut 1 of 4)" follows.
     """
     text = f"{int(selected.sum())} of {number_of(system.nodes, 'node')}"
-    names = _names_of_several(system)
+    names = names_of_several(system)
     if names is None:
         return text
     counts = []

@@ -13,8 +13,8 @@ _FORM = "frictopt contact system 7"
 _PARTS = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
 # Mappings from load cases are kept as two arrays, of names and of values, and only if not empty.
 _MAPPINGS = {"bolts": "locked", "load_size": "sized"}
-# Parts of the contact law, kept only if the contact has them.
-_LAWS = ("shear_strength", "stretch")
+# Parts that are kept only if the contact has them.
+_OPTIONAL = ("shear_strength", "stretch", "deck_node")
 
 
 def write(path: str | Path, system: Any) -> None:
@@ -34,6 +34,8 @@ def write(path: str | Path, system: Any) -> None:
         arrays["shear_strength"] = system.shear_strength
     if system.orthotropic:
         arrays["stretch"] = system.stretch
+    if system.deck_node is not None:
+        arrays["deck_node"] = system.deck_node
     if system.axisymmetric:
         arrays["axisymmetric"] = True
     packed(path, _FORM, **arrays)
@@ -55,7 +57,7 @@ def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
         if has_part:
             keys = arrays.pop(names).tolist()
             arguments[part] = dict(zip(keys, arrays.pop(part).tolist(), strict=True))
-    for part in _LAWS:
+    for part in _OPTIONAL:
         if part in arrays:
             arguments[part] = arrays.pop(part)
     if "axisymmetric" in arrays:

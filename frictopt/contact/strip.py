@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..base import RESIDUAL, Array, Booleans
 from ..plots.style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, slanted
 from .components import runs
+from .diagnosis import in_contact
 from .face import face_map
 from .law import lengths, most_shear
 from .system import ContactSystem
@@ -35,9 +36,9 @@ def parts(system: ContactSystem) -> list[tuple[str, slice]]:
 def node_at(system: ContactSystem, node: int) -> str:
     """Text with the number and the place of a node."""
     if system.tangents == 1:
-        return f"node {node}, $x = {system.x[node]:.4g}$"
+        return f"node {node}{in_contact(system, node)}, $x = {system.x[node]:.4g}$"
     place = ", ".join(f"{coordinate:.3g}" for coordinate in system.points[node])
-    return f"node {node} at ({place})"
+    return f"node {node}{in_contact(system, node)} at ({place})"
 
 
 def lines(

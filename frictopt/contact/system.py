@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..base import (
     RIGID,
     Array,
+    Integers,
     Plotted,
     Shown,
     Table,
@@ -28,6 +29,8 @@ from ..base import (
     kept,
     real_array,
     shown,
+    whole,
+    whole_array,
 )
 from ..base.checks import Names, checked_units, flag, per_node
 from ..errors import ModelError
@@ -85,6 +88,10 @@ class ContactSystem(Shown, Plotted):
     contact
         (N,) name of the contact that each node belongs to; the nodes of one contact follow each
         other. For this and the following parameters, None means that the value is unknown.
+    deck_node
+        (N,) number that the node of body 1 has in its deck. `condense` takes it from the points of
+        a job. Tables have it in a column, and texts name it beside the number of the node, which
+        counts the nodes of this system from 0.
     width
         (N,) tributary lengths (areas in space) > 0; a reaction divided by its width is a mean
         traction.
@@ -159,6 +166,7 @@ class ContactSystem(Shown, Plotted):
     gap: Array = field(default_factory=lambda: frozen([]))
     frames: Array = field(default_factory=lambda: frozen([]))
     contact: Names | None = None
+    deck_node: Integers | None = None
     width: Array | None = None
     E_star: float | None = None
     compliance: Array | None = None
@@ -218,6 +226,9 @@ class ContactSystem(Shown, Plotted):
         n = self.nodes
         if self.contact is not None:
             vars(self).update(contact=checked_contact("contact", self.contact, n))
+        if self.deck_node is not None:
+            numbers = whole_array("deck_node", self.deck_node, (n,), least=0, most=10**12)
+            vars(self).update(deck_node=whole(numbers))
         if self.width is not None:
             remedy = "give the length or area that the node collects, > 0"
             vars(self).update(width=positive("width", self.width, (n,), remedy))
@@ -304,10 +315,12 @@ class ContactSystem(Shown, Plotted):
     def to_frame(self) -> Table:
         """A pandas DataFrame with one row for each node.
 
-        Its columns are node, x (in the plane), gap, contact (if known), point, normal, and width
-        (if known).
+        Its columns are node, deck_node (if known), x (in the plane), gap, contact (if known),
+        point, normal, and width (if known).
         """
         columns: dict[str, ArrayLike] = {"node": np.arange(self.nodes)}
+        if self.deck_node is not None:
+            columns["deck_node"] = self.deck_node
         if self.tangents == 1:
             columns["x"] = self.x
         columns["gap"] = self.gap

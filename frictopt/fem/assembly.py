@@ -393,7 +393,8 @@ class Assembly:
             nodes[pairs], opening, self.free_rows, normals, self.points, self.errors, directions
         )
         frames = frames_of(guided.normals, guided.blocked)
-        self.pairs = Interface(nodes[pairs], opening, frames, guided.candidates, directions)
+        rows = np.arange(opening.shape[1])
+        self.pairs = Interface(nodes[pairs], opening, frames, guided.candidates, rows, directions)
         self.sides = (
             identity(len(self.points), format="csr")[nodes[pairs]],
             projection[pairs],

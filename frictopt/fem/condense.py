@@ -30,6 +30,7 @@ from .coincidence import coordinate_errors
 from .guided_pairs import guided_pairs
 from .interface import Interface, openings
 from .matrix_checks import (
+    NumberedPoints,
     check_forgotten,
     checked_gap,
     checked_normals,
@@ -93,7 +94,9 @@ def condense(
         displacement follows other ones by an equation that K contains; this is not allowed at nodes
         of a contact.
     points
-        (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
+        (nodes, d) coordinates, length; d = 2 in the plane, 3 in space. `MatrixJob.points` also know
+        the numbers of the nodes in the deck: errors name nodes by these numbers, and tables have
+        them in the column `deck_node`.
     held
         Rows of K whose displacements are zero. On a plane of symmetry, hold both nodes of a pair
         across the plane: the pair does not slip across it, and its normal is put into the plane.
@@ -183,8 +186,12 @@ def condense(
             f"points: shape {coordinates.shape}; give (nodes, 2) in the plane or (nodes, 3) in "
             "space"
         )
-    rows, generalised_rows = checked_rows(unknowns, held, generalised, coordinates.shape, K)
-    nodes, P = checked_pairs(pairs, projection, rows, coordinates)
+    deck_numbers = points.numbers if isinstance(points, NumberedPoints) else None
+    numbers = np.arange(len(coordinates)) if deck_numbers is None else deck_numbers
+    rows, generalised_rows = checked_rows(
+        unknowns, held, generalised, coordinates.shape, K, numbers
+    )
+    nodes, P = checked_pairs(pairs, projection, rows, coordinates, numbers)
     x = coordinates[nodes]
     contact = ["contact"] * len(nodes) if contact is None else contact
     names = checked_contact("contact", contact, len(nodes)).tolist()
@@ -203,9 +210,9 @@ def condense(
     widths: Any = width
     if d == 2 and width is None:
         widths = _half_widths(x, names)
-    interface = Interface(nodes, opening, frames, guided.candidates)
+    interface = Interface(nodes, opening, frames, guided.candidates, numbers)
     graph = node_graph(K, rows, generalised_rows)
-    check_forgotten(graph, interface, rows, coordinates)
+    check_forgotten(graph, interface, rows, coordinates, numbers)
     check_sides(K, rows, graph, interface, coordinates)
 
     _, body = connected_components(graph, directed=False)
@@ -217,7 +224,7 @@ def condense(
         graph=graph,
         interface=interface.sliding(motions, rows),
         motions=motions,
-        name_of_node=lambda node: f"node {node} of body {body[node]}",
+        name_of_node=lambda node: f"node {numbers[node]} of body {body[node]}",
         generalised=generalised_rows,
     )
     with progress_bar(progress, "condensation"):
@@ -229,6 +236,7 @@ def condense(
         gap=initial_gap,
         frames=glued.interface.frames,
         contact=np.array(names),
+        deck_node=None if deck_numbers is None else deck_numbers[nodes],
         width=widths,
         compliance=compliance,
     )

@@ -46,6 +46,8 @@ class Interface:
     candidates
         (N, all nodes) the entries of M at the candidates: nodes that can be the dependent node of
         their pair, see `guided_pairs`.
+    numbers
+        (all nodes,) numbers of the nodes in error messages.
     directions
         (all nodes, d, d) orthonormal directions of the unknowns of each node, in rows. None: the
         axes.
@@ -55,6 +57,7 @@ class Interface:
     opening: csr_matrix
     frames: Array
     candidates: csr_matrix
+    numbers: Integers
     directions: Array | None = None
 
     @cached_property
@@ -91,8 +94,9 @@ class Interface:
         is_dependent = np.r_[sizes <= SAME_POINT, np.full(len(pairs) - len(sizes), True)]
         if (k := first_of(is_dependent)) is not None:
             pair = int(pairs[k])
+            number = self.numbers[self.nodes[pair]]
             raise ModelError(
-                f"pairs: the relative motion of pair {pair}, of node {self.nodes[pair]} of body 1, "
+                f"pairs: the relative motion of pair {pair}, of node {number} of body 1, "
                 "follows from other pairs or from supports; leave the pair out if its nodes are "
                 "in other pairs, otherwise hold the bodies elsewhere; on a plane of symmetry hold "
                 "both bodies across it"

@@ -1,7 +1,7 @@
 """Checks of the arguments of `condense`: matrix, numbering, pairs, normals and gap."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 
@@ -22,6 +22,15 @@ from ..errors import ModelError
 from .coincidence import coincide, coincident, coordinate_errors, error_along, measured
 from .elasticity import parts_of
 from .interface import Interface
+
+
+class NumberedPoints(NDArray[np.float64]):
+    """Coordinates (nodes, d) of the nodes of a deck, which know their numbers (nodes,) in it.
+
+    Slices and results of arithmetic have no numbers, because their rows may be other nodes.
+    """
+
+    numbers: Integers | None = None
 
 
 def checked_stiffness(K: object, name: str = "K") -> csr_matrix:
@@ -63,8 +72,11 @@ def checked_rows(
     generalised: ArrayLike,
     shape: tuple[int, ...],
     K: csr_matrix,
+    numbers: Integers,
 ) -> tuple[Integers, Integers]:
     """Rows of K of the displacements, of `shape` (nodes, d), and generalised rows with stiffness.
+
+    Here and below, `numbers` (nodes,) are the numbers of the nodes in error messages.
 
     A row is -1 if its displacement is held, also by `held`, and -2 if it follows others. Every row
     of K must be given once.
@@ -77,7 +89,7 @@ def checked_rows(
     listed_rows = [rows[rows >= 0], np.setdiff1d(held_rows, rows), generalised_rows]
     times = np.bincount(np.concatenate(listed_rows), minlength=size)
     if (row := first_of(times > 1)) is not None:
-        nodes = np.argwhere(rows == row)[:, 0].tolist()
+        nodes = numbers[np.argwhere(rows == row)[:, 0]].tolist()
         raise ModelError(
             f"unknowns, generalised: row {row} of K is given twice, to nodes {nodes}; give it "
             "once: to a node, in held or generalised"
@@ -107,7 +119,7 @@ def _checked_indices(name: str, rows: ArrayLike, size: int) -> Integers:
 
 
 def checked_pairs(
-    pairs: ArrayLike, projection: object, rows: Integers, points: Array
+    pairs: ArrayLike, projection: object, rows: Integers, points: Array, numbers: Integers
 ) -> tuple[Integers, csr_matrix]:
     """Nodes (N,) of body 1, and matrix P (N, nodes) of the places on body 2 they are glued to.
 
@@ -115,21 +127,21 @@ def checked_pairs(
     """
     size = len(points)
     shape = (None, 2) if projection is None else (None,)
-    numbers = whole_array("pairs", pairs, shape, least=0, most=size - 1)
-    if not len(numbers):
+    ends = whole_array("pairs", pairs, shape, least=0, most=size - 1)
+    if not len(ends):
         raise ModelError("pairs: none; a contact needs at least one node pair")
 
     if projection is None:
-        nodes, partners = numbers.T
+        nodes, partners = ends.T
         if (i := first_of(nodes == partners)) is not None:
             raise ModelError(
-                f"pairs: pair {i} is node {nodes[i]} at {place(points[nodes[i]])} twice, so both "
-                "bodies share it and nothing slips there; write the stiffness of bodies with nodes "
-                "of their own (`split_bodies` gives them to a mesh)"
+                f"pairs: pair {i} is node {numbers[nodes[i]]} at {place(points[nodes[i]])} twice, "
+                "so both bodies share it and nothing slips there; write the stiffness of bodies "
+                "with nodes of their own (`split_bodies` gives them to a mesh)"
             )
         P = csr_matrix(identity(size, format="csr")[partners])
     else:
-        nodes = numbers
+        nodes = ends
         P = _checked_matrix("projection", projection, (len(nodes), size))
         P.eliminate_zeros()
         sums = np.asarray(P.sum(axis=1)).ravel()
@@ -142,14 +154,16 @@ def checked_pairs(
     on_contact = np.union1d(nodes, P.indices)
     if (i := first_of((rows[on_contact] < -1).any(axis=1))) is not None:
         raise ModelError(
-            f"pairs: node {on_contact[i]} at {place(points[on_contact[i]])} follows other nodes, "
-            "by an equation or a tie (-2 in unknowns); on a contact let the others follow it (in "
-            "*EQUATION by exchanging the first term), or take the constraint out"
+            f"pairs: node {numbers[on_contact[i]]} at {place(points[on_contact[i]])} follows other "
+            "nodes, by an equation or a tie (-2 in unknowns); on a contact let the others follow "
+            "it (in *EQUATION by exchanging the first term), or take the constraint out"
         )
     return nodes, P
 
 
-def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, points: Array) -> None:
+def check_forgotten(
+    graph: csr_matrix, interface: Interface, rows: Integers, points: Array, numbers: Integers
+) -> None:
     """Check that no pair of a contact is left out.
 
     A pair is forgotten if nodes of two bodies coincide, other pairs join these bodies, and further
@@ -184,9 +198,9 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
         )
         if next_to_contact and in_contact[body[node_1], body[node_2]]:
             raise ModelError(
-                f"pairs: nodes {node_1} and {node_2} lie on each other at {place(points[node_1])}, "
-                "next to the contact of their bodies, in no pair, so that the bodies would pass "
-                "through each other there; add the pair"
+                f"pairs: nodes {numbers[node_1]} and {numbers[node_2]} lie on each other at "
+                f"{place(points[node_1])}, next to the contact of their bodies, in no pair, so "
+                "that the bodies would pass through each other there; add the pair"
             )
 
 

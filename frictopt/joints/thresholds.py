@@ -10,6 +10,7 @@ import numpy as np
 from ..base import Array, finite_number, place, shown
 from ..base.checks import checked_cases
 from ..contact import ContactSystem
+from ..contact.diagnosis import in_deck
 from ..errors import ModelError
 from ..transients import SteadyState
 
@@ -69,7 +70,8 @@ def _at_node(steady: SteadyState, values: Array) -> Judged:
     """The largest of some values (N,) at the nodes, and its place."""
     node = int(np.argmax(values))
     value = float(values[node])
-    where = f"node {node} at {_place_of(steady.system, node)}"
+    number = in_deck(steady.system, node)
+    where = f"node {node}{f' ({number})' if number else ''} at {_place_of(steady.system, node)}"
     if steady.system.contact is not None:
         where = f"{steady.system.contact[node]}, {where}"
     return Judged(value, where, value)

@@ -33,7 +33,7 @@ from ..contact import (
     other_laws,
     reactions,
 )
-from ..contact.diagnosis import open_nodes
+from ..contact.diagnosis import in_contact, open_nodes
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
 from .wear import ONE_FRICTION, Worn
@@ -222,8 +222,8 @@ def _check_similar(system: ContactSystem) -> None:
     relieved, worn = np.unravel_index(relief.argmax(), C.shape)
     _require(
         relief.max() <= 0,
-        f"system: wear at node {worn} takes pressure off node {relieved}, so that the order in "
-        "which they wear matters",
+        f"system: wear at node {worn}{in_contact(system, worn)} takes pressure off node {relieved}"
+        f"{in_contact(system, relieved)}, so that the order in which they wear matters",
     )
 
 

@@ -111,7 +111,7 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
         cause = TOO_LITTLE_PRESSURE(node=weak, contact=in_contact(question.system, weak))
         return NO_STATE_OF_REST(above=" above 0", cause=cause)
     moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
-    return MOVES(nodes=_named(moving), below=below)
+    return MOVES(nodes=_named(question.system, moving), below=below)
 
 
 def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None) -> str:
@@ -133,23 +133,23 @@ def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None) -
     elif isinstance(question, MovingAreas):
         lifted = limit.load_factor >= question.path.high
         moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
-        cause = LIFTED_OFF() if lifted else IN_THIS_ORDER(nodes=_named(moving))
+        cause = LIFTED_OFF() if lifted else IN_THIS_ORDER(nodes=_named(question.system, moving))
     else:
         return ""
     return LAST_REST(cause=cause, below=below)
 
 
-def _named(nodes: Integers) -> str:
+def _named(system: ContactSystem, nodes: Integers) -> str:
     """Some nodes by their numbers; of many the first and the last ones."""
     numbers = [str(node) for node in nodes.tolist()]
     if len(numbers) == 1:
-        return f"node {numbers[0]}"
+        return f"node {numbers[0]}{in_contact(system, nodes[0])}"
     # A sentence lists up to six nodes one by one.
     longest = 6
     if len(numbers) > longest:
         shown = ", ".join([*numbers[:2], "...", *numbers[-2:]])
         return f"{len(numbers)} nodes ({shown})"
-    return f"nodes {', '.join(numbers[:-1])} and {numbers[-1]}"
+    return f"nodes {', '.join(numbers[:-1])} and {numbers[-1]}{in_contact(system, nodes)}"
 
 
 def governing_node(limit: ShakedownAnswer) -> str:

@@ -33,7 +33,7 @@ from ..errors import ModelError
 from ..fem.coincidence import coincident, coordinate_errors
 from ..fem.elasticity import facet_nodes, parts_of
 from ..fem.faces import lines_along
-from ..fem.matrix_checks import checked_stiffness
+from ..fem.matrix_checks import NumberedPoints, checked_stiffness
 from ..fem.mixed import places_among
 from ..fem.rigid import node_graph
 from .deck import Deck
@@ -205,9 +205,14 @@ class LabelledMatrix(Shown):
         return facets
 
     @cached_property
-    def points(self) -> Array:
-        """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job."""
-        return frozen(self._known.points[:, : self._directions])
+    def points(self) -> NumberedPoints:
+        """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job.
+
+        They also know the numbers of the nodes, for `condense`.
+        """
+        points = frozen(self._known.points[:, : self._directions]).view(NumberedPoints)
+        points.numbers = self._known.numbers
+        return points
 
     @cached_property
     def unknowns(self) -> Integers:

@@ -17,7 +17,7 @@ from ..contact import (
     lengths,
     most_shear,
 )
-from ..contact.diagnosis import counted, in_contact, open_nodes
+from ..contact.diagnosis import counted, names_of_several, open_nodes
 from .statics import Statics
 
 SAFE = "the mean load presses all nodes and none slips under it"
@@ -131,7 +131,7 @@ def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: flo
 def _share(system: ContactSystem, which: Booleans) -> str:
     """Number of some nodes, and their contacts or, if there is one contact, their positions."""
     numbers = np.flatnonzero(which)
-    if in_contact(system, numbers):
+    if names_of_several(system) is not None:
         return counted(system, np.asarray(which))
     places = []
     # Ranges of nodes that a sentence names.

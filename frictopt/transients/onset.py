@@ -198,16 +198,17 @@ class Onset(Kept, Plotted):
     def to_frame(self) -> Table:
         """The DataFrame of all events, by corner.
 
-        Columns are corner, loads, event, load_factor, node (NA if the event never happens), sense.
+        Columns are corner, loads, event, load_factor, node (NA if it never happens), sense, and
+        deck_node (if known).
         """
-        kinds = [self.slips, self.separations]
-        if self.touches:
-            kinds.append(self.touches)
+        kinds = [kind for kind in (self.slips, self.separations, self.touches) if kind]
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        columns: dict[str, object] = {}
-        for name in OnsetEvent.__match_args__:
-            columns[name] = [getattr(event, name) for event in events]
-        return frame(columns).astype({"node": "Int64"})
+        names = OnsetEvent.__match_args__
+        columns: dict[str, object] = {n: [getattr(each, n) for each in events] for n in names}
+        table = frame(columns).astype({"node": "Int64"})
+        if (deck := self.system.deck_node) is not None:
+            table["deck_node"] = table["node"].map(dict(enumerate(deck.tolist()))).astype("Int64")
+        return table
 
     def _answer(self) -> Mapping[str, object]:
         answer: dict[str, object] = {"slip": self.slip, "separation": self.separation}

@@ -4,6 +4,13 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "contact/files.py",
+        "files forget the numbers of the deck",
+        old="system.deck_node is not None",
+        new="False",
+        tests="deck_nodes",
+    ),
+    Fault(
         "contact/system.py",
         "forces around a circumference have units per depth",
         old="self.tangents == 1 and not self.axisymmetric",

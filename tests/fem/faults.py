@@ -4,6 +4,13 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "fem/condense.py",
+        "pairs have the numbers of the first nodes of the deck",
+        old="deck_numbers[nodes]",
+        new="deck_numbers[:len(nodes)]",
+        tests="deck_nodes",
+    ),
+    Fault(
         "fem/node_forces.py",
         "a force at a point forgets its moment",
         old="to_middle[:, : points.shape[1]] = shift.T",

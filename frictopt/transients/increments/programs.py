@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from ...base import RESIDUAL, Array, Attempt, warns_of_odd_values
 from ...contact import ContactSystem, checked_law, checked_plane, joined, most_shear, parted
+from ...contact.diagnosis import in_contact
 from ...errors import SolverError
 from ...solve.problem import Problem
 from ...solve.solvers import QP, SOCP, solve
@@ -184,7 +185,7 @@ class FrozenBoundIncrement(ByProgram):
             _NOT_CONVERGED.format(
                 sweeps=sweep,
                 change=change.max(),
-                node=change.argmax(),
+                node=f"{change.argmax()}{in_contact(self.system, change.argmax())}",
                 residual=found.residual,
                 remedy=self._remedy,
             )
