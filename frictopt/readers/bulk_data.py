@@ -25,7 +25,7 @@ class _Kind(NamedTuple):
 SOLIDS = {
     "CHEXA": _Kind(8, 20, "C3D8", "C3D20"),
     "CPENTA": _Kind(6, 15, "C3D6", "C3D15"),
-    "CPYRAM": _Kind(5, 13, "C3D5", "CPYRAM13"),
+    **dict.fromkeys(("CPYRAM", "CPYRA"), _Kind(5, 13, "C3D5", "CPYRAM13")),
     "CTETRA": _Kind(4, 10, "C3D4", "C3D10"),
 }
 # Beside solids, plane elements only name faces. In the plane, lines name boundaries.
@@ -34,8 +34,11 @@ OTHERS = {
     **dict.fromkeys(("CQUAD4", "CQUADR"), _Kind(4, 4, "quad")),
     "CTRIA6": _Kind(3, 6, "triangle", "triangle6"),
     "CQUAD8": _Kind(4, 8, "quad", "quad8"),
+    "CQUAD9": _Kind(4, 9, "quad", "quad9"),
     **dict.fromkeys(("CBAR", "CBEAM", "CROD"), _Kind(2, 2, "line")),
 }
+# Elements whose nodes have other places or another order, such as axisymmetric ones.
+UNREAD = ("CQUAD", "CQUADX", "CQUADX4", "CQUADX8", "CTRAX3", "CTRAX6", "CTRIAX", "CTRIAX6")
 
 
 def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
@@ -46,7 +49,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
     with some of their midside nodes are refused.
     """
     kinds = SOLIDS | OTHERS if mesh_alone else SOLIDS
-    found = cards(file, "deck", ("GRID", "GRDSET", *kinds))
+    found = cards(file, "deck", ("GRID", "GRDSET", *kinds, *(UNREAD if mesh_alone else ())))
     grids = [card for card in found if card.name == "GRID"]
     if not grids:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
@@ -58,10 +61,19 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
     elements: dict[str, list[list[int]]] = defaultdict(list)
     properties: dict[str, list[int]] = defaultdict(list)
     for card in found:
+        if card.name in UNREAD:
+            raise ModelError(
+                f"deck {file.name}: {card} is not read; give a mesh of solids, or a plane mesh of "
+                "CTRIA3, CTRIA6, CQUAD4 or CQUAD8"
+            )
         kind = kinds.get(card.name)
         if kind is None:
             continue
-        number, section, *fields = map(int, _values(card, 2 + kind.nodes, file))
+        # Behind the nodes of plane elements and lines are angles and offsets.
+        count = 2 + kind.nodes
+        if card.name in SOLIDS:
+            count = max(count, len(card.fields))
+        number, section, *fields = map(int, _values(card, count, file))
         if mesh_alone:
             _check_nodes(fields, kind, card, file)
         nodes = [node for node in fields if node]

@@ -321,6 +321,15 @@ def test_nastran_meshes_in_the_plane_have_lines_as_boundaries(tmp_path):
     assert lengths(mesh) == {"3": 1.0, "4": 1.0}
 
 
+def test_nastran_elements_whose_nodes_are_in_another_order_are_refused(tmp_path):
+    text = bulk_data().replace("ENDDATA", "CTRIAX6,9,1,1,2,3,4,5,6\nENDDATA")
+    (tmp_path / "a.bdf").write_text(text)
+    with pytest.raises(
+        fo.ModelError, match=r"a\.bdf: CTRIAX6 9 is not read; give a mesh of solids"
+    ):
+        fo.read_mesh(tmp_path / "a.bdf")
+
+
 EDGES = {  # ends of the edges whose middles follow the corners, in the order of Nastran
     "CTETRA": ("000 100 010 001", "01 12 20 03 13 23"),
     "CHEXA": ("000 100 110 010 001 101 111 011", "01 12 23 30 04 15 26 37 45 56 67 74"),
@@ -336,9 +345,9 @@ def test_nastran_elements_need_all_of_their_midside_nodes_or_none(tmp_path, name
     count = len(points)
     grids = "".join(f"GRID,{i},,{x},{y},{z}\n" for i, (x, y, z) in enumerate(points, 1))
 
-    def read(missing):
+    def read(missing, more=()):
         nodes = ["" if i in missing else str(i) for i in range(1, count + 1)]
-        fields = ["4", "1", *nodes]
+        fields = ["4", "1", *nodes, *more]
         lines = [",".join(["", *fields[i : i + 8]]) for i in range(0, len(fields), 8)]
         (tmp_path / "a.bdf").write_text(f"{grids}{name}" + "\n".join(lines) + "\n")
         return fo.read_mesh(tmp_path / "a.bdf")
@@ -354,6 +363,8 @@ def test_nastran_elements_need_all_of_their_midside_nodes_or_none(tmp_path, name
             read([place])
     with pytest.raises(fo.ModelError, match=f"{name} 4 has no node at place 3 of .*, a corner"):
         read([3])
+    with pytest.raises(fo.ModelError, match=f"elements of type {name}{count + 1}; give solids"):
+        read((), more=["1"])
 
 
 def stray(folder, name):
@@ -487,6 +498,7 @@ TRIED = {  # rows of the page of formats, and the tests that try them
     "Exodus: bricks of 20 or 27 nodes": test_quadratic_bricks_of_exodus_are_refused,
     "Nastran (`.bdf`, `.nas`, `.fem`): grid points and [solids](#nastran)": test_properties_of_nastran_are_names,
     "Nastran: `GRID` and `GRDSET` with CP": test_nastran_meshes_in_other_systems_are_refused,
+    "Nastran: axisymmetric elements and `CQUAD`": test_nastran_elements_whose_nodes_are_in_another_order_are_refused,
     "Nastran: elements with some of their midside nodes": test_nastran_elements_need_all_of_their_midside_nodes_or_none,
     "I-deas (`.unv`), code_aster (`.mail`), FEBio (`.feb`), results of CalculiX (`.frd`)": test_formats_that_are_not_read_are_named_with_a_way_that_is,
     "others: sets, and numbers of groups (`ref`, `tag`, `material`)": test_numbers_of_groups_of_other_formats_are_names,
