@@ -87,9 +87,10 @@ def load(path: str | Path) -> Any:
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> file = tempfile.mkdtemp() + "/steady.npz"
-    >>> fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0).save(file)
-    >>> steady = fo.results.load(file)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = f"{folder}/steady.npz"
+    ...     fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0).save(file)
+    ...     steady = fo.results.load(file)
     >>> steady.outcome.name, round(steady.dissipation, 9), steady.system.nodes
     ('CYCLIC_SLIP', 1.0, 4)
     """

@@ -126,9 +126,10 @@ class Kept(Shown):
         >>> rod = fo.ContactSystem.from_blocks(**blocks)
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
         >>> limit = fo.shakedown_limit(rod, cycle, friction=0.5)
-        >>> file = tempfile.mkdtemp() + "/limit.npz"
-        >>> limit.save(file)
-        >>> fo.results.load(file).load_factor == limit.load_factor
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     limit.save(f"{folder}/limit.npz")
+        ...     again = fo.results.load(f"{folder}/limit.npz")
+        >>> again.load_factor == limit.load_factor
         True
         """
         # Imported here, because pandas is slow to import.

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from tempfile import gettempdir
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -54,6 +54,14 @@ INCREMENT = {"slip": SLIP, "bonded": BONDED}
 CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
 CURVE = fo.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
 STEP = fo.starts.LoadStep({"mean": 0.5})
+
+
+def written(model, result):
+    """Files for ParaView of a result, in a folder that is removed again."""
+    with TemporaryDirectory() as folder:
+        fo.write_paraview(f"{folder}/odd.vtm", model, result)
+
+
 BLOCKS, PLACED = (
     {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2)},
     {"gap": [0.1, 0.0], "contact": ["one", "two"]},
@@ -274,7 +282,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_ansys": (fo.read_ansys, {"path": "none"}),
     "read_nastran": (fo.read_nastran, {"path": "none"}),
     "write_paraview": (
-        lambda model, result: fo.write_paraview(Path(gettempdir()) / "odd.vtm", model, result),
+        written,
         {"model": MODEL, "result": MODEL.recover({"P": 1.0}, np.zeros(3), np.zeros(3))},
     ),
     "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
