@@ -4,7 +4,8 @@ Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a ro
 of the name of a file, `limits` or `study/run`. The faults are listed in `tests/ROOM/faults.py`, and
 planted one at a time. A fault that no test finds has "SURVIVED". A fault whose text does not stand
 exactly once in its file is "gone". The exit status is the number of both. A fault counts as killed
-only if the test that fails with it passes without it. Slow tests are not run.
+only if the test that fails with it passes without it. The slow tests (`tests/slow.txt`) are run only
+if no test of the default set finds the fault. The page names the faults that only slow tests kill.
 
 A test that takes more than `PATIENCE` seconds of processor time has no end. Its fault is killed,
 too, if the test ends without the fault, but the output and the page name such faults separately.
@@ -43,7 +44,9 @@ OF_THE_COPY = "frictopt" not in sys.modules
 PATIENCE = 150
 COLLECTION = "the collection"
 # Seconds of the clock for one test. They end a test that waits and computes nothing.
-WAITING = 3000
+WAITING = 600
+# The sets of tests that a fault is tried against, one after the other, by their marks.
+DEFAULT, SLOW = "not slow", "slow"
 PROCESSES = get_context("forkserver")
 
 
@@ -69,13 +72,18 @@ def test_files(fault: Fault, copy: Path) -> list[str]:
 
 
 class Failure(NamedTuple):
-    """A failed test, or a test during which the process crashed or had no end."""
+    """A failed test, or a test during which the process crashed or had no end.
+
+    `slow`: whether it was run after all tests of the default set had passed.
+    """
 
     test: str
     how: Literal["", "crash", "no end"] = ""
+    slow: bool = False
 
     def __str__(self) -> str:
-        return f"{self.how} of {self.test}" if self.how else self.test
+        test = f"{self.how} of {self.test}" if self.how else self.test
+        return f"{test}, which is slow" if self.slow else test
 
 
 class Fate(NamedTuple):
@@ -83,6 +91,7 @@ class Fate(NamedTuple):
 
     killed: bool
     no_end: bool = False
+    slow: bool = False
 
 
 class _Reporter:
@@ -142,7 +151,8 @@ def _run(
     for descriptor in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
     _limit_processor_time(patience)
-    options = ["-q", "-m", "not slow", "-p", "no:cacheprovider"]
+    # This process limits the time of tests itself, by other clocks.
+    options = ["-q", "-o", "timeout=0", "-p", "no:cacheprovider"]
     status = pytest.main([*options, *arguments], [_Reporter(end, patience)])
     # A test that does not exist has not failed.
     if status != pytest.ExitCode.INTERNAL_ERROR:
@@ -159,12 +169,18 @@ class Ground:
         )
 
     def failures(
-        self, tests: Iterable[str], *options: str, cold: bool = False, patience: float = PATIENCE
+        self,
+        tests: Iterable[str],
+        *options: str,
+        marks: str = "",
+        cold: bool = False,
+        patience: float = PATIENCE,
     ) -> list[Failure]:
         """The tests that fail or have no end, by their names in pytest.
 
-        `cold`: whether the code is compiled anew.
+        `marks`: the set of tests, as for `pytest -m`. `cold`: whether the code is compiled anew.
         """
+        options = ("-m", marks, *options)
         mine, other = PROCESSES.Pipe(duplex=False)
         with tempfile.TemporaryDirectory() as empty:
             caches = empty if cold else str(self._folder / "compiled")
@@ -208,7 +224,12 @@ class Ground:
         os.utime(file, ns=(times.st_atime_ns, max(time_ns(), times.st_mtime_ns + 10**9)))
         try:
             compiled = file.name in ("kernel.py", "sweeps.py")
-            return self.failures(test_files(fault, self.copy), "-x", cold=compiled)[:1]
+            tests = test_files(fault, self.copy)
+            for marks in (DEFAULT, SLOW):
+                failures = self.failures(tests, "-x", marks=marks, cold=compiled)
+                if failures:
+                    return [failures[0]._replace(slow=marks == SLOW)]
+            return []
         finally:
             file.write_text(before)
             # With its former time, code that was compiled from the file stays valid.
@@ -234,7 +255,9 @@ def fates_of(results: dict[Fault, list[Failure] | None], ground: Ground) -> dict
     for fault in results:
         killer = killers.get(fault)
         killed = killer is not None and killer.test not in wrong
-        fates[fault] = Fate(killed, killed and killers[fault].how == "no end")
+        fates[fault] = Fate(
+            killed, killed and killers[fault].how == "no end", killed and killers[fault].slow
+        )
     return fates
 
 
@@ -244,11 +267,11 @@ def words(fault: Fault) -> str:
 
 
 def rows_of(page: str) -> dict[str, list[str]]:
-    """The rows of a page by room: planted, killed, code, no end, survived."""
+    """The rows of a page by room: planted, killed, code, slow, no end, survived."""
     rows = dict[str, list[str]]()
     for line in page.splitlines():
         name, *row = line.removeprefix("| ").removesuffix(" |").split(" | ")
-        if len(row) == 5 and row[0].isdigit() and name != "all":
+        if len(row) == 6 and row[0].isdigit() and name != "all":
             rows[name] = row
     return rows
 
@@ -267,14 +290,16 @@ def row_of_room(
             return None
         codes = [*before[2].split(", "), code]
         for fault in own:
-            no_end, survived = (words(fault) in column.split("; ") for column in before[3:])
-            known.setdefault(fault, Fate(not survived, no_end))
+            slow, no_end, survived = (words(fault) in column.split("; ") for column in before[3:])
+            known.setdefault(fault, Fate(not survived, no_end, slow))
+    late = [words(fault) for fault in own if known[fault].slow]
     endless = [words(fault) for fault in own if known[fault].no_end]
     alive = [words(fault) for fault in own if not known[fault].killed]
     return [
         str(len(own)),
         str(len(own) - len(alive)),
         ", ".join(dict.fromkeys(codes)),
+        "; ".join(late) or "-",
         "; ".join(endless) or "-",
         "; ".join(alive) or "-",
     ]
@@ -295,10 +320,10 @@ def page(before: str, fates: dict[Fault, Fate], code: str, made: str) -> str:
     ordered = {name: rows[name] for name in dict.fromkeys(map(room, FAULTS)) if name in rows}
     total, killed = (sum(int(row[column]) for row in ordered.values()) for column in (0, 1))
     lines = [
-        "| room | planted | killed | code | of the killed, by a test without an end | survived |",
-        "|---|---|---|---|---|---|",
+        "| room | planted | killed | code | of the killed, by slow tests only | by a test without an end | survived |",
+        "|---|---|---|---|---|---|---|",
         *(f"| {name} | {' | '.join(row)} |" for name, row in ordered.items()),
-        f"| all | {total} | {killed} | - | - | - |",
+        f"| all | {total} | {killed} | - | - | - | - |",
     ]
     return "\n".join([*lines, "", f"*{made}*", ""])
 
@@ -352,7 +377,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         results = dict(zip(chosen, threads.map(plant, chosen), strict=True))
         fates = fates_of(results, grounds.get())
-    no_end = sum(fate.no_end for fate in fates.values())
+    slow, no_end = (
+        sum(getattr(fate, how) for fate in fates.values()) for how in ("slow", "no_end")
+    )
+    print(f"{slow} of {len(chosen)} faults were killed by slow tests only")
     print(f"{no_end} of {len(chosen)} faults were killed by a test without an end")
     if options.page is not None:
         # Not at the top: it imports frictopt, and processes that plant faults begin with the same imports.

@@ -69,23 +69,25 @@ def of_room(name):
     return [fault for fault in FAULTS if mutants.room(fault) == name]
 
 
-def test_the_table_counts_by_room_names_what_survives_or_has_no_end_and_keeps_other_rooms():
+def test_the_table_counts_by_room_names_what_is_no_plain_kill_and_keeps_other_rooms():
     fates = {fault: Fate(killed=True) for fault in of_room("solve") + of_room("reference")}
-    alive, endless = of_room("solve")[:2]
+    alive, endless, late = of_room("solve")[:3]
     fates[alive] = Fate(killed=False)
     fates[endless] = Fate(killed=True, no_end=True)
+    fates[late] = Fate(killed=True, slow=True)
     before = (
-        "| fem | 70 | 60 | abc of 2000-01-01 | - | a fault |\n"
-        "| solve | 2 | 2 | abc of 2000-01-01 | - | - |\n"
+        "| fem | 70 | 60 | abc of 2000-01-01 | - | - | a fault |\n"
+        "| solve | 2 | 2 | abc of 2000-01-01 | - | - | - |\n"
     )
     text = mutants.page(before, fates, "def of 2001-01-01", "Made here.").splitlines()
     solve, reference = len(of_room("solve")), len(of_room("reference"))
-    assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - | - |" in text
-    named = f"{mutants.words(endless)} | {mutants.words(alive)}"
+    assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - | - | - |" in text
+    named = " | ".join(map(mutants.words, (late, endless, alive)))
     assert f"| solve | {solve} | {solve - 1} | def of 2001-01-01 | {named} |" in text
     # A room of which nothing was planted keeps its row, whatever its faults are today.
-    assert "| fem | 70 | 60 | abc of 2000-01-01 | - | a fault |" in text
-    assert f"| all | {70 + solve + reference} | {60 + solve - 1 + reference} | - | - | - |" in text
+    assert "| fem | 70 | 60 | abc of 2000-01-01 | - | - | a fault |" in text
+    killed = 60 + solve - 1 + reference
+    assert f"| all | {70 + solve + reference} | {killed} | - | - | - | - |" in text
     assert text[-1] == "*Made here.*"
 
 
@@ -93,14 +95,14 @@ def test_a_run_of_some_faults_of_a_room_says_what_became_of_these():
     own = of_room("solve")
     fates = {fault: Fate(killed=True) for fault in own}
     fates |= {fault: Fate(killed=False) for fault in own[:2]}
-    fates |= {fault: Fate(killed=True, no_end=True) for fault in own[2:4]}
+    fates |= {fault: Fate(killed=True, no_end=True, slow=True) for fault in own[2:4]}
     first = mutants.page("", fates, "abc of 2000-01-01", "Made here.")
     fates = {fault: Fate(killed=True) for fault in (own[0], own[2])}
     again = mutants.page(first, fates, "def of 2001-01-01", "Made here.").splitlines()
     codes = "abc of 2000-01-01, def of 2001-01-01"
-    named = f"{mutants.words(own[3])} | {mutants.words(own[1])}"
+    named = " | ".join(map(mutants.words, (own[3], own[3], own[1])))
     assert f"| solve | {len(own)} | {len(own) - 1} | {codes} | {named} |" in again
-    assert f"| all | {len(own)} | {len(own) - 1} | - | - | - |" in again
+    assert f"| all | {len(own)} | {len(own) - 1} | - | - | - | - |" in again
 
 
 def test_some_faults_of_a_room_make_no_row_if_others_were_never_planted():
@@ -176,6 +178,39 @@ def test_small(number):
     assert len(failing) == 1
 
 
+@pytest.mark.parametrize(
+    ("limit", "killer"),
+    [
+        (5, Failure("tests/room/test_sizes.py::test_small")),
+        (500, Failure("tests/room/test_sizes.py::test_large", slow=True)),
+        (5000, None),
+    ],
+)
+def test_slow_tests_are_asked_about_what_no_other_test_finds(ground, limit, killer):
+    package, tests = ground.copy / "frictopt", ground.copy / "tests" / "room"
+    package.mkdir()
+    tests.mkdir()
+    (package / "__init__.py").touch()
+    (package / "sizes.py").write_text("def size(n):\n    return n\n")
+    (tests / "test_sizes.py").write_text(
+        """
+import pytest
+from frictopt.sizes import size
+
+
+@pytest.mark.slow
+def test_large():
+    assert size(1000) == 1000
+
+
+def test_small():
+    assert size(10) == 10
+"""
+    )
+    fault = Fault("sizes.py", "sizes have a limit", "return n", f"return min(n, {limit})", "sizes")
+    assert ground.failures_with(fault) == ([killer] if killer else [])
+
+
 class Answers:
     """In the place of a ground: these tests fail without a fault."""
 
@@ -187,13 +222,14 @@ class Answers:
 
 
 def test_a_test_that_fails_without_the_fault_kills_none():
-    survives, gone, dies, endless, falsely = FAULTS[:5]
+    survives, gone, dies, endless, falsely, late = FAULTS[:6]
     results = {
         survives: [],
         gone: None,
         dies: [Failure("a.py::test_a")],
         endless: [Failure("a.py::test_b", "no end")],
         falsely: [Failure("a.py::test_c")],
+        late: [Failure("a.py::test_d", slow=True)],
     }
     fates = mutants.fates_of(results, Answers(Failure("a.py::test_c")))
     assert list(fates.values()) == [
@@ -202,6 +238,7 @@ def test_a_test_that_fails_without_the_fault_kills_none():
         Fate(killed=True),
         Fate(killed=True, no_end=True),
         Fate(killed=False),
+        Fate(killed=True, slow=True),
     ]
     fates = mutants.fates_of(results, Answers(Failure("a.py::test_b", "no end")))
     assert not any(fate.killed for fate in fates.values())  # not all of them could be asked
