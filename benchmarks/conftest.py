@@ -2,11 +2,19 @@
 
 import statistics
 import time
+from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
+
+
+def pytest_collection_modifyitems(items):
+    """Let measurements take longer than tests before they count as endless."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent:
+            item.add_marker(pytest.mark.timeout(1200))
 
 
 @pytest.fixture(scope="session")

@@ -118,9 +118,7 @@ def test_limit_of_one_set_against_clarabel(made, name, most, record_property):
     )
 
 
-@pytest.mark.parametrize(
-    ("elements", "most"), [(29, 0.4), pytest.param(49, 0.4, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("elements", "most"), [(29, 0.4), (49, 0.4)])
 def test_limit_without_symmetry_against_clarabel(elements, most, record_property):
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     assert (
@@ -182,7 +180,6 @@ def test_the_search_of_open_nodes_against_one_limit(made, friction, record_prope
     assert whole / one < 20.0
 
 
-@pytest.mark.slow
 def test_the_search_of_open_nodes_in_space_against_one_limit(made, record_property):
     """The search computes about 60 sets of the flange in two minutes.
 

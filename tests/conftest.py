@@ -6,9 +6,8 @@ from contextlib import redirect_stdout
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
-from tempfile import gettempdir
+from zlib import crc32
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -20,13 +19,14 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.study.range_search import SearchSettings
 from frictopt.transients.exact.kernel import compiled
+from helpers import absent, cases
 
 collect_ignore_glob = ["*/faults.py"]  # lists of planted faults
 
 threadpool_limits(1)  # tests run side by side
 
-settings.register_profile("repeatable", derandomize=True, deadline=None)
-settings.load_profile("repeatable")
+# Tests that the default run leaves out, written by benchmarks/slow_tests.py.
+SLOW = frozenset(Path(__file__).with_name("slow.txt").read_text(encoding="utf-8").split("\n"))
 
 
 def compiled_in_space():
@@ -35,16 +35,59 @@ def compiled_in_space():
     ).solve([[0.0, 0.0]], ([[1.0, 0.0]], [1.0]))
 
 
-if run := os.environ.get(
-    "PYTEST_XDIST_TESTRUNUID"
-):  # processes that begin together would all compile all: each begins with one of two halves
-    for half in (compiled, compiled_in_space)[
-        :: 1 if int(os.environ["PYTEST_XDIST_WORKER"][2:]) % 2 else -1
-    ]:
-        with lock_file(
-            os.path.join(gettempdir(), f"{half.__name__}-{run}")
-        ):  # which another process may be compiling: then it is kept
-            half()
+def pytest_addoption(parser):
+    parser.addoption(
+        "--share",
+        metavar="K/N",
+        help="run the tests of one N-th of the files, such as 3/7 of seven",
+    )
+
+
+def pytest_configure(config):
+    """Choose the random cases, and compile what the tests share in a process of several.
+
+    Processes that begin together would all compile all. Each begins with one of two halves, and
+    takes the other from the process that has compiled it.
+    """
+    # Hooks of this file see no examples of the package, which is in another folder.
+    config.pluginmanager.register(absent)
+    cases.SEED = config.getoption("hypothesis_seed", None)
+    settings.register_profile("tests", derandomize=cases.SEED is None, database=None, deadline=None)
+    settings.load_profile("tests")
+    if hasattr(config, "workerinput"):
+        shared = Path(config.option.basetemp).parent
+        number = int(os.environ["PYTEST_XDIST_WORKER"][2:])
+        for half in (compiled, compiled_in_space)[:: 1 if number % 2 else -1]:
+            with lock_file(str(shared / half.__name__)):
+                half()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config, items):
+    """Mark the slow tests, before `-m` chooses, and keep those of a share of the files.
+
+    A slow test may take ten times as long as others before it counts as one without an end.
+    """
+    patience = 10 * float(config.getini("timeout"))
+    for item in items:
+        if item.nodeid in SLOW:
+            item.add_marker(pytest.mark.slow)
+            item.add_marker(pytest.mark.timeout(patience))
+    if share := config.getoption("share"):
+        number, shares = map(int, share.split("/"))
+        kept, left_out = [], []
+        for item in items:
+            file = crc32(item.nodeid.partition("::")[0].encode())
+            (kept if file % shares == number % shares else left_out).append(item)
+        items[:] = kept
+        config.hook.pytest_deselected(items=left_out)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if config.option.markexpr == "not slow":
+        terminalreporter.write_line(
+            'The slow tests of tests/slow.txt are left out: `pytest -m ""` runs all tests.'
+        )
 
 
 def pytest_collection_finish():
@@ -134,7 +177,7 @@ def few_starts():
 @pytest.fixture
 def no_figures_stay_open():
     yield
-    plt.close("all")
+    import_module("matplotlib.pyplot").close("all")
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from skfem import MeshHex, MeshTet
 
 import frictopt as fo
 from frictopt.__main__ import main
-from helpers.calculix import Block, deck, needs_ccx, node_set, run
+from helpers.calculix import Block, deck, node_set, run
 from helpers.quadratic import arched, two_boxes
 
 GRID = [0.0, 0.2, 0.7, 1.0], [0.0, 0.5, 2.0]
@@ -39,7 +39,7 @@ def bricks(tmp_path):
     )
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_the_areas_of_bricks_are_products_of_half_sides_in_the_order_of_the_pairs(bricks):
     pairs = bricks.pairs("CU", "CL")
     areas = bricks.areas(pairs[:, 1])
@@ -67,7 +67,7 @@ def test_a_plane_face_has_the_lengths_that_condense_finds(flat):
     assert np.allclose(flat.areas(pairs[:, 1]), system.width, rtol=1e-12)
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize("kind", ["C3D10", "C3D20"])
 def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_does(
     tmp_path, kind
@@ -82,7 +82,7 @@ def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_
     assert job.areas(nodes).sum() == pytest.approx(1.0)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
     """A curved face has the area of the facets through its corners.
 
@@ -100,7 +100,7 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
     assert job.areas(nodes) == pytest.approx(model_system.width[place], rel=1e-9)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     """Wear and tractions of a deck use the areas of its nodes.
 
@@ -134,7 +134,7 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     assert np.allclose(forces["p_mean"], table["pressure_mean"] * system.width, rtol=1e-9)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_the_command_condenses_with_areas(bricks, tmp_path):
     assert (
         main(

@@ -10,7 +10,7 @@ import pytest
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from helpers.calculix import Block, displacements, equation, lines, needs_ccx, node_set
+from helpers.calculix import Block, displacements, equation, lines, node_set
 from helpers.multipliers import Assembled
 
 CORK = fo.Material(E=3.0, nu=0.0)
@@ -291,7 +291,7 @@ def test_arguments_of_a_bolt(arguments, message):
         fo.BoltPreload(*arguments)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
     """A tightened bolt agrees with a pretension section of CalculiX.
 

@@ -101,7 +101,7 @@ def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load)
 
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("kind", [fo.RigidCoupling, fo.DistributingCoupling, None])
-@pytest.mark.parametrize("seed", range(few(6)))
+@pytest.mark.parametrize("seed", few(range(6)))
 def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
     """Couplings agree with a point whose constraints have multipliers.
 

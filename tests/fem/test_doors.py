@@ -14,7 +14,7 @@ from scipy.sparse import triu
 
 import frictopt as fo
 from helpers import joint
-from helpers.calculix import Block, lines, needs_ccx, node_set, run
+from helpers.calculix import Block, lines, node_set, run
 from helpers.refused import refused
 
 DATA = Path(__file__).parents[1] / "data"
@@ -44,7 +44,7 @@ def deck(tmp_path):
     return tmp_path / "deck.inp"
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_the_substructure_of_calculix_is_not_reduced(tmp_path, deck, limit):
     """The substructure of CalculiX is not reduced, and the error says so.
 

@@ -11,7 +11,7 @@ import pytest
 from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
-from helpers.calculix import displacements, equation, needs_ccx, node_set
+from helpers.calculix import displacements, equation, node_set
 
 STEEL = fo.Material(E=3.0, nu=0.3)
 
@@ -458,7 +458,7 @@ def bolted():
     return fo.ContactModel(bodies, [fo.Support("lower", "end")], loads, contacts)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
     """A locked bolt agrees with a locked pretension section of CalculiX.
 

@@ -19,7 +19,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
 from frictopt.fem import modes as vibration
-from helpers.calculix import deck, equation, needs_ccx, run
+from helpers.calculix import deck, equation, run
 from helpers.quadratic import dimensions, two_boxes
 
 matplotlib.use("Agg")
@@ -525,7 +525,7 @@ def midsides(body, nodes):
     }
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize("kind, tolerance", [("C3D10", 1e-6), ("C3D20", 2e-2)])
 def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkeypatch):
     """Modes agree with a frequency step of CalculiX, glued by equations.

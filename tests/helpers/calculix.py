@@ -4,13 +4,11 @@ Lagrange's multipliers glue the bodies of the dense matrices.
 """
 
 import os
-import shutil
 import subprocess
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from scipy.linalg import block_diag
 from skfem import (
     Basis,
@@ -28,9 +26,6 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from helpers.multipliers import by_multipliers
 from helpers.quadratic import dimensions
 
-needs_ccx = pytest.mark.skipif(
-    shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx"
-)
 MATRIX = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n"
 
 

@@ -264,7 +264,6 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
     assert 3 < curve.exponent[0] < 3.6  # 3 at small amplitude
 
 
-@pytest.mark.slow
 def test_the_sphere_of_mindlin_and_deresiewicz():
     """A sphere agrees with the closed form of Mindlin and Deresiewicz.
 

@@ -543,7 +543,6 @@ def test_the_error_of_increments_is_a_column_and_a_bar():
     assert ends[-1].max() == pytest.approx(known[-1] * (1 + errors[-1]))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("structure", "mode", "factors", "ratio", "force", "error", "shift"),
     [

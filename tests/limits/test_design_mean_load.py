@@ -133,7 +133,7 @@ def plain(contact, cycle, friction, most, at_mean_load):
 
 def test_random_designs_are_safe_under_the_mean_load_if_any_is():
     smaller = 0
-    for seed in range(few(30)):
+    for seed in few(range(30)):
         rng = np.random.default_rng(seed)
         nodes = int(rng.integers(2, 5))
         contact = pressed_by_cyclic_loads(rng, nodes)

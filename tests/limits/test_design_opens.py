@@ -65,7 +65,7 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
     answer says so.
     """
     rel, found = 1e-7 if tangents == 1 else 1e-5, 0
-    for seed in range(few(12)):
+    for seed in few(range(12)):
         contact, friction = pulled(seed, tangents)
         every = {
             opened: best(contact, friction, np.array(opened))

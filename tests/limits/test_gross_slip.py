@@ -333,7 +333,7 @@ def test_random_faces_in_the_plane_agree_with_scipy():
 
 def test_random_faces_in_space_agree_with_the_program_of_the_motions():
     finite = 0
-    for seed in range(few(20)):
+    for seed in few(range(20)):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(3, 8))
         points = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2]

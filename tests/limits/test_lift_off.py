@@ -87,7 +87,6 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
     )
 
 
-@pytest.mark.slow
 def test_a_finer_pin_rests_so_too(pin):
     """A finer pin rests, too: the last line of the same table."""
     limit = fo.shakedown_limit(pin(32), PIN, 0.9, events=True)

@@ -173,7 +173,6 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
     assert followed == few(3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("load_factor", few([2.0, 3.0, 4.0]))
 def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor, pin):
     required = fo.required_friction(pin, PIN, load_factor, events=True)

@@ -219,7 +219,7 @@ def test_a_safe_slip_exists_at_the_limit_itself():
     It exists even if rounding leaves its margin just below zero.
     """
     margins = []
-    for seed in range(few(10, 5)):
+    for seed in few(range(10), 5):
         contact = random_system(np.random.default_rng(seed), 8)
         limit = fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False).load_factor
         for solver in ("HIGHS", "CLARABEL"):

@@ -122,7 +122,6 @@ def test_random_contacts_rest_just_below_and_slip_just_above_from_every_start(se
     assert not wrong
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", few([9100, *range(9102, 9140)]))
 def test_more_random_contacts_rest_just_below_and_slip_just_above(seed):
     *_, wrong = compared(seed)

@@ -92,7 +92,7 @@ def test_twins_have_the_limit_of_one_of_them(monkeypatch, with_transients):
     if not with_transients:
         monkeypatch.setattr(order_search, "settled_orders", lambda _: iter(()))
     gains = 0
-    for seed in range(few(24)):
+    for seed in few(range(24)):
         rng = np.random.default_rng([75, 1, seed])
         nodes = int(rng.integers(2, 4))
         S = definite(rng, 2 * nodes)
@@ -154,7 +154,7 @@ def test_turning_points_on_a_line_change_nothing():
     The ends of the line stand for any history of one load.
     """
     found = 0
-    for seed in range(few(60)):
+    for seed in few(range(60)):
         rng = np.random.default_rng([75, 2, seed])
         system = pulled_system(rng, int(rng.integers(2, 4)))
         between = rng.uniform(-0.9, 0.7, size=4)
@@ -248,7 +248,7 @@ def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
     """
     searches = []
     monkeypatch.setattr(settled_order, "_settled", lambda *arguments: searches.append(arguments))
-    for seed in range(few(6)):
+    for seed in few(range(6)):
         case = coupled(seed, "around an area")
         limit = fo.shakedown_limit(*case, events=True)
         assert limit.load_factor == pytest.approx(

@@ -157,7 +157,6 @@ def test_random_contacts_rest_inside_of_their_intervals_and_slip_outside(seed):
     assert not wrong
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", few(range(9100, 9140)))
 def test_more_random_contacts_rest_inside_of_their_intervals(seed):
     *_, wrong = compared(seed)

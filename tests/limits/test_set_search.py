@@ -24,7 +24,7 @@ ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),
     (48, 20.0, 8, 0.4481514660),
     (24, 100.0, 6, 1.9856619085),
-    pytest.param(48, 100.0, 11, 0.6026058693, marks=pytest.mark.slow),
+    (48, 100.0, 11, 0.6026058693),
 ]
 THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic": 0.3}])
 MOST = 30.0  # load factor up to which sets are compared

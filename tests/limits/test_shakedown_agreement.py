@@ -62,7 +62,6 @@ def test_friction_changed_by_hand_to_zero_leaves_no_tension():
         assert problem.solve(solver="HIGHS") == pytest.approx(right, rel=1e-6)
 
 
-@pytest.mark.slow
 def test_many_corners_take_memory_for_their_loads_alone():
     """Many corners take memory only for their loads.
 

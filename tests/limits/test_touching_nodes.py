@@ -149,7 +149,6 @@ def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
     assert [node] in flips
 
 
-@pytest.mark.slow
 def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
     """The search tries the touching node of a quarter of a flange, which hardly moves.
 

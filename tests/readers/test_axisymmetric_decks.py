@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.calculix import displacements, needs_ccx, run
+from helpers.calculix import displacements, run
 
 PLACES = [(1, 0), (1.5, 0), (2.2, 0), (1, 0.7), (1.5, 0.7), (2.2, 0.7)]
 DECK = (
@@ -26,7 +26,7 @@ LOADS = {
 }
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize("load", LOADS)
 def test_forces_are_those_of_the_whole_circumference(tmp_path, load):
     """The facets of CalculiX's sector of 2 degrees are flat: pressures differ by 1.5e-4.
@@ -47,7 +47,7 @@ def test_forces_are_those_of_the_whole_circumference(tmp_path, load):
         assert np.allclose(row, expected[int(number)][:2], atol=error * np.abs(ours).max())
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_areas_and_totals_are_those_of_the_whole_circumference(tmp_path):
     job = fo.read_calculix(run(tmp_path, DECK)[0])
     assert job.areas("TOP").sum() == pytest.approx(np.pi * (2.2**2 - 1), rel=1e-12)
@@ -105,7 +105,7 @@ TIGHT = (
 )
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_a_pre_tension_presses_what_it_clamps_with_its_force(tmp_path):
     """A pre-tension presses the clamped parts with its force.
 

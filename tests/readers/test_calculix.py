@@ -18,13 +18,12 @@ from helpers.calculix import (
     equation,
     glued,
     lines,
-    needs_ccx,
     node_set,
     run,
 )
 from helpers.cases import few
 
-pytestmark = needs_ccx
+pytestmark = pytest.mark.ccx
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.calculix import MATRIX, Block, chained, equation, lines, needs_ccx, node_set, run
+from helpers.calculix import MATRIX, Block, chained, equation, lines, node_set, run
 
 LOW = Block(1, lines((0, 1, 1), (0, 1, 1), (0, 1, 1)), 1000.0, 0.3, "LOW")
 HIGH = Block(21, lines((0, 1, 1), (0, 1, 1), (1, 2, 1)), 1000.0, 0.3, "HIGH")
@@ -12,7 +12,7 @@ FOOT = node_set("FOOT", LOW.on(2, 0)) + "*BOUNDARY\nFOOT, 1, 3\n"
 BASE = LOW.deck() + HIGH.deck() + FOOT
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path):
     """The nodes of the upper block are 21 to 28; a set from 5 to 25 has those of 5 to 8 too."""
     job = fo.read_calculix(
@@ -25,7 +25,7 @@ def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path)
     assert sorted(job.deck.element_sets["ALL"]) == [1, 21]
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
     """A rigid body of elements equals a rigid body of their nodes.
 
@@ -49,7 +49,7 @@ def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
     assert load[[labels.index([100, k]) for k in (1, 2, 3)]] == pytest.approx([8.0, 16.0, 24.0])
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize("form", ["%.12e", "%.18e"])
 def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
     """Numbers that CalculiX does not read as a whole are refused.
@@ -87,7 +87,7 @@ def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
 STORED = f"{MATRIX}*END STEP\n*STEP\n"
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize(
     ("condition", "steps"),
     [
@@ -116,7 +116,7 @@ def test_conditions_of_other_steps_hold_nothing_in_the_step_of_the_matrix(
     assert np.argwhere((job.unknowns == -1).all(axis=1)).ravel().tolist() == sorted(foot)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_included_files_are_those_that_calculix_reads(tmp_path):
     """A file that another one includes is beside the deck, even if a file beside that one is, too.
 
@@ -135,7 +135,7 @@ def test_included_files_are_those_that_calculix_reads(tmp_path):
     assert fo.read_calculix(tmp_path / "job").deck.sets.keys() == {"ALL", "FOOT"}
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_nodes_that_calculix_makes_for_a_coupling_are_explained(tmp_path):
     """The face of a `*COUPLING` with elements is not read: its nodes are a surface of nodes here."""
     coupling = (

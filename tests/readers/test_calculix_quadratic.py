@@ -14,10 +14,10 @@ from skfem import MeshTri
 import frictopt as fo
 from frictopt.__main__ import main
 from frictopt.contact import joined
-from helpers.calculix import KINDS, NODES, deck, displacements, elements, needs_ccx, run
+from helpers.calculix import KINDS, NODES, deck, displacements, elements, run
 from helpers.quadratic import arched, dimensions, two_boxes
 
-pytestmark = needs_ccx
+pytestmark = pytest.mark.ccx
 
 
 def condensed(job, load, direction):

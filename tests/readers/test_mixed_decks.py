@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis, Functional, MeshTet2, MeshTri2
 
 import frictopt as fo
-from helpers.calculix import displacements, needs_ccx, run
+from helpers.calculix import displacements, run
 from helpers.mixed import box, deck, node_set
 
 LINES = [[0.0, 1.0, 2.5], [0.0, 0.5, 1.5], [0.0, 1.0]]
@@ -74,7 +74,7 @@ def test_linear_elements_beside_quadratic_ones_become_quadratic(tmp_path):
     assert volume(mesh) == pytest.approx(2 * 2.5 * 1.5)
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize("order", [1, 2])
 def test_forces_on_triangles_and_quadrilaterals_are_those_of_calculix(tmp_path, order):
     """Under *DLOAD CalculiX moves its model as K and the reader's forces do."""
@@ -95,7 +95,7 @@ def test_forces_on_triangles_and_quadrilaterals_are_those_of_calculix(tmp_path, 
             assert np.allclose(row, theirs[int(number)], rtol=2e-5, atol=2e-6 * np.abs(ours).max())
 
 
-@needs_ccx
+@pytest.mark.ccx
 @pytest.mark.parametrize("order", [1, 2])
 def test_contacts_of_wedges_and_hexahedra_pass_pressure_on(tmp_path, order):
     """Two bodies of nu = 0: each corner of the contact carries the pressure on its area."""

@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -58,14 +59,16 @@ NOT_RUN = {
     "python": "waits for what is typed",
     "python -m pytest -n auto --dist worksteal": "these tests; `.ci/run` takes the command from the page",
     "pytest -n auto --dist worksteal": "the same",
-    'pytest tests/limits -m "not slow"': "a part of them",
+    "pytest tests/limits": "a part of them",
+    'pytest -n auto --dist worksteal -m ""': "the weekly job runs them with all cases",
+    'python -m pytest -n auto --dist worksteal -m "" -p benchmarks.slow_tests': "all tests, which it measures",
+    "bash .ci/run": "runs these tests; a job runs it",
     "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",
 }
 BY_JOBS = {  # command -> how a job has it, with what only its machine needs
     "ruff check .": "ruff check .",
     "ruff format --check .": "ruff format --check .",
     "mypy": "&& mypy",
-    'pytest -n auto --dist worksteal -m "not slow"': 'pytest -n auto --dist worksteal -m "not slow"',
     "python -m sphinx -W --keep-going -j auto -b html docs docs/_build/html": "python -m sphinx -W --keep-going -j auto -t online -b html docs",
     "python -m studies fuzz": "python -m studies fuzz --seed",
     "python benchmarks/mutants.py": "- python benchmarks/mutants.py",
@@ -196,7 +199,7 @@ def clone(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def run(clone, tmp_path_factory):
+def typed(clone, tmp_path_factory):
     """Runs a command as it is typed, in a folder, with the package of the clone: in a process of
     its own that has the libraries and the package of the clone already."""
     output = tmp_path_factory.mktemp("output") / "told"
@@ -207,15 +210,16 @@ def run(clone, tmp_path_factory):
         "text": True,
         "stdin": subprocess.PIPE,
         "stdout": subprocess.PIPE,
+        "start_new_session": True,
     }
 
     with subprocess.Popen([sys.executable, "-c", DRIVER], **options) as driver:
 
         def told(command, folder):
             program, _, rest = command.partition(" ")
-            typed = {"python": rest, "frictopt": f"-m frictopt {rest}"}[program]
+            words = {"python": rest, "frictopt": f"-m frictopt {rest}"}[program]
             print(
-                f"{shlex.quote(str(folder))} {shlex.quote(str(output))} {typed}",
+                f"{shlex.quote(str(folder))} {shlex.quote(str(output))} {words}",
                 file=driver.stdin,
                 flush=True,
             )
@@ -227,7 +231,11 @@ def run(clone, tmp_path_factory):
             ended = "Traceback" not in errors if command in COUNTS else status == "0\n"
             assert ended and said, f"{command}\n{said[-1000:]}\n{errors[-3000:]}"
 
-        yield told
+        try:
+            yield told
+        finally:
+            # A command that was given up still runs in a process of its own.
+            os.killpg(driver.pid, signal.SIGKILL)
 
 
 def test_every_command_is_run_or_named_with_a_reason():
@@ -242,14 +250,12 @@ def test_every_command_is_run_or_named_with_a_reason():
         assert line in JOBS, f"no job has {command!r}"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", HERE)
-def test_a_command_runs_as_it_is_typed(command, clone, run):
-    run(command, clone)
+def test_a_command_runs_as_it_is_typed(command, clone, typed):
+    typed(command, clone)
 
 
-@pytest.mark.slow
-def test_commands_on_files_run_as_they_are_typed(run, tmp_path):
+def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
     """With the files that their page describes: a contact, a history, a job of CalculiX, and the
     study that it shows."""
     page = (ROOT / FILES[1]).read_text(encoding="utf-8")
@@ -266,7 +272,7 @@ def test_commands_on_files_run_as_they_are_typed(run, tmp_path):
     )
     for command in [*FOUND[FILES[0]], *FOUND[FILES[1]]]:
         if command != "frictopt --help" and not command.endswith(" --help"):
-            run(command, tmp_path)
+            typed(command, tmp_path)
     assert {
         "punch.png",
         "limit.csv",

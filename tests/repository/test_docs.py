@@ -14,7 +14,6 @@ import cvxpy as cp
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-import pyvista
 
 import frictopt as fo
 from helpers.public_names.cited import CITED
@@ -42,6 +41,7 @@ def text(path):
 @pytest.fixture
 def quiet(monkeypatch, few_starts):
     """No figure is left open, no progress bar printed, and searches are short."""
+    pyvista = pytest.importorskip("pyvista")
     monkeypatch.setenv("TQDM_DISABLE", "1")
     monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
     monkeypatch.setattr(
@@ -323,10 +323,14 @@ def test_tables_come_from_the_studies():
     assert " --quick" not in "".join(map(text, TABLES))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [path for path in TABLES if path.stem != "fuzz"], ids=lambda path: path.stem
-)  # which test_fuzz prints anyway
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.ccx] if path.stem == "calculix" else [], id=path.stem)
+        for path in TABLES
+        if path.stem != "fuzz"  # which test_fuzz prints anyway
+    ],
+)
 def test_tables_have_the_columns_of_the_studies(path, quick):
     study = STUDIES[path.stem]
     made, kept = heads(study.summary(quick((*study.needs, *study.tables)))), heads(text(path))

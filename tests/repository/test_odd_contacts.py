@@ -23,7 +23,7 @@ from helpers.public_names.called import CALLS, TooLong, alarm
 SEEDS = [
     44,
     125,
-    *range(few(6)),
+    *few(range(6)),
 ]  # the first two are a free body with two names, and one without normal stiffness but for rounding
 LOADS = ("mean", "cyclic", "other")
 QUESTIONS = [name for name, (_, good) in CALLS.items() if "system" in good]

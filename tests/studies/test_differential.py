@@ -13,8 +13,6 @@ from helpers.cases import few
 from validation.fuzz.differential import DIFFERENTIAL, differences
 from validation.fuzz.scenes import FAMILIES, random_scene
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.mark.parametrize("first", few([0, 40, 120], 1))
 def test_ways_that_must_not_matter(first):

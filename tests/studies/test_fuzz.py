@@ -24,8 +24,6 @@ from validation.fuzz.scenes import random_scene
 from validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
 from validation.fuzz.space import SPACE, space_findings
 
-pytestmark = pytest.mark.slow
-
 ADVICE = r"hold|lower|try smaller|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
 

@@ -18,8 +18,6 @@ from paper_figures.prepare import prepare
 from studies import dissipation, guaranteed, limits
 from validation.error_vs_time.study import ERROR
 
-pytestmark = pytest.mark.slow
-
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
     *(

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from helpers.calculix import needs_ccx
 from validation import calculix
 from validation.calculix import (
     CONTACTS,
@@ -66,13 +65,13 @@ def test_without_calculix_the_study_says_how_to_install_it(monkeypatch):
             list(table.compute(QUICK))
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_all_statements_hold(quick):
     table = quick((MATRICES,))[MATRICES.name]
     assert len(table) == 15 and table["holds"].all(), table
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_closed_contact_is_that_of_frictopt(quick):
     table = quick((CONTACTS,))[CONTACTS.name].set_index("method")
     one, other = table.loc[OURS], table.loc["node to surface"]
@@ -80,7 +79,7 @@ def test_closed_contact_is_that_of_frictopt(quick):
     assert other["pressure"] == pytest.approx(one["pressure"], rel=0.01)
 
 
-@needs_ccx
+@pytest.mark.ccx
 def test_a_job_that_is_stopped_has_no_forces(tmp_path):
     job = Job(tmp_path, seconds=1e-3)
     assert forces_of_calculix(job, HISTORIES["closed"], "mortar", QUICK).shape == (0, 3)

@@ -9,8 +9,6 @@ import frictopt as fo
 from studies import __main__ as studies
 from studies import dissipation
 
-pytestmark = pytest.mark.slow
-
 TABLES = {"runs": dissipation.RUNS, "limits": dissipation.LIMITS, "states": dissipation.STATES}
 STARTS = 1 + 4 + 2 * 2 * 3 + 1
 

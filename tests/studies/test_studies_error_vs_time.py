@@ -14,8 +14,6 @@ from validation.error_vs_time.parameters import QUICK
 from validation.error_vs_time.report import fronts
 from validation.error_vs_time.study import STUDY
 
-pytestmark = pytest.mark.slow
-
 QUESTION = ["computation", "quantity", "scene"]
 
 

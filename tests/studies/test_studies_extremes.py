@@ -10,8 +10,6 @@ import frictopt as fo
 from validation.extremes import study as extremes
 from validation.extremes.probes import Answer, Probe
 
-pytestmark = pytest.mark.slow
-
 ADVICE = r"hold the punch|hold the body|hold it, or|lower the friction|reduce the ratio|differ too much|choose a load factor further"
 
 

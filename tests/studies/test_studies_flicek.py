@@ -9,7 +9,6 @@ from frictopt.reference import half_plane_contact, uncoupled_limit
 from studies import flicek
 
 
-@pytest.mark.slow
 def test_limits_are_in_order_and_one_where_the_contact_is_uncoupled(tables):
     asked = dict(list(tables["flicek"].groupby("question")))
     for question in ("guaranteed limit", "coupled", "incomplete", "uncoupled"):
@@ -30,7 +29,6 @@ def test_limits_are_in_order_and_one_where_the_contact_is_uncoupled(tables):
     )
 
 
-@pytest.mark.slow
 def test_the_page_has_a_line_for_each_claim_of_both_studies(quick):
     page = flicek.STUDY.summary(quick((*flicek.STUDY.needs, *flicek.STUDY.tables)))
     assert (

@@ -88,7 +88,6 @@ def test_the_summary_counts_the_rows():
     assert "| 6 | 1.000 to 3.000 | 1.200 to 1.400 | 2 |" in lines
 
 
-@pytest.mark.slow
 def test_all_structures_have_rows(quick):
     tables = quick(forced_response.STUDY.tables)
     peaks = tables["forced_response"]

@@ -9,9 +9,6 @@ import frictopt as fo
 from studies import increments, paper
 from studies.range import against_sample
 
-pytestmark = pytest.mark.slow
-
-
 COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
 
 

@@ -12,8 +12,6 @@ import frictopt as fo
 from helpers.two_nodes import two_node_limits
 from studies import guaranteed, limits, validity
 
-pytestmark = pytest.mark.slow
-
 
 def test_limiting_nodes_sit_on_their_bound(tables):
     for _, rows in tables["limits_reactions"].groupby("friction"):

@@ -38,7 +38,6 @@ WITHIN = {  # how quantities begin -> largest difference at quick size; of all o
 }
 
 
-@pytest.mark.slow
 def test_ours_is_theirs_within_what_the_mesh_leaves(tables):
     table = tables["published"]
     for quantity, rows in table.groupby("quantity"):
@@ -50,7 +49,6 @@ def test_ours_is_theirs_within_what_the_mesh_leaves(tables):
     assert np.isfinite(table[["theirs", "ours"]]).all(axis=None)
 
 
-@pytest.mark.slow
 def test_a_curve_of_theirs_goes_through_the_values_that_are_compared(tables):
     points, curves = tables["published"], tables["published_curves"]
     for quantity, curve in curves.groupby("quantity"):
@@ -60,7 +58,6 @@ def test_a_curve_of_theirs_goes_through_the_values_that_are_compared(tables):
         )
 
 
-@pytest.mark.slow
 def test_each_result_is_a_line_of_the_page_with_its_worst_value(tables):
     table = tables["published"].copy()
     row = table.index[table["quantity"].str.startswith("twisting couple")][0]

@@ -8,8 +8,6 @@ import frictopt as fo
 from studies import lift_off, separation, spatial
 from studies.space import LOADS
 
-pytestmark = pytest.mark.slow
-
 
 def test_no_limit_is_out_of_order(tables):
     for name in ("space_friction", "space_mesh"):

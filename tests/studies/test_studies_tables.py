@@ -141,7 +141,6 @@ def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
     assert len(pd.read_parquet(table.path(tmp_path))) == 3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     "forced_response guaranteed increments joint left_out lift_off limits range separation spatial validity vanishing".split(),

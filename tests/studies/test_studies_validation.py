@@ -11,8 +11,6 @@ import frictopt as fo
 from studies import size
 from validation import campaign, followed, left_out
 
-pytestmark = pytest.mark.slow
-
 
 def test_all_rest_below_and_all_witnesses_slip_above(tables):
     table = tables["followed"]

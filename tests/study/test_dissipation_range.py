@@ -69,7 +69,7 @@ def test_two_nodes(load_factor, least, most):
 
 @pytest.mark.parametrize(
     ("friction", "ratio", "least", "most"),
-    [TABLE[1], *(pytest.param(*row, marks=pytest.mark.slow) for row in (TABLE[0], TABLE[2]))],
+    TABLE[:3],
 )
 def test_the_paper_scene(friction, ratio, least, most, paper_punch):
     contact = paper_punch(124)

@@ -279,11 +279,13 @@ def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed)
             text=True,
             env=PATH,
         ) as driver:
-            for _ in range(done):
+            try:
+                for _ in range(done):
+                    assert driver.stdout.readline() == "\n"
+                    print(file=driver.stdin, flush=True)
                 assert driver.stdout.readline() == "\n"
-                print(file=driver.stdin, flush=True)
-            assert driver.stdout.readline() == "\n"
-            driver.kill()
+            finally:
+                driver.kill()
     assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
     same(study(store=tmp_path / "runs"), undisturbed)
     assert len(followed) == len(FACTORS) - 11
@@ -311,7 +313,6 @@ def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed,
     assert followed == [*FACTORS[7:10], *FACTORS[17:]]
 
 
-@pytest.mark.slow
 def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed):
     """Both of its processes hang when it is killed."""
     options = {
@@ -365,7 +366,6 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(
     assert set(fo.results.read_store(tmp_path / "shared").error) == {""}
 
 
-@pytest.mark.slow
 def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
     file, tmp_path, undisturbed
 ):
@@ -375,7 +375,7 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
     """
     content, rng = file.read_bytes(), np.random.default_rng(0)
     harmed, errors = tmp_path / "harmed.sqlite", 0
-    for number in range(few(60)):
+    for number in few(range(60)):
         place = int(rng.integers(len(content)))
         harm = bytearray(content)
         harm[place] ^= 1 << int(rng.integers(8))

@@ -8,11 +8,9 @@ from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 
-import dask
 import numpy as np
 import pandas as pd
 import pytest
-from distributed import Client, LocalCluster
 from scipy import stats
 
 import frictopt as fo
@@ -98,7 +96,6 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     assert (table.residual <= 1e-9).all() and (table.error == "").all()
 
 
-@pytest.mark.slow
 def test_processes_threads_and_foreign_executors_give_the_same_table(
     contact, factors, starts, table
 ):
@@ -111,14 +108,16 @@ def test_processes_threads_and_foreign_executors_give_the_same_table(
             pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 
 
-@pytest.mark.slow
 def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors, starts, table):
+    dask, distributed = (pytest.importorskip(name) for name in ("dask", "distributed"))
     # Machines may be busy.
     patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}
     with (
         dask.config.set(patient),
-        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
-        Client(cluster, timeout="300s") as client,
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, timeout="300s") as client,
     ):
         other = fo.dissipation_study(
             contact, CYCLE, 0.4, factors, starts, executor=client.get_executor()

@@ -31,7 +31,7 @@ TABLE = {
 }
 
 
-@pytest.mark.parametrize("case", [(16, 0.7), pytest.param((124, 0.5), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("case", [(16, 0.7), (124, 0.5)])
 def test_the_table_of_protocols(case, paper_punch):
     (elements, friction), wanted = case, TABLE[case]
     contact = paper_punch(elements)

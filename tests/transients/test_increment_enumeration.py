@@ -16,8 +16,6 @@ from frictopt.transients.increments.newton import newton
 from helpers.cases import few
 from helpers.enumeration import admissible_states, distance, random_increment
 
-pytestmark = pytest.mark.slow
-
 SLIDING = {n: np.r_[np.ones(n), np.zeros(n)][:, None] for n in (2, 3)}
 LIFTING = {n: np.r_[np.zeros(n), np.ones(n)][:, None] for n in (2, 3)}
 FREE = {

@@ -10,8 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import frictopt
 from frictopt.base import tolerances
 from frictopt.transients import transient
@@ -77,7 +75,6 @@ def test_its_copies_of_the_tolerances_are_true():
     assert (kernel.STICK, kernel.OPEN) == (transient.STICK, transient.OPEN)
 
 
-@pytest.mark.slow
 def test_the_compilation_announces_itself_once_where_no_folder_can_be_written():
     """The compilation is announced once if no folder can be written.
 
@@ -108,7 +105,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
 def test_a_study_by_several_processes_announces_the_compilation_once_and_what_is_kept_is_not_compiled_again(
     tmp_path,
 ):

@@ -189,7 +189,6 @@ def test_a_range_is_drawn_as_maps_of_both_its_ends(free):
         assert f"{name} work found, $W$ = {steady.dissipation:.4g} " in axes.get_title()
 
 
-@pytest.mark.slow
 def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free):
     rng, (problem, span) = np.random.default_rng(6), free
     table = span.to_frame()
@@ -200,7 +199,6 @@ def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free)
         assert span.least * (1 - 1e-3) <= state.dissipation <= span.most * (1 + 1e-3), number
 
 
-@pytest.mark.slow
 def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
     problem, span = free
     bound = fo.dissipation_range(*problem, slip_bound=0.2, steps=2)
@@ -212,7 +210,6 @@ def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
     assert bound.most <= span.most
 
 
-@pytest.mark.slow
 def test_a_backbone_curve_has_the_range_of_the_plane():
     mode = {"natural_frequency": 10.0**-0.5 / (2 * np.pi), "steps": 2, "range": True}
     curves = [

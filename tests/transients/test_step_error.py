@@ -67,15 +67,13 @@ def test_the_estimated_error_is_not_below_the_true_error(seed):
     assert min(estimated_over_true_errors(problem(seed), [1, 2, 4], 16)) >= 1
 
 
-@pytest.mark.slow
 def test_the_estimated_errors_of_random_contacts_are_two_to_three_times_the_true_errors():
     ratios = np.array(
-        [estimated_over_true_errors(problem(seed), [1, 2, 4], 16) for seed in range(few(10, 5))]
+        [estimated_over_true_errors(problem(seed), [1, 2, 4], 16) for seed in few(range(10), 5)]
     )
     assert ratios.min() >= 1 and (np.median(ratios, axis=0) <= 3).all()
 
 
-@pytest.mark.slow
 def test_the_estimated_error_of_the_bolted_lap_joint_is_not_below_the_true_error():
     steel, plates = fo.Material(E=210e3, nu=0.3), ("upper", "lower")
     bodies = fo.split_bodies(fo.read_mesh(LAP), dict.fromkeys([*plates, "bolt"], steel))
