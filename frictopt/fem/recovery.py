@@ -305,7 +305,7 @@ class Viewed(Plotted):
         Raises
         ------
         ImportError
-            pyvista is not installed.
+            pyvista is not installed, or on Linux no library of OpenGL.
         ModelError
             A result of another kind or of another model, a field that it lacks, an unknown contact,
             or a plotter of another kind.

@@ -1,5 +1,8 @@
 """Views of models by PyVista: the bodies, the faces of their contacts, and a field on them."""
 
+import ctypes
+import os
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -35,6 +38,20 @@ _LOOK = {
 }
 
 
+def _can_draw() -> bool:
+    """Whether VTK has a library to draw with. Without one, a plotter ends the process."""
+    if not sys.platform.startswith("linux"):
+        return True
+    names = ["libEGL.so.1", "libOSMesa.so.8", *(["libGL.so.1"] if "DISPLAY" in os.environ else [])]
+    for name in names:
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            continue
+        return True
+    return False
+
+
 def view(
     model: ContactModel,
     result: object,
@@ -56,6 +73,8 @@ def view(
     zoom = None if contact is None else _box_of(model, contact)
     known = _titles(None if fields is None else face.point_data)
     title = in_units(known[choice("show", show, tuple(known))], model.units)
+    if plotter is None and not _can_draw():
+        raise ImportError("views need a library of OpenGL such as libEGL: apt-get install libegl1")
     scene = pv.Plotter() if plotter is None else plotter
     scene.add_axes()
     if fields is None:

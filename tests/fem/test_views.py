@@ -3,6 +3,7 @@
 Nothing is rendered here.
 """
 
+import ctypes
 import sys
 
 import numpy as np
@@ -92,7 +93,8 @@ def test_a_steady_state_has_the_work_of_its_cycle():
         friction=0.5,
         load_factor=2.0,
     )
-    mine = pyvista.Plotter(off_screen=True)
+    mine = model.view()
+    mine.clear()
     assert model.view(steady, "work_density", plotter=mine) is mine
     assert mine.meshes[0][title(mine)] @ system.width == pytest.approx(steady.dissipation, rel=1e-6)
 
@@ -115,6 +117,11 @@ def test_a_contact_fills_the_view():
     assert whole.camera.distance > 3 * camera.distance
 
 
+def missing(name):
+    """In the place of ctypes.CDLL on a machine without libraries."""
+    raise OSError(f"{name}: cannot open shared object file")
+
+
 def test_what_cannot_be_shown_is_refused_by_name(monkeypatch):
     model = SCENE.model()
     fields = model.recover({"P": 1.0}, np.zeros((25, 2)))
@@ -128,6 +135,12 @@ def test_what_cannot_be_shown_is_refused_by_name(monkeypatch):
     ):
         with pytest.raises(fo.ModelError, match=f"^{message}"):
             ask()
+    with monkeypatch.context() as bare:
+        bare.delenv("DISPLAY", raising=False)
+        bare.setattr(sys, "platform", "linux")
+        bare.setattr(ctypes, "CDLL", missing)
+        with pytest.raises(ImportError, match="apt-get install libegl1"):
+            model.view()
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(ImportError, match=r"frictopt\[view\]"):
         model.view()

@@ -3,6 +3,7 @@
 The reason names what is missing. If all libraries are installed, no error of a test becomes a skip.
 """
 
+import ctypes
 import doctest
 import re
 import shutil
@@ -28,6 +29,11 @@ EXTRAS = (
 )
 # Found before the first test, because tests hide libraries from the package.
 ABSENT = [library for library in EXTRAS if find_spec(library) is None]
+# PyVista draws with it where there is no screen.
+try:
+    ctypes.CDLL("libEGL.so.1")
+except OSError:
+    ABSENT.append("libEGL")
 
 
 def skip_if_absent(error):
