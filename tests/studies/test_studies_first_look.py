@@ -26,8 +26,9 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
     )
     expected = {
         "onset": first.slip.load_factor,
-        "guaranteed limit, from all starts": lower.load_factor,
-        "guaranteed limit, after one overload": fo.after_overload(lower).load_factor,
+        "guaranteed limit": lower.load_factor,
+        "limit after one overload": fo.after_overload(lower).load_factor,
+        "limit as assembled": fo.limit_after_protocol(system, LOADS, f).load_factor,
         "shakedown limit": limit.load_factor,
     }
     for load in first_look.QUICK.load_factors:
@@ -44,7 +45,14 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
     )
     assert table["residual"].max() < 1e-9
     for question, value in expected.items():
-        assert f"| {question} | {value:.4g} |" in printed
+        assert f"| {question} | {value:.4g} | {table['proven'][question]} |" in printed
+    # A limit of all starts is guaranteed or not; no other number has this name.
+    assert [name for name in table.index if "guaranteed" in name] == ["guaranteed limit"]
+    # Proven words about every start name the nodes that `covers` names.
+    assert "closed" in limit.covers and "all nodes closed" in table["meaning"]["shakedown limit"]
+    starts = table["meaning"].str.contains("from every start")
+    assert starts.any() and table["meaning"][starts].str.contains("while nodes stay closed").all()
+    assert (table["proven"][starts] == "no").all() and not lower.proven
     runs = pd.read_parquet(tmp_path / "first_look_work.parquet")
     assert runs["residual"].max() < 1e-9 and runs["load_factor"].max() == pytest.approx(
         1.3 * limit.load_factor
@@ -68,10 +76,10 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
         "python -m paper_figures",
     ]
     assert [line.split("  ")[0] for line in printed.rstrip().splitlines()[-3:]] == commands
-    assert (
-        imread(tmp_path / "first_look.png").shape[1] > 1000
-        and str(tmp_path / "first_look.png") in printed
-    )
+    # Nothing touches the right edge of the picture, so no mark or word is cut.
+    shown = imread(tmp_path / "first_look.png")
+    assert shown.shape[1] > 1000 and (shown[:, -4:] == 1).all()
+    assert str(tmp_path / "first_look.png") in printed
 
 
 def test_its_loads_stand_on_both_sides_of_the_limit():
