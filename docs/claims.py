@@ -219,6 +219,12 @@ CLAIMS = (
         tests="test_lift_off_questions::test_required_friction_agrees_with_the_limit_from_both_sides",
     ),
     Claim(
+        "sentences.NOT_FROM_EVERY_START",
+        by="`RequiredFriction`",
+        source="transients",
+        tests="test_required_friction::test_as_assembled_a_joint_slips_with_more_friction_than_it_needs",
+    ),
+    Claim(
         "sentences.NONE_IS_ENOUGH sentences.LOADS_OPEN",
         by="`RequiredFriction`",
         source="multipliers",

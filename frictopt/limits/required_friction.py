@@ -26,6 +26,7 @@ from .answered import Answered
 from .best_pressed import best_pressed
 from .lift_off import LiftOff, Order
 from .load_path import has_static_shear
+from .moving_areas import uncoupled
 from .question import Question
 from .reasons import where
 from .safe_by_friction import SafeSlips
@@ -37,6 +38,7 @@ from .sentences import (
     NONE_IS_ENOUGH,
     NONE_NEEDED,
     NONE_STOPS_IT,
+    NOT_FROM_EVERY_START,
 )
 
 _NONE_FOUND = (
@@ -127,7 +129,11 @@ def required_friction(
     slip_bound: Any = None,
     progress: bool = True,
 ) -> RequiredFriction:
-    """Least coefficient of friction, the same at all nodes, with which some residual slip is safe.
+    """Least friction with a safe slip, one value for all nodes; the start decides if slip stops.
+
+    With this friction or more, the load factor is at most the shakedown limit. Between the limits,
+    slip stops from some starts and goes on from others; `limit_after_protocol` answers this for one
+    assembly.
 
     A slip that is safe with friction f (f = 0 included) presses every node at every corner. It
     stays safe with more friction, because the bounds f p grow. So there is one coefficient above
@@ -316,6 +322,8 @@ def _answer(
     reason = LESS_IS_NOT_SAFE(within=safe_slips.within, node_states=node_states)
     if safe_slips.areas is None and not enough.events.empty:
         reason += ENOUGH_WITH_EVENTS()
+    if not uncoupled(enough._question):
+        reason += NOT_FROM_EVERY_START()
     record = replace(
         enough.record,
         attempts=enough.record.attempts + too_little.record.attempts,

@@ -257,6 +257,11 @@ ENOUGH_WITH_EVENTS = Sentence(
     assumes="with `events=True`: `slip` is checked; for less friction, the proof covers only "
     "nodes that stay open or closed",
 )
+NOT_FROM_EVERY_START = Sentence(
+    "; slip need not stop from every start, also with more: limit_after_protocol follows an "
+    "assembly",
+    assumes="slip changes the pressure of some node",
+)
 NONE_IS_ENOUGH = Sentence(
     "no friction is enough to keep all nodes closed: {why}",
     assumes=_NODES_CLOSED,

@@ -61,17 +61,17 @@ def shakedown_limit(
     solver: str | None = None,
     progress: bool = True,
 ) -> ShakedownLimit:
-    """Largest load factor at which some residual slip is safe.
+    """Largest load factor with a safe slip; between the limits the start decides if slip stops.
 
-    Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
-    (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of the cycle. The
-    open nodes are searched near the settled mean load. With other nodes open, a contact may shake
-    down above the limit. If the contact is uncoupled (B = 0), only loads open and close nodes. Then
-    the limit holds for all openings and closings (theory, "Contact areas that move"). If the load
-    factor scales normal loads, too, the contact may shake down again above the limit, see
-    `ShakedownLimit.intervals`. Ctrl-C in a search raises KeyboardInterrupt with an attribute
-    `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
-    Klarbring 1987.
+    `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at every
+    corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With `events`,
+    nodes may also be open during a part of the cycle. The open nodes are searched near the settled
+    mean load. With other nodes open, a contact may shake down above the limit. If the contact is
+    uncoupled (B = 0), only loads open and close nodes. Then the limit holds for all openings and
+    closings (theory, "Contact areas that move"). If the load factor scales normal loads, too, the
+    contact may shake down again above the limit, see `ShakedownLimit.intervals`. Ctrl-C in a search
+    raises KeyboardInterrupt with an attribute `limit`, the best limit so far. Theory, eq. (7);
+    Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------

@@ -884,6 +884,13 @@ FAULTS = (
         tests="required_friction",
     ),
     Fault(
+        "limits/required_friction.py",
+        "the required friction stops slip from every start",
+        old="not uncoupled(enough._question)",
+        new="False",
+        tests="required_friction::test_as_assembled_a_joint_slips_with_more_friction_than_it_needs",
+    ),
+    Fault(
         "limits/region_rays.py",
         "a ray without reach keeps its line",
         old="reach = 0.0\nbound = 0.0",
