@@ -165,18 +165,15 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], Answe
 
     def guaranteed() -> Answer:
         limit = lower.solve(friction)
-        meaning = "below it slip stops from every start, while nodes stay closed"
+        meaning = "below it slip stops from every start while nodes stay closed"
         if not limit.load_factor:
-            meaning = (
-                "no load is guaranteed from every start: a large residual slip can take all force "
-                "off the node at the edge"
-            )
+            meaning += "; it is 0, because a large residual slip can take all force off the node at the edge"
         return Answer(limit.load_factor, meaning, limit.residual, limit.proven)
 
     def after_overload() -> Answer:
         limit = overloaded()
         meaning = (
-            "below it slip stops from every start that one overload can leave, while nodes stay "
+            "below it slip stops from every start that one overload can leave while nodes stay "
             "closed"
         )
         return Answer(limit.load_factor, meaning, limit.residual, limit.proven)

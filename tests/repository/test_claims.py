@@ -17,6 +17,7 @@ from frictopt.limits import pose, sentences, with_open
 from frictopt.limits.open_nodes import open_under_mean
 from helpers.separation import open_in_space, pulled_system, resting_starts
 from helpers.systems import CYCLE, random_system, system
+from studies import first_look
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
@@ -30,6 +31,26 @@ CLAIM = re.compile(
 STRONG = re.compile(
     r"theorem|from both sides|whatever (its|the) start|from every start|shakedown is certain"
 )
+# Words of front pages that claim something of all starts or all time, and the words of the
+# conditions that `covers`, `bound_for_all` and `proven` of the same answer have.
+ALL_STARTS = re.compile(
+    r"\b(every|each|all|any|no|whatever( its| the)?) starts?\b|\bfor ever\b|\bnever (stop|slip)",
+    re.I,
+)
+CONDITION = re.compile(
+    r"clos|\bopens?\b|proven|observ|uncoupled|theorem|B = 0|B\$? = 0|overload|may slip|not from every",
+    re.I,
+)
+# A slip is safe, a load or a joint is not; only a limit is called guaranteed.
+BEHAVIOUR = re.compile(r"\b(slip|stick|stop|rest|keep|goes)", re.I)
+SAFE_WITHOUT_SLIP = re.compile(r"(?!.*slip)(?!.*safe region)(?!.*\?$).*\bsafe\b", re.I)
+OTHER_GUARANTEE = re.compile(r"\bguarantee(?!d(\*|_| )*(limit|problem))", re.I)
+FRONT_PAGES = [
+    ROOT / "README.md",
+    ROOT / "docs" / "index.md",
+    ROOT / "docs" / "faq.md",
+    *sorted((ROOT / "docs" / "tutorial").glob("*.md")),
+]
 PLACES = [
     ROOT / "README.md",
     *sorted(
@@ -335,3 +356,70 @@ def test_every_claim_has_a_test_that_exists():
             file, name = test.split("::")
             text = files[file].read_text(encoding="utf-8")
             assert re.search(rf"^def {name}\(", text, re.MULTILINE), test
+
+
+def sentences_of_page(page):
+    """Sentences of text, and of comments and strings in code."""
+    blocks = re.split(r"^```(.*)\n((?:.*\n)*?)```$", page, flags=re.MULTILINE)
+    texts = []
+    for text, head, code in zip(blocks[::3], [*blocks[1::3], ""], [*blocks[2::3], ""], strict=True):
+        texts += re.split(r"\n\s*\n|\n(?=[-|#>] ?)|\n", text)
+        if "python" in head:
+            texts += re.findall(r"#.*|\"[^\"\n]*\"", code)
+        elif "{" in head:
+            texts += code.splitlines()
+    return [
+        sentence
+        for text in texts
+        for sentence in re.split(r"(?<=[.:!?]) +(?=[A-Z`*\[])", re.sub(r"\]\([^)]*\)", "]", text))
+    ]
+
+
+def without_condition(sentence):
+    """Whether a sentence claims more than the answers of which it speaks."""
+    words = re.sub(r"`[^`]*`", "", sentence)
+    of_all = ALL_STARTS.search(words) and BEHAVIOUR.search(words)
+    return bool(
+        (of_all and not CONDITION.search(sentence))
+        or SAFE_WITHOUT_SLIP.match(words)
+        or OTHER_GUARANTEE.search(words)
+    )
+
+
+@pytest.mark.parametrize("page", FRONT_PAGES, ids=lambda page: page.stem)
+def test_front_pages_claim_no_more_than_the_answers(page):
+    """Otherwise name the condition in the sentence itself: readers take single sentences along."""
+    said = sentences_of_page(page.read_text(encoding="utf-8"))
+    assert len(said) > 8 and not [sentence for sentence in said if without_condition(sentence)]
+
+
+def test_the_first_command_and_its_picture_claim_no_more_than_the_answers():
+    tree = ast.parse(inspect.getsource(first_look))
+    docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    said = [
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and id(node) not in docstrings
+    ]
+    assert any(ALL_STARTS.search(text) for text in said)
+    assert not [text for text in said if without_condition(text)]
+
+
+@pytest.mark.parametrize(
+    ("said", "too_much"),
+    [
+        ("Above the shakedown limit every start slips in every cycle.", True),
+        ("Above it every start slips in every cycle, if all nodes stay closed.", False),
+        ("Below the *guaranteed limit* the contact stops slipping from every start.", True),
+        ("Below it slip stops from every start: observed, not proven.", False),
+        ("the flank slips for ever", True),
+        ("# largest safe sway, proven from both sides", True),
+        ("the largest sway with a safe slip", False),
+        ("how much friction makes it safe", True),
+        ("A load below the limit is guaranteed.", True),
+    ],
+)
+def test_a_sentence_without_its_condition_is_noticed(said, too_much):
+    assert without_condition(said) == too_much

@@ -63,6 +63,7 @@ NOT_RUN = {
     'pytest -n auto --dist worksteal -m ""': "the weekly job runs them with all cases",
     'python -m pytest -n auto --dist worksteal -m "" -p benchmarks.slow_tests': "all tests, which it measures",
     "bash .ci/run": "runs these tests; a job runs it",
+    "python -m pytest benchmarks/test_limits.py -k plain -s": "a part of `pytest benchmarks`",
     "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",
 }
 BY_JOBS = {  # command -> how a job has it, with what only its machine needs

@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import pytest
 
 from studies.__main__ import STUDIES
 
@@ -13,36 +14,29 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_examples_run_as_they_stand(capsys, monkeypatch):
+def test_examples_run_as_they_stand_and_print_what_it_says(capsys, monkeypatch):
+    """If other words are printed, paste what the first example prints."""
     monkeypatch.chdir(ROOT)
+    monkeypatch.setenv("TQDM_DISABLE", "1")
     names = {}
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    (said,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+    printed = []
     with plt.rc_context({"backend": "agg"}):
         for block in blocks:
             exec(block, names)
+            printed.append(capsys.readouterr().out)
     plt.close("all")
-    printed = capsys.readouterr().out
-    assert (
-        len(blocks) == 4
-        and names["foot"].nodes > 10
-        and names["flat"].nodes == 26
-        and set(names["dovetail"].contact) == {"right", "left"}
-    )
-    first = {line.split()[0]: line.split()[-1] for line in printed.split("\n")[1:6]}
-    assert first["load_factor"].startswith("0.798") and (first["node"], first["sense"]) == (
-        "0",
-        "-1",
-    )
-    assert (
-        printed.count("1.8280") >= 2
-        and "SHAKEDOWN 0.0" in printed
-        and "CYCLIC_SLIP 0." in printed
-        and "gross-slip load: " in printed
-    )
+    assert len(blocks) == len(printed) == 2 and names["foot"].nodes > 10
+    assert printed[0].splitlines() == said.splitlines()
+    assert "gross-slip load: " in printed[1]
+    # The printed problem has the limit as its value, for a solver that knows nothing of frictopt.
+    limit = names["limit"]
+    assert limit.problem.solve() == pytest.approx(limit.load_factor, rel=1e-6)
 
 
 def test_it_is_short():
-    assert README.count("\n") <= 120 and all(
+    assert README.count("\n") <= 90 and all(
         block.count("\n") <= 18 for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     )
 
