@@ -324,6 +324,15 @@ def test_tables_come_from_the_studies():
 
 
 @pytest.mark.parametrize(
+    "path", [*TABLES, *sorted((ROOT / "paper" / "tables").glob("*.md"))], ids=lambda path: path.stem
+)
+def test_a_table_is_of_this_version(path):
+    """Otherwise run the command in its last line, with the option `--page` and its folder."""
+    (made_by,) = re.findall(r"^\*Made by .*, frictopt ([^,]+), .*\*$", text(path), re.MULTILINE)
+    assert made_by == fo.__version__
+
+
+@pytest.mark.parametrize(
     "path",
     [
         pytest.param(path, marks=[pytest.mark.ccx] if path.stem == "calculix" else [], id=path.stem)
