@@ -1,9 +1,9 @@
-"""The table of `claims.md`: `python docs/claims.py` writes it anew.
+"""The sections of `claims.md`: `python docs/claims.py` writes them anew.
 
 The text of a sentence stands in `frictopt/limits`. Its source and its tests stand here, because no
 user needs them at run time. What it assumes stands beside its text, or here if sentences share it.
-To add a sentence, write it as a `Sentence` there, give it a row here, and run this file.
-`tests/repository/test_claims.py` fails for a sentence without a row, assumption or test.
+To add a sentence, write it as a `Sentence` there, give it a claim here, and run this file.
+`tests/repository/test_claims.py` fails for a sentence without a claim, assumption or test.
 """
 
 import re
@@ -12,15 +12,14 @@ from importlib import import_module
 from pathlib import Path
 
 PAGE = Path(__file__).with_name("claims.md")
-HEAD = "| sentence | said by | holds if | source | test |\n|---|---|---|---|---|\n"
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A row of the table.
+    """A section of the page.
 
     `sentences` are names `file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
-    same elsewhere: attributes, pages, errors. If `holds_if` is empty, the row has what its
+    same elsewhere: attributes, pages, errors. If `holds_if` is empty, the section has what its
     sentences assume.
     """
 
@@ -36,18 +35,21 @@ class Claim:
         """The sentences, with dots in place of values."""
         return [shortened(text_of(name)) for name in self.sentences.split()]
 
-    @property
-    def row(self) -> str:
-        """The row of the table."""
-        sentences = [*self.texts, *filter(None, [self.also])]
-        said = "<br>".join(sentence.strip(" ;") for sentence in sentences)
+    def section(self, number: int) -> str:
+        """The section: its sentences as a quotation, and below them what each reader looks for."""
+        sentences = [sentence.strip(" ;") for sentence in (*self.texts, self.also) if sentence]
         assumed = [getattr(sentence_of(name), "assumes", "") for name in self.sentences.split()]
-        holds_if = self.holds_if or "; ".join(dict.fromkeys(filter(None, assumed)))
-        tests = ", ".join(f"`{test}`" for test in self.tests.split())
-        cells = [said, self.by, holds_if, self.source, tests]
-        if not all(cells):
-            raise ValueError(f"{self.sentences}{self.also}: an empty cell in {cells}")
-        return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |\n"
+        items = {
+            "Said by": self.by,
+            "Holds if": self.holds_if or "; ".join(dict.fromkeys(filter(None, assumed))),
+            "Source": self.source,
+            "Test": ", ".join(f"`{test}`" for test in self.tests.split()),
+        }
+        if not sentences or not all(items.values()):
+            raise ValueError(f"{self.sentences}{self.also}: something is empty in {items}")
+        quotation = "\n>\n".join(f"> {sentence}" for sentence in sentences)
+        below = "\n".join(f"- {name}: {text}" for name, text in items.items())
+        return f"## {number}. {self.by.split(',')[0]}\n\n{quotation}\n\n{below}\n"
 
 
 def sentence_of(name: str) -> object:
@@ -460,17 +462,18 @@ CLAIMS = (
     Claim(
         "",
         also="above the limit the contact slips in every cycle, whatever the start; below it not from every start",
-        by="theory, tutorial/spatial, tutorial/joint, tutorial/punch, tutorial/which",
+        by="theory, README, index, faq, tutorial/spatial, tutorial/joint, tutorial/punch, tutorial/which, `python -m studies first_look`",
         holds_if="all nodes stay closed",
         source="multipliers",
-        tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close",
+        tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close test_claims::test_front_pages_claim_no_more_than_the_answers test_claims::test_the_first_command_and_its_picture_claim_no_more_than_the_answers",
     ),
 )
 
 
 def page(text: str) -> str:
-    """The page with its table made anew: all of it from the head of the table on."""
-    return text.partition(HEAD)[0] + HEAD + "".join(claim.row for claim in CLAIMS)
+    """The page with its sections made anew: all of it from the first section on."""
+    head = text.partition("## ")[0]
+    return head + "\n".join(claim.section(number) for number, claim in enumerate(CLAIMS, start=1))
 
 
 if __name__ == "__main__":

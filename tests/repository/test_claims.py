@@ -298,7 +298,7 @@ def test_the_page_is_made_from_its_claims():
 
 
 def test_every_sentence_has_a_claim():
-    """Otherwise give it a row in `docs/claims.py`, with a source and a test."""
+    """Otherwise give it a claim in `docs/claims.py`, with a source and a test."""
     named = [name for claim in claims.CLAIMS for name in claim.sentences.split()]
     assert len(named) == len(set(named))
     of_limits = {
