@@ -212,7 +212,7 @@ def _followed(
             error = np.nan
         if isinstance(begin, SteppedPath) and with_step_error:
             bar.best = "steady"
-            with progress_bar(True, "error of its increments", "cycle") as finer_bar:
+            with progress_bar(progress, "error of its increments", "cycle") as finer_bar:
                 run.report = finer_bar.update
                 try:
                     finer, parts = begin.finer()
