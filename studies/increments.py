@@ -98,7 +98,7 @@ def corner_history(parameters: Parameters) -> Iterator[Row]:
     case = _case(parameters)
     path = case.path
     corners = len(LOADS.corners)
-    first = (path.time >= 0) & (path.time <= parameters.first_cycles * corners)
+    first = path.time <= parameters.first_cycles * corners
     steady = path.time >= (parameters.cycles - 1) * corners
     for node in (
         0,

@@ -55,7 +55,8 @@ def march(
 
     The load path starts at an artificial load that carries the initial slip with q = 0 and, at
     every node, p equal to the mean of `abs(p^w)` under the mean load. It goes in a straight line to
-    the mean load, and then visits the corners in their order, again and again. Theory, eq. (13).
+    the mean load, and then visits the corners in their order, again and again. The states before
+    the mean load are checked, too, but they are not returned. Theory, eq. (13).
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def march(
     Returns
     -------
     Trajectory
-        The states of the transient, in their order.
+        The states of the transient, from the mean load or from the earlier state on.
 
     Raises
     ------
@@ -153,7 +154,7 @@ def march(
             f"{trajectory.residual:.1e} (tolerance {RESIDUAL:g}; {trajectory.verdict}); "
             f"{path.cause_of_rounding}"
         )
-    return trajectory
+    return trajectory.from_mean_load()
 
 
 class _States(NamedTuple):

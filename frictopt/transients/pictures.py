@@ -296,9 +296,8 @@ def _time_axis(axes: Axes, path: Trajectory, axis: str) -> None:
         listed = names[0]
     separator = " " if axis == "x" else "\n"
     axes.set(**{f"{axis}label": f"corners visited{separator}({listed})"})
-    first = max(0.0, path.time[0])
-    if first < path.time[-1]:
-        axes.set(**{f"{axis}lim": (first, path.time[-1])})
+    if path.time[0] < path.time[-1]:
+        axes.set(**{f"{axis}lim": (path.time[0], path.time[-1])})
 
 
 @picture.register

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,6 @@ from ..base import (
 )
 from ..base.results import named_places
 from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, check_contact_law, joined
-from ..errors import ModelError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,6 +104,20 @@ class LoadLoop(Kept, Plotted):
         }
 
 
+_OVER_STATES = (
+    "time",
+    "amplitudes",
+    "bonded_q",
+    "bonded_p",
+    "slip",
+    "gap",
+    "q",
+    "p",
+    "status",
+    "work",
+)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Kept, Plotted):
     """T states of a transient: one after each event of the exact path, or one after each increment.
@@ -114,12 +127,12 @@ class Trajectory(Kept, Plotted):
     system, friction, cycle
         The contact, (N,) coefficients of friction, and the load cycle.
     time
-        (T,) number of corners visited: -1 at the artificial load that balances the initial slip, 0
-        at the mean load, k at the k-th corner, and linear between them. A transient from an earlier
-        state begins with the number of corners of the cycle before the next corner of that state.
+        (T,) number of corners visited: 0 at the mean load, k at the k-th corner, and linear between
+        them. A transient from an earlier state begins with the number of corners of the cycle
+        before the next corner of that state.
     amplitudes
         (T, cases) amplitudes of the load cases, in the order of `system.bonded`. They are NaN from
-        the artificial load, or from an earlier state, to the first load of the cycle.
+        an earlier state to the first corner after it.
     bonded_q, bonded_p
         Bonded reactions of the load, (T, N) in the plane and (T, N, 2) in space, and (T, N): force
         per depth in the plane, force in space.
@@ -156,7 +169,7 @@ class Trajectory(Kept, Plotted):
     >>> at_second_corner = path.to_frame().query("node == 0 and time == 2.0")
     >>> at_second_corner[["slip", "gap", "q", "p"]].round(6)
         slip  gap    q    p
-    28  -0.5  0.0  0.5  1.0
+    24  -0.5  0.0  0.5  1.0
     """
 
     system: ContactSystem
@@ -263,10 +276,15 @@ class Trajectory(Kept, Plotted):
         """(cycles, N) work of friction in each whole cycle."""
         corners = len(self.cycle.corners)
         # Whole cycles begin at the first multiple of `corners`.
-        first = max(0, -(-int(np.ceil(self.time[0])) // corners) * corners)
+        first = -(-int(np.ceil(self.time[0])) // corners) * corners
         times = np.arange(first, self.time[-1] + 0.5, corners)
         rows = np.searchsorted(self.time, times + SIMULTANEOUS) - 1
         return frozen(np.diff(self.work[rows], axis=0))
+
+    def from_mean_load(self) -> Trajectory:
+        """The states from the mean load on, without those under the artificial load before it."""
+        first = int(np.flatnonzero(self.time >= 0)[0])
+        return replace(self, **{name: getattr(self, name)[first:] for name in _OVER_STATES})
 
     def state_at(self, number: int) -> ContactState:
         """The state with index `number`, negative from the end, as a start of another transient.
@@ -274,14 +292,9 @@ class Trajectory(Kept, Plotted):
         Raises
         ------
         ModelError
-            There is no such state, or it comes before the mean load.
+            There is no such state.
         """
         row = whole_number("number", number, least=-len(self.time), most=len(self.time) - 1)
-        if self.time[row] < 0:
-            raise ModelError(
-                f"number: {number}, a state between the artificial load and the mean load; "
-                "give a state with time >= 0, or its slip"
-            )
         corner = int(self.time[row] + SIMULTANEOUS) % len(self.cycle.corners)
         return ContactState(
             self.slip[row],

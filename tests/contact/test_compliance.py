@@ -130,9 +130,7 @@ def test_the_transient_knows_its_amplitudes_from_the_mean_load_on():
     system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     path = fo.march(system, PAPER, 0.5, 0.3, initial_slip=np.linspace(0, 0.01, 9), cycles=2)
     q, p = system.reaction({"P": 1.0})
-    known = path.time >= 0
-    assert np.isnan(path.displacement("sigma")[~known]).all() and known.sum() < len(known)
-    for row in np.flatnonzero(known):
+    for row in range(len(path.time)):
         loads = dict(zip(system.bonded, path.amplitudes[row], strict=True))
         q, p = system.reaction(loads)
         assert np.abs(path.bonded_p[row] - p).max() + np.abs(path.bonded_q[row] - q).max() < 1e-12

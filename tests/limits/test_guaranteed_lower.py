@@ -126,7 +126,7 @@ def test_every_state_lies_within_the_derived_bounds(least_friction):
                 initial_slip=rng.normal(size=3) * 10 ** rng.uniform(-1, 2),
                 cycles=3,
             )
-            corner = (path.time >= 0) & (path.time == np.round(path.time))
+            corner = path.time == np.round(path.time)
             slip = path.slip[corner] / length
             gap = path.gap[corner] / length
             p = path.p[corner] / force

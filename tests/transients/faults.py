@@ -619,11 +619,11 @@ FAULTS = (
         tests="spatial_cycles",
     ),
     Fault(
-        "transients/pictures.py",
-        "the artificial load is a part of the cycle",
-        old="max(0.0, path.time[0])",
-        new="max(-1.0, path.time[0])",
-        tests="plots",
+        "transients/march.py",
+        "the artificial load is a part of the transient",
+        old="return trajectory.from_mean_load()",
+        new="return trajectory",
+        tests="march",
     ),
     Fault(
         "transients/pictures.py",

@@ -28,10 +28,18 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
     start = 0.3 * np.sin(3 * contact.x)
     path = fo.march(contact, paper_cycle, 0.7, 2.2, initial_slip=start, cycles=6)
     assert path.slip.shape[1] == 17
-    assert path.time[0] == -1.0
+    assert path.time[0] == 0.0
     assert path.time[-1] == 12.0
     assert (np.diff(path.time) >= 0).all()
-    assert np.array_equal(path.slip[0], start) and not path.q[0].any()
+    assert dict(zip(contact.bonded, path.amplitudes[0], strict=True)) == {
+        "P": 1.0,
+        "Q": 0.0,
+        "sigma": 0.0,
+    }
+    assert path.to_frame()["time"].min() == 0.0
+    # The state under the mean load: from the start, no node has slipped back beyond its bound.
+    stuck = np.abs(path.q[0]) < 0.7 * path.p[0] * (1 - 1e-9)
+    assert stuck.any() and np.allclose(path.slip[0][stuck], start[stuck], rtol=0, atol=1e-12)
     assert path.residual < 1e-9 and np.abs(path.energy_error).max() < 1e-10
     assert path.cycle_work.shape == (6, 17) and (path.cycle_work >= 0).all()
     steady = steady_state(contact, paper_cycle, 0.7, 2.2, initial_slip=start)

@@ -17,7 +17,7 @@ THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.3}, {"cyclic
 def whole(rounded, paper_cycle):
     """A transient of three cycles, with nodes that are open always and nodes that slip."""
     path = fo.march(rounded, paper_cycle, 0.6, 1.5, cycles=3)
-    assert (path.status[path.time >= 0] == 2).any(axis=1).all() and path.cycle_work[-1].sum() > 0
+    assert (path.status == 2).any(axis=1).all() and path.cycle_work[-1].sum() > 0
     return path
 
 
@@ -62,7 +62,7 @@ def test_random_contacts_go_on_from_any_state(seed):
     rng = np.random.default_rng(seed)
     contact = random_system(rng, 3).with_gap(0.3 * rng.random(3) * (rng.random(3) < 0.5))
     whole = fo.march(contact, THREE, 0.3, 1.0, initial_slip=rng.normal(size=3), cycles=2)
-    for row in np.flatnonzero((whole.time >= 0) & (whole.time < 3)):
+    for row in np.flatnonzero(whole.time < 3):
         again = fo.march(
             contact,
             THREE,
@@ -161,10 +161,8 @@ def test_a_slip_and_a_state_are_one_too_many():
         )
 
 
-def test_no_state_stands_before_the_mean_load():
+def test_a_state_that_does_not_exist_is_refused():
     path = fo.march(one_node(), CYCLE, 0.5, 0.1, cycles=1)
-    with pytest.raises(fo.ModelError, match="artificial load"):
-        path.state_at(0)
     with pytest.raises(fo.ModelError, match="number"):
         path.state_at(len(path.time))
 
@@ -186,7 +184,7 @@ def test_of_a_gap_and_a_pressure_the_smaller_one_is_rounding():
 
 
 def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, paper_cycle):
-    for row in np.flatnonzero(whole.time >= 0).tolist():
+    for row in range(len(whole.time)):
         state = whole.state_at(row)
         loads = paper_cycle.corner_names[int(np.floor(whole.time[row] + 1e-9)) % 2]
         assert state.next_loads == loads == paper_cycle.corner_names[state.next_corner]
