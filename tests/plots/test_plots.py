@@ -277,7 +277,8 @@ def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, c
     upper, lower = path.plot()
     most = sorted(range(contact.nodes), key=lambda node: -path.work[-1, node])[:3]
     for number, node in enumerate(most):
-        line = labelled(upper)[f"node {node}, $x = {contact.x[node]:.4g}$"]
+        of_several = "" if contact.contact is None else f" ({contact.contact[node]})"
+        line = labelled(upper)[f"node {node}{of_several}, $x = {contact.x[node]:.4g}$"]
         assert np.array_equal(line.get_xdata(), path.slip[:, node])
         assert np.array_equal(line.get_ydata(), path.q[:, node])
         assert np.array_equal(lower.get_lines()[number].get_ydata(), path.slip[:, node])
