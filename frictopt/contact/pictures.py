@@ -95,7 +95,9 @@ def _system_in_plane(
 
     pressures, name = _pressures(system)
     for number, (case, pressure) in enumerate(pressures.items()):
-        lines(lower, system, pressure, label=f"{case} = 1", **POINTS, **line(number))
+        lines(
+            lower, system, pressure, label=f"{case} = 1", **POINTS, **line(number, len(pressures))
+        )
     lower.set_ylabel(name)
     label_panels([lower], system)
     legend(lower, "load case")
@@ -119,10 +121,10 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     cases = dict.fromkeys(name for load in (cycle.mean, *loads) for name in load)
     for number, case in enumerate(cases):
         amplitudes = [load.get(case, 0.0) for load in loads]
-        look = series(number) if count <= _NUMBER_OF_TICKS else line(number)
+        look = (series if count <= _NUMBER_OF_TICKS else line)(number, len(cases))
         axes.plot(places, amplitudes, label=case, **look)
         mean = cycle.mean.get(case, 0.0)
-        axes.axhline(mean, color=series(number)["color"], lw=0.6, linestyle=":")
+        axes.axhline(mean, color=look["color"], lw=0.6, linestyle=":")
     axes.plot([], [], color=BLACK, lw=0.6, linestyle=":", label="mean")
 
     axes.set_ylabel("amplitude at load factor 1")

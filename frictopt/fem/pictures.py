@@ -93,22 +93,29 @@ def _corners(mesh: Mesh, facets: Integers) -> Array:
 
 
 def _draw_bodies(
-    axes: AnyAxes, meshes: Mapping[str, Mesh], *, in_space: bool, face: float, edge: float
+    axes: AnyAxes,
+    meshes: Mapping[str, Mesh],
+    count: int,
+    *,
+    in_space: bool,
+    face: float,
+    edge: float,
 ) -> None:
     """Bodies in the colours of their numbers: their meshes, in space their surfaces.
 
-    `face` and `edge` are the opacities of the faces and of their sides in space.
+    `count` is the number of colours of the picture. `face` and `edge` are the opacities of the
+    faces and of their sides in space.
     """
     if not in_space:
         for number, (name, mesh) in enumerate(meshes.items()):
-            draw_mesh(axes, mesh, series(number)["color"], thin=0.2, label=name)
+            draw_mesh(axes, mesh, series(number, count)["color"], thin=0.2, label=name)
         return
     # All faces are one collection: matplotlib hides faces behind others only within one.
     polygons = list[Array]()
     faces = list[tuple[str, float]]()
     edges = list[tuple[str, float]]()
     for number, (name, mesh) in enumerate(meshes.items()):
-        color = series(number)["color"]
+        color = series(number, count)["color"]
         corners = _corners(mesh, mesh.boundary_facets())
         polygons += [*corners]
         faces += [(color, face)] * len(corners)
@@ -152,11 +159,12 @@ def model_picture(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     in_space = ends.shape[1] == 3
     length = (0.12 if in_space else 0.08) * float((ends[1] - ends[0]).max())
     meshes = {name: body.mesh for name, body in model.bodies.items()}
-    _draw_bodies(axes, meshes, in_space=in_space, face=0.04, edge=0.5)
+    count = len(meshes) + len(model.loads)
+    _draw_bodies(axes, meshes, count, in_space=in_space, face=0.04, edge=0.5)
     _contacts(axes, model, in_space)
     _supports(axes, model, in_space)
     for number, case in enumerate(model.loads, start=len(model.bodies)):
-        load_arrows(axes, model, case, length, series(number)["color"])
+        load_arrows(axes, model, case, length, series(number, count)["color"])
     finish_axes(axes, ends, length)
     _with_legend(axes, ax, in_space)
     if in_space:
@@ -386,7 +394,7 @@ def _moved(
             draw_edges(axes, mesh, mesh.boundary_facets(), label=label, **outline)
         moved[name] = replace(mesh, doflocs=mesh.doflocs + scale * displacement[name])
     # Faces behind others must not shine through, so that bodies and bolts are told apart.
-    _draw_bodies(axes, moved, in_space=in_space, face=0.9, edge=0.4)
+    _draw_bodies(axes, moved, len(moved), in_space=in_space, face=0.9, edge=0.4)
     axes.set_title(title.format(scale=scale, largest=largest))
     finish_axes(axes, ends, share * size)
     return _with_legend(axes, ax, in_space)

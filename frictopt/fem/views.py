@@ -121,7 +121,7 @@ def _titles(at_contacts: Mapping[str, NDArray[Any]] | None) -> dict[str, str]:
 def _draw_meshes(pv: Any, scene: Any, model: ContactModel, face: Any) -> None:
     """Draw the lines of the meshes in the colours of the bodies, and the contacts in black."""
     for number, (name, body) in enumerate(model.bodies.items()):
-        color = series(number)["color"]
+        color = series(number, len(model.bodies))["color"]
         scene.add_mesh(pv.wrap(in_meshio(body.mesh)), style="wireframe", color=color, label=name)
     scene.add_mesh(pv.wrap(face), color=BLACK, label="contact")
     scene.add_legend(bcolor=None, face="rectangle", size=(0.15, 0.15))

@@ -38,7 +38,7 @@ def png(result: Any) -> bytes:
     axes = np.ravel(np.asarray(result.plot(), dtype=object))
     figure = axes[0].figure
     file = BytesIO()
-    figure.savefig(file, format="png", dpi=120)
+    figure.savefig(file, format="png")
     plt.close(figure)
     return file.getvalue()
 

@@ -4,14 +4,16 @@ import re
 from collections.abc import Collection, Sequence
 from contextlib import AbstractContextManager
 from functools import singledispatch
+from math import ceil
 from pathlib import Path
 from textwrap import fill
 from typing import Any, TypeAlias
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib import rc_params_from_file
+from matplotlib import colormaps, rc_params_from_file
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
@@ -26,6 +28,8 @@ Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
 ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
+# So that a picture file is sharp in a report, also without an option of `savefig`.
+_DOTS_PER_INCH = 150
 BLACK, GREY = "#000000", "#767676"
 POINTS: Look = {"marker": ".", "markersize": 3}  # of the nodes on a line
 
@@ -72,18 +76,26 @@ def screen() -> AbstractContextManager[None]:
         for name, value in RC.items()
         if isinstance(value, float) and not name.startswith("savefig")
     }
-    context: AbstractContextManager[None] = plt.rc_context({**RC, **sizes, "savefig.dpi": "figure"})
+    resolution: Look = {"figure.dpi": _DOTS_PER_INCH, "savefig.dpi": "figure"}
+    context: AbstractContextManager[None] = plt.rc_context({**RC, **sizes, **resolution})
     return context
 
 
-def series(number: int) -> Look:
-    """Look of a series; after the last one they begin again."""
-    return SERIES[number % len(SERIES)]
+def series(number: int, count: int = 1) -> Look:
+    """Look of a series, of so many that have different colours.
+
+    The colours of many series are those of a sequence, in their order.
+    """
+    look = SERIES[number % len(SERIES)]
+    if count <= len(SERIES):
+        return look
+    # The end of the sequence, yellow, can hardly be seen on white.
+    return {**look, "color": to_hex(colormaps["viridis"](0.92 * number / (count - 1)))}
 
 
-def line(number: int) -> Look:
+def line(number: int, count: int = 1) -> Look:
     """Colour and dashes of a series, without its marker."""
-    return {name: series(number)[name] for name in ("color", "linestyle")}
+    return {name: series(number, count)[name] for name in ("color", "linestyle")}
 
 
 def new_axes(
@@ -205,8 +217,12 @@ def slanted(names: Collection[str], ha: str, va: str) -> Look:
 
 
 def legend(axes: Axes, title: str | None = None, **more: Any) -> None:
-    """Legend beside the axes, where it covers no data."""
+    """Legend beside the axes, where it covers no data, in columns if it is long."""
+    # Names that fit beside a panel.
+    longest = 10
+    names = more.get("handles") or axes.get_legend_handles_labels()[0]
     axes.legend(
+        ncols=max(1, ceil(len(names) / longest)),
         loc="upper left",
         bbox_to_anchor=(1.0, 1.02),
         title=title,

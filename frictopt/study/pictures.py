@@ -14,7 +14,6 @@ from ..plots.style import (
     ALONG,
     BLACK,
     GREY,
-    SERIES,
     AxesArray,
     equals,
     legend,
@@ -267,7 +266,7 @@ class _StudyPicture:
             axes.plot(
                 group["place"],
                 group["height"],
-                color=series(colours.index(value))["color"],
+                color=series(colours.index(value), len(colours))["color"],
                 marker=series(self.families.index(family))["marker"],
                 label=_family_name(family) if self.colour is None else None,
                 markersize=5,
@@ -310,11 +309,11 @@ class _StudyPicture:
             look = {"color": BLACK, "marker": marker, "mfc": "none", "linestyle": "none"}
             axes.plot([], [], label=_family_name(family), **look)
         groups = list(self.table.groupby(self.colour, sort=False))
-        for number, (value, group) in enumerate(groups[: len(SERIES)]):
+        for number, (value, group) in enumerate(groups):
             name = _value_name(value)
             if self.colour == "friction_number":
                 name = _friction_name(group.iloc[0])
-            axes.plot([], [], color=series(number)["color"], lw=3, label=name)
+            axes.plot([], [], color=series(number, len(groups))["color"], lw=3, label=name)
         return legend(axes, f"start and\n{_column_name(self.colour)}")
 
 
@@ -323,7 +322,9 @@ def _family_name(family: str) -> str:
 
 
 def _friction_name(run: "pd.Series[float]") -> str:
-    name = f"$f$ = {run['friction']:.4g}"
+    # As a float, 1 is 1.0 between 0.9 and 1.1.
+    friction = float(f"{run['friction']:.4g}")
+    name = f"$f$ = {friction}"
     if run["friction_std"] > 0:
         name += rf" $\pm$ {run['friction_std']:.2g}"
     return name

@@ -8,6 +8,7 @@ They are of one contact and of several contacts. Errors say where there is nothi
 import subprocess
 import sys
 from functools import cache, partial
+from io import BytesIO
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -379,6 +380,29 @@ def test_a_study_of_one_load_factor_has_the_friction_below():
     assert ax.get_xlabel() == "friction"
     assert labelled(ax)["no slip"].get_xdata().tolist() == [0.3, F, 0.7]
     assert fo.plot_study(table, x="load_factor").get_xlabel() == r"load factor $\lambda$"
+
+
+def test_a_study_of_many_frictions_names_each_and_gives_each_its_colour():
+    frictions = np.linspace(0.2, 1.1, 10).round(2)
+    table = fo.dissipation_study(PAIR, CYCLE, frictions, [1.5], progress=False)
+    ax = fo.plot_study(table, x="load_factor")
+    legend = ax.get_legend()
+    names = [text.get_text() for text in legend.get_texts()]
+    assert names == ["no slip", *(f"$f$ = {friction}" for friction in frictions)]
+    of_legend = [to_hex(line.get_color()) for line in legend.get_lines()[1:]]
+    assert len(set(of_legend)) == len(frictions)
+    marks = [line for line in ax.get_lines() if line.get_marker() == "o" and len(line.get_xdata())]
+    assert [to_hex(line.get_color()) for line in marks] == of_legend
+    ax.figure.draw_without_rendering()
+    assert legend.get_window_extent().y0 > 0, "all names are in the picture"
+
+
+def test_a_picture_file_is_sharp_without_an_option():
+    figure = fo.plot_study(study()).figure
+    file = BytesIO()
+    figure.savefig(file, format="png")
+    height, width, _ = plt.imread(BytesIO(file.getvalue())).shape
+    assert np.allclose([width, height], 150 * figure.get_size_inches(), atol=1)
 
 
 def split_study():
