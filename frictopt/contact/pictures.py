@@ -54,7 +54,7 @@ def _pressures(system: ContactSystem) -> tuple[dict[str, Array], str]:
     """Pressure of each unit load on the bonded contact, and its name with its unit."""
     if system.width is None:
         forces = {case: p for case, (_, p) in system.bonded.items()}
-        return forces, f"bonded normal force\n{force_unit(system)}"
+        return forces, f"bonded normal force\n{force_unit(system.per_depth)}"
     pressures = {case: p / system.width for case, (_, p) in system.bonded.items()}
     return pressures, "bonded pressure\n(force per area)"
 

@@ -116,9 +116,14 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
         axes.set_xlabel("")
 
 
-def force_unit(system: ContactSystem) -> str:
-    """Unit of a nodal force: per depth in plane strain and stress."""
-    return "(force per depth)" if system.per_depth else "(force)"
+def force_unit(per_depth: bool) -> str:
+    """Unit of a force: per depth in plane strain and stress."""
+    return "(force per depth)" if per_depth else "(force)"
+
+
+def stiffness_unit(per_depth: bool) -> str:
+    """Unit of a force over a length: per depth in plane strain and stress."""
+    return "(force per depth per length)" if per_depth else "(force per length)"
 
 
 def work_unit(per_depth: bool) -> str:

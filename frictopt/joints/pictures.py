@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..base import Array, finite_number
 from ..contact.face import face_map, panels_of
-from ..contact.strip import label_contacts, label_panels, lines, work_label
+from ..contact.strip import label_contacts, label_panels, lines, stiffness_unit, work_label
 from ..errors import ModelError
 from ..plots.draw import draw as draw
 from ..plots.style import (
@@ -26,6 +26,7 @@ from ..plots.style import (
     series,
 )
 from .backbone import BackboneCurve
+from .curve_load import load_size
 from .forced_response import ForcedResponse
 from .wear import WearHistory
 from .worn_in import WornIn
@@ -129,13 +130,14 @@ class _CurveAxis:
         }
         for name, (limit, color) in limits.items():
             place = self._place_of(limit)
+            label = equals(name, limit)
+            if self.x is not curve.load_factor:
+                label += " (load factor)"
             if low / _CURVE.farthest < place < high * _CURVE.farthest:
                 drawn.append(place)
-                axes.axvline(
-                    place, color=color, lw=0.8, ls="--", zorder=0, label=equals(name, limit)
-                )
+                axes.axvline(place, color=color, lw=0.8, ls="--", zorder=0, label=label)
             elif np.isfinite(limit) and limit > 0:
-                axes.plot([], [], color="none", label=equals(name, limit))
+                axes.plot([], [], color="none", label=label)
         axes.set_xlim(min(drawn) / _CURVE.room, max(drawn) * _CURVE.room)
 
     def _place_of(self, limit: float) -> float:
@@ -190,7 +192,7 @@ def _draw_shares(axes: Axes, drawn: _CurveAxis) -> None:
     contacts = curve.by_contact.groupby("contact", sort=False)
     for number, (name, rows) in enumerate(contacts):
         x = drawn.at(rows["load_factor"].to_numpy())
-        axes.plot(x, rows["slipping"], **line(number), label=name)
+        axes.plot(x, rows["slipping"], **line(number, len(contacts)), label=name)
     if len(contacts) > 1:
         axes.plot(drawn.x, curve.slipping, color=BLACK, label="all")
         legend(axes)
@@ -202,8 +204,14 @@ def _draw_stiffness(axes: Axes, drawn: _CurveAxis) -> None:
     curve = drawn.curve
     least, most = curve.least_frequency, curve.most_frequency
     if np.isnan(curve.natural_frequency):
-        _draw_with_band(axes, drawn, curve.stiffness, least, most)
-        axes.set_ylabel("stiffness\n(load factor over displacement)")
+        # Of a load whose size is known, the stiffness is that of its force over its mean motion.
+        size = load_size(curve.system, curve.cycle)
+        unit = stiffness_unit(curve.system.per_depth)
+        if np.isnan(size):
+            size = 1.0
+            unit = "(load factor over displacement)"
+        _draw_with_band(axes, drawn, curve.stiffness * size**2, least, most)
+        axes.set_ylabel(f"stiffness\n{unit}")
         return
     _draw_with_band(axes, drawn, curve.frequency, least, most)
     axes.plot(drawn.x, curve.resonance, **line(1), label="resonance (first harmonic)")
@@ -235,7 +243,7 @@ def _label_values(axes: Axes, label: str) -> None:
     if high < 30 * low:  # plain numbers instead of powers of ten
         axes.xaxis.set(
             major_locator=LogLocator(subs=(1, 2, 3, 5, 7)),
-            major_formatter=ScalarFormatter(),
+            major_formatter="{x:g}",
             minor_formatter=NullFormatter(),
         )
 
@@ -260,7 +268,7 @@ def _forced_response(answer: ForcedResponse, ax: Axes | None = None) -> Axes:
     )
     forces = list(zip(answer.force, answer.least_peak, answer.most_peak, strict=True))
     for number, (force, least, most) in enumerate(forces):
-        color = series(number)["color"]
+        color = series(number, len(forces))["color"]
         rows = answer.branches[answer.branches["force"] == force]
         _draw_branches(axes, rows, color, f"force {force:.4g}")
         ends = [least, min(most, answer.scale * oscillator.largest)]

@@ -182,5 +182,5 @@ def curve_table(parts: ReportParts, curve: BackboneCurve) -> pd.DataFrame:
     if np.isfinite(size):
         table = table.drop(columns="displacement")
         place = table.columns.get_loc("motion") + 1
-        table.insert(place, "stiffness", size * curve.load_factor / curve.motion)
+        table.insert(place, "stiffness", curve.stiffness * size**2)
     return table.dropna(axis=1, how="all")

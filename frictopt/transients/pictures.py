@@ -22,6 +22,7 @@ from ..contact.strip import (
     node_at,
     parts,
     shear_ratios,
+    stiffness_unit,
     work_label,
     work_unit,
 )
@@ -52,6 +53,9 @@ _STATUS = (
     (-1, "slip -", SERIES[1]["color"]),
     (2, "open", BLACK),
 )
+
+# Area of a loop, as a share of the rectangle around it, below which it looks like a line.
+_THIN = 0.1
 
 
 def node_status(states: Trajectory, ax: Axes | None = None) -> Axes:
@@ -127,7 +131,7 @@ def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
             style = series(k if tangents == 1 else axis)["linestyle"]
             history.plot(path.time, v, color=color, linestyle=style)
         if tangents == 1:
-            force = force_unit(path.system)
+            force = force_unit(path.system.per_depth)
             axes.set(xlabel="slip $v$ (length)", ylabel=f"shear force $q$ {force}")
             continue
         v_name = f"$v_{axis + 1}$"
@@ -180,7 +184,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
         names += [f"{name}, second cycle" for name in names]
     corners = np.searchsorted(states.time, np.arange(1, len(names) + 1) + SIMULTANEOUS) - 1
     width: float | Array = 1.0
-    force.set_ylabel(f"nodal force\n{force_unit(system)}")
+    force.set_ylabel(f"nodal force\n{force_unit(system.per_depth)}")
     if system.width is not None:
         width = system.width
         force.set_ylabel("traction\n(force per area)")
@@ -195,13 +199,30 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
 
 @picture.register
 def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
-    """Amplitude against displacement, with a mark where nodes begin or cease to slip."""
+    """Load against displacement, with a mark where nodes begin or cease to slip.
+
+    They are force and mean motion if the size of the load is known. Of a thin loop the load without
+    the share of the secant stiffness is drawn.
+    """
     (axes,) = new_axes(ax)
-    displacement = loop.displacement
-    amplitude = loop.amplitude
     changes = np.flatnonzero(np.diff(loop.slipping, prepend=loop.slipping[:1]))
     work = work_unit(loop.per_depth)
-    stiffness = "(1 / force)" if loop.per_depth else "(1 / force times length)"
+    if np.isfinite(loop.load_size):
+        size = loop.load_size
+        names = "mean motion of the load (length)", f"force {force_unit(loop.per_depth)}"
+        unit = stiffness_unit(loop.per_depth)
+    else:
+        size = 1.0
+        names = f"displacement, work over amplitude {work}", "amplitude of the load case"
+        unit = "(1 / force)" if loop.per_depth else "(1 / force times length)"
+    displacement = loop.displacement / size
+    amplitude = loop.amplitude * size
+    stiffness = loop.stiffness * size**2
+    around = float(np.ptp(displacement) * np.ptp(amplitude))
+    if 0 < loop.area < _THIN * around:
+        middle = (displacement.max() + displacement.min()) / 2
+        amplitude = amplitude - stiffness * (displacement - middle)
+        names = names[0], f"{names[1]}\nbeyond the secant stiffness"
     area = f"area {loop.area:.4g} {work}"
     axes.plot(displacement, amplitude, color=series(0)["color"], label=area)
     marks = {
@@ -213,10 +234,8 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     }
     label = "nodes begin or cease to slip"
     axes.plot(displacement[changes], amplitude[changes], label=label, **marks)
-    axes.set_title(f"load case {loop.case!r}: secant stiffness {loop.stiffness:.4g} {stiffness}")
-    axes.set(
-        xlabel=f"displacement, work over amplitude {work}", ylabel="amplitude of the load case"
-    )
+    axes.set_title(f"load case {loop.case!r}: secant stiffness {stiffness:.4g} {unit}")
+    axes.set(xlabel=names[0], ylabel=names[1])
     legend(axes)
     return axes
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import (
+    ROUNDING,
     SIMULTANEOUS,
     Array,
     Integers,
@@ -58,6 +59,10 @@ class LoadLoop(Kept, Plotted):
     units, per_depth
         Names of the units of force and length, or None; whether works are per depth, as in plane
         strain and stress.
+    load_size
+        Force of the amplitude 1, see `ContactSystem.load_size`; NaN if it is not known. The
+        displacement divided by it is a length, and the stiffness times its square is a force over a
+        length. The picture shows these.
 
     Examples
     --------
@@ -77,11 +82,14 @@ class LoadLoop(Kept, Plotted):
     slipping: Integers
     units: str | None = None
     per_depth: bool = False
+    load_size: float = np.nan
 
     @property
     def area(self) -> float:
-        """Area of the loop, see `LoadLoop`."""
-        return float((self.amplitude[1:] + self.amplitude[:-1]) / 2 @ np.diff(self.displacement))
+        """Area of the loop, see `LoadLoop`; 0 if it is rounding."""
+        area = float((self.amplitude[1:] + self.amplitude[:-1]) / 2 @ np.diff(self.displacement))
+        around = float(np.ptp(self.amplitude) * np.ptp(self.displacement))
+        return area if abs(area) > ROUNDING * around else 0.0
 
     @property
     def stiffness(self) -> float:
@@ -349,6 +357,7 @@ class Trajectory(Kept, Plotted):
             slipping[known],
             units=self.system.units,
             per_depth=self.system.per_depth,
+            load_size=self.system.load_size.get(case, np.nan),
         )
 
     def _column(self, case: str) -> int:

@@ -118,20 +118,48 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
 
 
 def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
-    steady = fo.steady_state(PUNCH, PULL, F, 1.5 * fo.shakedown_limit(PUNCH, PULL, F).load_factor)
-    loop = steady.loop("sigma")
-    ax = loop.plot()
-    line, events = ax.get_lines()
-    assert np.array_equal(line.get_xdata(), loop.displacement)
-    assert np.array_equal(line.get_ydata(), loop.amplitude)
-    turned = np.isin(
-        events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]]
-    )
-    assert len(turned) >= 2 and turned.all() and f"{loop.area:.4g}" in line.get_label()
-    assert "(force times length per depth)" in line.get_label()
-    assert "(1 / force)" in ax.get_title()
-    named = replace(loop, units="N, mm", per_depth=False).plot()
-    assert "(1 / N mm)" in named.get_title() and "(N mm)" in named.get_xlabel()
+    steady = fo.steady_state(PUNCH, PULL, F, 3 * fo.shakedown_limit(PUNCH, PULL, F).load_factor)
+    # The displacement is a work per stress, and a length only after division by the force.
+    size = PUNCH.load_size["sigma"]
+    loop = replace(steady.loop("sigma"), load_size=np.nan)
+    of_known_size = steady.loop("sigma")
+    for shown, scale in ((loop, 1.0), (of_known_size, size)):
+        ax = shown.plot()
+        line, events = ax.get_lines()
+        x, y = line.get_xdata(), line.get_ydata()
+        assert np.allclose(x * scale, loop.displacement, rtol=1e-12)
+        assert (y[1:] + y[:-1]) / 2 @ np.diff(x) == pytest.approx(loop.area, rel=1e-9)
+        turns = np.flatnonzero(np.diff(loop.slipping)) + 1
+        assert set(x[turns]) == set(events.get_xdata()) and len(turns) >= 2
+        assert f"area {loop.area:.4g} (force times length per depth)" == line.get_label()
+    assert "(force per depth per length)" in ax.get_title()
+    assert ax.get_xlabel() == "mean motion of the load (length)"
+    assert f"{loop.stiffness * size**2:.4g}" in ax.get_title()
+    assert "(1 / force)" in loop.plot().get_title()
+    named = replace(loop, units="N, mm", per_depth=False)
+    assert "(1 / N mm)" in named.plot().get_title() and "(N mm)" in named.plot().get_xlabel()
+    assert "(N / mm)" in replace(named, load_size=size).plot().get_title()
+
+
+def test_a_thin_loop_is_drawn_without_the_share_of_its_secant_stiffness():
+    """A loop of little damping would be a line."""
+    amplitude = np.array([0.0, 1.0, 0.0, -1.0, 0.0])
+    for width in (0.01, 0.8):
+        displacement = amplitude + width * np.array([-0.5, 0.0, 0.5, 0.0, -0.5])
+        loop = fo.results.LoadLoop("push", amplitude, displacement, np.zeros(5, dtype=int))
+        ax = loop.plot()
+        y = ax.get_lines()[0].get_ydata()
+        x = ax.get_lines()[0].get_xdata()
+        area = (y[1:] + y[:-1]) / 2 @ np.diff(x)
+        assert area == pytest.approx(width, rel=1e-9)
+        assert area > 0.19 * np.ptp(x) * np.ptp(y)
+        assert ("beyond the secant stiffness" in ax.get_ylabel()) == (width < 0.1)
+
+
+def test_the_area_of_a_loop_that_does_no_work_is_zero():
+    amplitude = np.cos(np.linspace(0.0, 2 * np.pi, 20))
+    displacement = 0.3 * amplitude + 1e-16 * np.random.default_rng(5).normal(size=20)
+    assert fo.results.LoadLoop("push", amplitude, displacement, np.zeros(20, dtype=int)).area == 0.0
 
 
 @pytest.mark.usefixtures("few_starts")
@@ -212,6 +240,23 @@ def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on
     )
     assert len(shown) >= 3
     assert all(end < begin for (_, end), (begin, _) in itertools.pairwise(shown))
+
+
+def test_a_curve_over_amplitudes_says_that_its_limits_are_load_factors():
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1e-6}, {"Q": -1e-6}])
+    slides = fo.gross_slip(PUNCH, cycle, F).load_factor
+    curve = fo.backbone_curve(PUNCH, cycle, F, slides * np.array([0.1, 0.5, 0.9]), progress=False)
+    *_, stiffness, damping = curve.plot(scale=2.0)
+    assert damping.get_xlabel() == "amplitude at the point (length)"
+    names = [text.get_text() for text in stiffness.get_legend().get_texts()]
+    assert f"bodies slide off or pry = {slides:.5g} (load factor)" in names
+    *_, stiffness, _ = curve.plot()
+    names = [text.get_text() for text in stiffness.get_legend().get_texts()]
+    assert f"bodies slide off or pry = {slides:.5g}" in names
+    # The force over the mean motion of the loaded surface.
+    assert stiffness.get_ylabel() == "stiffness\n(force per depth per length)"
+    force = 1e-6 * PUNCH.load_size["Q"] * curve.load_factor
+    assert np.allclose(stiffness.get_lines()[0].get_ydata(), force / curve.motion, rtol=1e-9)
 
 
 def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():
