@@ -13,6 +13,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
+from matplotlib.tri import Triangulation
 
 from ..base import Array, Booleans
 from ..plots.style import (
@@ -64,6 +65,8 @@ class PanelSizes:
     labels: tuple[float, float] = (0.9, 0.8)
     # Width of a row of panels.
     row: float = 7.5
+    # Number of coloured cells along each side of a map.
+    cells: int = 300
     # Smallest and largest area of a point, points^2.
     point_area: tuple[float, float] = (6.0, 160.0)
 
@@ -81,7 +84,7 @@ def panels_of(
     if system.tangents == 1:
         return new_axes(ax)
     faces = len(faces_of(system))
-    columns = faces if faces <= 3 else ceil(faces**0.5)
+    columns = ceil(faces**0.5)
     if more:
         rows = ceil((faces + more) / columns)
     else:
@@ -89,7 +92,7 @@ def panels_of(
     if faces == 1:
         size = (FACE[0], FACE[1] * rows)
     else:
-        side = 2.7  # inches
+        side = 3.2  # inches
         size = (side * columns + 1.2, side * rows + 0.8)
     panels = blocks * faces + more
     return new_axes(ax, panels, size, common_x=False, columns=columns, blocks=blocks)
@@ -224,8 +227,7 @@ def _draw_values(
         areas = system.width[face.nodes] * np.abs(np.linalg.det(face.turn))
     mesh = neighbours(names, face.places, has_value, areas)
     if mesh is not None:
-        shown = np.where(has_value, values, 0.0)
-        axes.tripcolor(mesh, shown, shading="gouraud", zorder=0.5, rasterized=True, **colours)
+        _draw_cells(axes, mesh, values, colours)
         size = max(_PANELS.point_area[0], size / 4)
     points = axes.scatter(
         x[closed], y[closed], c=values[closed], s=size, plotnonfinite=True, **colours
@@ -236,6 +238,30 @@ def _draw_values(
     if np.isnan(values[closed]).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
     return points
+
+
+def _draw_cells(axes: Axes, mesh: Triangulation, values: Array, colours: Look) -> None:
+    """Colour each place in the triangles by the value (n,) of its nearest corner.
+
+    Interpolated colours would show the diagonals of the triangles, which are arbitrary on a grid.
+    """
+    # Middles of the cells, as shares of the sides of the map.
+    shares = (np.arange(_PANELS.cells) + 0.5) / _PANELS.cells
+    left, right, low, high = mesh.x.min(), mesh.x.max(), mesh.y.min(), mesh.y.max()
+    x, y = np.meshgrid(left + shares * (right - left), low + shares * (high - low))
+    triangle = mesh.get_trifinder()(x, y)
+    corners = mesh.triangles[triangle]
+    distance = np.hypot(mesh.x[corners] - x[..., None], mesh.y[corners] - y[..., None])
+    nearest = np.take_along_axis(corners, distance.argmin(axis=-1)[..., None], axis=-1)[..., 0]
+    axes.imshow(
+        values[nearest],
+        alpha=np.where(triangle < 0, 0.0, 1.0),
+        extent=(left, right, low, high),
+        origin="lower",
+        interpolation="none",
+        zorder=0.5,
+        **colours,
+    )
 
 
 def _draw_rings(axes: Axes, face: Face, areas: Array, label: str) -> None:
@@ -303,6 +329,8 @@ def _label_axes(axes: Axes, face: Face) -> Array:
     middle = (face.places.max(axis=0) + face.places.min(axis=0)) / 2
     axes.update_datalim(middle + half_size * np.array([[-1.0], [1.0]]))
     axes.margins(0.075)
+    # Otherwise the map would end at its cells, and cut points and arrows.
+    axes.use_sticky_edges = False
     axes.set_aspect("equal")
     return np.asarray(half_size)
 

@@ -281,6 +281,13 @@ FAULTS = (
     ),
     Fault(
         "contact/face.py",
+        "a cell of a map has the value of another node than the nearest",
+        old="distance.argmin(axis=-1)",
+        new="distance.argmax(axis=-1)",
+        tests="plots_spatial::test_each_place_of_a_map_has_the_colour_of_its_nearest_node",
+    ),
+    Fault(
+        "contact/face.py",
         "open nodes have a residual slip",
         old="np.where(closed[:, None], slip, np.nan)",
         new="slip",

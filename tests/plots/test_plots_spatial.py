@@ -5,7 +5,6 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.collections import TriMesh
 from matplotlib.quiver import Quiver
 
 import frictopt as fo
@@ -29,11 +28,7 @@ ALL = pytest.mark.parametrize(("contact", "axes"), CASES.values(), ids=CASES)
 def marks(ax):
     """The coloured points, the circles (None without) and the arrows (None without)."""
     arrows = [one for one in ax.collections if isinstance(one, Quiver)]
-    points = [
-        one
-        for one in ax.collections
-        if one.get_array() is not None and one not in arrows and not isinstance(one, TriMesh)
-    ]
+    points = [one for one in ax.collections if one.get_array() is not None and one not in arrows]
     circles = [
         one
         for one in ax.collections
@@ -262,6 +257,27 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
     assert below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
     assert sides[0].get_title() == "nodes with the most work of friction"
     assert sides[0].get_legend() is not None
+
+
+def test_each_place_of_a_map_has_the_colour_of_its_nearest_node():
+    """Colours between the nodes of a grid follow no diagonals."""
+    steps = np.arange(4.0)
+    places = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    p = np.random.default_rng(6).uniform(0.5, 1.0, size=16)
+    loads = {"P": np.concatenate([np.zeros(32), p]), "Q": np.repeat([0.1, 0.0, 0.0], 16)}
+    contact = fo.ContactSystem(np.eye(48), np.pad(places, ((0, 0), (0, 1))), loads)
+    ax = fo.onset(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
+    (image,) = ax.images
+    colours = image.get_array()
+    (points,) = [one for one in ax.collections if one.get_array() is not None]
+    at_nodes = points.get_array()
+    assert np.ptp(at_nodes) > 0.1 and image.get_extent() == [0.0, 3.0, 0.0, 3.0]
+    middles = 3.0 * (np.arange(len(colours)) + 0.5) / len(colours)
+    nearest = np.round(middles).astype(int)
+    assert np.array_equal(colours, at_nodes.reshape(4, 4)[nearest[:, None], nearest])
+    # All points and arrows are within the axes.
+    ends = np.sort([ax.get_xlim(), ax.get_ylim()])
+    assert (ends[:, 0] < 0.0).all() and (ends[:, 1] > 3.0).all()
 
 
 def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip():

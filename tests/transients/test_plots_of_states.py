@@ -11,7 +11,7 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.collections import PathCollection, QuadMesh, TriMesh
+from matplotlib.collections import PathCollection, QuadMesh
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import frictopt as fo
@@ -35,6 +35,13 @@ def slipping(contact, loads, **options):
     return fo.steady_state(
         contact, loads, F, 1.5 * fo.shakedown_limit(contact, loads, F).load_factor, **options
     ).states()
+
+
+def area_of_colours(ax):
+    """The area of a map that is filled with colours."""
+    (image,) = ax.images
+    left, right, low, high = image.get_extent()
+    return (right - left) * (high - low) * np.mean(image.get_alpha())
 
 
 def at(mesh, edges, place):
@@ -185,8 +192,10 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     }
     contact = fo.ContactSystem(S, points, loads)
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
-    (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
-    assert filled.get_array().shape == (len(points),)
+    # The colours of the ring have its area, up to the size of a cell.
+    assert area_of_colours(ax) == pytest.approx(
+        24 * np.sin(2 * np.pi / 24) / 2 * (3.5**2 - 2.0**2), rel=0.02
+    )
     mesh = triangles.neighbours(contact.contact, ring, np.ones(len(points), dtype=bool), None)
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
@@ -232,11 +241,8 @@ def test_a_fine_rim_of_a_hole_is_not_filled():
         ax = fo.shakedown_limit(
             contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F
         ).plot()
-        (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
-        mesh = filled._triangulation
-        corners = np.column_stack([mesh.x, mesh.y])[mesh.get_masked_triangles()]
-        drawn = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 2
-        assert drawn == pytest.approx(polygon * (radii[-1] ** 2 - radii[0] ** 2), rel=2e-3)
+        area = polygon * (radii[-1] ** 2 - radii[0] ** 2)
+        assert area_of_colours(ax) == pytest.approx(area, rel=5e-3)
 
 
 @pytest.mark.parametrize("many", few([3, 5, 1, 2, 4, 6, 7, 8, 9]))
