@@ -5,20 +5,21 @@ from collections import Counter
 
 import numpy as np
 
-from ..base import Array
+from ..base import ROUNDING, Array
 from ..plots.style import AnyAxes, Look, arrows, spread
 from .bodies import Body
 from .bolts import BoltPreload
+from .contacts import Interference
 from .elasticity import integration_points
-from .loads import Pressure, Traction
+from .loads import Displacement, Pressure, Traction
 from .model import ContactModel
 
 
 def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
     """Arrows of equal length along loaded boundaries, and a line of the legend.
 
-    Arrows of tractions that press end on the face, others begin there. The legend names loads that
-    do not act on a surface.
+    Arrows of tractions that press end on the face, others begin there. A load that does not act on
+    a surface has one arrow, and the legend names its kind.
     """
     others = Counter[str]()
     in_space = model.kinematics == "space"
@@ -26,22 +27,20 @@ def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, co
     if in_space:
         look = {"linewidth": 1.0, "arrow_length_ratio": 0.35}
     for part in model.loads[case]:
-        if isinstance(part, BoltPreload):
-            begin, step = _pull_of_bolt(part, model.bodies[part.body], length)
-            arrows(axes, begin, step, color=color, **look)
         if not isinstance(part, Traction | Pressure):
             # BoltPreload becomes "bolt preload".
             others[re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower()] += 1
+        if isinstance(part, Displacement | Interference):
             continue
-        points, traction, normals = _mean_tractions(part, model.bodies[part.body])
-        strength = np.linalg.norm(traction, axis=0)
-        chosen = [facet for facet in spread(points, 9) if strength[facet] > 0]
-        points = points[:, chosen]
-        step = traction[:, chosen] / strength[chosen] * length
-        # A traction presses if it has a component, beyond rounding, against the outward normal.
-        presses = (step * normals[:, chosen]).sum(axis=0) < -1e-3 * length
-        starts = points - np.where(presses, step, 0.0)
-        arrows(axes, starts.T, step.T, color=color, **look)
+        body = model.bodies[part.body]
+        if isinstance(part, BoltPreload):
+            begin, step = _pull_of_bolt(part, body, length)
+        elif isinstance(part, Traction | Pressure):
+            begin, step = _on_surface(part, body, length)
+        else:
+            forces = part._forces(body, model.kinematics or "plane_strain")
+            begin, step = _resultant(forces, body.mesh.p, length)
+        arrows(axes, begin, step, color=color, **look)
     label = f"load {case}"
     if others:
         kinds = [f"{count} x {kind}" if count > 1 else kind for kind, count in others.items()]
@@ -64,6 +63,35 @@ def _pull_of_bolt(part: BoltPreload, body: Body, length: float) -> tuple[Array, 
     ends = middle + np.outer([along.min(), along.max()], axis)
     step = length * np.array([axis, -axis])
     return ends - step, step
+
+
+def _on_surface(part: Traction | Pressure, body: Body, length: float) -> tuple[Array, Array]:
+    """(n, d) begins and steps of arrows along a load on a surface."""
+    points, traction, normals = _mean_tractions(part, body)
+    strength = np.linalg.norm(traction, axis=0)
+    chosen = [facet for facet in spread(points, 9) if strength[facet] > 0]
+    step = traction[:, chosen] / strength[chosen] * length
+    # A traction presses if it has a component, beyond rounding, against the outward normal.
+    presses = (step * normals[:, chosen]).sum(axis=0) < -1e-3 * length
+    return (points[:, chosen] - np.where(presses, step, 0.0)).T, step.T
+
+
+def _resultant(forces: Array, places: Array, length: float) -> tuple[Array, Array]:
+    """(1, d) begin and step of an arrow along the sum of nodal forces (d, n).
+
+    It begins where the loaded nodes end, because inside a body it would be hidden. Forces that
+    balance each other, such as those of an expansion, have no arrow: (0, d).
+    """
+    strength = np.linalg.norm(forces, axis=0)
+    total = forces.sum(axis=1)
+    size = np.linalg.norm(total)
+    if size <= ROUNDING * strength.sum():
+        return np.empty((0, len(total))), np.empty((0, len(total)))
+    direction = total / size
+    middle = places @ strength / strength.sum()
+    end = (direction @ places[:, strength > 0]).max()
+    begin = middle + (end - direction @ middle) * direction
+    return begin[None], length * direction[None]
 
 
 def _mean_tractions(part: Traction | Pressure, body: Body) -> tuple[Array, Array, Array]:

@@ -214,15 +214,17 @@ class Modes(Shown, Plotted):
             total += float(np.sum(self.shapes[load.body][mode] * nodal))
         return total
 
-    def plot(self, k: int = 0, ax: Any = None) -> Any:  # type: ignore[override]
+    def plot(self, k: int | None = None, ax: Any = None) -> Any:  # type: ignore[override]
         """Draw the shape of mode k with matplotlib (extra `figures`), and return the axes.
 
-        The deformed bodies are drawn over their undeformed shape, which is grey. The picture is
-        drawn in one axes `ax`, or in a new figure (None). ImportError without matplotlib;
-        ModelError for another number of axes, or if there is no such mode.
+        None: all modes, each in a panel. The deformed bodies are drawn over their undeformed shape,
+        which is grey. The picture is drawn in as many axes `ax`, or in a new figure (None).
+        ImportError without matplotlib; ModelError for another number of axes, or if there is no
+        such mode.
         """
         pictures = self._pictures()
-        return pictures.draw(self, ax, pictures.mode, number=self._number(k))
+        numbers = range(len(self.frequency)) if k is None else [self._number(k)]
+        return pictures.draw(self, ax, pictures.mode, numbers=numbers)
 
     def _number(self, k: int) -> int:
         return whole_number("k", k, least=0, most=len(self.frequency) - 1)

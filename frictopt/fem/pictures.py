@@ -1,7 +1,8 @@
 """Pictures of models with their contacts, supports and loads, and of fields in their bodies."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,6 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from ..base import Array, Integers
+from ..contact.face import together
 from ..plots.draw import draw as draw
 from ..plots.style import (
     BESIDE,
@@ -127,11 +129,15 @@ def _draw_bodies(
     )
 
 
-def _axes_of(bodies: Mapping[str, Body], ax: AnyAxes) -> tuple[AnyAxes, Array]:
+def _axes_of(bodies: Mapping[str, Body], ax: AnyAxes, panels: int = 1) -> tuple[Any, Array]:
     """Axes for bodies, and the (2, d) least and largest of their coordinates."""
     points = np.concatenate([body.mesh.p for body in bodies.values()], axis=1)
     in_space = len(points) == 3
-    (axes,) = new_axes(ax, size=(8.0, 5.4) if in_space else (6.4, 4.8), in_space=in_space)
+    columns = ceil(panels**0.5)
+    width, height = (8.0, 5.4) if in_space else (6.4, 4.8)
+    if panels > 1:
+        width, height = 0.6 * width * columns, 0.6 * height * ceil(panels / columns)
+    axes = new_axes(ax, panels, (width, height), common_x=False, in_space=in_space, columns=columns)
     return axes, np.array([points.min(axis=1), points.max(axis=1)])
 
 
@@ -142,10 +148,11 @@ def _with_legend(axes: AnyAxes, ax: AnyAxes, in_space: bool) -> AnyAxes:
         return axes
     if not in_space:
         axes.figure.set_layout_engine("compressed")
-        axes.figure.legend(loc="outside right upper", handlelength=2.2)
+        place: Look = {"loc": "outside right upper"}
     else:
         # Long joints need the whole width, so their legend is below them.
-        axes.figure.legend(loc="outside lower center", handlelength=2.2, ncols=4)
+        place = {"loc": "outside lower center", "ncols": 4}
+    axes.figure.legend(*axes.get_legend_handles_labels(), handlelength=2.2, **place)
     return axes
 
 
@@ -155,7 +162,7 @@ def model_picture(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
 
     In space the surfaces of the bodies are drawn. Arrows show the directions of each load case.
     """
-    axes, ends = _axes_of(model.bodies, ax)
+    (axes,), ends = _axes_of(model.bodies, ax)
     in_space = ends.shape[1] == 3
     length = (0.12 if in_space else 0.08) * float((ends[1] - ends[0]).max())
     meshes = {name: body.mesh for name, body in model.bodies.items()}
@@ -165,7 +172,12 @@ def model_picture(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     _supports(axes, model, in_space)
     for number, case in enumerate(model.loads, start=len(model.bodies)):
         load_arrows(axes, model, case, length, series(number, count)["color"])
-    finish_axes(axes, ends, length)
+    if in_space:
+        # Room for the arrows, where there are some.
+        x, y, z = axes.xy_dataLim.intervalx, axes.xy_dataLim.intervaly, axes.zz_dataLim.intervalx
+        drawn = np.transpose([x, y, z])
+        ends = np.array([np.minimum(ends[0], drawn[0]), np.maximum(ends[1], drawn[1])])
+    finish_axes(axes, ends, 0.1 * length)
     _with_legend(axes, ax, in_space)
     if in_space:
         _move_names_apart(axes)
@@ -283,7 +295,7 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
 
     The colours end at the value that 99 of 100 nodes do not exceed.
     """
-    axes, ends = _axes_of(fields.bodies, ax)
+    (axes,), ends = _axes_of(fields.bodies, ax)
     in_space = ends.shape[1] == 3
     stress = {name: von_mises(rows) for name, rows in fields.stress.items()}
     highest = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
@@ -340,15 +352,21 @@ def deformed(
 
     In space the surfaces are drawn. `enlarged` is a factor on the displacements.
     """
+    (axes,), ends = _axes_of(fields.bodies, ax)
     title = "displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)"
-    return _moved(fields.bodies, fields.displacement, ax, enlarged, title, _PICTURE.deformed)
+    _moved(axes, ends, fields.bodies, fields.displacement, enlarged, title, _PICTURE.deformed)
+    return _with_legend(axes, ax, ends.shape[1] == 3)
 
 
-def mode(modes: Modes, ax: AnyAxes | None = None, number: int = 0) -> AnyAxes:
-    """The shape of one mode: each body in its colour, and in grey its outline at rest."""
-    shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
-    title = f"mode {number}: {modes.frequency[number]:.5g} {_unit_of_frequency(modes)}"
-    return _moved(modes.bodies, shape, ax, None, title, _PICTURE.bent)
+def mode(modes: Modes, ax: AnyAxes | None = None, numbers: Sequence[int] = (0,)) -> AnyAxes:
+    """The shapes of some modes: each body in its colour, and in grey its outline at rest."""
+    panels, ends = _axes_of(modes.bodies, ax, len(numbers))
+    for axes, number in zip(panels, numbers, strict=True):
+        shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
+        title = f"mode {number}: {modes.frequency[number]:.5g} {_unit_of_frequency(modes)}"
+        _moved(axes, ends, modes.bodies, shape, None, title, _PICTURE.bent)
+    _with_legend(panels[-1], ax, ends.shape[1] == 3)
+    return together(panels)
 
 
 def _unit_of_frequency(modes: Modes) -> str:
@@ -365,18 +383,18 @@ def _unit_of_frequency(modes: Modes) -> str:
 
 
 def _moved(
+    axes: AnyAxes,
+    ends: Array,
     bodies: Mapping[str, Body],
     displacement: Mapping[str, Array],
-    ax: AnyAxes | None,
     enlarged: float | None,
     title: str,
     share: float,
-) -> AnyAxes:
-    """Bodies under displacements, enlarged by a factor.
+) -> None:
+    """Draw bodies under displacements, enlarged by a factor.
 
     None: the largest displacement is a share of the size of the bodies.
     """
-    axes, ends = _axes_of(bodies, ax)
     in_space = ends.shape[1] == 3
     size = float((ends[1] - ends[0]).max())
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in displacement.values())
@@ -397,14 +415,14 @@ def _moved(
     _draw_bodies(axes, moved, len(moved), in_space=in_space, face=0.9, edge=0.4)
     axes.set_title(title.format(scale=scale, largest=largest))
     finish_axes(axes, ends, share * size)
-    return _with_legend(axes, ax, in_space)
 
 
 def _outline(axes: AnyAxes, mesh: Mesh, label: str | None, **look: Any) -> None:
     """Draw the sides at which neighbouring faces of a body in space make an angle."""
     facets = mesh.facets[:, mesh.boundary_facets()]
     points = mesh.p[:, facets]
-    normals = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0], axis=0)
+    # The diagonals of a triangle with a repeated corner are two of its sides.
+    normals = np.cross(points[:, 2] - points[:, 0], points[:, -1] - points[:, 1], axis=0)
     normals /= np.linalg.norm(normals, axis=0)
     corners = len(facets)
     sides = np.concatenate(
@@ -413,6 +431,7 @@ def _outline(axes: AnyAxes, mesh: Mesh, label: str | None, **look: Any) -> None:
     face = np.tile(np.arange(facets.shape[1]), corners)
     sides.sort(axis=1)
     order = np.lexsort(sides.T)
+    order = order[sides[order, 0] != sides[order, 1]]
     sides, face = sides[order], face[order]
     # A closed surface has each side twice.
     first, second = face[::2], face[1::2]

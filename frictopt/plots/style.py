@@ -182,9 +182,10 @@ def axes_by_size(ax: AnyAxes, sizes: Array, widest: float) -> list[Axes]:
 
 
 def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
-    """Draw arrows (n, 2) or (n, 3), none if they are NaN, and make room for them in the plane."""
+    """Draw arrows (n, 2) or (n, 3), none if they are NaN, and make room for them."""
     if begin.shape[1] == 3:
         axes.quiver(*begin.T, *step.T, **look)
+        axes.auto_scale_xyz(*np.concatenate([begin, begin + step]).T, had_data=True)
         return
     axes.quiver(*begin.T, *step.T, angles="xy", scale_units="xy", scale=1 / enlarged, **look)
     axes.update_datalim(np.concatenate([begin, begin + enlarged * np.nan_to_num(step)]))

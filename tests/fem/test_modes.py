@@ -447,6 +447,11 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
     assert "load mode (2 x nodal forces)" in [text.get_text() for text in legend.get_texts()]
     with pytest.raises(fo.ModelError, match="k: 3; "):
         modes.plot(3)
+    panels = modes.plot()
+    assert [panel.get_title().split(":")[0] for panel in panels] == ["mode 0", "mode 1", "mode 2"]
+    assert panels[2].get_title() == axes.get_title()
+    (legend,) = panels[0].figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["as it was", *model.bodies]
     plt.close("all")
 
 

@@ -126,6 +126,56 @@ def test_a_preload_presses_both_ends_of_its_bolt(drawn):
     assert step[:, :2] == pytest.approx(np.zeros((2, 2)))
 
 
+def test_a_load_that_acts_on_no_surface_has_one_arrow_where_its_body_ends(drawn):
+    """The arrow goes along the sum of the forces. An expansion balances itself."""
+    *_, arrows = drawn
+    model = SCENE.model()
+    loads = {
+        "weight": [fo.BodyForce("punch", z=-1.0)],
+        "spin": [fo.Centrifugal("punch", 1.0, speed=2.0, centre=(0, -9, 0), axis=(0, 0, 1))],
+        "force": [fo.PointForce("punch", (1.0, 1.0, 1.5), x=2.0)],
+        "heat": [fo.Expansion("punch", 1e-3)],
+    }
+    # The punch fills -1 < x, y < 1 and 0 < z < 1.5.
+    wanted = {
+        "weight": ([0, 0, 0], [0, 0, -1]),
+        "spin": ([0, 1, 0.75], [0, 1, 0]),
+        "force": ([1, 1, 1.5], [1, 0, 0]),
+    }
+    for case, parts in loads.items():
+        arrows.clear()
+        fo.ContactModel(model.bodies, model.supports, {case: parts}, model.contacts).plot()
+        (((begin, step),),) = arrows.values()
+        if case == "heat":
+            assert len(begin) == 0
+            continue
+        start, direction = wanted[case]
+        assert np.allclose(begin, [start], atol=1e-9)
+        assert np.allclose(step / np.linalg.norm(step), [direction], atol=1e-9)
+
+
+def test_bodies_fill_their_picture():
+    """There is room for arrows only in their directions: here along z."""
+    flat = [np.linspace(0, 100, 5), np.linspace(0, 20, 3)]
+    lower, upper = (MeshHex.init_tensor(*flat, np.array([z, z + 5.0])) for z in (0.0, 5.0))
+    steel = fo.Material(E=210e3, nu=0.3)
+    ax = fo.ContactModel(
+        {
+            "lower": fo.Body(lower.with_boundaries({"up": lambda x: x[2] == 5}), steel),
+            "upper": fo.Body(
+                upper.with_boundaries({"low": lambda x: x[2] == 5, "top": lambda x: x[2] == 10}),
+                steel,
+            ),
+        },
+        [fo.Support("lower", (0.0, 0.0, 0.0))],
+        {"P": [fo.Pressure("upper", "top")]},
+        [fo.Contact("upper", "lower", "low", "up")],
+    ).plot()
+    low, high = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()]).T
+    assert np.allclose(low, [0, 0, 0], atol=2) and np.allclose(high, [100, 20, 22], atol=2)
+    plt.close("all")
+
+
 def test_everything_is_inside_and_has_a_name(drawn):
     axes, _, _ = drawn
     axes.figure.draw_without_rendering()
