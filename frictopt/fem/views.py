@@ -28,14 +28,8 @@ _CONTACTS = {
     "work_density": "work per cycle (force times length per area)",
 }
 _BAR = {"vertical": False, "fmt": "%.3g", "width": 0.38, "position_x": 0.55, "position_y": 0.9}
-_LOOK = {
-    "cmap": "cividis",
-    "lighting": False,
-    "show_edges": True,
-    "edge_color": GREY,
-    "line_width": 0.5,
-    "scalar_bar_args": _BAR,
-}
+_EDGES = {"lighting": False, "show_edges": True, "edge_color": GREY, "line_width": 0.5}
+_LOOK = {"cmap": "cividis", "scalar_bar_args": _BAR, **_EDGES}
 
 
 def _can_draw() -> bool:
@@ -119,11 +113,12 @@ def _titles(at_contacts: Mapping[str, NDArray[Any]] | None) -> dict[str, str]:
 
 
 def _draw_meshes(pv: Any, scene: Any, model: ContactModel, face: Any) -> None:
-    """Draw the lines of the meshes in the colours of the bodies, and the contacts in black."""
+    """Draw the bodies in their colours, and the contacts, which are seen through the bodies."""
     for number, (name, body) in enumerate(model.bodies.items()):
         color = series(number, len(model.bodies))["color"]
-        scene.add_mesh(pv.wrap(in_meshio(body.mesh)), style="wireframe", color=color, label=name)
-    scene.add_mesh(pv.wrap(face), color=BLACK, label="contact")
+        grid = pv.wrap(in_meshio(body.mesh))
+        scene.add_mesh(grid, color=color, opacity=0.25, label=name, **_EDGES)
+    scene.add_mesh(pv.wrap(face), color=BLACK, label="contact", **_EDGES)
     scene.add_legend(bcolor=None, face="rectangle", size=(0.15, 0.15))
 
 

@@ -37,6 +37,11 @@ def test_a_model_is_shown_by_its_meshes_and_its_contact():
     assert punch.volume == pytest.approx(2 * 2 * 1.5) and block.volume == pytest.approx(8 * 8 * 3)
     assert contact.area == pytest.approx(4.0) and np.all(contact.points[:, 2] == 0.0)
     assert not scene.scalar_bars and scene.legend is not None
+    # The contact is seen through faces, not behind lines.
+    actors = scene.renderer.actors.values()
+    looks = [actor.prop for actor in actors if isinstance(actor, pyvista.Actor)]
+    assert [look.style for look in looks] == ["Surface"] * 3
+    assert [look.opacity for look in looks] == [0.25, 0.25, 1.0]
 
 
 def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
