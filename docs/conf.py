@@ -2,6 +2,7 @@
 
 import os
 from importlib.metadata import version as installed
+from pathlib import Path
 
 from sphinx.application import Sphinx
 
@@ -11,6 +12,7 @@ os.environ |= {
     "TQDM_DISABLE": "1",
     "PYVISTA_BUILDING_GALLERY": "true",
     "PYVISTA_OFF_SCREEN": "true",
+    "MATPLOTLIBRC": str(Path(__file__).with_name("matplotlibrc")),
 }  # also for the processes of `sphinx -j 2`
 os.environ["PYTHONWARNINGS"] = "error:::__main__"  # a cell of the tutorial that warns is an error
 
@@ -94,6 +96,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"/ex\d+_",
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("matplotlib", "pyvista"),
+    "reset_modules": (),  # would reset matplotlib to letters of its own
     "remove_config_comments": True,
     "show_memory": False,
     "parallel": True,  # as many processes as `sphinx -j` says

@@ -79,7 +79,7 @@ def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     number of runs outside the range.
     """
     load = ["friction", "load_ratio"]
-    runs = runs.loc[runs["dissipation"].notna(), [*load, "dissipation_scaled"]].merge(
+    runs = runs.loc[runs["dissipation_scaled"].notna(), [*load, "dissipation_scaled"]].merge(
         found[[*load, "least", "most"]], on=load
     )
     runs["out"] = _outside(runs["dissipation_scaled"], runs["least"], runs["most"])

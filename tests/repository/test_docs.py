@@ -146,6 +146,23 @@ def test_the_gallery_has_examples():
     assert 8 <= len(EXAMPLES) <= 24
 
 
+def test_pictures_that_pages_draw_themselves_have_the_letters_of_results():
+    """The pages' settings are read when the site is built, see `docs/conf.py`."""
+    with plt.rc_context(fname=DOCS / "matplotlibrc"):
+        figure, ax = plt.subplots()
+        figure.canvas.draw()
+        own = ax.xaxis.label, ax.get_xticklabels()[0]
+    system = fo.scenes.PunchOnHalfPlane(elements=4).condense()
+    of_result = fo.onset(system, fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}]), 0.5).plot()
+    of_result.figure.canvas.draw()
+    for one, other in zip(
+        own, (of_result.xaxis.label, of_result.get_xticklabels()[0]), strict=True
+    ):
+        assert one.get_fontname() == other.get_fontname()
+        assert one.get_fontsize() == pytest.approx(other.get_fontsize())
+    plt.close("all")
+
+
 def listed(page):
     """Names in the lists of an API page."""
     return re.findall(r"^   (\w+)$", text(page), re.MULTILINE)
