@@ -939,8 +939,8 @@ FAULTS = (
     Fault(
         "fem/pictures.py",
         "moved bodies shine through each other",
-        old="_draw_bodies(axes, moved, in_space=in_space, face=0.9, edge=0.4)",
-        new="_draw_bodies(axes, moved, in_space=in_space, face=0.25, edge=0.4)",
+        old="_draw_bodies(axes, moved, len(moved), in_space=in_space, face=0.9, edge=0.4)",
+        new="_draw_bodies(axes, moved, len(moved), in_space=in_space, face=0.25, edge=0.4)",
         tests="plots_spatial_model::test_the_moved_body_in_front_hides_the_other_one",
     ),
 )
