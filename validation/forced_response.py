@@ -4,7 +4,8 @@ Run with `python -m studies forced_response [--quick]`; it prints three tables i
 structures are an oscillator of two masses and a wedge between them (Balaji and Ferhatoglu), and a
 light and a heavy block on four springs with friction, whose edges lift off as it rocks. The time
 integration is explicit and shares no code with the package. It begins at rest and sweeps the
-frequency down, and up in a second run. The larger of both peaks counts.
+frequency down, and up in a second run. The larger of both peaks counts. Besides there are random
+joints of one mass, which is shaken from rest at a frequency that follows its resonance.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -18,6 +19,7 @@ import frictopt as fo
 from studies.progress import each
 from studies.tables import Row, Study, Table, markdown
 
+from .jointed_mass import random_mass
 from .vibrations import Structure, Vibration, rocking, wedges
 
 
@@ -82,6 +84,9 @@ class Parameters:
     many_factors: int = 200
     # Number of load factors of the curve with a range.
     band_factors: int = 16
+    # Number of random joints of one mass, and of load factors of their curves.
+    joints: int = 300
+    joint_factors: int = 20
     # Number of random residual slips.
     starts: int = 11
     seed: int = 0
@@ -98,6 +103,7 @@ QUICK = Parameters(
     few_factors=(8,),
     many_factors=20,
     band_factors=4,
+    joints=1,
     starts=1,
 )
 
@@ -215,6 +221,36 @@ def band(parameters: Parameters) -> Iterator[Row]:
             }
 
 
+def masses(parameters: Parameters) -> Iterator[Row]:
+    """One row for each random joint of one mass and force."""
+    for number in each(range(parameters.joints), "random joints"):
+        rng = np.random.default_rng([parameters.seed, number])
+        joint = random_mass(rng)
+        damping = float(rng.choice([0.001, 0.005, 0.02]))
+        # Friction alone holds few forces that are larger.
+        forces = joint.first_slip * np.array([0.3, 0.6, 1.1])
+        curve = joint.curve(joint.first_slip * np.geomspace(0.2, 12.0, parameters.joint_factors))
+        answer = curve.response(forces, damping=damping, other_modes=["far"])
+        for row in answer.to_frame().to_dict("records"):
+            seen = np.nan, np.nan
+            if not row["beyond"]:
+                seen = joint.peak(row["force"], damping)
+            yield {
+                "number": number,
+                "nodes": len(joint.preload),
+                "damping": damping,
+                "force": row["force"],
+                "peak": row["peak"],
+                "resonance": row["resonance"],
+                "sensitivity": row["sensitivity"],
+                "interaction": row["interaction"],
+                "unchecked": "not checked" in answer.note,
+                "seen_peak": seen[0],
+                "seen_resonance": seen[1],
+                "residual": curve.residual,
+            }
+
+
 PEAKS = Table(
     "forced_response",
     "one structure under one force",
@@ -224,8 +260,8 @@ PEAKS = Table(
         "force": "modal force",
         "peak": "largest modal amplitude of the approximation; inf beyond the curve",
         "resonance": "its frequency, Hz",
-        "sensitivity": "d ln peak / d ln force of the approximation",
-        "interaction": "dynamic answer of other modes at multiples of the frequency",
+        "sensitivity": "-d ln peak / d ln work of the approximation",
+        "interaction": "change of the peak that other harmonics and other modes may cause",
         "down": "largest modal amplitude of a sweep down, by time integration",
         "up": "the same of a sweep up",
         "seen_peak": "the larger one of both",
@@ -262,20 +298,36 @@ BAND = Table(
     QUICK,
     band,
 )
+MASSES = Table(
+    "forced_response_masses",
+    "one mass on a random joint under one force",
+    {
+        "number": "number of the joint",
+        "nodes": "number of its nodes",
+        "damping": "damping ratio of material and air",
+        "force": "modal force",
+        "peak": "largest modal amplitude of the approximation; inf beyond the curve",
+        "resonance": "its frequency, Hz",
+        "sensitivity": "-d ln peak / d ln work of the approximation",
+        "interaction": "change of the peak that other harmonics may cause",
+        "unchecked": "whether no steady state is at a peak of the joint",
+        "seen_peak": "largest modal amplitude by time integration; NaN beyond the curve",
+        "seen_resonance": "its frequency, Hz",
+    },
+    FULL,
+    QUICK,
+    masses,
+)
 
-# Product of interaction and sensitivity above which the note of a response names other modes.
-_SORTED_AT = 0.06
+# Interaction above which the note of a response doubts its peak.
+_SORTED_AT = 0.05
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """The errors of peaks, the product that sorts them, few load factors, and the band."""
+    """The errors of peaks, the interaction that sorts them, few load factors, and the band."""
     table = tables[PEAKS.name]
-    parts = [_errors(table), _sorting(table), _folds(table), _few(tables[FEW.name])]
-    return "\n\n".join([*parts, _band(tables[BAND.name])])
-
-
-def _product(table: pd.DataFrame) -> "pd.Series[float]":
-    return table["interaction"] * table["sensitivity"]
+    parts = [_errors(table), _sorting(table), _masses(tables[MASSES.name]), _folds(table)]
+    return "\n\n".join([*parts, _few(tables[FEW.name]), _band(tables[BAND.name])])
 
 
 def _error(table: pd.DataFrame) -> "pd.Series[float]":
@@ -286,32 +338,44 @@ def _errors(table: pd.DataFrame) -> str:
     """A row for each force."""
     rows = []
     shifts = 100 * (table["resonance"] / table["seen_resonance"] - 1)
-    columns = zip(table.to_dict("records"), _error(table), shifts, _product(table), strict=True)
-    for row, error, shift, product in columns:
+    for row, error, shift in zip(table.to_dict("records"), _error(table), shifts, strict=True):
         case = [row["structure"], f"{100 * row['damping']:g} %", f"{row['force']:g}"]
         if np.isfinite(row["peak"]):
             numbers = [f"{error:+.1f} %", f"{shift:+.1f} %", f"{row['sensitivity']:.2g}"]
-            rows.append([*case, *numbers, f"{product:.2g}"])
+            rows.append([*case, *numbers, f"{row['interaction']:.2g}"])
         else:
             rows.append([*case, "no peak on the curve", "", "", ""])
     head = ["structure and mode", "added damping", "modal force", "error of the peak"]
-    head += ["error of the resonance", "sensitivity", "interaction times sensitivity"]
+    head += ["error of the resonance", "sensitivity", "interaction"]
     return markdown(head, rows)
 
 
 def _sorting(table: pd.DataFrame) -> str:
-    """A sentence for each side of the threshold of the product: the errors of its rows."""
+    """A sentence for each side of the threshold of the interaction: the errors of its peaks."""
     known = table[np.isfinite(table["peak"])]
-    errors, small = _error(known).abs(), _product(known) <= _SORTED_AT
+    errors, small = _error(known).abs(), known["interaction"] <= _SORTED_AT
     said = []
     for word, chosen in (("at most", small), ("above", ~small)):
         if chosen.any():
             least, most = errors[chosen].min(), errors[chosen].max()
             said.append(
-                f"The product is {word} {_SORTED_AT:g} in {chosen.sum()} of {len(known)} rows, "
-                f"with errors of {least:.1f} to {most:.1f} %."
+                f"The interaction is {word} {_SORTED_AT:g} for {chosen.sum()} of {len(known)} "
+                f"peaks, with errors of {least:.1f} to {most:.1f} %."
             )
     return " ".join(said)
+
+
+def _masses(table: pd.DataFrame) -> str:
+    """Sentences on the peaks of the random joints."""
+    joints = table["number"].nunique()
+    beyond = np.isinf(table["peak"]).sum()
+    unchecked = table.loc[table["unchecked"], "number"].nunique()
+    return (
+        f"One mass on {joints} random joints, each with three forces: {beyond} of {len(table)} "
+        f"peaks lie beyond the curve, and {unchecked} joints have a peak that is not checked. "
+        f"The median error is {_error(table[np.isfinite(table['peak'])]).abs().median():.1f} %. "
+        f"{_sorting(table)}"
+    )
 
 
 def _folds(table: pd.DataFrame) -> str:
@@ -354,6 +418,6 @@ STUDY = Study(
     __name__,
     __doc__,
     "one force for each structure and a coarse sweep that is too short for a peak, in seconds",
-    (PEAKS, FEW, BAND),
+    (PEAKS, MASSES, FEW, BAND),
     summary,
 )

@@ -55,23 +55,13 @@ class CurveQuestion:
         """Follow the contact to its steady cycle at one load factor."""
         try:
             steady = self._steady(factor)
-            contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
-            measured = self.load.measured(steady)
+            row, contacts = measured_cycle(steady, self.load)
         except (NoContinuation, SolverError) as error:
             outcome = SLIDES_OFF if self._slides_off(factor) else FAILED
             return CurveCycle({"load_factor": factor, "outcome": outcome}, error=error)
-        row = {
-            "load_factor": factor,
-            "outcome": steady.outcome.name,
-            "work": steady.dissipation,
-            "slipping": steady.slipping_share,
-            "slip_range": contacts["slip_range"].max(),
-            "residual": steady.residual,
-            **measured,
-        }
         extremes = pd.DataFrame()
         if self.limits is not None:
-            ranges, extremes = self._range_at(factor, steady, measured)
+            ranges, extremes = self._range_at(factor, steady)
             row |= ranges
         return CurveCycle(row, contacts.assign(load_factor=factor), extremes, steady)
 
@@ -81,21 +71,21 @@ class CurveQuestion:
         return steady_state(self.system, self.cycle, self.friction, factor, steps=self.steps)
 
     def _range_at(
-        self, factor: float, steady: SteadyState, measured: dict[str, float]
+        self, factor: float, steady: SteadyState
     ) -> tuple[dict[str, float], pd.DataFrame]:
         """Columns of the range over the residual slips, the residual, and the extreme states."""
         assert self.limits is not None
         _, guaranteed = self.limits
         residual = steady.residual
-        states = [measured]
+        states = [steady]
         # Up to a proven guaranteed limit no start leads to steady work.
         if not (guaranteed.proven and factor <= guaranteed.load_factor):
             span = dissipation_range(
                 self.system, self.cycle, self.friction, factor, steps=self.steps
             )
             residual = max(residual, span.residual)
-            states += [self.load.measured(state) for state in span.steady_states]
-        table = pd.DataFrame(states)
+            states += span.steady_states
+        table = pd.DataFrame([self.load.measured(state) for state in states])
         ranges = {
             "residual": residual,
             "least_damping": table["damping"].min(),
@@ -166,6 +156,21 @@ class CurveQuestion:
                     "corners, or its steady state repeats after two cycles"
                 )
         return notes
+
+
+def measured_cycle(steady: SteadyState, load: CurveLoad) -> tuple[dict[str, Any], pd.DataFrame]:
+    """The row of a curve, and its rows by contact, that follow from a steady state."""
+    contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
+    row = {
+        "load_factor": steady.load_factor,
+        "outcome": steady.outcome.name,
+        "work": steady.dissipation,
+        "slipping": steady.slipping_share,
+        "slip_range": contacts["slip_range"].max(),
+        "residual": steady.residual,
+        **load.measured(steady),
+    }
+    return row, contacts
 
 
 def default_factors(gross: GrossSlip | SolverError) -> Array:

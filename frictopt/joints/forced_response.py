@@ -60,12 +60,13 @@ class ForcedResponse(Kept, Plotted):
         found, for a start at any amplitude. A sweep shakes out most residual slip and sees a part
         of this band. NaN without a range; inf beyond the curve.
     sensitivity
-        (F,) d ln peak / d ln force: 1 for a linear mode. Relative errors of the work of friction
-        change the peak by up to this number times as much. NaN beyond the curve.
+        (F,) -d ln peak / d ln work: if the work of friction is larger by a small share, the peak is
+        smaller by about this number times the share. It is measured from the force to one that is
+        5 % smaller. 0 without friction. NaN beyond the curve.
     interaction
-        (F,) modal force due to other modes at the peak, divided by the load factor. It contains the
-        harmonics of the frequency, to which other modes respond dynamically, not statically. NaN
-        beyond the curve, and if there are no `other_modes`.
+        (F,) relative change of the peak that two effects outside the approximation may cause:
+        harmonics of the frequency move the mode itself, and `other_modes` respond to harmonics
+        dynamically, not statically. A measure that sorts cases, not an error. NaN beyond the curve.
     beyond
         (F,) whether the peak lies above the largest amplitude of the curve.
     branches

@@ -161,15 +161,18 @@ class ModalOscillator(Kept):
             near = np.where(needs_more, near, middle)
         return np.where(is_far_enough, is_far, np.nan)
 
-    def sensitivity(self, a: float) -> float:
-        """D ln a / d ln f of the peak at an amplitude; inf where the force has a maximum."""
+    def friction_share(self, a: float) -> float:
+        """D ln f / d ln W at an amplitude: the share of friction in the force of the peak."""
         amplitude = np.asarray(a)
-        slope = float(self.slope(amplitude, self.resonance(amplitude)))
-        return 1 / slope if slope > 0 else np.inf
+        balance = complex(self.balance(amplitude, self.resonance(amplitude)))
+        return float(self._loss(a)) * balance.imag / abs(balance) ** 2
 
-    def largest_force(self, amplitude: float) -> float:
-        """The largest force whose resonance, swept from rest, stays at or below an amplitude."""
+    def strongest(self, amplitude: float) -> float:
+        """The amplitude, up to a given one, that needs the largest force.
+
+        The resonance of this force, swept from rest, stays at or below the given amplitude.
+        """
         numbers = OscillatorNumbers()
         steps = int(np.log(1e6) / np.log(numbers.ratio))
         grid = np.geomspace(1e-6 * amplitude, amplitude, steps)
-        return float(self.needed(grid).max())
+        return float(grid[self.needed(grid).argmax()])

@@ -1,7 +1,8 @@
-"""Participation of the other modes of a structure in a swing, from their loads.
+"""Forces of a swing that the first harmonic of one mode leaves out.
 
-A quasi-static loop moves the other modes as their stiffness says. At multiples of the frequency
-they respond dynamically, most of all if a multiple is near a natural frequency.
+The force of the loop has a mean and harmonics, which move the mode itself. A quasi-static loop
+moves the other modes as their stiffness says. At multiples of the frequency they respond
+dynamically, most of all if a multiple is near a natural frequency.
 """
 
 from __future__ import annotations
@@ -40,10 +41,11 @@ class OtherModes:
     def forces(self, dynamic: Array, omega: float) -> float:
         """The largest modal force by which a mode's dynamic answer differs from the static one.
 
-        `dynamic` (harmonics, m) are the harmonics of the displacements of the loads.
+        `dynamic` (1 + harmonics, m) are the harmonics of the displacements of the loads, from the
+        mean on, which is static.
         """
         numbers = InteractionNumbers()
-        harmonic = np.arange(1, len(dynamic) + 1)[:, None]
+        harmonic = np.arange(len(dynamic))[:, None]
         ratio = harmonic * omega / np.sqrt(self.squares)
         gain = 1 / (1 - ratio**2 + 2j * numbers.damping * ratio) - 1
         return float((self.squares * np.linalg.norm(gain * dynamic, axis=0)).max())
@@ -77,11 +79,11 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
     return OtherModes(np.array(columns, dtype=np.intp), 1 / np.diag(of_others))
 
 
-def interaction_at(steady: SteadyState, others: OtherModes, omega: float) -> float:
-    """Interaction of the other modes in a steady state that swings with an angular frequency.
+def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float) -> float:
+    """Modal force that the first harmonic of the mode leaves out, over the load factor.
 
-    It is the modal force of `OtherModes.forces` over the load factor. NaN if no cosine has this
-    loop.
+    The state swings with an angular frequency. The force is the largest one of the mode itself and
+    of the other modes. NaN if no cosine has this loop.
     """
     rests = steady.outcome is Outcome.SHAKEDOWN
     if rests and steady.friction.all() and not steady.open.any():
@@ -91,8 +93,24 @@ def interaction_at(steady: SteadyState, others: OtherModes, omega: float) -> flo
     direction = opposed_direction(system, steady.cycle)
     assert direction is not None
     moved = system.displacements(path.amplitudes, path.slip, path.gap)
-    level = path.amplitudes @ direction
+    level = path.amplitudes @ direction / (direction @ direction)
     swing = swing_of(level, moved @ direction)
     if swing is None or steady.period > 1:
         return np.nan
-    return others.forces(swing.harmonics(moved[:, others.columns]), omega) / steady.load_factor
+    largest = _own_force(swing.harmonics(level[:, None])[:, 0])
+    if others is not None:
+        dynamic = swing.harmonics(moved[:, others.columns])
+        largest = max(largest, others.forces(dynamic, omega))
+    return largest / steady.load_factor
+
+
+def _own_force(force: Array) -> float:
+    """Modal force due to the motion of the mode by the mean and the harmonics of its force.
+
+    The mean moves the mode as its stiffness says, and the harmonic n moves its unit mass, both by
+    about the force, divided by the square of the frequency and by n^2.
+    """
+    divisor = np.maximum(np.arange(len(force)), 1) ** 2
+    moves = np.abs(force) / divisor
+    # The first harmonic is in balance with the excitation.
+    return float(np.linalg.norm(np.delete(moves, 1)))

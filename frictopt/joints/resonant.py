@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,15 +10,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Array, finite_number, frozen, listed
-from ..errors import ModelError
+from ..base import Array, finite_number, frozen, listed, progress_bar
+from ..errors import ModelError, SolverError
+from ..transients import steady_state
+from .checked_points import WantedOf, checked_points
+from .curve_load import with_compliance
+from .curve_question import measured_cycle
 from .forced_response import ForcedResponse, positive_numbers
 from .modal_oscillator import ModalOscillator
-from .mode_interaction import checked_modes, interaction_at
+from .mode_interaction import OtherModes, checked_modes, interaction_at
 from .response_branches import detached_of, folds_of, response_curves
 
 # Fewest load factors with a resonance: two points show no curve.
 _FEWEST = 3
+# Part of a force whose peak shows how strongly the peak changes with the force. Checked peaks are
+# right to about 1 %, so a part closer to 1 would show their errors.
+_WEAKER = 0.95
 
 
 class Resonant:
@@ -31,12 +38,14 @@ class Resonant:
         damping: float = 0.0,
         scale: float = 1.0,
         other_modes: Sequence[str] = (),
+        progress: bool = True,
     ) -> ForcedResponse:
         """The response to harmonic forces near the resonance of the mode.
 
         The mode has the stiffness of the first harmonic of its loop and the loss of its work of
-        friction, interpolated over the amplitude. The answer is an approximation and no bound:
-        validity, "The forced response". Theory, "The forced response".
+        friction, interpolated over the amplitude. Steady states at the amplitude of each peak join
+        the load factors of the curve until the force balances to 1 %. The answer is an
+        approximation and no bound: validity, "The forced response". Theory, "The forced response".
 
         Parameters
         ----------
@@ -52,6 +61,8 @@ class Resonant:
         other_modes
             Names of load cases that are the loads of other modes, see `Modes.load`. They show how
             far these modes take part: `ForcedResponse.interaction`.
+        progress
+            Whether to show a bar after two seconds, which counts the steady states.
 
         Raises
         ------
@@ -76,10 +87,23 @@ class Resonant:
         wanted = positive_numbers("forces", forces)
         ratio = finite_number("damping", damping, least=0.0, below=1.0)
         size = finite_number("scale", scale, above=0.0)
-        points = _points_of(self)
+        names = listed("other_modes", other_modes)
+        own = _points_of(self)
+        others = checked_modes(self.system, self.cycle, names) if len(names) else None
+
+        def peaks(points: pd.DataFrame) -> tuple[ModalOscillator, Iterator[tuple[str, float]]]:
+            oscillator = _oscillator(self, points, ratio)
+            pairs = (
+                (f"{force:g}", a)
+                for force in wanted.tolist()
+                for part in (1.0, _WEAKER)
+                for a in oscillator.peaks(part * force)
+            )
+            return oscillator, pairs
+
+        points, unchecked = _checked(self, own, peaks, progress)
         oscillator = _oscillator(self, points, ratio)
-        interaction = _interaction(self, points, listed("other_modes", other_modes))
-        return _Answer(self, points, wanted, size, oscillator, interaction).result()
+        return _Answer(self, points, wanted, size, oscillator, others, unchecked).result()
 
     def largest_force(
         self: Any,
@@ -90,17 +114,20 @@ class Resonant:
         work: float | None = None,
         damping: float = 0.0,
         scale: float = 1.0,
+        progress: bool = True,
     ) -> float:
         """The largest modal force whose resonance, swept from rest, keeps within a limit.
 
-        The limit becomes an amplitude by the curve, which is linear between its load factors.
+        The limit becomes an amplitude by the curve. Steady states at this amplitude, and at the one
+        that needs the largest force, join the load factors of the curve until the force balances to
+        1 %.
 
         Parameters
         ----------
         amplitude, slip_range, slipping, work
             The largest amplitude (of the point of `scale`), slip range of a node, share of the
             contact that slips, or work of friction per cycle, > 0; one of the four.
-        damping, scale
+        damping, scale, progress
             See `response`.
 
         Raises
@@ -108,6 +135,8 @@ class Resonant:
         ModelError
             None or several of the four limits, a limit above what the curve reaches, and the errors
             of `response`.
+        SolverError
+            No steady state is found at an amplitude.
 
         Examples
         --------
@@ -135,11 +164,44 @@ class Resonant:
             values = ", ".join(f"{name}={value}" for name, value in named.items()) or "none"
             raise ModelError(f"{', '.join(limits)}: {values}; give one of the four")
         ((name, value),) = named.items()
-        points = _points_of(self)
         limit = finite_number(name, value, above=0.0)
-        return _oscillator(self, points, ratio).largest_force(
-            _amplitude_at(points, name, limit, size)
-        )
+
+        def amplitudes(points: pd.DataFrame) -> tuple[ModalOscillator, list[tuple[str, float]]]:
+            oscillator = _oscillator(self, points, ratio)
+            end = _amplitude_at(points, name, limit, size)
+            return oscillator, [(name, end), (name, oscillator.strongest(end))]
+
+        points, unchecked = _checked(self, _points_of(self), amplitudes, progress)
+        if unchecked:
+            raise SolverError(
+                f"{name}: {limit:g}, and the force there is not known to 1 %: {unchecked[name]}; "
+                "give a smaller limit"
+            )
+        oscillator, ((_, _), (_, strongest)) = amplitudes(points)
+        return float(oscillator.needed(np.asarray(strongest)))
+
+
+def _checked(
+    curve: Any, points: pd.DataFrame, wanted_of: WantedOf, progress: bool
+) -> tuple[pd.DataFrame, dict[str, str]]:
+    """The points of a curve with further steady states, see `checked_points`."""
+    _, load = with_compliance(curve.system, curve.cycle, curve.friction, curve.natural_frequency)
+    with progress_bar(progress, "response", "steady state") as bar:
+
+        def follow(factor: float) -> dict[str, Any]:
+            steady = steady_state(
+                curve.system,
+                curve.cycle,
+                curve.friction,
+                factor,
+                steps=curve.steps,
+                progress=False,
+            )
+            bar.update()
+            row, _ = measured_cycle(steady, load)
+            return {**row, "steady": steady}
+
+        return checked_points(points, wanted_of, follow)
 
 
 def _points_of(curve: Any) -> pd.DataFrame:
@@ -151,6 +213,7 @@ def _points_of(curve: Any) -> pd.DataFrame:
         )
     columns = ("load_factor", "displacement", "resonance", "work", "slip_range", "slipping")
     table = pd.DataFrame({name: getattr(curve, name) for name in columns})
+    table["steady"] = curve.steady_states
     known = table[["displacement", "resonance", "work"]].notna().all(axis=1).cumprod() > 0
     points = table[known].reset_index(drop=True)
     if len(points) < _FEWEST:
@@ -203,19 +266,6 @@ def _extreme(
     return _of_arrays(curve, a, resonance, loss, damping)
 
 
-def _interaction(curve: Any, points: pd.DataFrame, names: Sequence[str]) -> Array:
-    """(K,) interaction of other modes at the load factors; NaN without names."""
-    if not len(names):
-        return np.full(len(points), np.nan)
-    others = checked_modes(curve.system, curve.cycle, names)
-    return np.array(
-        [
-            interaction_at(steady, others, 2 * np.pi * resonance)
-            for steady, resonance in zip(curve.steady_states, points["resonance"], strict=False)
-        ]
-    )
-
-
 def _amplitude_at(points: pd.DataFrame, name: str, limit: float, scale: float) -> float:
     """Modal amplitude up to which a column of the curve stays at or below a limit."""
     a = np.append(0.0, points["displacement"])
@@ -241,7 +291,8 @@ class _Answer:
     forces: Array
     scale: float
     oscillator: ModalOscillator
-    interaction: Array
+    others: OtherModes | None
+    unchecked: Mapping[str, str]
 
     def result(self) -> ForcedResponse:
         """The response to all forces."""
@@ -279,23 +330,28 @@ class _Answer:
             names = ("resonance", "lag", "sensitivity", "interaction")
             return {"force": force, "peak": peak, "beyond": True} | dict.fromkeys(names, np.nan)
         a = np.asarray(peak)
+        nearest = np.abs(self.oscillator.amplitude - peak).argmin()
         omega = self.oscillator.resonance(a)
         balance = complex(self.oscillator.balance(a, omega))
+        weaker = self.oscillator.peaks(_WEAKER * force)[0]
+        gain = np.log(weaker / peak) / np.log(_WEAKER)
+        left_out = interaction_at(self.points["steady"].iloc[nearest], self.others, float(omega))
         return {
             "force": force,
             "peak": peak,
             "beyond": False,
             "resonance": float(omega) / (2 * np.pi),
             "lag": float(np.degrees(np.angle(balance))),
-            "sensitivity": self.oscillator.sensitivity(peak),
-            "interaction": float(np.interp(peak, self.oscillator.amplitude, self.interaction)),
+            "sensitivity": gain * self.oscillator.friction_share(peak),
+            "interaction": gain * left_out,
         }
 
     def _band(self, peaks: Array) -> tuple[Array, Array]:
         """Least and most peak over the residual slips of the range; NaN without a range."""
         found = [peaks]
+        points = _points_of(self.curve)
         for extreme in ("most", "least"):
-            oscillator = _extreme(self.curve, self.points, extreme, self.oscillator.damping)
+            oscillator = _extreme(self.curve, points, extreme, self.oscillator.damping)
             if oscillator is None:
                 unknown = np.full(len(peaks), np.nan)
                 return unknown, unknown
@@ -313,20 +369,17 @@ class _Answer:
             notes.append(
                 f"the curve is used up to the load factor {used:g}, above which it has no resonance"
             )
-        holds = self.oscillator.largest_force(self.oscillator.largest)
-        peak = rows["peak"] / self.scale
-        is_below = (peak < self.oscillator.amplitude[0]) & (self.oscillator.loss[0] > 0)
-        # Interaction times sensitivity from which other modes may change a peak much. In the table
-        # of the study "forced_response" the error of a peak is at most 9 % up to this product, and
-        # 4 to 113 % above it.
-        largest = 0.06
-        doubtful = rows["interaction"] * rows["sensitivity"] > largest
+        strongest = self.oscillator.strongest(self.oscillator.largest)
+        holds = float(self.oscillator.needed(np.asarray(strongest)))
+        # Interaction from which a peak may change much. In the tables of the study
+        # "forced_response" the error of a peak is at most 7 % up to this number.
+        largest = 0.05
+        doubtful = ~(rows["interaction"] <= largest) & ~rows["beyond"]
         said = {
             f"the peak lies beyond the curve, which holds forces up to {holds:.6g}: give more "
             "load factors, or the damping of the material": rows["beyond"],
-            "the peak lies below the first load factor, where the loss is assumed to be "
-            "proportional to the amplitude": is_below,
-            "other modes interact and may change the peak by more than a tenth": doubtful,
+            f"the interaction is not below {largest:g}: other harmonics or other modes, which the "
+            "approximation leaves out, may change the peak by more than a tenth": doubtful,
             "a sweep from rest does not reach the detached curve": rows["force"].isin(
                 detached["force"]
             ),
@@ -335,7 +388,11 @@ class _Answer:
             if holds_for.any():
                 names = ", ".join(f"{force:g}" for force in self.forces[holds_for.to_numpy()])
                 notes.append(f"force {names}: {sentence}")
-        if np.isnan(self.interaction).all():
+        notes += [
+            f"force {name}: the peak is not checked: {reason}"
+            for name, reason in self.unchecked.items()
+        ]
+        if self.others is None:
             notes.append("without other_modes it is unknown whether other modes interact")
         if np.isnan(rows["least_peak"]).all():
             notes.append(

@@ -61,7 +61,7 @@ class Swing:
         return total / np.pi
 
     def harmonics(self, values: Array) -> Array:
-        """(harmonics, m) complex amplitudes of values (T, m), from the first harmonic on."""
+        """(1 + harmonics, m) complex amplitudes of values (T, m). Row 0 is their mean."""
         half = self.numbers.times // 2
         place = np.cos(np.pi * np.arange(half) / half)
         up, down = self.legs
@@ -70,7 +70,8 @@ class Swing:
             series[:half, number] = np.interp(place, self.place[down], column[down])
             series[half:, number] = np.interp(-place, self.place[up], column[up])
         transformed = 2 * np.fft.rfft(series, axis=0) / self.numbers.times
-        return np.asarray(transformed[1 : 1 + self.numbers.harmonics])
+        transformed[0] /= 2
+        return np.asarray(transformed[: 1 + self.numbers.harmonics])
 
 
 def swing_of(level: Array, displacement: Array) -> Swing | None:

@@ -1,10 +1,11 @@
 """Forced responses against independent methods.
 
-The methods are the slider in closed form, the linear mode, works by hand, folds, units, other
-modes, and a time integration that shares no code with the package.
+The methods are the slider in closed form, the linear mode, steady states at exact amplitudes,
+folds, units, other modes, and time integrations that shares no code with the package.
 """
 
 from dataclasses import replace
+from itertools import pairwise
 
 import matplotlib
 import numpy as np
@@ -13,9 +14,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 import frictopt as fo
+from validation.jointed_mass import JointedMass, random_mass
 from validation.vibrations import Structure, Vibration, rocking, slider, wedges
 
 matplotlib.use("Agg")
@@ -63,9 +65,41 @@ def test_friction_alone_holds_a_slider_up_to_four_over_pi_of_its_force(curve, sh
     assert answer.resonance[0] == pytest.approx(np.sqrt(stiffness(exact)) / 2 / np.pi, rel=1e-3)
     assert answer.lag[0] == pytest.approx(90.0, abs=1e-4)
     # The balance of energy is pi f a = 4 F (a - a_s).
-    assert answer.sensitivity[0] == pytest.approx((exact - START) / START, rel=0.03)
+    gain = np.log((1 - 0.95 * share) / (1 - share)) / np.log(1 / 0.95)
+    assert answer.sensitivity[0] == pytest.approx(gain, rel=0.03)
     assert curve.largest_force(amplitude=exact) == pytest.approx(share * bound, rel=1e-3)
-    assert np.isnan([*answer.interaction, *answer.least_peak, *answer.most_peak]).all()
+    assert np.isnan([*answer.least_peak, *answer.most_peak]).all()
+    # The force over a cycle, and the motion of the mass by its harmonics.
+    x = exact * np.cos(2 * np.pi * np.arange(1024) / 1024)
+    falling = np.maximum(LIMIT - SPRING * (exact - x), -LIMIT)
+    rising = np.minimum(SPRING * (exact + x) - LIMIT, LIMIT)
+    force = STIFF * x + np.where(np.arange(1024) < 512, falling, rising)
+    harmonics = np.abs(np.fft.rfft(force)[2:13]) / 512 / np.arange(2, 13) ** 2
+    left_out = np.linalg.norm(harmonics) / force.max()
+    assert answer.interaction[0] == pytest.approx(gain * left_out, rel=0.03)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6, 0.9])
+def test_a_peak_between_distant_load_factors_is_checked(share):
+    bound = 4 * LIMIT / np.pi
+    gain = share / (1 - share)
+    coarse = slider(STIFF, SPRING, LIMIT).curve(0, STIFF * START * np.array([1.0, 40.0, 80.0]))
+    answer = coarse.response([share * bound])
+    exact = START * (1 + gain)
+    # The force balances to 1 %.
+    assert answer.peak[0] == pytest.approx(exact, rel=0.01 * max(gain, 1.0))
+    assert "not checked" not in answer.note
+    assert coarse.largest_force(amplitude=exact) == pytest.approx(share * bound, rel=0.01)
+
+
+def test_a_peak_without_a_steady_state_is_named():
+    """A far load factor joins a curve that slides off before it, so no state can be checked."""
+    coarse = slider(STIFF, SPRING, LIMIT).curve(0, STIFF * START * np.array([1.0, 40.0, 80.0]))
+    stuck = replace(coarse, friction=np.zeros(len(coarse.friction)))
+    answer = stuck.response([0.6 * 4 * LIMIT / np.pi])
+    assert "the peak is not checked" in answer.note
+    with pytest.raises(fo.SolverError, match=r"amplitude: .* not known to 1 %"):
+        stuck.largest_force(amplitude=2 * START)
 
 
 def test_above_four_over_pi_of_its_force_only_other_damping_holds_a_slider(curve):
@@ -106,7 +140,7 @@ def test_without_slip_a_mode_is_linear(ratio):
         peak, turn = force / omega**2, 0.0
     assert answer.peak == pytest.approx(peak, rel=1e-12)
     assert answer.resonance == pytest.approx(turn, rel=1e-12)
-    assert answer.sensitivity == pytest.approx(1.0, rel=1e-9)
+    assert answer.sensitivity.tolist() == answer.interaction.tolist() == [0.0, 0.0]
     assert still.largest_force(amplitude=answer.peak[1], damping=ratio) == pytest.approx(force[1])
     at = answer.at([0.3 * still.natural_frequency, 1.7 * still.natural_frequency])
     driven = 2 * np.pi * at["frequency"].to_numpy()
@@ -124,83 +158,64 @@ def test_without_slip_a_mode_is_linear(ratio):
     )
 
 
-def by_hand(curve, work):
-    """A curve whose works are a function of the amplitude.
+def falling_joint(*load_factors):
+    """A mass on a node whose pressure varies with the motion, and which lifts off.
 
-    It has the stiffness of its first load factor.
+    The friction force at the resonance rises, falls and rises again with the amplitude.
     """
-    a = curve.displacement
-    constant = np.full(len(a), curve.natural_frequency)
-    return replace(curve, work=work(a), resonance=constant, frequency=constant)
+    one = np.ones(1)
+    joint = JointedMass(np.array([[0.3]]), 0.3 * one, -one, one, one)
+    return joint.curve(np.array(load_factors))
 
 
-def test_a_work_that_grows_with_the_cube_of_the_amplitude(curve):
-    """A work that grows with the cube of the amplitude has a peak in closed form.
+def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve():
+    """The peaks of a force are where it balances the work of a steady state, pi f a = W."""
+    curve = falling_joint(*np.geomspace(0.6, 5.0, 16))
 
-    W = c a^3, so that pi f = c a^2, also below the first load factor and whatever the stiffness.
-    """
-    cubic = by_hand(curve, lambda a: 7.0 * a**3)
-    forces = 7.0 * np.array([0.2 * START, START, 9.0 * START]) ** 2 / np.pi
-    answer = cubic.response(forces)
-    assert answer.peak == pytest.approx(np.sqrt(np.pi * forces / 7.0), rel=1e-9)
-    assert answer.sensitivity == pytest.approx(0.5, rel=1e-9)
-    assert f"force {forces[0]:g}: the peak lies below the first load factor" in answer.note
-    assert cubic.largest_force(work=7.0 * curve.displacement[50] ** 3) == pytest.approx(
-        7.0 * curve.displacement[50] ** 2 / np.pi
-    )
+    def state(factor):
+        steady = fo.steady_state(curve.system, curve.cycle, curve.friction, factor)
+        loop = steady.loop("mode").displacement
+        a = (loop.max() - loop.min()) / 2
+        return a, steady.dissipation / (np.pi * a)
 
-
-def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve(curve):
-    """A friction force that falls with the amplitude gives a detached curve.
-
-    W grows with the cube of the amplitude up to a knee and then is constant. Then `pi f a = W + 2
-    pi zeta w0^2 a^2` has two roots above the knee.
-    """
-    knee, ratio = curve.displacement[60], 1e-3
-    viscous = 2 * ratio * (2 * np.pi * curve.natural_frequency) ** 2
-    most = 10 * np.pi * knee**2 * viscous
-    saturated = by_hand(curve, lambda a: most * np.minimum(a / knee, 1.0) ** 3)
-    force = 8 * viscous * knee
-    roots = knee * (4 + np.sqrt(6) * np.array([-1, 1]))
-    assert knee < roots[0] < roots[1] < curve.displacement[-1]
-    answer = saturated.response([force], damping=ratio)
-    first = knee * (np.sqrt(1 + 4 * 10 * 8) - 1) / 20  # 10 a^2 / knee + a = 8 knee
-    assert answer.peak == pytest.approx([first], rel=1e-5)
+    top = minimize_scalar(lambda factor: -state(factor)[1], bounds=(0.8, 1.6), method="bounded")
+    bottom = minimize_scalar(lambda factor: state(factor)[1], bounds=(top.x, 3.5), method="bounded")
+    force = -0.6 * top.fun + 0.4 * bottom.fun
+    ends = [0.5 * top.x, top.x, bottom.x, 5.0]
+    exact = []
+    for low, high in pairwise(ends):
+        factor = brentq(lambda factor: state(factor)[1] - force, low, high, xtol=1e-6)
+        exact.append(state(factor)[0])
+    answer = curve.response([force])
+    assert answer.peak == pytest.approx([exact[0]], rel=0.02)
     (row,) = answer.detached.itertuples()
-    assert (row.least, row.most) == pytest.approx(tuple(roots), rel=1e-4)
+    assert (row.least, row.most) == pytest.approx(tuple(exact[1:]), rel=0.03)
     far = answer.branches[answer.branches["detached"]]
     assert far["amplitude"].agg(["min", "max"]).tolist() == pytest.approx([row.least, row.most])
     assert "a sweep from rest does not reach the detached curve" in answer.note
-    strongest = 11 * viscous * knee
-    # Between load factors the knee is round.
-    assert saturated.largest_force(
-        amplitude=curve.displacement[-1] / 2, damping=ratio
-    ) == pytest.approx(strongest, rel=3e-3)
-    shorter = replace(
-        saturated,
-        **{
-            name: getattr(saturated, name)[:-60]
-            for name in ("load_factor", "displacement", "resonance", "work", "slip_range")
-        },
-        slipping=saturated.slipping[:-60],
-    )
-    assert shorter.displacement[-1] < roots[1]
-    assert shorter.response([force], damping=ratio).detached["most"].tolist() == [np.inf]
+    assert curve.largest_force(amplitude=exact[2]) == pytest.approx(-top.fun, rel=0.01)
+    shorter = falling_joint(*np.geomspace(0.6, bottom.x, 8))
+    assert shorter.response([force]).detached["most"].tolist() == [np.inf]
 
 
-def test_every_row_holds_the_force(light):
+def test_every_row_holds_the_force():
     """Every row fulfils the equation of its force.
 
     `a |k + i (g + 2 zeta w0 w) - w^2| = f` with the stiffness and the loss between the load factors
-    by an interpolation of the test.
+    by an interpolation of the test. Below the first one W grows with the cube of the amplitude.
     """
-    forces, ratio = [0.33, 0.83, 1.7], 5e-3
+    light = rocking().curve(0, np.geomspace(60, 700, 30))
+    forces, ratio = [0.83, 1.2, 1.7], 5e-3
     answer = light.response(forces, damping=ratio, scale=2.5)
-    a = light.displacement
+    assert answer.oscillator.loss[0] > 0
+    a = answer.oscillator.amplitude
+    # The states at the peaks join those of the curve.
+    assert np.isin(light.displacement, a).all() and len(a) > len(light.displacement)
     nodes = np.append(0.0, a)
-    square = (2 * np.pi * light.resonance) ** 2
-    k = PchipInterpolator(nodes, np.append(square[0], square))
-    g = PchipInterpolator(nodes, np.append(0.0, light.work / np.pi / a**2))
+    k = PchipInterpolator(
+        nodes, answer.oscillator.stiffness[np.maximum(np.arange(len(nodes)) - 1, 0)]
+    )
+    g = PchipInterpolator(nodes, np.append(0.0, answer.oscillator.loss))
     rows = answer.branches
     amplitude, omega = rows["amplitude"].to_numpy() / 2.5, 2 * np.pi * rows["frequency"].to_numpy()
     viscous = 2 * ratio * 2 * np.pi * light.natural_frequency * omega
@@ -288,22 +303,40 @@ def test_the_band_over_residual_slips_encloses_the_curve():
     assert (answer.least_peak <= answer.peak).all() and (answer.peak <= answer.most_peak).all()
     assert answer.most_peak[0] > 1.05 * answer.least_peak[0]
     assert answer.least_peak[2] == answer.most_peak[2] == np.inf
-    # The state of most damping has a displacement of its own, and the least peak is its own peak.
-    rows = extremes[extremes["extreme"] == "most"]
-    a = rows["displacement"].to_numpy(dtype=float)
-    work = 2 * np.pi * rows["damping"].to_numpy(dtype=float) * curve.load_factor * a
-    alone = replace(
-        curve, displacement=a, work=work, resonance=rows["resonance"].to_numpy(dtype=float)
+    # The states of least damping have displacements of their own, and the largest peak is theirs.
+    rows = extremes[extremes["extreme"] == "least"]
+    a, damping, resonance = (
+        np.append(0.0, rows[name].to_numpy(dtype=float))
+        for name in ("displacement", "damping", "resonance")
     )
-    assert answer.least_peak[0] == pytest.approx(
-        min(answer.peak[0], alone.response([20.0], damping=1e-3).peak[0])
-    )
+    resonance[0] = resonance[1]
+    loss = 2 * damping * np.append(0.0, curve.load_factor / a[1:])
+    stiffness = PchipInterpolator(a, (2 * np.pi * resonance) ** 2)
+    of_friction = PchipInterpolator(a, loss)
+
+    def excess(a):
+        viscous = 2e-3 * 2 * np.pi * curve.natural_frequency * np.sqrt(stiffness(a))
+        return a * (of_friction(a) + viscous) / 20.0 - 1
+
+    assert answer.most_peak[0] == pytest.approx(brentq(excess, a[1] / 10, a[-1]), rel=1e-4)
+
+
+def state_of_amplitude(curve, mode, wanted):
+    """The steady state at the load factor at which the load swings with an amplitude."""
+
+    def steady(factor):
+        return fo.steady_state(curve.system, curve.cycle, curve.friction, factor)
+
+    def excess(factor):
+        return np.ptp(steady(factor).loop(mode).displacement) / 2 / wanted - 1
+
+    return steady(brentq(excess, curve.load_factor[0] / 10, curve.load_factor[-1], xtol=1e-6))
 
 
 def modal_series(b, steady, k, times):
-    """Modal coordinates (times, n) of all modes under x = a cos t.
+    """Modal coordinates of all modes under x = a cos t, and last the force on mode k.
 
-    They follow from the statics of the whole structure, whose springs are moved by the slips and
+    (times, n + 1). The coordinates follow from the statics of the whole structure, whose springs are moved by the slips and
     gaps.
     """
     path = steady.states()
@@ -315,62 +348,75 @@ def modal_series(b, steady, k, times):
     x = 2 * (q[:, k] - q[:, k].min()) / np.ptp(q[:, k]) - 1
     top = int(np.argmax(amplitude))
     t = 2 * np.pi * np.arange(times) / times
-    series = np.empty((times, len(b.mass)))
+    series = np.empty((times, len(b.mass) + 1))
+    values = np.column_stack([q, amplitude])
     for n, cosine in enumerate(np.cos(t)):
         leg = slice(top, None) if t[n] <= np.pi else slice(0, top + 1)
         order = np.argsort(x[leg], kind="stable")
-        series[n] = [np.interp(cosine, x[leg][order], one[leg][order]) for one in q.T]
+        series[n] = [np.interp(cosine, x[leg][order], one[leg][order]) for one in values.T]
     return series
 
 
 def test_the_interaction_is_what_other_modes_answer_at_multiples_of_the_frequency():
     b, k = wedges(), 2
     curve = b.curve(k, [300.0, 600.0, 1000.0])
-    others = [j for j in range(6) if j != k]
-    answer = curve.response([20.0], damping=1e-3, other_modes=[f"mode {j}" for j in others])
+    others = [f"mode {j}" for j in range(6) if j != k]
     omega, _ = b.modes()
-    seen = []
-    for steady, resonance in zip(curve.steady_states, curve.resonance, strict=True):
-        series = modal_series(b, steady, k, 512)
-        t = 2 * np.pi * np.arange(512) / 512
-        largest = 0.0
-        for j in others:
-            extra = 0.0
-            for n in range(1, 13):
-                static = 2 * np.mean(series[:, j] * np.exp(-1j * n * t))
-                ratio = n * 2 * np.pi * resonance / omega[j]
-                dynamic = static / (1 - ratio**2 + 0.01j * ratio)
-                extra += abs(omega[j] ** 2 * (dynamic - static)) ** 2
+    # The weaker force gives the change of the peak with the force.
+    answer = curve.response([19.0, 20.0], damping=1e-3, other_modes=others)
+    gain = np.log(answer.peak[1] / answer.peak[0]) / np.log(20 / 19)
+    steady = state_of_amplitude(curve, f"mode {k}", answer.peak[1])
+    *series, force = modal_series(b, steady, k, 512).T
+    t = 2 * np.pi * np.arange(512) / 512
+
+    def harmonic(values, n):
+        return 2 * np.mean(values * np.exp(-1j * n * t))
+
+    own = [abs(np.mean(force)), *(abs(harmonic(force, n)) / n**2 for n in range(2, 13))]
+    largest = np.linalg.norm(own)
+    for j in range(6):
+        extra = 0.0
+        for n in range(1, 13):
+            static = harmonic(series[j], n)
+            ratio = n * 2 * np.pi * answer.resonance[1] / omega[j]
+            dynamic = static / (1 - ratio**2 + 0.01j * ratio)
+            extra += abs(omega[j] ** 2 * (dynamic - static)) ** 2
+        if j != k:
             largest = max(largest, np.sqrt(extra))
-        seen.append(largest / steady.load_factor)
-    expected = np.interp(answer.peak[0], curve.displacement, seen)
-    assert answer.interaction[0] == pytest.approx(expected, rel=1e-6)
+    expected = gain * largest / steady.load_factor
+    assert answer.interaction[1] == pytest.approx(expected, rel=0.02)
     assert "without other_modes" not in answer.note and 0.01 < expected < 0.2
     still = b.curve(k, [1.0, 2.0, 3.0])
     assert still.response([1e-3], damping=0.01, other_modes=["mode 0"]).interaction == 0.0
 
 
 def test_the_interaction_tells_a_heavy_block_from_a_light_one(light):
-    """Time integration is 9 % from the light block at most, and 27 to 113 % from the heavy one."""
+    """Time integration is 3 % from the light block, and 28 and 39 % from the heavy one."""
     names = ["mode 1", "mode 2", "mode 3"]
-    good = light.response([0.33, 0.83], damping=5e-3, other_modes=names)
+    good = light.response([0.33], damping=5e-3, other_modes=names)
     heavy = rocking(4.0, 1.5).curve(0, np.geomspace(10, 300, 40))
     bad = heavy.response([0.81, 1.66], damping=5e-3, other_modes=names)
-    assert (good.interaction * good.sensitivity < 0.055).all()
-    assert (bad.interaction * bad.sensitivity > 0.2).all()
-    assert "force 0.81, 1.66: other modes interact" in bad.note
+    assert (good.interaction < 0.05).all() and "interaction is not below" not in good.note
+    assert (bad.interaction > 0.2).all()
+    assert "force 0.81, 1.66: the interaction is not below 0.05" in bad.note
 
 
 def test_the_largest_force_keeps_each_limit(light):
     ratio = 5e-3
-    for name in ("slip_range", "work", "slipping"):
+    for name, measured in (
+        ("slip_range", lambda steady: steady.by_contact()["slip_range"].max()),
+        ("work", lambda steady: steady.dissipation),
+        ("slipping", lambda steady: steady.slipping_share),
+    ):
         values = getattr(light, name)
         row = int(np.argmax(values > 0)) + 8 if name != "slipping" else int(np.argmax(values > 0))
         limit = float(values[row]) if name != "slipping" else 0.5 * float(values[row])
         force = light.largest_force(damping=ratio, **{name: limit})
         peak = light.response([force * (1 - 1e-6)], damping=ratio).peak[0]
-        at = np.interp(peak, light.displacement, values)
-        assert at <= limit * (1 + 1e-6) and at == pytest.approx(limit, rel=1e-2)
+        below, above = (
+            measured(state_of_amplitude(light, "mode 0", peak * part)) for part in (0.98, 1.02)
+        )
+        assert below <= limit <= above
 
 
 @settings(max_examples=20, deadline=None)
@@ -566,3 +612,19 @@ def test_time_integration_from_rest_meets_the_peak(
     peak, at = Vibration(structure, mode, ratio, 600).sweep(force, frequencies)
     assert answer.peak[0] == pytest.approx(peak, rel=error)
     assert answer.resonance[0] == pytest.approx(at, rel=shift)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [0, 2, 3, 5])
+def test_time_integration_of_a_random_joint_meets_the_peak_or_the_note_says_why(number):
+    """The second joint is 16 % off, because harmonics move its mass."""
+    joint = random_mass(np.random.default_rng(number))
+    force = 1.1 * joint.first_slip
+    curve = joint.curve(joint.first_slip * np.geomspace(0.2, 12.0, 20))
+    answer = curve.response([force], damping=0.005, other_modes=["far"])
+    seen, frequency = joint.peak(force, 0.005)
+    is_doubtful = "interaction is not below" in answer.note
+    assert is_doubtful == (number == 2) and not answer.beyond[0]
+    if not is_doubtful:
+        assert answer.peak[0] == pytest.approx(seen, rel=0.07)
+        assert answer.resonance[0] == pytest.approx(frequency, rel=0.02)

@@ -76,8 +76,8 @@ FAULTS = (
     Fault(
         "validation/forced_response.py",
         "rows above the threshold count as below",
-        old="_product(known) <= _SORTED_AT",
-        new="_product(known) > _SORTED_AT",
+        old="known['interaction'] <= _SORTED_AT",
+        new="known['interaction'] > _SORTED_AT",
         tests="studies_forced_response",
     ),
     Fault(

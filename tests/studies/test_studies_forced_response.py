@@ -51,7 +51,7 @@ def test_friction_removes_the_part_of_a_residual_slip_that_it_does_not_hold():
 
 def test_the_summary_counts_the_rows():
     rows = [
-        ("block, lift-off", 1.1, 1.0, 0.5, 0.1, 0.5, 1.0),
+        ("block, lift-off", 1.1, 1.0, 0.5, 0.01, 0.5, 1.0),
         ("block, lift-off", 2.0, 1.0, 1.0, 0.5, 0.8, 1.0),
         ("oscillator", 0.97, 1.0, 0.5, 0.02, 1.0, 1.01),
         ("oscillator", np.inf, 1.0, np.nan, np.nan, 1.0, 1.0),
@@ -59,6 +59,15 @@ def test_the_summary_counts_the_rows():
     names = ["structure", "peak", "seen_peak", "sensitivity", "interaction", "up", "down"]
     table = pd.DataFrame(rows, columns=names)
     table = table.assign(damping=1e-3, force=2.0, resonance=9.9, seen_resonance=10.0)
+    masses = pd.DataFrame(
+        {
+            "number": [0, 0, 0, 1],
+            "peak": [1.01, 1.02, 1.2, np.inf],
+            "seen_peak": [1.0, 1.0, 1.0, np.nan],
+            "interaction": [0.01, 0.02, 0.07, np.nan],
+            "unchecked": [False, False, False, True],
+        }
+    )
     few = pd.DataFrame(
         {"load_factors": [8, 8, 20], "peak_error": [-0.02, 0.01, 0.001], "resonance_error": 1e-3}
     )
@@ -74,15 +83,19 @@ def test_the_summary_counts_the_rows():
     said = forced_response.STUDY.summary(
         {
             "forced_response": table,
+            "forced_response_masses": masses,
             "forced_response_factors": few,
             "forced_response_band": band,
         }
     )
     lines = said.splitlines()
-    assert "| block, lift-off | 0.1 % | 2 | +10.0 % | -1.0 % | 0.5 | 0.05 |" in lines
+    assert "| block, lift-off | 0.1 % | 2 | +10.0 % | -1.0 % | 0.5 | 0.01 |" in lines
     assert "| oscillator | 0.1 % | 2 | no peak on the curve |  |  |  |" in lines
-    assert "at most 0.06 in 2 of 3 rows, with errors of 3.0 to 10.0 %" in said
-    assert "above 0.06 in 1 of 3 rows, with errors of 100.0 to 100.0 %" in said
+    assert "at most 0.05 for 2 of 3 peaks, with errors of 3.0 to 10.0 %" in said
+    assert "above 0.05 for 1 of 3 peaks, with errors of 100.0 to 100.0 %" in said
+    assert "2 random joints, each with three forces: 1 of 4 peaks lie beyond the curve" in said
+    assert "1 joints have a peak that is not checked. The median error is 2.0 %. The inter" in said
+    assert "at most 0.05 for 2 of 3 peaks, with errors of 1.0 to 2.0 %" in said
     assert "0.50 to 0.80 of it for the blocks" in said and "0.99 to 1.00 of it for the osc" in said
     assert "| 8 | 2 % | 0.1 % |" in lines and "| 20 | 0.1 % | 0.1 % |" in lines
     assert "| 6 | 1.000 to 3.000 | 1.200 to 1.400 | 2 |" in lines
@@ -93,5 +106,7 @@ def test_all_structures_have_rows(quick):
     peaks = tables["forced_response"]
     assert len(peaks) == len(forced_response.CASES) and (peaks["residual"] < 1e-9).all()
     assert (peaks[["down", "up"]].max(axis=1) == peaks["seen_peak"]).all()
+    masses = tables["forced_response_masses"]
+    assert masses["number"].tolist() == [0, 0, 0] and masses["seen_peak"].notna().any()
     band = tables["forced_response_band"]
     assert band["start"].tolist() == [0, 1] and (band["least_peak"] <= band["most_peak"]).all()
