@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import nullcontext
+import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -54,7 +54,7 @@ COMMANDS = (
 
 
 def _study(options: argparse.Namespace) -> int:
-    from ..base import whole_number
+    from ..base import number_of, whole_number
     from ..study.columns import FAILED
     from ..study.plans import read_plan
     from ..study.plot_study import plot_study
@@ -83,22 +83,29 @@ def _study(options: argparse.Namespace) -> int:
             columns.remove("cycle")
         print(table.groupby(columns).size().rename("runs").reset_index().to_string(index=False))
         print(f"kept in {store}")
-    return ExitCode.NO_ANSWER if (table["outcome"] == FAILED).all() else 0
+    failed = table[table["outcome"] == FAILED]
+    if failed.empty:
+        return 0
+    first = failed.iloc[0]
+    print(
+        f"frictopt: {len(failed)} of {number_of(len(table), 'run')} FAILED; the first: load factor "
+        f"{first.load_factor:g}, friction {first.friction:g}, start {first.start!r}: {first.error}",
+        file=sys.stderr,
+    )
+    return ExitCode.NO_ANSWER
 
 
 def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -> Table:
     """The table of a study; an interrupt is told how many runs its store keeps."""
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from threadpoolctl import threadpool_limits
 
     from ..study.dissipation import dissipation_study
 
-    executor: Any = nullcontext()
-    if workers > 1:
-        executor = ProcessPoolExecutor(workers, get_context("spawn"))
+    executor = workers if workers > 1 else None
     try:
-        with executor as pool:
-            return dissipation_study(**question, shard=shard, executor=pool, store=store)
+        # One process and several then give the same digits.
+        with threadpool_limits(1):
+            return dissipation_study(**question, shard=shard, executor=executor, store=store)
     except KeyboardInterrupt as interrupt:
         table = getattr(interrupt, "table", None)
         if table is not None:

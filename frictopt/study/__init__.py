@@ -12,6 +12,7 @@ A table of many runs (`dissipation_study`):
 - `case.py`: one run and its key, a digest of its content
 - `columns.py`: the columns of the table; a new column is one more line there
 - `runs.py`: runs are followed, here or by an executor
+- `workers.py`: processes of this machine, each replaced if it ends
 - `store.py`: the file that keeps the rows
 - `dissipation.py`: the question, its checks, and the table
 - `plans.py`: studies described in files

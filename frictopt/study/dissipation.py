@@ -54,7 +54,7 @@ def dissipation_study(
     limits: bool = False,
     rng: int | np.random.Generator | None = None,
     shard: tuple[int, int] | None = None,
-    executor: Executor | None = None,
+    executor: Executor | int | None = None,
     store: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> pd.DataFrame:
@@ -94,10 +94,12 @@ def dissipation_study(
         separate stores need no shared file; the command `frictopt merge` puts the stores together.
         None: all runs.
     executor
-        Any executor with the interface of `concurrent.futures`, such as a `ProcessPoolExecutor` or
-        a dask client's `get_executor()`; None: this process. It gets at most 256 tasks at a time. A
-        task takes runs until one second has passed, and finishes the last run. If the executor
-        loses a run, its row contains this error.
+        Number of processes of this machine, each with one BLAS thread; or any executor with the
+        interface of `concurrent.futures`, such as a dask client's `get_executor()`; None: this
+        process. It gets at most 256 tasks at a time. A task takes runs until one second has passed,
+        and finishes the last run. A number replaces processes that end, and they end with this
+        process. The runs of a lost task are given to two other tasks. If a run is lost twice with a
+        task of its own, its row contains this error.
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
         that is started again, also after it was killed, follows only runs that are missing or
@@ -164,6 +166,8 @@ def dissipation_study(
         raise ModelError(f"load_factors: {shown(factors)}; give at least one, and each once")
     checked = checked_starts(starts, system.slip_shape)
     with_limits = flag("limits", limits)
+    if isinstance(executor, int):
+        executor = whole_number("executor", executor, least=1)
     combinations = list(product(range(len(fields)), cycles, factors, checked))
     if shard is not None:
         combinations = combinations[_checked_shard(shard)]
@@ -181,7 +185,7 @@ def dissipation_study(
             on=(KeyboardInterrupt, StoreError),
         ) as bar:
             keep = partial(study.keep, bar)
-            keep([], are_results=False)  # what the file has, if the first run is interrupted
+            keep([])  # what the file has, if the first run is interrupted
             execute(study.missing(), executor, keep)
         if with_limits:
             study.find_limits(progress)
@@ -252,13 +256,13 @@ class _Study:
             self._finished += self._copies[row["key"]]
         self.rows[row["key"]] = row
 
-    def keep(self, bar: Bar, rows: list[Row], are_results: bool) -> None:
-        """Keep rows, also for an interrupt, and write those of results to the file."""
+    def keep(self, bar: Bar, rows: list[Row]) -> None:
+        """Keep rows, also for an interrupt, and write them to the file."""
         for row in rows:
             self._add(row)
         bar.keep("table", self.table, self._note())
         bar.count = len(self.rows)
-        if self.file is not None and are_results and rows:
+        if self.file is not None and rows:
             self.file.write(rows)
 
     def _note(self) -> str:

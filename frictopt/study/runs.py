@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache
 from math import ceil
 from queue import SimpleQueue
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from ..errors import FrictoptError, ModelError, NoContinuation, SolverError
 from ..transients import steady_state
@@ -19,6 +17,7 @@ from ..transients.exact.kernel import compiled
 from .case import Run
 from .columns import FAILED, SLIDES_OFF, Row, row_of_run, row_of_steady
 from .starts import root_mean_square
+from .workers import Workers
 
 
 @dataclass(frozen=True)
@@ -34,35 +33,41 @@ class TaskSettings:
 
 
 SETTINGS = TaskSettings()
-_blas_libraries = cache(
-    ThreadpoolController
-)  # The search for the libraries is slow, so it is done once in a process.
 
-Keep = Callable[[list[Row], bool], None]
-"""Receives finished rows, and whether they are results; rows of lost runs are not."""
+Keep = Callable[[list[Row]], None]
+"""Receives finished rows."""
 
 
-def execute(runs: Sequence[Run], executor: Executor | None, keep: Keep) -> None:
+def execute(runs: Sequence[Run], executor: Executor | int | None, keep: Keep) -> None:
     """Follow runs in this process or by an executor; `keep` receives their rows in any order.
 
-    An error or an interrupt cancels the runs that have not begun. After an interrupt, tasks at work
-    have a moment to hand over the rows that they have finished.
+    A number is that of processes of this machine. An error or an interrupt cancels the runs that
+    have not begun. After an interrupt, tasks at work have a moment to hand over the rows that they
+    have finished.
     """
     if executor is None:
         for run in runs:
-            keep(_follow([run]), True)
+            keep(_follow([run]))
         return
     if any(run.case.system.tangents == 1 for run in runs):
         compiled()  # once, for all processes of this machine
+    if not isinstance(executor, int):
+        _follow_by_tasks(runs, executor, keep)
+    elif runs:
+        with Workers(min(executor, len(runs))) as workers:
+            _follow_by_tasks(runs, workers, keep)
+
+
+def _follow_by_tasks(runs: Sequence[Run], executor: Executor, keep: Keep) -> None:
     tasks = _Tasks(executor, deque(runs))
     try:
-        while tasks.waiting or tasks.at_work:
+        while tasks.waiting or tasks.lost or tasks.at_work:
             tasks.submit()
             tasks.collect(keep)
     except KeyboardInterrupt:
         # A terminal sends the interrupt to all processes, so a task may raise it, too.
         tasks.cancel()
-        keep(tasks.finished_rows(), True)
+        keep(tasks.finished_rows())
         raise
     finally:
         tasks.cancel()
@@ -70,19 +75,28 @@ def execute(runs: Sequence[Run], executor: Executor | None, keep: Keep) -> None:
 
 @dataclass
 class _Tasks:
-    """The tasks of an executor, each with its batch of runs, and the runs that wait."""
+    """The tasks of an executor, each with its batch of runs, and the runs that wait.
+
+    A batch whose task is lost is halved, until the run that loses its tasks is alone. A run whose
+    task is lost a second time has failed.
+    """
 
     executor: Executor
     waiting: deque[Run]
+    lost: deque[list[Run]] = field(default_factory=deque)
+    lost_alone: set[str] = field(default_factory=set)
     at_work: dict[Future[list[Row]], list[Run]] = field(default_factory=dict)
     ended: SimpleQueue[Future[list[Row]]] = field(default_factory=SimpleQueue)
     begun: bool = False
 
     def submit(self) -> None:
-        """Fill the executor with tasks that have equal shares of the waiting runs."""
-        while self.waiting and len(self.at_work) < SETTINGS.most_tasks:
-            share = ceil(len(self.waiting) / (SETTINGS.most_tasks - len(self.at_work)))
-            batch = [self.waiting.popleft() for _ in range(share)]
+        """Fill the executor with lost batches, and with equal shares of the waiting runs."""
+        while (self.lost or self.waiting) and len(self.at_work) < SETTINGS.most_tasks:
+            if self.lost:
+                batch = self.lost.popleft()
+            else:
+                share = ceil(len(self.waiting) / (SETTINGS.most_tasks - len(self.at_work)))
+                batch = [self.waiting.popleft() for _ in range(share)]
             future = self._submit_batch(batch)
             self.at_work[future] = batch
             future.add_done_callback(self.ended.put)
@@ -113,16 +127,30 @@ class _Tasks:
             try:
                 finished = future.result()
             except Exception as error:
-                lost = f"not followed, its executor lost it ({error!r}); start the study again"
-                keep([_failed_row(run, lost) for run in batch], False)
-                continue
+                finished = self._failed_rows(batch, error)
+            else:
+                self.waiting.extend(batch[len(finished) :])
             rows += finished
-            self.waiting.extend(batch[len(finished) :])
-        keep(rows, True)
+        keep(rows)
         # Tasks are deleted only after their rows are kept, because an interrupt asks all listed
         # tasks.
         for future in futures:
             del self.at_work[future]
+
+    def _failed_rows(self, batch: list[Run], error: Exception) -> list[Row]:
+        """Give a lost batch back in two halves; a row only for a run that is lost again."""
+        half = len(batch) // 2
+        if half:
+            self.lost += [batch[:half], batch[half:]]
+            return []
+        (run,) = batch
+        if run.key not in self.lost_alone:
+            self.lost_alone.add(run.key)
+            self.lost.append(batch)
+            return []
+        remedy = "if its process ended, it may need memory: give fewer processes"
+        text = f"its task was lost twice ({error!r}); {remedy}, and start the study again"
+        return [_failed_row(run, text)]
 
     def cancel(self) -> None:
         """Cancel the tasks that have not begun."""
@@ -144,17 +172,16 @@ class _Tasks:
 def _follow(runs: Sequence[Run]) -> list[Row]:
     """Follow the first run, and further runs until the time of a task is over.
 
-    BLAS has one thread, so that only the seconds depend on the machine. The attribute `rows` of an
-    interrupt holds the finished rows, also if the interrupt is sent to another process.
+    The attribute `rows` of an interrupt holds the finished rows, also if the interrupt is sent to
+    another process.
     """
     rows = list[Row]()
     end = time.perf_counter() + SETTINGS.seconds
     try:
-        with _blas_libraries().limit(limits=1):
-            for run in runs:
-                rows.append(_row(run))
-                if time.perf_counter() >= end:
-                    break
+        for run in runs:
+            rows.append(_row(run))
+            if time.perf_counter() >= end:
+                break
     except KeyboardInterrupt as interrupt:
         interrupt.rows = rows  # type: ignore[attr-defined]
         raise
@@ -184,7 +211,7 @@ def _row(run: Run) -> Row:
             progress=False,
         )
         row = row_of_run(run) | row_of_steady(steady) | {"error": ""}
-    except FrictoptError as error:
+    except (FrictoptError, MemoryError) as error:
         row = _failed_row(run, f"{type(error).__name__}: {error}")
         if isinstance(error, NoContinuation | SolverError):
             row |= _sliding(run, error)

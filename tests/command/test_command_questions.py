@@ -435,8 +435,8 @@ def test_an_interrupted_study_says_how_many_runs_its_store_keeps(
     Path("study.toml").write_text("limits = true\n" + STUDY.replace("AMPLITUDE", "0.1"))
     keep, update = dissipation._Study.keep, Bar.update
 
-    def stops(study, bar, rows, are_results):
-        keep(study, bar, rows, are_results)
+    def stops(study, bar, rows):
+        keep(study, bar, rows)
         if what == "transients" and len(study.rows) >= most:
             raise KeyboardInterrupt
 
@@ -457,9 +457,13 @@ def test_an_interrupted_study_says_how_many_runs_its_store_keeps(
     assert told["answer"] == {"runs": 20, "failed": 0} and len(told["tables"]["runs"]) == 20
 
 
-def test_a_study_of_which_every_run_fails_is_no_answer(capsys):
-    Path("study.toml").write_text(STUDY.replace("AMPLITUDE", "1e30").replace("no_slip = {}\n", ""))
-    assert main(["study", "study.toml"]) == 3 and "FAILED" in capsys.readouterr().out
+def test_a_study_of_which_a_run_fails_is_no_answer_and_names_it(capsys):
+    Path("study.toml").write_text(STUDY.replace("AMPLITUDE", "1e30"))
+    assert main(["study", "study.toml"]) == 3
+    said = capsys.readouterr()
+    assert "FAILED" in said.out and "kept in study.sqlite" in said.out
+    assert "frictopt: 16 of 20 runs FAILED; the first: load factor " in said.err.splitlines()[-1]
+    assert "'smooth 1e+30 #0': " in said.err.splitlines()[-1]
 
 
 def test_a_flag_of_a_true_default_switches_it_off():

@@ -47,7 +47,7 @@ LIBRARIES: dict[str, set[str]] = {
     "study": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "joints": {"numpy", "scipy", "pandas"},
     "results": set(),
-    "command": {"numpy", "pandas"},
+    "command": {"numpy", "pandas", "threadpoolctl"},
 }
 """Room -> libraries that its files may import, except libraries of drawing."""
 

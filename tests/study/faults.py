@@ -27,6 +27,27 @@ FAULTS = (
     ),
     Fault(
         "study/runs.py",
+        "a run that needs too much memory ends the study",
+        old="(FrictoptError, MemoryError)",
+        new="FrictoptError",
+        tests="workers",
+    ),
+    Fault(
+        "study/runs.py",
+        "all runs of a lost task have failed",
+        old="self.lost += [batch[:half], batch[half:]]",
+        new="return [_failed_row(run, str(error)) for run in batch]",
+        tests="workers",
+    ),
+    Fault(
+        "study/runs.py",
+        "a run that loses its task is tried for ever",
+        old="self.lost_alone.add(run.key)",
+        new="pass",
+        tests="workers",
+    ),
+    Fault(
+        "study/runs.py",
         "a task follows all its runs",
         old="time.perf_counter() >= end",
         new="False",

@@ -2,7 +2,7 @@ import io
 import re
 import sqlite3
 import sys
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -17,6 +17,7 @@ import frictopt as fo
 from frictopt.study import dissipation, runs
 from frictopt.study.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from frictopt.study.store import DamagedRows, Store, merge_stores
+from helpers.foreign import Foreign
 from helpers.refused import refused
 from helpers.systems import CYCLE, ONE_NODE, random_system, system
 
@@ -425,21 +426,6 @@ def test_bad_input_is_refused_by_name(change, contact):
     fo.dissipation_study(**values)
 
 
-class Foreign(Executor):
-    """An executor that hands out what `answer` makes of a task's rows, and takes `most` tasks."""
-
-    def __init__(self, answer, most=999):
-        self.answer, self.most, self.sizes = answer, most, []
-
-    def submit(self, follow, batch):
-        if len(self.sizes) == self.most:
-            raise OSError("link down")
-        self.sizes.append(len(batch))
-        future = Future()
-        self.answer(future, follow(batch))
-        return future
-
-
 @pytest.mark.parametrize("seconds, sizes", [(1e9, [3] * 20), (0.0, [3] * 20 + [2] * 20 + [1] * 20)])
 def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(
     contact, starts, factors, table, tmp_path, monkeypatch, seconds, sizes
@@ -478,7 +464,7 @@ def test_an_executor_that_takes_no_runs_is_named(contact, kind):
             fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=closed)
 
 
-def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(
+def test_runs_that_an_executor_loses_are_rows_that_say_so(
     contact, starts, factors, table, tmp_path
 ):
     part = fo.dissipation_study(
@@ -493,7 +479,8 @@ def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(
     lost = part.outcome == "FAILED"
     assert lost.sum() == len(table) - 16 and part.error[lost].str.contains("link down").all()
     pd.testing.assert_frame_equal(results(part[~lost]), results(table[~lost]), check_exact=True)
-    assert len(fo.results.read_store(tmp_path / "runs")) == 16
+    kept = fo.results.read_store(tmp_path / "runs")
+    assert (kept.outcome != "FAILED").sum() == 16 and len(kept) == len(table)
     broken = Foreign(lambda future, rows: future.cancel() and future.set_running_or_notify_cancel())
     other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=broken)
     assert (other.outcome == "FAILED").all() and other.error.str.contains("CancelledError").all()
