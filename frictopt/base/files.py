@@ -1,23 +1,29 @@
-"""Names of files to be written, checked before anything is computed; npz archives of arrays."""
+"""Files to be written, whose names are checked before anything is computed; npz archives."""
 
 import os
+import shutil
 import signal
 import sys
 import threading
-import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib.util import find_spec
+from io import BytesIO
+from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
+from zipfile import ZipFile
 
 import numpy as np
+from numpy.lib.format import write_array
 
-from ..errors import ModelError
+from ..errors import FrictoptError, ModelError
 
 T = TypeVar("T")
 
-WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
-"""Ending of the file of a table -> the method of pandas that writes it."""
+TABLES = (".csv", ".xlsx", ".parquet")
+"""Endings of the file of a table."""
 
 
 def output(name: str | Path, *endings: str) -> Path:
@@ -31,6 +37,80 @@ def output(name: str | Path, *endings: str) -> Path:
     if not file.absolute().parent.is_dir():
         raise ModelError(f"{str(name)!r} is in a folder that does not exist; make the folder")
     return file
+
+
+@contextmanager
+def written(
+    path: str | Path, ending: str, errors: tuple[type[Exception], ...] = ()
+) -> Iterator[Path]:
+    """Give a file in a temporary folder to write to. It takes its place when it is complete.
+
+    So do all files that are written beside it, such as the parts of a format of several files. If
+    the disk is full or the process is killed, the files of before stay as they were.
+
+    Raises
+    ------
+    ModelError
+        The file cannot be written: an error of the system, or one of `errors` of its writer.
+    """
+    failures: tuple[type[Exception], ...] = (OSError, TypeError, ValueError, *errors)
+    try:
+        # A link stays, and the file that it leads to is replaced.
+        place = Path(path).resolve()
+        if place.exists() and not place.is_file():
+            raise OSError("it is a folder or a device")
+        with TemporaryDirectory(dir=place.parent, prefix=".frictopt-") as folder:
+            yield Path(folder, place.name)
+            parts = sorted(part for part in Path(folder).rglob("*") if part.is_file())
+            for part in parts:
+                with part.open("rb+") as file:
+                    os.fsync(file.fileno())
+            for part in parts:
+                target = place.parent / part.relative_to(folder)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                if target.exists():
+                    shutil.copymode(target, part)
+                part.replace(target)
+    except FrictoptError:
+        raise
+    except failures as error:
+        raise ModelError(
+            f"path: {str(path)!r} cannot be written ({error}); give a file that ends in {ending}, "
+            "in a folder that exists, on a disk with space"
+        ) from error
+
+
+def write_table(path: str | Path, table: Any) -> None:
+    """Write a DataFrame in the format of the ending of its file, one of `TABLES`."""
+    ending = Path(path).suffix
+    with written(path, ending) as file:
+        if ending == ".xlsx":
+            write_sheets(file, {"Sheet1": table})
+        else:
+            {".csv": table.to_csv, ".parquet": table.to_parquet}[ending](file, index=False)
+
+
+def write_sheets(file: Path, tables: Mapping[str, Any]) -> None:
+    """Write each DataFrame to a sheet of a workbook. Texts that begin with "=" are no formulas.
+
+    Raises
+    ------
+    ImportError
+        openpyxl is not installed (extra `xlsx`).
+    """
+    import pandas as pd  # imported here, because only tables need it
+
+    if find_spec("openpyxl") is None:
+        raise ImportError("files in .xlsx need openpyxl: python -m pip install 'frictopt[xlsx]'")
+    # A workbook that fails to be written to the disk would leave its file open.
+    whole = BytesIO()
+    with pd.ExcelWriter(whole, engine="openpyxl") as writer:
+        for name, table in tables.items():
+            table.to_excel(writer, sheet_name=name, index=False)
+        for cell in chain.from_iterable(row for sheet in writer.book for row in sheet):
+            if cell.data_type == "f":
+                cell.data_type = "s"
+    file.write_bytes(whole.getvalue())
 
 
 @contextmanager
@@ -58,25 +138,21 @@ def to_its_end() -> Iterator[None]:
 
 # Endings of other formats, under which no archive is written.
 _OTHER_FORMATS = {
-    *WRITERS,
+    *TABLES,
     *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split(),
 }
 
 
 def packed(path: str | Path, form: str, **arrays: Any) -> None:
     """Write an npz archive of plain arrays under exactly this name, with the name of its form."""
-    try:
-        if Path(path).suffix.lower() in _OTHER_FORMATS:
+    with written(path, ".npz") as part:
+        if part.suffix.lower() in _OTHER_FORMATS:
             raise ValueError("it is an npz archive")
-        if Path(path).exists() and not Path(path).is_file():
-            raise OSError("it is a folder or a device")
-        with Path(path).open("wb") as file:
-            np.savez(file, allow_pickle=False, format=form, **arrays)
-    except (OSError, TypeError, ValueError) as error:
-        raise ModelError(
-            f"path: {str(path)!r} cannot be written ({error}); "
-            "give a file that ends in .npz, in a folder that exists"
-        ) from error
+        # If the disk is full, `np.savez` would leave its file open.
+        with ZipFile(part, "w") as archive:
+            for name, array in {"format": form, **arrays}.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    write_array(member, np.asarray(array), allow_pickle=False)
 
 
 def unpacked(
@@ -89,7 +165,7 @@ def unpacked(
     try:
         if not Path(source).is_file():
             raise FileNotFoundError("there is no such file")
-        with zipfile.ZipFile(source) as archive:
+        with ZipFile(source) as archive:
             # Check all bytes against their checksums; numpy reads a member only as far as its
             # header says.
             damaged = archive.testzip()

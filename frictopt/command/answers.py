@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..base.files import WRITERS
+from ..base.files import TABLES, write_table, written
 from ..base.strict_json import plain, strict_json
-from ..errors import ModelError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
     from ..base import Table
@@ -43,7 +42,7 @@ def add_outputs(command: argparse.ArgumentParser, picture: bool, save: bool = Tr
         action="store_true",
         help="print the answer as JSON, with null for nan and 'inf' for infinity",
     )
-    tables = ", ".join(WRITERS)
+    tables = ", ".join(TABLES)
     command.add_argument("--table", metavar="FILE", help=f"write the table: {tables}")
     if picture:
         command.add_argument("--picture", metavar="FILE", help="draw the picture: png, pdf, svg")
@@ -172,18 +171,11 @@ def print_table(table: Table, has_file: bool) -> None:
         print(f"... {len(table)} rows in all; --table FILE writes them")
 
 
-def write_table(file: Path, table: Table) -> None:
-    """Write a table in the format of the ending of its file."""
-    getattr(table, WRITERS[file.suffix])(file, index=False)
-
-
 def write_picture(file: Path, plot: Callable[[], Any]) -> None:
     """Draw a picture and write it to a file."""
     axes = plot()
-    try:
-        getattr(axes, "flat", [axes])[0].figure.savefig(file, bbox_inches="tight")
-    except ValueError as error:
-        raise ModelError(f"--picture: {error}") from error
+    with written(file, ".png, .pdf or .svg") as part:
+        getattr(axes, "flat", [axes])[0].figure.savefig(part, bbox_inches="tight")
 
 
 def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:

@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..base.files import write_table
 from ..errors import ModelError
-from .answers import print_json, write_picture, write_table
+from .answers import print_json, write_picture
 from .inputs import system_of
 from .options import Command
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import __version__
-from ..base.files import WRITERS, output, to_its_end
+from ..base.files import TABLES, output, to_its_end
 from ..base.strict_json import strict_json
 from ..errors import FrictoptError, ModelError, StoreError
 from . import jobs, questions, studies
@@ -24,7 +24,7 @@ _EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit 
 
 # Arguments that name an output file -> the allowed endings; without endings, any ending is allowed.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
-    "table": tuple(WRITERS),
+    "table": TABLES,
     "picture": (),
     "save": (),
     "system": (".npz",),

@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .answers import ExitCode, add_outputs, print_json, write_picture, write_table
+from ..base.files import write_table
+from .answers import ExitCode, add_outputs, print_json, write_picture
 from .options import Command
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..base import Array, Integers
+from ..base.files import written
 from ..base.libraries import file_path, library
 from ..errors import ModelError
 from .faces import facets_around
@@ -84,15 +85,17 @@ def write_paraview(
         )
     if file.suffix.lower() != ending:
         raise ModelError(f"path: {file.name!r}; give a file name that ends in {ending}")
-    if isinstance(result, BodyFields):
-        return _write_state(file, model, result, {})
-    entries = []
-    for number, (time, fields, extra) in enumerate(model._over(result, every=every)):
-        part = file.with_suffix("") / f"{number:04d}.vtm"
-        _write_state(part, model, fields, extra)
-        place = part.relative_to(file.parent).as_posix()
-        entries.append({"timestep": f"{time:.9g}", "part": "0", "file": place})
-    _write_list(file, "Collection", entries)
+    with written(file, ending) as whole:
+        if isinstance(result, BodyFields):
+            _write_state(whole, model, result, {})
+            return
+        entries = []
+        for number, (time, fields, extra) in enumerate(model._over(result, every=every)):
+            part = whole.with_suffix("") / f"{number:04d}.vtm"
+            _write_state(part, model, fields, extra)
+            place = part.relative_to(whole.parent).as_posix()
+            entries.append({"timestep": f"{time:.9g}", "part": "0", "file": place})
+        _write_list(whole, "Collection", entries)
 
 
 def _write_state(
@@ -100,18 +103,12 @@ def _write_state(
 ) -> None:
     """Write one state, with more values at the nodes of the contact."""
     folder = file.with_suffix("")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ModelError(
-            f"path: the folder {str(folder)!r} cannot be made ({error}); give a place where files "
-            "may be written"
-        ) from error
+    folder.mkdir(parents=True)
     files = {}
     for number, name in enumerate(fields.bodies):
         letters = re.sub(r"[\W_]", "_", name)
         files[name] = folder / f"{number}_{letters}.vtu"
-        fields.save(files[name], name)
+        fields._in_meshio(name).write(files[name])
     blocks = [*files.items(), ("contact", folder / "contact.vtu")]
     contact_face(model, fields, extra).write(folder / "contact.vtu")
     entries = [

@@ -21,11 +21,11 @@ from ..base import (
     first_of,
     frozen,
     place,
-    shown,
     whole_number,
 )
+from ..base.files import written
 from ..base.libraries import library
-from ..errors import ModelError, ModelWarning
+from ..errors import ModelWarning
 from . import schur
 from .assembly import Assembly
 from .bodies import Body
@@ -200,13 +200,8 @@ class BodyFields(Shown, Plotted):
         """
         meshio = library()
         whole = self._in_meshio(body)
-        try:
-            whole.write(path)
-        except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
-            raise ModelError(
-                f"path: {shown(path)} cannot be written ({error}); give a file that ends in .vtu, "
-                "in a folder that exists"
-            ) from error
+        with written(path, ".vtu", (meshio.WriteError, meshio.ReadError)) as file:
+            whole.write(file)
 
     def _in_meshio(self, body: str) -> Any:
         """The mesh of one body with its fields, as a mesh of meshio in space."""

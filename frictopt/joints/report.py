@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import Kept, flag, progress_bar, warns_of_odd_values, whole_number
-from ..base.files import output
+from ..base.files import written
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
 from .advice import advice_on, kind_of_contact
@@ -130,7 +130,8 @@ class Report(Kept, ReportParts):
         if write is None:
             super().save(path)
         else:
-            write(self, output(path))
+            with written(path, Path(path).suffix) as file:
+                write(self, file)
 
 
 @warns_of_odd_values

@@ -5,12 +5,12 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterator
 from html import escape
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from ..base.files import write_sheets
 from ..base.strict_json import strict_json
 from .advice import advice_on, gross_slip_in_words, kind_of_contact
 from .report_parts import ReportParts
@@ -145,20 +145,8 @@ def write_json(parts: ReportParts, file: Path) -> None:
 
 
 def write_spreadsheet(parts: ReportParts, file: Path) -> None:
-    """Write a sheet with the sentences and one for each table.
-
-    Raises
-    ------
-    ImportError
-        openpyxl is not installed (extra `xlsx`).
-    """
-    if find_spec("openpyxl") is None:
-        raise ImportError("files in .xlsx need openpyxl: python -m pip install 'frictopt[xlsx]'")
+    """Write a sheet with the sentences and one for each table."""
     sentences = [title_of(parts), loads_of(parts), *advice_on(parts), *gross_slip_in_words(parts)]
     sentences.append(kind_of_contact(parts))
     sentences += missing_in_words(parts)
-    with pd.ExcelWriter(file, engine="openpyxl") as writer:
-        words = pd.DataFrame({"joint": sentences})
-        words.to_excel(writer, sheet_name="joint", index=False)
-        for name, table in tables_of(parts).items():
-            table.to_excel(writer, sheet_name=name, index=False)
+    write_sheets(file, {"joint": pd.DataFrame({"joint": sentences}), **tables_of(parts)})

@@ -13,7 +13,7 @@ import pandas as pd
 from scipy import stats
 
 from ..base import choice
-from ..base.files import WRITERS, output
+from ..base.files import TABLES, output
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from . import starts as families
@@ -84,7 +84,7 @@ def _files_to_write(path: Path, plan: dict[str, Any]) -> dict[str, Path]:
         if name in plan:
             files[name] = path.parent / _checked_part(name, plan[name], str)
     if "table" in files:
-        files["table"] = output(files["table"], *WRITERS)
+        files["table"] = output(files["table"], *TABLES)
     if "picture" in files:
         files["picture"] = output(files["picture"])
     return files

@@ -44,7 +44,7 @@ class Store:
     The key of a row is a digest of the content of the run, or of the contact, load cycle and
     friction of the limit.
 
-    With `make` the file is created if there is none, and may be written; else it is only read. Rows
+    With `make` the file is created if there is none; else it must exist, and may be read-only. Rows
     that are written together are one transaction. So sqlite protects the file if a writer is
     killed, or if there are several writers at the same time.
     """
@@ -152,10 +152,12 @@ class Store:
 
 
 def _connect(path: Path, make: bool) -> sqlite3.Connection:
-    """Open a file of sqlite, for writing if `make`."""
+    """Open a file of sqlite; without `make` it must exist."""
     if make:
         path.parent.mkdir(parents=True, exist_ok=True)
-    place = path if make else f"{path.as_uri()}?mode=ro"
+    # A reader may write, too: if a writer was killed, sqlite first takes its half write back. Of a
+    # file that cannot be written, sqlite makes a reader by itself.
+    place = path if make else f"{path.as_uri()}?mode=rw"
     # Another process may be writing: it is waited for, in seconds.
     patience = 60
     connection = sqlite3.connect(place, uri=not make, timeout=patience, isolation_level=None)

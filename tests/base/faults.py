@@ -27,6 +27,20 @@ FAULTS = (
         tests="storage",
     ),
     Fault(
+        "base/files.py",
+        "a file is written in its place",
+        old="Path(folder, place.name)",
+        new="place",
+        tests="written",
+    ),
+    Fault(
+        "base/files.py",
+        "a name is a formula",
+        old="cell.data_type = 's'",
+        new="pass",
+        tests="written",
+    ),
+    Fault(
         "base/archive.py",
         "the units of a saved table are lost",
         old="table.attrs.update(attrs)",

@@ -452,7 +452,7 @@ def test_a_study_says_what_is_unknown_and_what_is_missing(capsys):
 def test_an_answer_is_printed_where_its_picture_cannot_be_written(capsys):
     assert main([*LIMIT, *CORNERS, "--picture", "limit.odd"]) == 2
     said = capsys.readouterr()
-    assert "load_factor " in said.out and "--picture: " in said.err
+    assert "load_factor " in said.out and "limit.odd' cannot be written" in said.err
 
 
 def test_names_of_a_history_may_have_semicolons(capsys):

@@ -12,7 +12,8 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.joints import report_files, report_pages, safety
+from frictopt.base import files
+from frictopt.joints import report_pages, safety
 from frictopt.joints import scatter as scattering
 from helpers.cases import few
 from helpers.spatial import cycle as spatial_cycle
@@ -530,7 +531,7 @@ def test_a_spreadsheet_has_a_sheet_for_each_table(tmp_path, monkeypatch):
     assert list(sheets) == ["joint", "verdicts", "safety", "numbers", "contacts", "curve"]
     assert sheets["verdicts"]["value"].tolist() == pytest.approx(joint.verdicts["value"].tolist())
     assert "work (N mm per depth)" in sheets["curve"].columns
-    monkeypatch.setattr(report_files, "find_spec", lambda _name: None)
+    monkeypatch.setattr(files, "find_spec", lambda _name: None)
     with pytest.raises(ImportError, match=r"frictopt\[xlsx\]"):
         joint.save(file)
 

@@ -124,6 +124,13 @@ FAULTS = (
         tests="protocols",
     ),
     Fault(
+        "study/store.py",
+        "a reader leaves half a change in the store",
+        old="f'{path.as_uri()}?mode=rw'",
+        new="f'{path.as_uri()}?mode=ro'",
+        tests="dissipation_store",
+    ),
+    Fault(
         "study/verify.py",
         "slip above the limit counts below it",
         old="self.runs['share'] < 1",

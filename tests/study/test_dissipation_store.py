@@ -313,6 +313,31 @@ def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed,
     assert followed == [*FACTORS[7:10], *FACTORS[17:]]
 
 
+KILLED = """
+import os, sqlite3, sys
+store = sqlite3.connect(sys.argv[1], isolation_level=None)
+store.execute("PRAGMA cache_size = 1")
+store.execute("BEGIN IMMEDIATE")
+store.execute("UPDATE runs SET error = hex(randomblob(3000))")
+os.kill(os.getpid(), 9)
+"""
+
+
+def test_a_store_whose_writer_was_killed_is_read_and_merged_and_goes_on(
+    file, tmp_path, undisturbed
+):
+    """The killed process has written half of a change into the file."""
+    for use in (
+        lambda: len(fo.results.read_store(file)),
+        lambda: merge_stores(tmp_path / "into", [file]),
+        lambda: len(study(store=file)),
+    ):
+        subprocess.run([sys.executable, "-c", KILLED, file], timeout=60)
+        assert Path(f"{file}-journal").exists()
+        assert use() == len(undisturbed)
+        same(study(store=file), undisturbed)
+
+
 def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed):
     """Both of its processes hang when it is killed."""
     options = {
