@@ -9,8 +9,8 @@ from dataclasses import MISSING, fields, is_dataclass
 from datetime import date, datetime
 from enum import Enum
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from types import MappingProxyType, UnionType
+from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -127,7 +127,10 @@ class _Reader:
         for thing in things:
             ((kind, content),) = thing.items()
             state = {name: self.value(text) for name, text in content}
-            self._things.append(_restored(KINDS[kind], state))
+            restored: Any = _restored(KINDS[kind], state)
+            if hasattr(restored, "check_kept"):
+                restored.check_kept()
+            self._things.append(restored)
 
     def value(self, text: Any) -> Any:
         """The value that a JSON text represents."""
@@ -142,7 +145,10 @@ class _Reader:
             return self._things[content]
         if name in KINDS:  # an Enum, and the name of its member
             return KINDS[name][content]
-        return _FORM_NAMED[name].made(self.value(content))
+        form = _FORM_NAMED[name]
+        if form.content is list and not isinstance(content, list):
+            raise ValueError(f"a {name} of a {type(content).__name__}")
+        return form.made(self.value(content))
 
 
 def _restored(kind: type[Any], state: dict[str, Any]) -> object:
@@ -153,6 +159,9 @@ def _restored(kind: type[Any], state: dict[str, Any]) -> object:
     """
     former = getattr(kind, "FORMER_NAMES", {})
     state = {former.get(name, name): value for name, value in state.items()}
+    for name, hint in _hints(kind).items():
+        if name in state and not _fits(state[name], hint):
+            raise ValueError(f"{kind.__name__}.{name} is a {type(state[name]).__name__}")
     if hasattr(kind, "from_kept"):
         return kind.from_kept(state)
     names = _field_names(kind)
@@ -172,6 +181,28 @@ def _restored(kind: type[Any], state: dict[str, Any]) -> object:
     thing = object.__new__(kind)
     getattr(thing, "__setstate__", vars(thing).update)(state)
     return thing
+
+
+def _hints(kind: type[Any]) -> dict[str, Any]:
+    """The types of the fields of a class, of which some name pandas `pd`."""
+    return get_type_hints(kind, localns={"pd": pd})
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value, and each entry of a tuple, has a type; whole numbers are also real ones."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return any(_fits(value, part) for part in parts)
+    if origin is np.ndarray:
+        (number,) = get_args(parts[1])
+        return isinstance(value, np.ndarray) and np.can_cast(value.dtype, number, "same_kind")
+    if origin is tuple and isinstance(value, tuple):
+        hints = parts[:1] * len(value) if parts[-1] is ... else parts
+        return len(hints) == len(value) and all(map(_fits, value, hints))
+    numbers = {float: (int, float, np.number), int: (int, np.integer)}
+    if hint in numbers:
+        return isinstance(value, numbers[hint]) and not isinstance(value, bool)
+    return hint is Any or isinstance(value, origin or hint)
 
 
 def _field_names(kind: type[Any]) -> list[str]:
@@ -207,6 +238,8 @@ def _index(name: object, kind: str, cells: Any) -> "pd.Index[Any]":
 
 def _series(row: tuple[Any, str, Any], index: tuple[Any, str, Any]) -> "pd.Series[Any]":
     name, kind, cells = row
+    if isinstance(cells, range):
+        raise ValueError(f"the column {name!r} is a range")
     return pd.Series(cells, index=_index(*index), dtype=kind, name=name)
 
 

@@ -1,5 +1,6 @@
 """Files to be written, whose names are checked before anything is computed; npz archives."""
 
+import json
 import os
 import shutil
 import signal
@@ -7,18 +8,27 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from importlib.util import find_spec
 from io import BytesIO
 from itertools import chain
+from math import prod
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 from zipfile import ZipFile
+from zlib import crc32
 
 import numpy as np
-from numpy.lib.format import write_array
+from numpy.lib.format import (
+    read_array_header_1_0,
+    read_array_header_2_0,
+    read_magic,
+    write_array,
+)
 
 from ..errors import FrictoptError, ModelError
+from .strict_json import plain, strict_json
 
 T = TypeVar("T")
 
@@ -143,16 +153,39 @@ _OTHER_FORMATS = {
 }
 
 
+def written_by() -> dict[str, str]:
+    """The version of frictopt that writes a file now, and the date."""
+    # Imported here, because the package imports this file before it has a version.
+    from .. import __version__
+
+    return {"version": __version__, "date": datetime.now(UTC).isoformat(timespec="seconds")}
+
+
 def packed(path: str | Path, form: str, **arrays: Any) -> None:
-    """Write an npz archive of plain arrays under exactly this name, with the name of its form."""
+    """Write an npz archive of plain arrays under exactly this name, with the name of its form.
+
+    It also says which version of frictopt wrote it, and when.
+    """
     with written(path, ".npz") as part:
         if part.suffix.lower() in _OTHER_FORMATS:
             raise ValueError("it is an npz archive")
         # If the disk is full, `np.savez` would leave its file open.
         with ZipFile(part, "w") as archive:
-            for name, array in {"format": form, **arrays}.items():
+
+            def add(name: str, array: object) -> None:
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                     write_array(member, np.asarray(array), allow_pickle=False)
+
+            for name, array in {"format": form, **written_by(), **arrays}.items():
+                add(name, array)
+            add("seal", _seal(archive))
+
+
+def _seal(archive: ZipFile) -> int:
+    """A checksum of the names and checksums of all members before the seal."""
+    members = {member.filename: member.CRC for member in archive.infolist()}
+    members.pop("seal.npy", None)
+    return crc32(repr(sorted(members.items())).encode())
 
 
 def unpacked(
@@ -166,16 +199,74 @@ def unpacked(
         if not Path(source).is_file():
             raise FileNotFoundError("there is no such file")
         with ZipFile(source) as archive:
-            # Check all bytes against their checksums; numpy reads a member only as far as its
-            # header says.
-            damaged = archive.testzip()
-            if damaged:
-                raise ValueError(f"{damaged} is damaged")
+            _check_members(archive)
+            seal = _seal(archive)
         with np.load(source, allow_pickle=False) as archive:
             arrays = dict(archive)
         if str(arrays.pop("format", "")) != form:
             raise ValueError(f"it does not hold the arrays of {what}")
+        # Files of earlier versions have neither of these three.
+        if arrays.pop("seal", seal) != seal:
+            raise ValueError("it was changed after it was written")
+        for name in ("version", "date"):
+            arrays.pop(name, None)
         return made(arrays)
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         why = " ".join(str(error).split()) or type(error).__name__
         raise ModelError(f"path: {str(source)!r} is not {what} ({why}); {remedy}") from error
+
+
+def _check_members(archive: ZipFile) -> None:
+    """Check names, sizes and checksums of all members; numpy would trust the header of an array.
+
+    Raises
+    ------
+    ValueError
+        An archive of a few bytes could fill the memory, or is damaged.
+    """
+    members = archive.infolist()
+    if len({member.filename for member in members}) < len(members):
+        raise ValueError("two of its members have one name")
+    size = sum(member.file_size for member in members)
+    # Compressed arrays of a contact are a few times smaller than the arrays, if it is sparse tens.
+    most = 100_000_000 + 100 * sum(member.compress_size for member in members)
+    if size > most:
+        raise ValueError(f"it would grow to {size:.1e} bytes; save it without compression")
+    damaged = archive.testzip()
+    if damaged:
+        raise ValueError(f"{damaged} is damaged")
+    for member in members:
+        with archive.open(member) as file:
+            header = read_array_header_1_0 if read_magic(file) == (1, 0) else read_array_header_2_0
+            shape, _, kind = header(file)
+            if file.tell() + prod(shape) * kind.itemsize != member.file_size:
+                raise ValueError(f"{member.filename} is damaged")
+
+
+def sealed(content: Mapping[str, Any]) -> str:
+    """A content as strict JSON with version, date and a checksum, which `unsealed` checks."""
+    whole = plain({**content, **written_by()})
+    return strict_json({**whole, "seal": crc32(strict_json(whole).encode())})
+
+
+def unsealed(path: str | Path) -> dict[str, Any]:
+    """The content of a file of JSON that `sealed` made; ModelError for others and changed ones."""
+    try:
+        content: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+        seal = content.pop("seal")
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise ModelError(
+            f"path: {str(path)!r} is not a report with version and date ({type(error).__name__}); "
+            "give a file that `save` of a report wrote"
+        ) from error
+    if crc32(strict_json(content).encode()) != seal:
+        raise ModelError(f"path: {str(path)!r} was changed after it was written; write it anew")
+    return content
+
+
+def origin(path: str | Path) -> str:
+    """Which version of frictopt wrote an archive, and when; earlier versions do not say."""
+    with np.load(path, allow_pickle=False) as archive:
+        if "version" not in archive:
+            return "of an earlier version"
+        return f"of version {archive['version']}, {archive['date']}"

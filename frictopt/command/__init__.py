@@ -7,6 +7,7 @@ In come the arguments of a shell, out go a text or JSON, files, and an exit code
 - `options.py`: options of a command from signature and docstring of its function
 - `inputs.py`: contact, load cycle and friction from files and arguments
 - `answers.py`: an answer as text, as JSON, as a table and as a picture
+- `check.py`: `check`, on files of all kinds
 - `jobs.py`: `look` and `condense`, on contacts and on jobs of CalculiX
 - `studies.py`: `study` and `merge`
 

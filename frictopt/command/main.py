@@ -14,7 +14,7 @@ from .. import __version__
 from ..base.files import TABLES, output, to_its_end
 from ..base.strict_json import strict_json
 from ..errors import FrictoptError, ModelError, StoreError
-from . import jobs, questions, studies
+from . import check, jobs, questions, studies
 from .answers import ExitCode, partial_answer
 from .options import Command
 
@@ -84,7 +84,7 @@ def _check_files(options: argparse.Namespace) -> None:
 
 def commands() -> tuple[Command, ...]:
     """All commands, in the order of `frictopt --help`."""
-    return (*jobs.COMMANDS, *questions.COMMANDS, *studies.COMMANDS)
+    return (*jobs.COMMANDS, *questions.COMMANDS, *studies.COMMANDS, *check.COMMANDS)
 
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:

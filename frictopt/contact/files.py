@@ -47,6 +47,15 @@ def read(source: str | Path) -> dict[str, Any]:
     return unpacked(source, _FORM, _arguments, "a contact system", remedy)
 
 
+def is_contact(source: str | Path) -> bool:
+    """Whether a file says that it is an archive of a contact system, in any version."""
+    try:
+        with np.load(source, allow_pickle=False) as archive:
+            return str(archive["format"]).startswith(_FORM.rstrip("0123456789"))
+    except Exception:  # of a damaged or foreign file; `read` then says why
+        return False
+
+
 def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
     arguments: dict[str, Any] = {}
     for part, names in _MAPPINGS.items():

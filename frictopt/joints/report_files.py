@@ -10,8 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from ..base.files import write_sheets
-from ..base.strict_json import strict_json
+from ..base.files import sealed, write_sheets
 from .advice import advice_on, gross_slip_in_words, kind_of_contact
 from .report_parts import ReportParts
 from .report_tables import curve_table, numbers_of, with_units
@@ -141,7 +140,7 @@ def write_json(parts: ReportParts, file: Path) -> None:
         "missing": dict(parts.missing),
     }
     content |= tables_of(parts)
-    file.write_text(strict_json(content), encoding="utf-8")
+    file.write_text(sealed(content), encoding="utf-8")
 
 
 def write_spreadsheet(parts: ReportParts, file: Path) -> None:

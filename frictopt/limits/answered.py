@@ -45,6 +45,7 @@ from ..contact import (
 )
 from ..contact.diagnosis import counted
 from ..solve.problem import Duals, Explained, duals
+from .proven_again import check_slip
 from .question import Question
 
 # Labels of the rows of a corner.
@@ -166,6 +167,15 @@ class Answered(Recorded, Plotted):
     _question: Question
 
     FORMER_NAMES: ClassVar[dict[str, str]] = {"_task": "_question", "_tasks": "_questions"}
+
+    def check_kept(self) -> None:
+        """Check the slip of a loaded answer; ValueError if it shall be safe and is not."""
+        if self._has_safe_slip:
+            check_slip(self._question, self.load_factor, self.slip)
+
+    @property
+    def _has_safe_slip(self) -> bool:
+        return bool(np.isfinite(self.load_factor))
 
     @property
     def system(self) -> ContactSystem:

@@ -118,6 +118,10 @@ class RequiredFriction(Answered):
     mechanism: Table
     reason: str
 
+    @property
+    def _has_safe_slip(self) -> bool:
+        return bool(np.isfinite(self.required))
+
 
 @warns_of_odd_values
 def required_friction(

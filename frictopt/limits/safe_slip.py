@@ -95,6 +95,8 @@ class SafeSlip(Proven):
         """
         return bool(self.margin >= -max(ROUNDING, self.residual))
 
+    _has_safe_slip = exists
+
     @cached_property
     def reason(self) -> str:
         """Effect of the slip, or diagnosis of the mean load if no slip is safe, in words."""

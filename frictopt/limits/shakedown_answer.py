@@ -7,7 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base import ZERO_LOAD_FACTOR, Array, LimitKind, Table, finite_number, frozen, number_of
+from ..base import (
+    RESIDUAL,
+    ZERO_LOAD_FACTOR,
+    Array,
+    LimitKind,
+    Table,
+    finite_number,
+    frozen,
+    number_of,
+)
 from ..contact import lengths
 from ..errors import ModelError
 from .answered import Rated
@@ -16,6 +25,8 @@ from .least_slip import LeastSlip, least_slip
 from .moving_areas import has_all_states
 from .open_nodes import stays_closed
 from .programs import is_held
+from .proven_again import check_bound, check_slip
+from .question import Question
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,6 +41,25 @@ class ShakedownAnswer(Rated):
     _why: str = ""
     # Whether it ends load factors of rest, for all openings and closings.
     _ends_rests: bool = False
+
+    def check_kept(self) -> None:
+        """Check the numbers of a loaded limit, its slip and mechanism; ValueError if they are off.
+
+        A slip bound and rows of the user have further multipliers, and nodes that open and close
+        another proof; then only the slip is checked. Without a finite limit only its kind is.
+        """
+        number = {LimitKind.UNBOUNDED: np.inf, LimitKind.NO_SAFE_SLIP: np.nan}.get(self.kind)
+        if number is not None:
+            if not np.array_equal([self.load_factor], [number], equal_nan=True):
+                raise ValueError(f"its load factor is {self.load_factor:g}, its kind {self.kind}")
+            return
+        question = self._question
+        check_slip(question, self.load_factor, self.slip)
+        if self.least > self.load_factor + RESIDUAL * question.load_unit:
+            raise ValueError(f"its least load factor {self.least:g} is above {self.load_factor:g}")
+        plain = type(question) is Question and question.slip_bound is None
+        if plain and not self.constraints and self.objective is None:
+            check_bound(question, self._motion.moves, self.load_factor, self.bound)
 
     @property
     def _ruling(self) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
+    RESIDUAL,
     Array,
     Booleans,
     Outcome,
@@ -25,7 +26,14 @@ from ..base import (
     whole_number,
 )
 from ..base.results import named_places
-from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact import (
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    check_contact_law,
+    joined,
+    parted,
+)
 from ..errors import ModelError
 from .fretting import contact_table, fretting_table, tensions, with_worst_planes
 from .march import amplitudes_at, march
@@ -141,6 +149,36 @@ class SteadyState(Recorded, Plotted):
     steps: int
     record: SolveRecord
     drift: float = 0.0
+
+    def check_kept(self) -> None:
+        """Check the last state of a loaded result by the contact law; ValueError if it is off."""
+        system = self.system
+        loads = np.array(
+            [joined(*system.reaction(load)) for load in self.cycle.at(self.load_factor)]
+        )
+        motion = joined(self.slip, self.gap - system.gap)
+        axes = system.tangents + 1
+        q, p = parted(loads[-1] + system.S @ motion, axes)
+        off = check_contact_law(
+            system,
+            parted(loads[-1], axes),
+            self.friction,
+            v=self.slip,
+            w=self.gap,
+            q=q,
+            p=p,
+            force_scale=float(np.abs(loads).max()) or 1.0,
+        ).residual
+        # Another processor may round an error to the other side of its tolerance.
+        if off > 10 * RESIDUAL:
+            raise ValueError(f"its last state violates the contact law by {off:.1e}")
+        work = self.dissipation_per_node
+        if work.shape != (system.nodes,) or not np.isclose(
+            work.sum(), self.dissipation, RESIDUAL, 0
+        ):
+            raise ValueError(
+                f"its nodes dissipate {work.sum():g}, all of them {self.dissipation:g}"
+            )
 
     @property
     def engine(self) -> str:

@@ -197,6 +197,12 @@ class Trajectory(Kept, Plotted):
     step_error: float
     _seconds: float
 
+    def check_kept(self) -> None:
+        """Check the states of a loaded result by the contact law; ValueError if they are off."""
+        # States in increments have larger errors than steady states.
+        if not self.verdict.residual <= 1e-6:
+            raise ValueError(f"its states violate the contact law by {self.verdict.residual:.1e}")
+
     @cached_property
     def _force(self) -> float:
         """Scale of the nodal forces, at least that of a steady state.

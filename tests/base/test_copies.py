@@ -322,7 +322,9 @@ def test_a_file_from_before_a_field_takes_its_default(tmp_path, kind):
     path = tmp_path / "old.npz"
     found.save(path)
     with np.load(path) as archive:
-        arrays = dict(archive)
+        arrays = {
+            name: archive[name] for name in archive if name not in ("version", "date", "seal")
+        }
     text, things = json.loads(arrays["text"].tobytes())
     kept = [
         {

@@ -1,0 +1,75 @@
+"""The command `check`: a file is read and proven again."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+from .options import Command, public
+
+
+def _add_check(check: argparse.ArgumentParser) -> None:
+    check.add_argument("file", help="a result, a contact, the store of a study, or a JSON report")
+    check.set_defaults(run=_check)
+
+
+COMMANDS = (
+    Command(
+        "check",
+        "read a file and prove it again; say which version wrote it, when, for which input",
+        "limit.npz",
+        _add_check,
+    ),
+)
+
+
+def _check(options: argparse.Namespace) -> None:
+    file = Path(options.file)
+    with file.open("rb") as opened:
+        is_store = opened.read(6) == b"SQLite"
+    if is_store:
+        lines = _of_store(file)
+    elif file.suffix.lower() == ".json":
+        lines = _of_json(file)
+    else:
+        lines = _of_archive(file)
+    print(*lines, sep="\n")
+
+
+def _of_archive(file: Path) -> Iterator[str]:
+    from ..base.files import origin
+    from ..contact import ContactSystem
+    from ..contact.files import is_contact
+
+    if is_contact(file):
+        yield f"{ContactSystem.load(file)!r}"
+    else:
+        result = public("results.load")(file)
+        yield str(result)
+        for name in ("system", "cycle", "friction"):
+            if hasattr(result, name):
+                yield f"{name}: {getattr(result, name)!r}"
+    yield f"{file}: holds, {origin(file)}"
+
+
+def _of_store(file: Path) -> Iterator[str]:
+    from ..base import number_of
+    from ..study.store import DamagedRows, read_store
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DamagedRows)
+        runs = read_store(file)
+    for loads, of_loads in runs.groupby("loads"):
+        outcomes = of_loads["outcome"].value_counts().to_dict()
+        yield f"{number_of(len(of_loads), 'run')} of the loads {loads}: {outcomes}"
+    yield f"{file}: holds, {number_of(len(runs), 'run')}"
+
+
+def _of_json(file: Path) -> Iterator[str]:
+    from ..base.files import unsealed
+
+    sheet = unsealed(file)
+    yield from (sheet["title"], sheet["loads"])
+    yield f"{file}: holds, of version {sheet['version']}, {sheet['date']}"

@@ -1,0 +1,86 @@
+"""Answers that were read from a file are proven again, from the numbers of the file alone.
+
+The contact law evaluates the slip, which bounds a limit from below. The slip mechanism bounds it
+from above. Both need no solver.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base import RESIDUAL, Array
+from .question import Question
+
+# Another processor may round the residual of an answer to the other side of its tolerance.
+_SLIP = 10 * RESIDUAL
+# Relative to the terms of a mechanism, whose multipliers balance up to the tolerance of solvers.
+_BALANCE = 1e-6
+
+
+def check_slip(question: Question, load_factor: float, slip: Array) -> None:
+    """Check that a slip is safe at a load factor; ValueError if it is not."""
+    shape = question.system.slip_shape
+    if slip.shape != shape:
+        raise ValueError(f"its slip has the shape {slip.shape}, its contact needs {shape}")
+    off = question.violation(load_factor, slip)
+    # Margins are relative to friction bounds, which exceed the forces if friction is large.
+    if off > _SLIP * max(1.0, question.mean_bound / question.force):
+        raise ValueError(
+            f"its slip is not safe at the load factor {load_factor:g}: it violates the contact law "
+            f"by {off:.1e}"
+        )
+
+
+def check_bound(question: Question, moves: Array, load_factor: float, bound: float) -> None:
+    """Check that a mechanism proves the bound of a limit; ValueError if it does not."""
+    if not moves.any() and not question.system.B.any():
+        return  # Just above it, the loads of this uncoupled contact open and close nodes.
+    proven = bound_of(question, moves)
+    for name, value in (("load factor", load_factor), ("bound", bound)):
+        if not abs(proven - value) <= _BALANCE * max(abs(value), question.load_unit):
+            raise ValueError(f"its {name} is {value:g}, and its mechanism proves {proven:g}")
+
+
+def bound_of(question: Question, moves: Array) -> float:
+    """The load factor above which a mechanism proves that no slip is safe; nan if it proves none.
+
+    `moves` (K, t + 1, N) are its slips and lifts.
+
+    In a safe state the forces do no negative work on the mechanism: at a closed node friction times
+    the pressure is at least the shear force, and the lift at least friction times the slip. Open
+    nodes follow without force, and touch. The residual slip does no work, so that the work is that
+    of the loads.
+    """
+    system = question.system
+    normals = len(system.S) - system.nodes
+    sizes = np.hypot.reduce(moves[:, :-1], axis=1, initial=0.0)
+    moves = moves.reshape(len(moves), -1)
+    forces = moves @ system.S
+    scale = _BALANCE * float((np.abs(moves) @ np.abs(system.S)).max(initial=0.0))
+    opened = question.open_nodes
+    of_opened = np.tile(opened, system.tangents)
+    sheared = np.where(opened, 0.0, question.friction * sizes - moves[:, normals:])
+    sheared = sheared.clip(0.0)
+    if not system.capped and (sheared > _BALANCE * np.abs(moves).max()).any():
+        return np.nan
+    unbalanced = (
+        np.abs(forces.sum(axis=0)[:normals][~of_opened]).max(initial=0.0),
+        np.abs(forces[:, :normals][:, of_opened]).max(initial=0.0),
+        forces[:, normals:][:, opened].max(initial=0.0),
+    )
+    if max(unbalanced) > scale:
+        return np.nan
+    resistance = float((moves * question.at_instants(0.0)).sum()) + _work_of_shearing(
+        question, sheared
+    )
+    drive = -float((moves * question.bonded[1]).sum())
+    return resistance / drive if drive > 0 else np.nan
+
+
+def _work_of_shearing(question: Question, sheared: Array) -> float:
+    """Work of the slips at which the surface shears off, whose lift is less by `sheared`."""
+    if not question.system.capped:
+        return 0.0
+    slopes = np.where(question.friction > 0, question.friction, 1.0)
+    strength = np.where(sheared.any(axis=0), question.system.shear_strength, 0.0)
+    return float((sheared / slopes * strength).sum())

@@ -1,0 +1,136 @@
+"""Files whose numbers were changed, with right checksums, are refused; `frictopt check` says why."""
+
+import json
+import zipfile
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.__main__ import main
+from helpers.systems import CYCLE, random_system
+
+SYSTEM = random_system(np.random.default_rng(3), 3)
+ANSWERS = {
+    "limit": fo.shakedown_limit(SYSTEM, CYCLE, 0.5),
+    "steady": fo.steady_state(SYSTEM, CYCLE, 0.5, 1.0, progress=False),
+    "required": fo.required_friction(SYSTEM, CYCLE, 0.1, progress=False),
+    "safe": fo.safe_slip(SYSTEM, CYCLE, 0.5, 0.1),
+    "path": fo.march(SYSTEM, CYCLE, 0.5, 1.0, cycles=1, progress=False),
+}
+
+
+def changed(path, change, sealed=False):
+    """Rewrite a result; `change` gets its arrays, and the fields of the things by class."""
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    if not sealed:
+        del arrays["seal"]
+    text, things = json.loads(arrays["text"].tobytes())
+    by_class = {kind: dict(content) for thing in things for kind, content in thing.items()}
+    change(arrays, by_class)
+    things = [{kind: [*by_class[kind].items()] for kind in thing} for thing in things]
+    arrays["text"] = np.frombuffer(json.dumps([text, things]).encode(), np.uint8)
+    np.savez(path, **arrays)
+
+
+def of_array(kind, name, change):
+    def made(arrays, things):
+        place = f"array {things[kind][name]['array']}"
+        arrays[place] = np.asarray(change(arrays[place]))
+
+    return made
+
+
+def of_field(kind, name, value):
+    return lambda arrays, things: things[kind].update({name: value})
+
+
+LIMIT, STEADY = "ShakedownLimit", "SteadyState"
+FACTOR = ANSWERS["limit"].load_factor
+CHANGES = {
+    "load factor": ("limit", of_field(LIMIT, "load_factor", 1000 * FACTOR), "slip is not safe"),
+    "less": ("limit", of_field(LIMIT, "load_factor", 0.9 * FACTOR), "its mechanism proves"),
+    "bound": ("limit", of_field(LIMIT, "bound", 0.9 * FACTOR), "its mechanism proves"),
+    "least": ("limit", of_field(LIMIT, "least", 2 * FACTOR), "least load factor"),
+    "kind": ("limit", of_field(LIMIT, "kind", {"LimitKind": "UNBOUNDED"}), "its kind"),
+    "text": ("limit", of_field(LIMIT, "load_factor", "0.5"), "load_factor is a str"),
+    "true": ("limit", of_field(LIMIT, "load_factor", True), "load_factor is a bool"),
+    "nan": ("limit", of_array(LIMIT, "slip", lambda slip: slip * np.nan), "slip is not safe"),
+    "short": ("limit", of_array(LIMIT, "slip", lambda slip: slip[:-1]), "shape"),
+    "words": ("limit", of_array(LIMIT, "slip", lambda slip: slip.astype(str)), "is a ndarray"),
+    "motion": ("limit", of_array("Mechanism", "moves", lambda d: d[:, :, ::-1]), "proves nan"),
+    "stiffness": ("limit", of_array("ContactSystem", "S", lambda S: S + np.eye(6)), "is"),
+    "friction": ("limit", of_array("Question", "friction", lambda f: 0.9 * f), "slip is not safe"),
+    "contact": ("steady", of_array(STEADY, "gap", lambda w: w - 1), "violates the contact law"),
+    "work": ("steady", of_field(STEADY, "dissipation", 0.0), "its nodes dissipate"),
+    "frictions": ("required", of_array("Question", "friction", lambda f: f / 2), "is not safe"),
+    "amplitude": ("safe", of_field("SafeSlip", "load_factor", 10.0), "slip is not safe"),
+    "states": ("path", of_array("Trajectory", "p", lambda p: 2 * p), "states violate"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_numbers_that_do_not_hold_are_refused(name, tmp_path, capsys):
+    kind, change, why = CHANGES[name]
+    file = str(tmp_path / "answer.npz")
+    ANSWERS[kind].save(file)
+    assert fo.results.load(file) is not None
+    changed(file, change)
+    with pytest.raises(fo.ModelError, match=f"is not a result .*{why}"):
+        fo.results.load(file)
+    assert main(["check", file]) == 2
+    assert "is not a result" in capsys.readouterr().err
+
+
+def test_an_array_that_holds_as_well_is_seen_to_be_another(tmp_path):
+    """The limit of a stiffer contact without coupling is the same limit."""
+    file = tmp_path / "limit.npz"
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    fo.shakedown_limit(rod, cycle, 0.5).save(file)
+    changed(file, of_array("ContactSystem", "S", lambda S: 100 * S), sealed=True)
+    with pytest.raises(fo.ModelError, match="it was changed after it was written"):
+        fo.results.load(file)
+
+
+def test_of_two_members_of_one_name_none_is_read(tmp_path):
+    SYSTEM.save(tmp_path / "system.npz")
+    with pytest.warns(UserWarning), zipfile.ZipFile(tmp_path / "system.npz", "a") as archive:
+        archive.writestr("S.npy", archive.read("S.npy"))
+    with pytest.raises(fo.ModelError, match="two of its members have one name"):
+        fo.ContactSystem.load(tmp_path / "system.npz")
+
+
+def test_a_check_says_version_date_and_input(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    ANSWERS["limit"].save("limit.npz")
+    SYSTEM.save("system.npz")
+    fo.report(SYSTEM, CYCLE, 0.5, pages=1, progress=False).save("joint.json")
+    fo.dissipation_study(SYSTEM, CYCLE, 0.5, [1.0], store="runs.sqlite", progress=False)
+    says = {
+        "limit.npz": ["ContactSystem(nodes=3", "LoadCycle(mean={'mean': 1.0}", "friction"],
+        "system.npz": ["ContactSystem(nodes=3"],
+        "joint.json": ["friction 0.5"],
+        "runs.sqlite": ["1 run of the loads", "CYCLIC_SLIP"],
+    }
+    for file, words in says.items():
+        assert main(["check", file]) == 0
+        said = capsys.readouterr().out
+        assert f"{file}: holds" in said
+        assert file == "runs.sqlite" or f"of version {fo.__version__}" in said
+        assert all(word in said for word in words), said
+
+
+def test_a_report_that_was_changed_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    fo.report(SYSTEM, CYCLE, 0.5, pages=1, progress=False).save("joint.json")
+    with open("joint.json", encoding="utf-8") as file:
+        content = json.load(file)
+    content["safety"][0]["nominal"] = 1000.0
+    with open("joint.json", "w", encoding="utf-8") as file:
+        json.dump(content, file)
+    assert main(["check", "joint.json"]) == 2 and "was changed" in capsys.readouterr().err
+    with open("joint.json", "w", encoding="utf-8") as file:
+        file.write("[" * 100_000)
+    assert main(["check", "joint.json"]) == 2 and "not a report" in capsys.readouterr().err
