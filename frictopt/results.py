@@ -24,7 +24,7 @@ from .limits import (
 from .study.dissipation_range import DissipationRange
 from .study.excursion import LeastExcursion
 from .study.protocols import LimitAfterProtocol
-from .study.store import DamagedRows, merge_stores, read_store
+from .study.store import DamagedRows, OtherRows, merge_stores, read_store
 from .study.verify import GuaranteeCheck
 from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 
@@ -45,6 +45,7 @@ __all__ = [
     "LoadLoop",
     "Onset",
     "OnsetEvent",
+    "OtherRows",
     "Report",
     "RequiredFriction",
     "SafeRegion",

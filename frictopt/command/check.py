@@ -56,14 +56,18 @@ def _of_archive(file: Path) -> Iterator[str]:
 
 def _of_store(file: Path) -> Iterator[str]:
     from ..base import number_of
+    from ..study.case import KEY
     from ..study.store import DamagedRows, read_store
 
     with warnings.catch_warnings():
         warnings.simplefilter("error", DamagedRows)
         runs = read_store(file)
-    for loads, of_loads in runs.groupby("loads"):
-        outcomes = of_loads["outcome"].value_counts().to_dict()
-        yield f"{number_of(len(of_loads), 'run')} of the loads {loads}: {outcomes}"
+    contacts = runs["key"].str[:KEY].rename("contact")
+    for (version, contact), rows in runs.groupby(["version", contacts]):
+        outcomes = rows["outcome"].value_counts().to_dict()
+        least, most = rows["friction"].min(), rows["friction"].max()
+        text = f"{number_of(len(rows), 'run')} of version {version}, contact {contact}"
+        yield f"{text}, friction {least:g} to {most:g}: {outcomes}"
     yield f"{file}: holds, {number_of(len(runs), 'run')}"
 
 

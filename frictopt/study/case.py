@@ -1,31 +1,70 @@
-"""A transient of a study: its contact, load cycle and friction, its load factor and its start."""
+"""A transient of a study: its contact, load cycle and friction, its load factor and its start.
+
+The key of a run is the same on another processor, though arrays there differ by rounding. It is
+made of the key of its contact, which its store finds by a sketch of the contact, and of numbers
+with nine digits.
+"""
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base import Array
-from ..contact import ContactSystem, LoadCycle, contact_law
+from ..contact import ContactSystem, LoadCycle, joined
 from ..limits import GrossSlip, ShakedownLimit, gross_slip_of_statics
 from .starts import Start
+
+# Digits of numbers in keys; other processors change digits behind them.
+_DIGITS = 9
+
+KEY = 20
+"""Length of a digest, such as the key of a contact."""
+
+
+def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
+    """Numbers that tell a contact under a load cycle from others, each part in its own unit.
+
+    They are sums of its stiffness and reactions with fixed weights, and its gaps and strengths. Two
+    contacts are the same if their sketches differ by 1e-9 at most.
+    """
+    places = np.arange(1.0, len(system.S) + 1)
+    weights = np.cos(np.outer(places * places, [1.0, 2.0, 3.0]))  # (M, 3)
+    reactions = [
+        joined(*part) for part in (cycle.mean_reaction(system), cycle.corner_reactions(system))
+    ]
+    if cycle.fixed is not None:
+        reactions.append(joined(*cycle.unscaled_reactions(system)))
+    loads = np.vstack(reactions)
+    parts = [system.S @ weights, loads @ weights, system.gap]
+    if system.capped:
+        finite = np.isfinite(system.shear_strength)
+        parts += [finite * 1.0, np.where(finite, system.shear_strength, 0.0)]
+    units = [
+        np.abs(system.S).max(),
+        np.abs(loads).max(),
+        *(np.abs(part).max() for part in parts[2:]),
+    ]
+    units = [float(f"{unit:.{_DIGITS}g}") or 1.0 for unit in units]
+    return np.concatenate(
+        [part.ravel() / unit for part, unit in zip(parts, units, strict=True)] + [units]
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
     """The input that all runs of a study at one friction and load cycle share.
 
-    `number` is the place of the friction in its list, `label` the name of the load cycle, "" if the
-    study has a single one. `limit` is the shakedown limit for starts that need it, None if none
-    does or no solver proves one.
+    `contact` is the key of contact and load cycle, `number` the place of the friction in its list,
+    `label` the name of the load cycle, "" if the study has a single one. `limit` is the shakedown
+    limit for starts that need it, None if none does or no solver proves one.
     """
 
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
+    contact: str
     number: int = 0
     label: str = ""
     limit: ShakedownLimit | None = None
@@ -44,25 +83,15 @@ class Case:
     @cached_property
     def loads(self) -> str:
         """Digest of the load case names and amplitudes of the cycle, without the contact."""
-        parts: list[Mapping[str, float] | None] = [self.cycle.mean, *self.cycle.corners, None]
-        parts += self.cycle.fixed or ()
-        content = repr([part and sorted(part.items()) for part in parts])
-        return hashlib.sha256(content.encode()).hexdigest()[:40]
+        parts = [self.cycle.mean, *self.cycle.corners, {}, *(self.cycle.fixed or ())]
+        return digest(
+            *(sorted((name, _number(size)) for name, size in part.items()) for part in parts)
+        )
 
     @cached_property
-    def digest(self) -> bytes:
-        """Digest of contact, load cycle and friction."""
-        system, cycle = self.system, self.cycle
-        reactions = (*cycle.mean_reaction(system), *cycle.corner_reactions(system))
-        fixed = () if cycle.fixed is None else cycle.unscaled_reactions(system)
-        terms = contact_law(system, self.friction).terms
-        constants = [term.constant for term in terms if term.constant.any()]
-        return _digest(system.S, system.gap, self.friction, *reactions, *fixed, *constants)
-
-    @property
     def key(self) -> str:
-        """The digest as text, the key of the shakedown limit in a store."""
-        return self.digest.hex()[:40]
+        """The key of contact, load cycle and friction, and of their shakedown limit in a store."""
+        return self.contact + digest(_numbers(self.friction))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,28 +104,36 @@ class Run:
 
     @cached_property
     def key(self) -> str:
-        """Digest of the content.
+        """The key of the case, and a digest of load factor and start.
 
         For a start at a multiple of the safe slip, the digest uses the multiple, because solvers
-        may find different safe slips.
+        may find different safe slips; for a random slip its family, amplitude and seed.
         """
         start = self.start
         state = start.state
-        arrays: tuple[ArrayLike | None, ...] = ()
+        content: list[object] = [start.family, start.amplitude, start.seed]
+        if start.amplitude is None:
+            content = [_numbers(start.slip)]
         if state is not None:
-            arrays = (state.slip, state.gap, state.bonded_q, state.bonded_p, state.next_corner)
-        content = _digest(
-            *arrays, self.load_factor, start.slip, start.safe_multiple, start.overload
-        )
-        return hashlib.sha256(self.case.digest + content).hexdigest()[:40]
+            arrays = (state.slip, state.gap, state.bonded_q, state.bonded_p)
+            content += [*map(_numbers, arrays), state.next_corner]
+        numbers = (self.load_factor, start.safe_multiple, start.overload)
+        return self.case.key + digest(*content, *map(_number, numbers))
 
 
-def _digest(*values: ArrayLike | None) -> bytes:
-    """Digest of the digests of numbers and arrays, so that it depends on their boundaries."""
-    parts = list[bytes]()
-    for value in values:
-        content = b"-"
-        if value is not None:
-            content = np.ascontiguousarray(value, dtype=np.float64).tobytes()
-        parts.append(hashlib.sha256(content).digest())
-    return hashlib.sha256(b"".join(parts)).digest()
+def digest(*content: object) -> str:
+    """A short text for a content of numbers and texts."""
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:KEY]
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value + 0.0:.{_DIGITS}g}"
+
+
+def _numbers(values: Array | None) -> str:
+    """Text of an array in units of its largest entry."""
+    if values is None:
+        return ""
+    unit = float(_number(float(np.abs(values).max(initial=0.0)))) or 1.0
+    whole = np.rint(values / unit * 10.0**_DIGITS).astype(np.int64)
+    return f"{unit} {values.shape} {hashlib.sha256(whole.tobytes()).hexdigest()}"

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.files import written_by
 from ..transients import SteadyState
 from .case import Run
 
@@ -101,6 +102,7 @@ COLUMNS = (
     Column("engine", "str", of_steady=lambda steady: steady.engine),
     Column("seconds"),
     Column("error", "str"),
+    Column("version", "str", shown=False, of_run=lambda run: written_by()["version"]),
 )
 
 STORED = {column.name: column.dtype for column in COLUMNS if column.stored}

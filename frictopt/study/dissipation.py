@@ -36,7 +36,7 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
-from .case import Case, Run
+from .case import Case, Run, digest, sketch
 from .columns import FAILED, LIMIT_COLUMNS, SHOWN, Row, shown_row
 from .runs import execute
 from .starts import Start, given_slips, no_slip
@@ -102,8 +102,10 @@ def dissipation_study(
         task of its own, its row contains this error.
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
-        that is started again, also after it was killed, follows only runs that are missing or
-        failed. Several studies may share the file on a disk of this machine. `results.read_store`
+        that is started again, also after it was killed or on another machine, follows only runs
+        that are missing or failed, or that another version of frictopt followed. Contacts whose
+        numbers differ by 1e-9 at most are the same, and random slips of one family, amplitude and
+        seed. Several studies may share the file on a disk of this machine. `results.read_store`
         reads it.
     progress
         Whether to show count, rate and remaining time in a terminal or notebook.
@@ -222,8 +224,16 @@ class _Study:
         self.combinations = combinations
         self.file = file
         self.with_limits = with_limits
+        contacts = {
+            label: digest(sketch(system, cycle).tobytes())
+            if file is None
+            else file.contact(sketch(system, cycle))
+            for label, cycle in cycles.items()
+        }
         self.cases = {
-            (number, label): Case(system, cycles[label], frictions[number], number, label)
+            (number, label): Case(
+                system, cycles[label], frictions[number], contacts[label], number, label
+            )
             for number, label in dict.fromkeys(combination[:2] for combination in combinations)
         }
         self._update_runs()
@@ -233,7 +243,7 @@ class _Study:
         self.limits: dict[str, float] = {}
         if file is not None:
             file.check_cycles({case.label: case.loads for case in self.cases.values()})
-            for row in file.read().to_dict("records"):
+            for row in file.own_rows(set(contacts.values())):
                 if row["key"] in self.keys and row["outcome"] != FAILED:
                     self._add(row)
             if with_limits:

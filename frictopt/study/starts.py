@@ -71,6 +71,9 @@ class Start(Portable):
         start has none.
     state
         An earlier state, instead of a slip. Its nodes may be open.
+    amplitude
+        Root mean square of a random slip, length; None: the slip is not random. A store knows a
+        random slip by its family, amplitude and seed, any other one by its numbers.
 
     Raises
     ------
@@ -92,6 +95,7 @@ class Start(Portable):
     overload: float | None = None
     seed: int | None = None
     state: ContactState | None = field(default=None, repr=False)
+    amplitude: float | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         check_text("family of a start", self.family, "a printable text")
@@ -232,7 +236,11 @@ def random_slips(
             slip = rng.normal(size=system.slip_shape)
         slip = slip - slip.mean(axis=0)
         slip = slip * amplitude / root_mean_square(slip)
-        starts.append(Start(family, f"{family} {amplitude:g} #{number}", slip, seed=number))
+        starts.append(
+            Start(
+                family, f"{family} {amplitude:g} #{number}", slip, seed=number, amplitude=amplitude
+            )
+        )
     return starts
 
 
@@ -315,6 +323,7 @@ _CHECKS: dict[str, Callable[[str, Any], object]] = {
     "slip": _slips,
     "safe_multiple": finite_number,
     "overload": partial(finite_number, least=0.0),
+    "amplitude": partial(finite_number, least=0.0),
     "seed": partial(whole_number, least=0, most=LARGEST_SEED),
 }
 

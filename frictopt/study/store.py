@@ -9,20 +9,27 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from ..base import listed, number_of
+from ..base import Array, listed, number_of
+from ..base.files import written_by
 from ..errors import StoreError
+from .case import KEY, digest
 from .columns import FAILED, STORED, Row
 
 _SQL_TYPES = {"str": "text", "float64": "real", "Int64": "integer"}
 _DECLARED = ", ".join(f"{name} {_SQL_TYPES[dtype]}" for name, dtype in STORED.items())
 _RUNS = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
 _LIMITS = (
-    "CREATE TABLE limits (key text, load_factor real, checksum integer, PRIMARY KEY (key)) "
+    "CREATE TABLE limits (key text, load_factor real, version text, checksum integer, "
+    "PRIMARY KEY (key)) WITHOUT ROWID"
+)
+_CONTACTS = (
+    "CREATE TABLE contacts (key text, sketch blob, checksum integer, PRIMARY KEY (key)) "
     "WITHOUT ROWID"
 )
-_VERSION = 6  # of the meaning of the columns
+_VERSION = 7  # of the meaning of the columns
 
 # A row with the same key is replaced, unless the new run failed and the old run did not.
 _WRITE = (
@@ -31,6 +38,8 @@ _WRITE = (
     f"{', '.join(f'{name} = excluded.{name}' for name in (*STORED, 'checksum'))} "
     "WHERE excluded.outcome <> ? OR outcome = ?"
 )
+# Largest difference of the sketches of one contact, relative to the largest entries of its parts.
+SAME = 1e-9
 _RENAME = "give one of them another label, or another store"
 
 
@@ -38,11 +47,15 @@ class DamagedRows(UserWarning):
     """Rows of a store are damaged. They are ignored, and a study repeats their runs."""
 
 
-class Store:
-    """An open file of sqlite with a row for each run, and one for each shakedown limit.
+class OtherRows(UserWarning):
+    """A store has rows of another version of frictopt, or of other contacts only."""
 
-    The key of a row is a digest of the content of the run, or of the contact, load cycle and
-    friction of the limit.
+
+class Store:
+    """An open file of sqlite with a row for each run, shakedown limit, and contact with its loads.
+
+    The keys of runs and limits begin with the key of their contact. Of the contact the file has a
+    sketch, by which it is found again if its numbers differ by rounding.
 
     With `make` the file is created if there is none; else it must exist, and may be read-only. Rows
     that are written together are one transaction. So sqlite protects the file if a writer is
@@ -78,13 +91,14 @@ class Store:
         if not execute("SELECT * FROM sqlite_master").fetchall():
             execute(_RUNS)
             execute(_LIMITS)
+            execute(_CONTACTS)
             execute(f"PRAGMA user_version = {_VERSION}")
         execute("COMMIT")
 
     def _check_version(self) -> None:
         schema = self._connection.execute("SELECT sql FROM sqlite_master").fetchall()
         version = self._connection.execute("PRAGMA user_version").fetchone()
-        if schema != [(_RUNS,), (_LIMITS,)] or version != (_VERSION,):
+        if schema != [(_RUNS,), (_LIMITS,), (_CONTACTS,)] or version != (_VERSION,):
             raise sqlite3.DatabaseError(
                 "it is the file of another program or of another version of frictopt, and its "
                 "columns have another meaning"
@@ -96,11 +110,42 @@ class Store:
             stored = self._connection.execute("SELECT * FROM runs ORDER BY key").fetchall()
         return pd.DataFrame(self._sound(stored), columns=list(STORED)).astype(STORED)
 
+    def own_rows(self, contacts: set[str]) -> list[Row]:
+        """The rows of this version of frictopt.
+
+        Warnings name the rows of other versions, and a store of other contacts only.
+        """
+        table = self.read()
+        version = written_by()["version"]
+        others = sorted(set(table["version"]) - {version})
+        if others:
+            runs = number_of(int((table["version"] != version).sum()), "run is", "runs are")
+            warnings.warn(
+                f"store: {str(self.path)!r}: {runs} of version {', '.join(others)}, and not taken "
+                f"over; this is version {version}",
+                OtherRows,
+                stacklevel=5,
+            )
+        if len(table) and not table["key"].str[:KEY].isin(contacts).any():
+            warnings.warn(
+                f"store: {str(self.path)!r} has runs of other contacts or load cycles only; this "
+                "study adds its runs",
+                OtherRows,
+                stacklevel=5,
+            )
+        rows: list[Row] = table[table["version"] == version].to_dict("records")
+        return rows
+
     def read_limits(self) -> dict[str, float]:
-        """Key -> load factor of each shakedown limit; damaged rows are left out, with a warning."""
+        """Key -> load factor of each shakedown limit that this version of frictopt computed.
+
+        Damaged rows are left out, with a warning.
+        """
         with _store_errors(self.path):
             stored = self._connection.execute("SELECT * FROM limits ORDER BY key").fetchall()
-        return {key: _number(load_factor) for key, load_factor in self._sound(stored)}
+        own = written_by()["version"]
+        sound = self._sound(stored)
+        return {key: _number(limit) for key, limit, version in sound if version == own}
 
     def _sound(self, stored: list[tuple[Any, ...]]) -> list[list[Any]]:
         """The values of the rows that have the right checksum; a warning counts the others."""
@@ -113,6 +158,26 @@ class Store:
             warnings.warn(f"store: {str(self.path)!r}: {rows}", DamagedRows, stacklevel=4)
         return sound
 
+    def read_contacts(self) -> dict[str, Array]:
+        """Key -> sketch of each contact; damaged ones are left out, with a warning."""
+        with _store_errors(self.path):
+            stored = self._connection.execute("SELECT * FROM contacts ORDER BY key").fetchall()
+        return {key: np.frombuffer(sketch) for key, sketch in self._sound(stored)}
+
+    def contact(self, sketch: Array) -> str:
+        """The key of a contact: that of a known one whose sketch is the same up to 1e-9."""
+        with _store_errors(self.path), self._connection:
+            # Another study must not write the same contact under another key meanwhile.
+            self._connection.execute("BEGIN IMMEDIATE")
+            for key, known in self.read_contacts().items():
+                if known.shape == sketch.shape and np.abs(known - sketch).max() <= SAME:
+                    return key
+            values = [digest(sketch.tobytes()), sketch.tobytes()]
+            self._connection.execute(
+                "INSERT OR REPLACE INTO contacts VALUES (?, ?, ?)", [*values, _checksum(values)]
+            )
+        return str(values[0])
+
     def check_cycles(self, loads: Mapping[str, str]) -> None:
         """Refuse labels under which the store has runs of other load cycles.
 
@@ -122,8 +187,8 @@ class Store:
             stored = self._connection.execute(
                 "SELECT DISTINCT cycle, loads FROM runs WHERE cycle <> ''"
             ).fetchall()
-        for label, digest in stored:
-            if loads.get(label, digest) != digest:
+        for label, stored_loads in stored:
+            if loads.get(label, stored_loads) != stored_loads:
                 raise StoreError(
                     f"store: {str(self.path)!r} has runs of another load cycle under the label "
                     f"{label!r}; {_RENAME}"
@@ -145,9 +210,11 @@ class Store:
         with _store_errors(self.path), self._connection:
             self._connection.execute("BEGIN IMMEDIATE")
             for key, load_factor in limits.items():
-                values = [key, None if pd.isna(load_factor) else float(load_factor)]
+                number = None if pd.isna(load_factor) else float(load_factor)
+                values = [key, number, written_by()["version"]]
                 self._connection.execute(
-                    "INSERT OR REPLACE INTO limits VALUES (?, ?, ?)", [*values, _checksum(values)]
+                    "INSERT OR REPLACE INTO limits VALUES (?, ?, ?, ?)",
+                    [*values, _checksum(values)],
                 )
 
 
@@ -206,9 +273,10 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each run, ordered by key. Columns: key, digest of the run's content (contact,
-        cycle, friction, load factor and start); loads, digest of the loads of its cycle; further
-        columns as in the table of `dissipation_study`. Start and cycle have the names of the study
+        One row for each run, ordered by key. Columns: key, which identifies the run's content: 20
+        characters of contact and cycle, 20 of the friction, 20 of load factor and start; loads,
+        digest of the loads of its cycle; version of frictopt that computed it; further columns as
+        in the table of `dissipation_study`. Start and cycle have the names of the study
         that kept the run.
 
     Raises
@@ -268,20 +336,28 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     rows = list[Row]()
     limits = dict[str, float]()
     loads = dict[str, str]()  # label -> digest of its loads
+    read = list[tuple[pd.DataFrame, dict[str, float], dict[str, Array]]]()
     for part in listed("parts", parts):
         with closing(Store(part, make=False)) as source:
             table = source.read()
-            limits |= source.read_limits()
-        for row in table.to_dict("records"):
-            label = row["cycle"]
-            if label and loads.setdefault(label, row["loads"]) != row["loads"]:
+            read.append((table, source.read_limits(), source.read_contacts()))
+        for label, digest_of_loads in zip(table["cycle"], table["loads"], strict=True):
+            if label and loads.setdefault(label, digest_of_loads) != digest_of_loads:
                 raise StoreError(
                     f"parts: {str(part)!r} has another load cycle under the label {label!r} than "
                     f"one before it; {_RENAME}"
                 )
-            rows.append(row)
     with closing(Store(into)) as store:
         store.check_cycles(loads)
+        for table, limits_of_part, contacts in read:
+            # The same contact may have another key in another store.
+            keys = {key: store.contact(sketch) for key, sketch in contacts.items()}
+
+            def renamed(key: str, keys: dict[str, str] = keys) -> str:
+                return keys.get(key[:KEY], key[:KEY]) + key[KEY:]
+
+            rows += [row | {"key": renamed(row["key"])} for row in table.to_dict("records")]
+            limits |= {renamed(key): limit for key, limit in limits_of_part.items()}
         store.write(rows)
         store.write_limits(limits)
         return len(store.read())

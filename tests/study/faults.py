@@ -125,6 +125,27 @@ FAULTS = (
     ),
     Fault(
         "study/store.py",
+        "rounding makes another contact",
+        old="np.abs(known - sketch).max() <= SAME",
+        new="(known == sketch).all()",
+        tests="found_again",
+    ),
+    Fault(
+        "study/store.py",
+        "every contact is the first one",
+        old="np.abs(known - sketch).max() <= SAME",
+        new="True",
+        tests="found_again",
+    ),
+    Fault(
+        "study/store.py",
+        "rows of another version are taken over",
+        old="table[table['version'] == version]",
+        new="table",
+        tests="found_again",
+    ),
+    Fault(
+        "study/store.py",
         "a reader leaves half a change in the store",
         old="f'{path.as_uri()}?mode=rw'",
         new="f'{path.as_uri()}?mode=ro'",

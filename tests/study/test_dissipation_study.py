@@ -208,12 +208,14 @@ def test_a_study_started_again_runs_only_what_is_missing(
     pd.testing.assert_frame_equal(study(), study(), check_exact=True)
     assert not followed
     assert len(fo.results.read_store(store)) == len(table)
+    study(starts=no_slip(), friction=0.41)
+    assert len(followed) == len(factors)
     for change in (
-        {"friction": 0.41},
         {"system": contact.with_gap(0.01 * np.ones(4))},
         {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])},
     ):
-        study(starts=no_slip(), **change)
+        with pytest.warns(fo.results.OtherRows):
+            study(starts=no_slip(), **change)
         assert len(followed) == len(factors)
 
 

@@ -1,0 +1,151 @@
+"""Runs of a store are found again where rounding is another, and only there."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.study import runs, store
+from frictopt.study.starts import given_slips, no_slip, random_slips, safe_slips
+from helpers.systems import CYCLE, random_system
+
+CONTACT = random_system(np.random.default_rng(3), 3)
+CHILD = """
+import sys, frictopt as fo
+system = fo.scenes.PunchOnHalfPlane(elements=20, growth=1.3).condense()
+cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+starts = fo.starts.no_slip() + fo.starts.random_slips(system, [0.1], 2)
+study = {"store": sys.argv[1], "progress": False}
+fo.dissipation_study(system, cycle, [0.3, 0.5], [0.5, 1.5], starts, **study)
+print(system.S.sum().hex(), len(fo.results.read_store(sys.argv[1])))
+"""
+
+
+def rounded(contact, size, seed=0):
+    """The contact with other digits behind `size`."""
+    noise = np.random.default_rng(seed).uniform(-size, size, contact.S.shape)
+    bonded = {name: (q * (1 + size), p * (1 - size)) for name, (q, p) in contact.bonded.items()}
+    return replace(contact, S=contact.S * (1 + noise + noise.T), bonded=bonded)
+
+
+def study(contact, file, **options):
+    starts = no_slip() + random_slips(contact, [0.1], 1) + safe_slips()
+    starts += given_slips([[0.1, 0.0, -0.2]])
+    asked = {"friction": [0.4, 0.5], "load_factors": [0.5, 1.0], "starts": starts} | options
+    return fo.dissipation_study(contact, CYCLE, **asked, store=file, limits=True, progress=False)
+
+
+@pytest.fixture(autouse=True)
+def followed(monkeypatch):
+    count = []
+
+    def counted(*args, **options):
+        count.append(args)
+        return fo.steady_state(*args, **options)
+
+    monkeypatch.setattr(runs, "steady_state", counted)
+    return count
+
+
+def test_a_contact_of_other_rounding_is_the_same_contact(tmp_path, followed):
+    first = study(CONTACT, tmp_path / "a")
+    assert len(followed) == len(first) == 20
+    followed.clear()
+    for seed in range(3):
+        again = study(rounded(CONTACT, 1e-12, seed), tmp_path / "a")
+        assert not followed and again.dissipation.tolist() == first.dissipation.tolist()
+    slip = [[0.1 * (1 + 1e-12), -1e-14, -0.2]]
+    study(CONTACT, tmp_path / "a", starts=given_slips(slip), load_factors=[0.5 + 1e-13])
+    assert not followed
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        rounded(CONTACT, 1e-7),
+        CONTACT.with_gap([0.0, 1e-7, 0.0]),
+        replace(CONTACT, width=np.ones(3)).with_shear_strength([np.inf, np.inf, 1e6]),
+        replace(CONTACT, bonded={name: (q, p * 1.001) for name, (q, p) in CONTACT.bonded.items()}),
+    ],
+    ids=["stiffness", "gap", "strength", "loads"],
+)
+def test_another_contact_is_named_and_finds_nothing(tmp_path, followed, other):
+    study(CONTACT, tmp_path / "a")
+    followed.clear()
+    with pytest.warns(fo.results.OtherRows, match="has runs of other contacts or load cycles only"):
+        study(other, tmp_path / "a")
+    assert len(followed) == 20
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"friction": [0.4 + 1e-7, 0.5 + 1e-7]},
+        {"load_factors": [0.5 + 1e-7, 1.0 + 1e-7]},
+        {"starts": random_slips(CONTACT, [0.1], 1, seed=2) + random_slips(CONTACT, [0.1001], 1)},
+        {"starts": given_slips([[0.1, 0.0, -0.2 + 1e-7]])},
+    ],
+    ids=["friction", "load factor", "seed", "slip"],
+)
+def test_another_run_is_followed(tmp_path, followed, change):
+    study(CONTACT, tmp_path / "a")
+    followed.clear()
+    assert len(study(CONTACT, tmp_path / "a", **change)) == len(followed) > 0
+
+
+def test_stores_of_contacts_of_other_rounding_are_merged_as_one(tmp_path, followed):
+    for seed, shard in enumerate([(1, 2), (2, 2)]):
+        study(rounded(CONTACT, 1e-12, seed), tmp_path / f"part{seed}", shard=shard)
+    study(rounded(CONTACT, 1e-12, 5), tmp_path / "all")
+    parts = [tmp_path / "part0", tmp_path / "part1"]
+    assert fo.results.merge_stores(tmp_path / "all", parts) == 20
+    followed.clear()
+    study(CONTACT, tmp_path / "all")
+    assert not followed
+
+
+def test_rows_of_another_version_are_named_and_followed_again(tmp_path, followed, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(fo, "__version__", "0.1.9")
+        study(CONTACT, tmp_path / "a")
+        followed.clear()
+        study(CONTACT, tmp_path / "a")
+        assert not followed
+    with pytest.warns(
+        fo.results.OtherRows, match="20 runs are of version 0.1.9, and not taken over"
+    ):
+        study(CONTACT, tmp_path / "a")
+    assert len(followed) == 20
+    assert set(fo.results.read_store(tmp_path / "a").version) == {fo.__version__}
+
+
+def test_a_damaged_contact_is_named_and_its_runs_are_followed_again(tmp_path, followed):
+    study(CONTACT, tmp_path / "a")
+    followed.clear()
+    with store.Store(tmp_path / "a")._connection as connection:
+        connection.execute("UPDATE contacts SET sketch = zeroblob(8)")
+    with pytest.warns(store.DamagedRows, match="1 row is damaged"):
+        study(CONTACT, tmp_path / "a")
+    assert not followed  # its bits are the same, and so is its key
+
+
+@pytest.mark.slow
+def test_a_store_goes_to_another_kind_of_processor_and_back(tmp_path):
+    """OpenBLAS is told to be one for older processors, which rounds otherwise."""
+    said = []
+    for kind in ({}, {"OPENBLAS_CORETYPE": "Nehalem"}, {"OPENBLAS_NUM_THREADS": "2"}, {}):
+        environment = os.environ | {"PYTHONPATH": str(Path(fo.__file__).parents[1])} | kind
+        run = subprocess.run(
+            [sys.executable, "-c", CHILD, tmp_path / "runs"],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        said.append(run.stdout.split())
+    assert [count for _, count in said] == ["20"] * 4
