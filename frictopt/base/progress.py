@@ -8,10 +8,10 @@ import os
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any
 from weakref import WeakSet
 
@@ -110,16 +110,13 @@ class Bar:
         return "{desc}: " + counted + "{elapsed}{postfix}"
 
     def _new_drawn(self) -> Any:
-        from tqdm import TqdmWarning
-
-        with warnings.catch_warnings():
-            # tqdm warns if ipywidgets is missing; the bar is then drawn as text.
-            warnings.simplefilter("ignore", TqdmWarning)
-            from tqdm.auto import tqdm
         options: dict[str, Any] = {"leave": not self.within, "dynamic_ncols": True}
-        if not self.screen:
+        # Without ipywidgets, tqdm.auto would warn and draw the bar as text.
+        if self.screen and find_spec("ipywidgets"):
+            from tqdm.auto import tqdm
+        else:
             from tqdm.std import tqdm
-
+        if not self.screen:
             options = {"file": io.StringIO()}
         drawn = tqdm(
             desc=self.what,

@@ -4,7 +4,6 @@ The answer is put back into the problem here, and `proof` computes the bound tha
 prove.
 """
 
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -17,6 +16,7 @@ from scipy.linalg import qr, svd
 from scipy.sparse import csr_array, issparse
 
 from ..base import CONDENSATION, FLOOR, ROUNDING, Array, Integers
+from .solvers import backend
 
 # cvxpy compiles for this solver, which accepts linear rows and cones.
 _SOLVER = "CLARABEL"
@@ -152,15 +152,13 @@ class Compiled:
         if self._values is not None and all(map(np.array_equal, values, self._values)):
             return
         self._values = None  # until cvxpy has compiled them without an error
-        with warnings.catch_warnings():
-            # cvxpy warns about its treatment of expressions with three dimensions.
-            warnings.simplefilter("ignore")
-            data, self._chain, self._inverse = self._skeleton.get_problem_data(
-                _SOLVER,
-                enforce_dpp=not self._reads_constants,
-                ignore_dpp=self._reads_constants,
-                solver_opts={},
-            )
+        data, self._chain, self._inverse = self._skeleton.get_problem_data(
+            _SOLVER,
+            enforce_dpp=not self._reads_constants,
+            ignore_dpp=self._reads_constants,
+            canon_backend=backend(self._skeleton),
+            solver_opts={},
+        )
         self._values = values
         self.matrix = csr_array(data["A"])
         self.matrix.eliminate_zeros()

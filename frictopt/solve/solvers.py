@@ -4,7 +4,6 @@ Programs as arrays are solved by `run`. Others, with integers or a quadratic obj
 as they stand, by `solve`.
 """
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -211,20 +210,35 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
 
 
 def _run(problem: cp.Problem, name: str) -> str:
-    """The status with which a solver ends, or its error."""
-    with warnings.catch_warnings():
-        # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded.
-        warnings.simplefilter("ignore")
-        try:
-            problem.solve(
-                solver=name.split("_")[0], warm_start=False, enforce_dpp=True, **_OPTIONS[name]
-            )
-        except (cp.SolverError, ValueError, ArithmeticError) as error:
-            return str(error).split("\n")[0]
-    # For a warm start cvxpy keeps the solver with its copies of the program, which takes more
-    # memory than all else.
-    problem._solver_cache = {}
+    """The status with which a solver ends, or its error.
+
+    `Problem.solve` would also warn of inaccurate answers: here the residual decides, and the status
+    is recorded. A filter for its warnings would be one of all threads.
+    """
+    options = dict(_OPTIONS[name])
+    try:
+        data, chain, inverse = problem.get_problem_data(
+            name.split("_")[0],
+            enforce_dpp=True,
+            canon_backend=backend(problem),
+            solver_opts=options,
+        )
+        raw = chain.solve_via_data(
+            problem, data, warm_start=False, verbose=False, solver_opts=options
+        )
+        solution = chain.invert(raw, inverse)
+        if solution.status in cp.settings.ERROR:
+            return f"{name}: {solution.status}"
+        problem.unpack(solution)
+    except (cp.SolverError, ValueError, ArithmeticError) as error:
+        return str(error).split("\n")[0]
     return str(problem.status)
+
+
+def backend(problem: cp.Problem) -> str | None:
+    """What cvxpy compiles a problem with; it would warn if it chose another backend than usual."""
+    usual = problem._supports_cpp() and problem._max_ndim() <= 2
+    return None if usual else str(cp.SCIPY_CANON_BACKEND)
 
 
 def run(
