@@ -6,6 +6,9 @@ from pathlib import Path
 
 from ..errors import ModelError
 
+# Most files that a deck may include. Twelve files that include each other could be 12^8.
+_MOST_FILES = 10_000
+
 
 @dataclass(frozen=True)
 class Block:
@@ -30,8 +33,12 @@ class Block:
 
 def blocks(path: Path) -> Iterator[Block]:
     """The blocks of a deck, in order; those of an included file stand in its place."""
-    lines = list(_lines(path, path.parent))
+    lines = list(_lines(path, path.parent, []))
     starts = [i for i, line in enumerate(lines) if line.startswith("*")]
+    if not starts:
+        raise ModelError(
+            f"deck {path.name}: no line begins with `*`; give a deck, as a text in UTF-8 or ASCII"
+        )
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         yield _block(lines[start:end])
 
@@ -59,7 +66,7 @@ def _has_parameters(line: str) -> bool:
     return "=" in line or line.split(",")[0].strip().upper() == "GENERATE"
 
 
-def _lines(path: Path, folder: Path, depth: int = 0) -> Iterator[str]:
+def _lines(path: Path, folder: Path, included_files: list[str], depth: int = 0) -> Iterator[str]:
     """The lines of a deck that are no comments.
 
     The lines of an included file stand in its place, where they may continue the block above. Its
@@ -67,6 +74,11 @@ def _lines(path: Path, folder: Path, depth: int = 0) -> Iterator[str]:
     """
     if depth > 20:
         raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
+    included_files.append(path.name)
+    if len(included_files) > _MOST_FILES:
+        raise ModelError(
+            f"deck {path.name}: more than {_MOST_FILES} *INCLUDE in all files; join files"
+        )
     stripped = map(str.strip, text_of(path, "deck").splitlines())
     lines = (line for line in stripped if line and not line.startswith("**"))
     for line in lines:
@@ -79,7 +91,7 @@ def _lines(path: Path, folder: Path, depth: int = 0) -> Iterator[str]:
         included = folder / name
         if not included.is_file():
             included = path.parent / name
-        yield from _lines(included, folder, depth + 1)
+        yield from _lines(included, folder, included_files, depth + 1)
 
 
 def _included_file(parameters: str) -> str:

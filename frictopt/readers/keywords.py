@@ -6,6 +6,7 @@ to `REFUSED`. Then list it in `docs/formats.md`: `tests/readers/test_formats.py`
 tries each row.
 """
 
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -111,7 +112,14 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
         except ModelError:
             raise
         except (KeyError, ValueError, IndexError) as error:
-            raise ModelError(f"{where} cannot be read ({error}); repair it") from error
+            # Python quotes the entry, which may be a line of any file that a deck includes.
+            no_number = re.match("invalid literal|could not convert", str(error))
+            why = "an entry is no number" if no_number else error
+            raise ModelError(f"{where} cannot be read ({why}); repair it") from error
+    for kind, numbers in (("node", listing.nodes), ("element", listing.elements)):
+        largest = max(numbers, default=0)
+        if largest >= 2**62:
+            raise ModelError(f"deck {path.name}: the {kind} {largest} is too large; number from 1")
     if not listing.nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     if listing.empty_surfaces:

@@ -1,6 +1,6 @@
 """The content of the blocks of a deck, by numbers and names, and the deck made from it, by rows."""
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from numpy.typing import ArrayLike
@@ -55,7 +55,7 @@ def deck_of_points(
 class Sets:
     """Named sets of nodes, or of elements: their members are numbers, ranges, and names of sets."""
 
-    def __init__(self, known: Container[int]) -> None:
+    def __init__(self, known: Collection[int]) -> None:
         self._known = known
         self.members: dict[str, list[str | range]] = {}
 
@@ -78,7 +78,9 @@ class Sets:
         numbers: list[int] = []
         for member in members:
             if isinstance(member, range):
-                numbers += [number for number in member if number in self._known]
+                # A deck may give a range of far more numbers than it has.
+                fewer, more = sorted((member, self._known), key=len)
+                numbers += sorted(number for number in fewer if number in more)
             elif member.isdecimal():
                 numbers.append(int(member))
             else:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import pandas as pd
 from scipy import stats
 
-from ..base import choice
+from ..base import choice, whole_number
 from ..base.files import TABLES, output
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
@@ -46,7 +46,7 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     """
     path = Path(file)
     try:
-        plan = tomllib.loads(path.read_text(encoding="utf-8"))
+        plan = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError as error:
         raise ModelError(f"{file}: {error}; give a file in TOML") from error
     _check_entries(file, plan)
@@ -153,7 +153,9 @@ def _distributions(
             f"friction: distribution {distribution!r}, draws {draws!r}; give one of scipy.stats, "
             "such as 'norm', and a number"
         )
-    return {"friction": [_call("friction", family, **parameters)] * draws, "rng": rng}
+    # More contacts would fill the memory.
+    count = whole_number("draws", draws, least=1, most=100_000)
+    return {"friction": [_call("friction", family, **parameters)] * count, "rng": rng}
 
 
 def read_table(file: str | Path) -> pd.DataFrame:

@@ -134,3 +134,20 @@ def test_a_report_that_was_changed_is_refused(tmp_path, monkeypatch, capsys):
     with open("joint.json", "w", encoding="utf-8") as file:
         file.write("[" * 100_000)
     assert main(["check", "joint.json"]) == 2 and "not a report" in capsys.readouterr().err
+
+
+def test_small_files_cannot_fill_the_memory(tmp_path):
+    file = tmp_path / "limit.npz"
+    ranges = {"tuple": {"range": {"list": [0, 10**15, 1]}}}
+    text = np.frombuffer(json.dumps([ranges, []]).encode(), np.uint8)
+    np.savez(file, format="frictopt result 1", text=text)
+    with pytest.raises(fo.ModelError, match="a tuple of a dict"):
+        fo.results.load(file)
+    np.savez_compressed(file, format="frictopt result 1", text=np.zeros(150_000_000, np.uint8))
+    with pytest.raises(fo.ModelError, match="would grow to"):
+        fo.results.load(file)
+    with zipfile.ZipFile(file, "w") as archive, archive.open("text.npy", "w") as member:
+        promise = {"descr": "<f8", "fortran_order": False, "shape": (10**12,)}
+        np.lib.format.write_array_header_1_0(member, promise)
+    with pytest.raises(fo.ModelError, match="text.npy is damaged"):
+        fo.results.load(file)
