@@ -149,5 +149,5 @@ def test_small_files_cannot_fill_the_memory(tmp_path):
     with zipfile.ZipFile(file, "w") as archive, archive.open("text.npy", "w") as member:
         promise = {"descr": "<f8", "fortran_order": False, "shape": (10**12,)}
         np.lib.format.write_array_header_1_0(member, promise)
-    with pytest.raises(fo.ModelError, match="text.npy is damaged"):
+    with pytest.raises(fo.ModelError, match=r"text\.npy is damaged"):
         fo.results.load(file)
