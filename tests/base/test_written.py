@@ -79,7 +79,6 @@ def test_a_full_disk_leaves_the_files_of_before_a_command(option, tmp_path, monk
     assert contents(tmp_path) == before
 
 
-@pytest.mark.slow
 def test_a_process_that_is_killed_while_it_writes_leaves_the_file_of_before(tmp_path):
     """The system kills a process that writes more than it may, if this is not ignored."""
     SYSTEM.save(tmp_path / "good.npz")

@@ -614,7 +614,6 @@ def test_time_integration_from_rest_meets_the_peak(
     assert answer.resonance[0] == pytest.approx(at, rel=shift)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 2, 3, 5])
 def test_time_integration_of_a_random_joint_meets_the_peak_or_the_note_says_why(number):
     """The second joint is 16 % off, because harmonics move its mass."""

@@ -134,7 +134,6 @@ def test_a_damaged_contact_is_named_and_its_runs_are_followed_again(tmp_path, fo
     assert not followed  # its bits are the same, and so is its key
 
 
-@pytest.mark.slow
 def test_a_store_goes_to_another_kind_of_processor_and_back(tmp_path):
     """OpenBLAS is told to be one for older processors, which rounds otherwise."""
     said = []

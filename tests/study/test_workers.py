@@ -51,7 +51,6 @@ def same(table, other):
     )
 
 
-@pytest.mark.slow
 def test_a_study_whose_process_is_killed_has_all_results(tmp_path):
     killed = Kills("kills", "kills", file=str(tmp_path / "kills"))
     table = study([*OTHERS, killed], executor=2, store=tmp_path / "runs")
@@ -60,7 +59,6 @@ def test_a_study_whose_process_is_killed_has_all_results(tmp_path):
     assert set(fo.results.read_store(tmp_path / "runs").error) == {""}
 
 
-@pytest.mark.slow
 def test_a_run_that_kills_twice_is_named_and_the_others_have_results(tmp_path):
     kills = Kills("kills", "kills", file=str(tmp_path / "kills"), times=999)
     table = study([kills, *OTHERS], executor=1, store=tmp_path / "runs")
@@ -111,7 +109,6 @@ def test_a_number_of_processes_is_checked(executor):
         study(OTHERS, executor=executor)
 
 
-@pytest.mark.slow
 def test_processes_that_cannot_begin_are_named(tmp_path):
     """A script without a guard begins the study again in each of its processes."""
     script = tmp_path / "script.py"
@@ -162,7 +159,6 @@ def is_gone(pid):
     return state == "Z"
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_processes_end_with_their_parent(parent, tmp_path):
     parent.kill()
@@ -171,7 +167,6 @@ def test_processes_end_with_their_parent(parent, tmp_path):
     assert fo.results.read_store(tmp_path / "runs.sqlite").start.tolist() == ["none"]
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_an_interrupt_ends_processes_at_work_and_no_traceback_is_shown(parent, tmp_path):
     os.killpg(parent.pid, signal.SIGINT)
