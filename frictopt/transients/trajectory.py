@@ -112,18 +112,8 @@ class LoadLoop(Kept, Plotted):
         }
 
 
-_OVER_STATES = (
-    "time",
-    "amplitudes",
-    "bonded_q",
-    "bonded_p",
-    "slip",
-    "gap",
-    "q",
-    "p",
-    "status",
-    "work",
-)
+_OF_LOADS = "time", "amplitudes", "bonded_q", "bonded_p"
+_OF_NODES = "slip", "gap", "q", "p", "status", "work"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -298,7 +288,9 @@ class Trajectory(Kept, Plotted):
     def from_mean_load(self) -> Trajectory:
         """The states from the mean load on, without those under the artificial load before it."""
         first = int(np.flatnonzero(self.time >= 0)[0])
-        return replace(self, **{name: getattr(self, name)[first:] for name in _OVER_STATES})
+        return replace(
+            self, **{name: getattr(self, name)[first:] for name in (*_OF_LOADS, *_OF_NODES)}
+        )
 
     def state_at(self, number: int) -> ContactState:
         """The state with index `number`, negative from the end, as a start of another transient.

@@ -280,8 +280,8 @@ FAULTS = (
     Fault(
         "readers/listing.py",
         "sets over gaps name nodes that are none",
-        old="[number for number in member if number in self._known]",
-        new="[number for number in member]",
+        old="sorted(number for number in fewer if number in more)",
+        new="list(member)",
         tests="calculix_decks formats",
     ),
     Fault(
