@@ -6,15 +6,15 @@ FAULTS = (
     Fault(
         "study/case.py",
         "what is fixed has no part in the keys of a study",
-        old="if cycle.fixed is not None:",
-        new="if False:",
+        old="reactions.append(joined(*cycle.unscaled_reactions(system)))",
+        new="None",
         tests="fixed_part",
     ),
     Fault(
         "study/case.py",
         "a study takes runs of another shear strength",
-        old="if system.capped:",
-        new="if False:",
+        old="parts += [finite * 1.0, np.where(finite, system.shear_strength, 0.0)]",
+        new="None",
         tests="shear_strength",
     ),
     Fault(
