@@ -1,4 +1,4 @@
-"""The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices.
+"""The shakedown limit at the paper's size against a bare HiGHS call on the same arrays.
 
 Required friction is compared with the limit.
 """
@@ -9,18 +9,25 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits import assembled, pose
 from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
 from validation.error_vs_time.plain import plain_limit
 
 OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 
 
+def arrays(system, cycle, friction, **options):
+    """The arrays of a limit of the closed contact, as frictopt solves them."""
+    program = assembled.shakedown(pose(system, cycle, friction, **options))
+    return LinearProgram.of(program, "load_factor")
+
+
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("simplify", [True, False])
-def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simplify):
+def test_limit_of_a_model_against_bare_highs(compare, system, cycle, options, simplify):
     model = fo.ShakedownModel(system, cycle, simplify=simplify)
     limit = model.solve(0.7)
-    program = LinearProgram.of(model)
+    program = arrays(system, cycle, 0.7, simplify=simplify)
     assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(
         limit.load_factor, rel=1e-7
     )
@@ -31,11 +38,9 @@ def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simp
 
 @pytest.mark.parametrize("nodes", [125, 251, 501])
 def test_first_time_against_bare_highs(compare, cycle, nodes):
-    """The first limit of a contact compiles its program, and keeps nothing from an earlier one."""
+    """The first limit of a contact keeps nothing from an earlier one."""
     system = fo.scenes.PunchOnHalfPlane(elements=nodes - 1).condense()
-    model = fo.ShakedownModel(system, cycle)
-    model.solve(0.7)
-    program = LinearProgram.of(model)
+    program = arrays(system, cycle, 0.7)
     fresh = pickle.dumps(system)  # a copy has no cached results
     ratio = compare(
         lambda: fo.shakedown_limit(pickle.loads(fresh), cycle, 0.7),
@@ -76,12 +81,7 @@ def test_sweep_of_50_against_bare_highs(compare, system, cycle):
     about open nodes together may cost as much as one more program.
     """
     frictions = np.linspace(0.2, 1.5, 50)
-    none_open = np.zeros(system.nodes, dtype=bool)
-    whole = fo.ShakedownModel(system, cycle, simplify=False)
-    programs = []
-    for friction in frictions:
-        whole.solve(friction, open=none_open)
-        programs.append(LinearProgram.of(whole))
+    programs = [arrays(system, cycle, friction, simplify=False) for friction in frictions]
     assert (
         compare(
             lambda: fo.ShakedownModel(system, cycle).sweep(frictions),
@@ -93,7 +93,7 @@ def test_sweep_of_50_against_bare_highs(compare, system, cycle):
 
 
 def test_other_loads_on_one_model_against_models_of_their_own(compare, system, cycle):
-    """Mean loads, amplitudes and friction vary, with closed nodes; `cycle=` compiles nothing anew."""
+    """Mean loads, amplitudes and friction vary, with closed nodes."""
     model = fo.ShakedownModel(system, cycle)
     none_open = np.zeros(system.nodes, dtype=bool)
     asked = [
@@ -121,7 +121,7 @@ def test_swept_loads_and_friction_against_bare_highs(compare, system, cycle):
     programs = []
     for other, friction in asked:
         limit = model.solve(friction, cycle=other, open=none_open)
-        programs.append(LinearProgram.of(model))
+        programs.append(arrays(system, other, friction))
         bare = -highs_cost(highs(programs[-1], SIMPLEX))
         assert bare == pytest.approx(limit.load_factor, rel=1e-7)
     assert (

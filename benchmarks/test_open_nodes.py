@@ -6,7 +6,6 @@ also opens nodes that the mean load presses.
 """
 
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,9 +13,6 @@ from answers import space_contact
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.limits.question import pose, with_open
-from frictopt.limits.quick_limits import QUICK
-from frictopt.limits.quick_space import ConeProgram
 
 
 def spent(contact, cycle, opened):
@@ -54,28 +50,6 @@ def test_space_at_400_nodes(cycle, steep, record_property):
         ratio(contact, steep * (contact.points[:, :2] ** 4).sum(axis=1), cycle, 3, record_property)
         < 25.0
     )
-
-
-def test_the_bound_of_a_quick_limit_in_products_of_its_block(cycle, record_property):
-    """In space, where a matrix of all rows would take some hundred; each time is the least of nine."""
-    contact = fo.scenes.SquarePunch(elements=19).condense()
-    gap = 4.0 * (contact.points[:, :2] ** 4).sum(axis=1)
-    question = with_open(pose(contact.with_gap(gap), cycle, 0.6), gap > np.quantile(gap, 0.8))
-    program = ConeProgram(question, QUICK.low_friction)._arrays
-    x, y = np.ones(len(program.cost)), np.ones(len(program.right))
-    bounds, products = [], []
-    with threadpool_limits(1):
-        for _ in range(9):
-            start = time.process_time()
-            replace(program).lower_bound(x, y)  # nothing is known of a copy
-            between = time.process_time()
-            program.block @ x
-            bounds.append(between - start)
-            products.append(time.process_time() - between)
-    ratio_of_least = min(bounds) / min(products)
-    record_property("ratio", ratio_of_least)
-    print(f"\n    {1e3 * min(bounds):.2f} ms, a product {1e3 * min(products):.2f} ms")
-    assert ratio_of_least < 20.0
 
 
 def test_small_contacts_in_space(record_property):

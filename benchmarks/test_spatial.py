@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.contact import joined
+from frictopt.limits import assembled, pose
 from frictopt.solve import interior_point
 from frictopt.solve.solvers import run
 from frictopt.transients.increments.sweeps import sweep
@@ -51,17 +52,16 @@ def ratio(ours, rival, record_property):
 
 @pytest.mark.parametrize(("elements", "most"), [(19, 1.5), (29, 0.15)])
 def test_limit_against_the_bare_solver(elements, most, record_property):
-    """The limit of the whole contact, with cvxpy and the proof, against Clarabel on the same cones."""
+    """The limit of the whole contact, with its assembly and the proof, against Clarabel on the same cones."""
     contact = fo.scenes.SquarePunch(elements=elements).condense()
-    model, limits = fo.ShakedownModel(contact, BULK, simplify=False), []
-    model.solve(0.5)
-    # The search of open nodes may have solved other programs.
-    program = next(p for p in model._programs.values() if not p.question.open_nodes.any())
+    limits = []
+    program = assembled.shakedown(pose(contact, BULK, 0.5, simplify=False))
+    arrays = program.arrays("load_factor", 1.0)
     ours = seconds(
         lambda: limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False)), rounds=3
     )
     assert limits[0].residual <= 1e-9 and limits[0].record.solver == "INTERIOR_POINT"
-    rival = seconds(lambda: run(program.chain.reduced.arrays, "CLARABEL", -np.inf))
+    rival = seconds(lambda: run(arrays, "CLARABEL", -np.inf))
     assert ours < 8.0 and ratio(ours, rival, record_property) < most
 
 

@@ -160,7 +160,7 @@ CLAIMS = (
         "sentences.INFINITE",
         by="`ShakedownLimit`",
         holds_if="always: it is a slip that obeys the law. It may be larger than assembly leaves",
-        source='a point that obeys all rows and a direction from there, checked in each run (theory, "Numerics below cvxpy")',
+        source='a point that obeys all rows and a direction from there, checked in each run (theory, "The arrays of a program")',
         tests="test_least_load::test_one_node_without_a_largest_load_factor",
     ),
     Claim(
@@ -373,7 +373,7 @@ CLAIMS = (
         tests="test_gross_slip::test_random_faces_in_the_plane_agree_with_scipy",
     ),
     Claim(
-        "sentences.SLIDES_OFF_ABOVE sentences.SLIDES_OFF_AT_ANY sentences.SELF_STRESSED sentences.GOES_ON",
+        "sentences.SLIDES_OFF_ABOVE sentences.SLIDES_OFF_AT_ANY sentences.SELF_STRESSED sentences.STOPPED sentences.GOES_ON",
         by="`GrossSlip`, theory",
         source="transients from no slip",
         tests="test_gross_slip::test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit",

@@ -4,6 +4,8 @@
     Checks of input, with their error messages.
 `tolerances.py`
     The numbers that several files share.
+`unresisted.py`
+    Motions that a stiffness does not resist, and its inverse on all other motions.
 `progress.py`
     Progress of long computations, and the partial result that an interrupt keeps.
 `results.py`
@@ -45,7 +47,7 @@ from .checks import (
     whole_number,
 )
 from .kinds import kept
-from .progress import Bar, progress_bar
+from .progress import Bar, OutOfTime, progress_bar
 from .results import (
     Attempt,
     Kept,
@@ -62,3 +64,4 @@ from .results import (
     places,
 )
 from .tolerances import *
+from .unresisted import free_motions, unresisted

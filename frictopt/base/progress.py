@@ -4,6 +4,7 @@ A terminal and a notebook show a bar; elsewhere a line comes every few seconds.
 """
 
 import io
+import math
 import os
 import sys
 import threading
@@ -33,6 +34,10 @@ class Pace:
 PACE = Pace()
 
 
+class OutOfTime(Exception):
+    """A computation has reached the limit in time of a bar around it."""
+
+
 class _Here(threading.local):
     """The bars of one thread, outer ones first."""
 
@@ -54,6 +59,7 @@ class Bar:
     shown: bool
     screen: bool
     within: bool
+    ends: float
     best: str | Callable[[], str] = ""
     count: int = field(init=False)
     partial: tuple[str, object, str] | None = None
@@ -64,8 +70,10 @@ class Bar:
         self.count = self.done
 
     def update(self, count: int = 1) -> None:
-        """Count further units."""
+        """Count further units; OutOfTime after the limit in time of this bar or an outer one."""
         self.count += int(count)  # `count` may be a numpy integer, which cannot repeat a text.
+        if time.monotonic() >= min((bar.ends for bar in _here.bars), default=math.inf):
+            raise OutOfTime
 
     def keep(
         self,
@@ -145,18 +153,20 @@ def progress_bar(
     total: int | None = None,
     done: int = 0,
     at_once: bool = False,
+    seconds: float = math.inf,
     on: tuple[type[BaseException], ...] = (KeyboardInterrupt,),
 ) -> Iterator[Bar]:
     """The bar of a computation, which counts `unit`s and shows the best so far in words.
 
     A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or any other error of `on`, gets the
     value that `Bar.keep` has set last. If several nested bars keep a value, the interrupt gets the
-    value of the outermost bar.
+    value of the outermost bar. After `seconds` the next `Bar.update` raises OutOfTime.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
     screen = shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
-    bar = Bar(what, unit, total, done, shown, screen, within=bool(outer))
+    ends = time.monotonic() + seconds
+    bar = Bar(what, unit, total, done, shown, screen, within=bool(outer), ends=ends)
     _here.bars.append(bar)
     try:
         if shown:

@@ -53,9 +53,9 @@ REPEATED = ROUNDING / 10
 # only their last digit.
 NO_DRIVE = ROUNDING / 1e3
 
-# Eigenvalues of A, scaled by the stiffness of each node, up to this number belong to rigid sliding.
-# Condensation makes them zero up to rounding.
-RIGID = ROUNDING
+# A free motion has up to this force, relative to the stiffness of the nodes that it moves. DMIG has
+# ten digits.
+FREE_MOTION = 10 * CONDENSATION
 
 # Entries of B or f B between two nodes up to this share of their diagonal entries of A are zero.
 NO_COUPLING = ROUNDING / 10

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base import CONDENSATION, RIGID, Array, Booleans
+from ..base import CONDENSATION, ROUNDING, Array, Booleans, unresisted
 from ..errors import ModelError
 from .components import joined
 
@@ -82,7 +82,7 @@ def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Arra
     """
     root = np.sqrt(sizes)
     values, vectors = np.linalg.eigh(S / np.outer(root, root))
-    strained = values > RIGID
+    strained = values > ROUNDING
     F = root[:, None] * vectors[:, strained] * np.sqrt(values[strained])
 
     spring = np.sqrt(compliance)[:, None]
@@ -110,17 +110,14 @@ def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
 
 
 def following(
-    S: Array, open_nodes: Booleans, bonded: Sequence[tuple[Array, Array]]
+    S: Array, sizes: Array, open_nodes: Booleans, bonded: Sequence[tuple[Array, Array]]
 ) -> Array | None:
     """(M, M) compliance of the open nodes, which carry no force; zero elsewhere.
 
     None if the open nodes can move freely while the closed nodes are held.
     """
     components = np.tile(open_nodes, len(S) // len(open_nodes))
-    values, vectors = np.linalg.eigh(S[np.ix_(components, components)])
-    # The data have errors of this share of the largest eigenvalue.
-    held = values > CONDENSATION * max(values[-1], np.finfo(float).tiny)
-    free = vectors[:, ~held]
+    free, inverse = unresisted(S[np.ix_(components, components)], sizes[components])
 
     # A free motion is harmless if no load excites it and if no gap changes by it.
     excited = [np.abs(free[-int(open_nodes.sum()) :]).max(initial=0.0)]
@@ -132,6 +129,5 @@ def following(
         return None
 
     compliance = np.zeros_like(S)
-    inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
     compliance[np.ix_(components, components)] = inverse
     return compliance

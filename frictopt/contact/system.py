@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
-    RIGID,
+    ROUNDING,
     Array,
     Integers,
     Plotted,
@@ -726,7 +726,7 @@ def _own_stiffness(S: Array, axes: int, scale: float) -> Array:
     diagonal = np.diag(S).reshape(axes, -1)
     largest = diagonal.max(axis=0)
     largest = np.where(largest > 0, largest, scale)
-    return frozen(np.where(diagonal > RIGID * largest, diagonal, largest).ravel())
+    return frozen(np.where(diagonal > ROUNDING * largest, diagonal, largest).ravel())
 
 
 def _without(sizes: Mapping[str, float], names: Mapping[str, object]) -> dict[str, float]:

@@ -8,8 +8,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..base import (
-    CONDENSATION,
     EQUILIBRIUM,
+    FREE_MOTION,
     SAME_POINT,
     Array,
     Booleans,
@@ -21,9 +21,6 @@ from .faces import unit_vectors
 from .interface import Interface, lean_to_slide
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
-# Force of a free rigid motion, relative to the stiffness of the nodes that it moves. DMIG has ten
-# digits.
-_FREE_MOTION = 10 * CONDENSATION
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
@@ -108,7 +105,7 @@ def _without_force(rigid: Array, resistance: Array) -> Array:
     forces = np.linalg.qr(resistance.reshape(-1, rigid.shape[2]) @ to_unit, mode="r")
     _, force, turn = np.linalg.svd(forces)
     force = np.pad(force, (0, len(turn) - len(force)))
-    free = turn[force <= _FREE_MOTION].T
+    free = turn[force <= FREE_MOTION].T
     return np.asarray(shapes @ (turned[:, real] @ free))
 
 
@@ -246,7 +243,7 @@ def _in_words(
 def _turns_and_shifts(turns: Array, shifts: Array) -> tuple[Array, Array]:
     """Orthonormal turns among some motions, and orthonormal shifts of motions without a turn."""
     basis, sizes, mixed = np.linalg.svd(turns)
-    turning: Booleans = sizes > np.sqrt(_FREE_MOTION)
+    turning: Booleans = sizes > np.sqrt(FREE_MOTION)
     still = np.ones(len(mixed), dtype=bool)
     still[: len(sizes)] = ~turning
     return basis[:, : len(sizes)][:, turning], np.linalg.qr(shifts @ mixed[still].T)[0]
@@ -254,7 +251,7 @@ def _turns_and_shifts(turns: Array, shifts: Array) -> tuple[Array, Array]:
 
 def _axes(basis: Array) -> str:
     """The directions that an orthonormal basis spans: names of axes if possible, else vectors."""
-    inside = np.linalg.norm(basis, axis=1) > 1 - np.sqrt(_FREE_MOTION)
+    inside = np.linalg.norm(basis, axis=1) > 1 - np.sqrt(FREE_MOTION)
     if inside.sum() == basis.shape[1]:
         return " and ".join(name for name, free in zip("xyz", inside, strict=False) if free)
     words = []

@@ -16,7 +16,6 @@ from ..limits import (
     GrossSlip,
     ShakedownLimit,
     gross_slip,
-    gross_slip_of_statics,
     guaranteed_limit,
     required_friction,
     shakedown_limit,
@@ -117,7 +116,9 @@ class Pages(Generic[Parts]):
         """Page 1: the contact, gross slip by statics, and the steady state at load factor 1."""
         system, cycle, friction = self.system, self.cycle, self.friction
         self.ask("mean load", lambda: self.states.mean_state(self.scatter.nominal()))
-        slides = self.ask("gross-slip load", lambda: gross_slip_of_statics(system, cycle, friction))
+        slides = self.ask(
+            "gross-slip load", lambda: gross_slip(system, cycle, friction, seconds=0.0)
+        )
         if slides is None or slides.rests_at(1.0):
             self.ask(_AT_LOAD, self._steady_at_load)
         else:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,7 @@ import pandas as pd
 from ..base import ROUNDING, progress_bar
 from ..contact import ContactState, ContactSystem
 from ..errors import NoContinuation, SolverError
-from ..limits import GrossSlip, gross_slip, gross_slip_of_statics
+from ..limits import GrossSlip, gross_slip
 from ..transients import SteadyState, steady_state
 from ..transients.march import mean_state
 from ..transients.steady import steady_without_step_error
@@ -128,7 +129,7 @@ def _against_gross_slip(states: SteadyStates, nominal: GrossSlip) -> tuple[objec
     nominal_factor = factor_of(nominal)
     if not scatter.exists:
         return GROSS_SLIP, nominal_factor, nominal_factor, NOMINAL, _NO_SCATTER
-    question: Callable[..., GrossSlip] = gross_slip_of_statics
+    question: Callable[..., GrossSlip] = partial(gross_slip, seconds=0.0)
     by = _BY_THEOREM
     corners = scatter.corners_of_least_friction()
     if nominal.self_stress is not None:

@@ -9,23 +9,28 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 
 - `question.py`: a question as data: all its arrays, and the check of its answers; `units.py`: the
   units of its unknowns.
-- `models.py`: all programs, as cvxpy expressions in the symbols of the paper.
-- `programs.py`: the rows of a question, compiled, and its solution read back;
-  `load_parameters.py`: its loads as parameters.
+- `rest_program.py`: the arrays of a program of states of rest; `elastic.py`: its unknowns;
+  `law_rows.py`: the rows of the contact law; `assembled.py`: the program of each question;
+  `solution.py`: its solution, and what the multipliers prove; `solved.py`: a solved program as
+  data; `mechanism.py`: the slip mechanism; `corners.py`: the corners that matter.
+- `models.py`: all printed problems, as cvxpy expressions in the symbols of the paper; `listing.py`,
+  `ordered_listing.py`, `design_listing.py`, `corner_listing.py`: the printed problem of an answer,
+  with its values (`filled.py`). No answer needs them.
+- `user_rows.py`: rows and objectives of users as rows of the arrays; `user_checks.py`: which of
+  them are accepted.
 - `safe_model.py`: the models that users extend by constraints of their own.
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py`,
-  `guaranteed_model.py` and `design_model.py` are their models, and `safe_by_friction.py` keeps the
-  safe slips that the least friction needs. The model for a new limit is `ShakedownLimits` in
-  `shakedown.py`.
+  `guaranteed_model.py`, `safe_slip_model.py` and `design_model.py` are their models, and
+  `safe_by_friction.py` keeps the safe slips that the least friction needs. The model for a new
+  limit is `ShakedownLimits` in `shakedown.py`.
 - `answered.py`: what all answers share; `sentences.py`: the sentences of their reasons;
   `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
   states; `no_limit.py`: proofs that there is none; `proven_again.py`: answers of files are checked.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
-- `set_search.py`, `open_nodes.py`, `best_set.py`: the search of open nodes. Its intermediate
-  programs need no proof: `quick_limits.py`, in space `quick_space.py`; `quick_bound.py` proves that
-  a set needs no program. `lift_off.py`, `ordered.py`, `load_path.py`: nodes that open and close in
+- `set_search.py`, `open_nodes.py`: the search of open nodes; `quick_bound.py` proves that a set
+  needs no program. `lift_off.py`, `ordered.py`, `load_path.py`: nodes that open and close in
   each cycle, the program of their order, and where they can; `order_search.py`,
   `settled_order.py`: the search of their order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
@@ -41,13 +46,15 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `pictures.py`: plots of the answers.
 """
 
+from typing import TYPE_CHECKING
+
+import lazy_loader  # type: ignore[import-untyped]  # it has no types
+
 from ..base import LimitKind
 from .best_open_nodes import BestOpenNodes, best_open_nodes
 from .design import Design
-from .design_model import DesignModel
-from .gross_slip import GrossSlip, gross_slip, gross_slip_of_statics
+from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit
-from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip
 from .moving_areas import areas_near, moving_areas
 from .normal_path import NoPath, normal_path
@@ -56,7 +63,23 @@ from .question import Question, pose, with_open
 from .required_friction import RequiredFriction, required_friction
 from .rest_intervals import pieces
 from .safe_region import SafeRegion, safe_region
-from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
+from .safe_slip import SafeSlip, safe_slip
 from .safe_vertices import safe_vertices
-from .shakedown import ShakedownLimit, shakedown_limit
-from .shakedown_model import ShakedownModel
+from .shakedown import ShakedownLimit, ShakedownLimits, shakedown_limit
+
+if TYPE_CHECKING:
+    from .design_model import DesignModel
+    from .guaranteed_model import GuaranteedModel
+    from .safe_slip_model import SafeSlipModel
+    from .shakedown_model import ShakedownModel
+
+# The models import cvxpy, which is slow to import, and answers do not need it.
+__getattr__, _, _ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "design_model": ["DesignModel"],
+        "guaranteed_model": ["GuaranteedModel"],
+        "safe_slip_model": ["SafeSlipModel"],
+        "shakedown_model": ["ShakedownModel"],
+    },
+)

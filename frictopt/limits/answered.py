@@ -1,27 +1,25 @@
 """Base classes of the answers to limit questions: a state under a residual slip, and its proof.
 
-`Mechanism` is the slip mechanism that the multipliers of a program form. `Answered` is the base of
-answers that consist of a slip at a load factor. `Proven` adds the proof by a mechanism, and `Rated`
-the rates of the limit with the loads.
+`Answered` is the base of answers that consist of a slip at a load factor. `Proven` adds the proof
+by a mechanism, and `Rated` the rates of the limit with the loads.
 """
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import (
     RESIDUAL,
     Array,
     Booleans,
-    Integers,
     Plotted,
     Recorded,
     SolveRecord,
@@ -29,7 +27,6 @@ from ..base import (
     components,
     frame,
     frozen,
-    kept,
     places,
 )
 from ..contact import (
@@ -44,117 +41,18 @@ from ..contact import (
     parted,
 )
 from ..contact.diagnosis import counted
-from ..solve.problem import Duals, Explained, duals
+from ..errors import ModelError
+from ..solve.explained import Explained
+from .mechanism import Mechanism, of_nodes
 from .proven_again import check_slip
 from .question import Question
+from .solved import Solved
+
+if TYPE_CHECKING:
+    import cvxpy as cp
 
 # Labels of the rows of a corner.
 _OF_CORNER = re.compile(rf"(?:q|p|gap|{'|'.join(ROWS)}|pressed|apart)(?:_\d+)?\[(\d+)\]")
-
-
-@kept
-@dataclass(frozen=True, eq=False)
-class Mechanism:
-    """A slip mechanism: a closed cycle of slips and lifts of node i at corner k.
-
-    The multipliers of a safe slip form it. Its net motion causes no stress: `A d + B^T l = 0` with
-    the sums d of the slips and l of the lifts. So no residual slip resists it (Bjorkman & Klarbring
-    1987). Under a slip bound it may stress nodes whose slip is at the bound.
-
-    Attributes
-    ----------
-    moves
-        (K, t + 1, N) slips along the tangents, and lifts, all in one arbitrary unit. The lift is
-        friction times the size of the slip; more if the node opens, and less if the surface shears
-        off.
-    friction, open
-        (N,) coefficients of friction; mask of the open nodes, which follow the others without
-        force (None if all are closed).
-    """
-
-    moves: Array
-    friction: Array
-    open: Booleans | None = None
-
-    @classmethod
-    def of(cls, question: Question, moves: Array, press: Array) -> Mechanism:
-        """The mechanism of the moves (K, t + 1, N) of closed nodes, which open nodes follow.
-
-        `press` (K, M) are the forces with which open nodes touch.
-        """
-        if question.compliance is None:
-            return cls(moves, question.friction)
-        flat = moves.reshape(len(moves), -1)
-        follow = (flat @ question.system.S + press) @ question.compliance
-        moves = moves - follow.reshape(moves.shape)
-        return cls(moves, question.friction * ~question.open_nodes, open=question.open_nodes)
-
-    @property
-    def size(self) -> Array:
-        """(K, N) sizes of the slips."""
-        return np.asarray(np.hypot.reduce(self.moves[:, :-1], axis=1, initial=0.0))
-
-    @property
-    def opening(self) -> Array:
-        """(K, N) openings without slip, >= 0, of nodes with little friction or pressure."""
-        return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
-
-    def parts(self, system: ContactSystem) -> Array:
-        """(2, K, N) sizes of the slips and of the openings; of open nodes, how far they touch."""
-        along = self.size
-        opening = self.opening
-        if self.open is not None:
-            forces = -self.moves.reshape(len(along), -1) @ system.S[:, -system.nodes :]
-            touching = (forces / system.stiffness_scale).clip(0.0)
-            along = np.where(self.open, 0.0, along)
-            opening = np.where(self.open, touching, opening)
-        return np.stack([along, opening])
-
-    def drive(self, question: Question) -> float:
-        """Work of the cyclic loads, at load factor 1, on the mechanism."""
-        return -float(np.sum(self.moves.reshape(len(self.moves), -1) * question.bonded[1]))
-
-    def table(self, system: ContactSystem, corners: Sequence[str]) -> Table:
-        """A row for each motion, largest first; `corners` are the names of the K corners.
-
-        Columns: node, contact (if several), x (x, y, z in space), corner, its loads, direction,
-        share of the sum of all motions. The direction is +1 for slip along +x, -1 for slip against
-        it, 0 for an opening or the touching of an open node. In space it is a unit vector (slip1,
-        slip2), zero for an opening.
-        """
-        import pandas as pd  # imported here, because only tables need it
-
-        sizes = self.parts(system)  # (2, K, N): slips, openings
-        share = sizes / (float(sizes.sum()) or 1.0)
-        # Smaller shares have the error of the answer.
-        kind, corner, node = np.nonzero(share > RESIDUAL)
-        order = np.lexsort([corner, node, -share[kind, corner, node]])
-        kind = kind[order]
-        corner = corner[order]
-        node = node[order]
-        columns: dict[str, Any] = {
-            **of_nodes(system, node),
-            "corner": corner,
-            "loads": pd.Series([corners[k] for k in corner.tolist()], dtype=str),
-        }
-        slips = self.moves[:, :-1]  # (K, t, N)
-        sense = np.stack([slips, np.zeros_like(slips)])[kind, corner, :, node].T
-        if system.tangents == 1:
-            columns["direction"] = np.sign(sense[0]).astype(int)
-        else:
-            columns["slip1"], columns["slip2"] = sense / sizes[kind, corner, node]
-        columns["share"] = share[kind, corner, node]
-        return pd.DataFrame(columns)
-
-
-def of_nodes(system: ContactSystem, node: Integers) -> dict[str, np.ndarray]:
-    """Columns of a table of some nodes: node, contact (if several), x (x, y, z in space)."""
-    columns: dict[str, np.ndarray] = {"node": node}
-    if system.contact is not None and len(np.unique(system.contact)) > 1:
-        columns["contact"] = np.asarray(system.contact)[node]
-    for name, values in places(system).items():
-        columns[name] = values[node]
-    return columns
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -311,8 +209,29 @@ class Proven(Answered, Explained):
 
     _motion: Mechanism
     constraints: tuple[str, ...] = field(default=(), kw_only=True)
-    problem: cp.Problem | None = field(default=None, kw_only=True)
-    _duals: Duals = field(default=(), kw_only=True)
+    _solved: Solved | None = field(default=None, kw_only=True)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Copies have a problem of their own."""
+        return {**super().__getstate__(), "_solved": copy.copy(self._solved)}
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The cvxpy problem in your units, with the values and multipliers of the answer.
+
+        It is listed when it is first read. The answer of a model has the variables of the model,
+        whose values are then those of this answer.
+        """
+        solved = self._solved
+        if solved is None or (self.constraints and solved.problem is None):
+            raise ModelError(
+                "problem: the file of this result leaves out its problem, as files do if it has "
+                "constraints of a model; solve it again, or pickle the result"
+            )
+        # Imported here, because cvxpy is slow to import, and answers do not need it.
+        from .listing import problem_of
+
+        return problem_of(solved)
 
     @property
     def multipliers(self) -> Table:
@@ -328,10 +247,16 @@ class Proven(Answered, Explained):
         """
         import pandas as pd  # imported here, because only tables need it
 
-        if not self._duals:
+        # Imported here, because cvxpy is slow to import.
+        from ..solve.problem import duals
+        from .listing import problem_of
+
+        solved = self._solved
+        rows = {} if solved is None else {**dict(duals(problem_of(solved))), **solved.own}
+        if not rows:
             kinds = {"row": str, "corner": int, "node": int, "component": int, "multiplier": float}
             return pd.DataFrame(columns=list(kinds)).astype(kinds)
-        return pd.concat([self._table_of(*dual) for dual in self._duals], ignore_index=True)
+        return pd.concat([self._table_of(*dual) for dual in rows.items()], ignore_index=True)
 
     def _table_of(self, name: str, dual: Array) -> Table:
         """The multipliers of one row."""
@@ -357,31 +282,27 @@ class Proven(Answered, Explained):
         if self._question.moves:
             # The corners of the program are other instants at other nodes.
             return np.asarray((self._motion.size * p).sum(axis=0))
-        # If several rows have the same name, the first counts: rows of the user come last.
-        rows = dict(reversed(self._duals))
-        rates = [np.maximum(rows.get(f"stuck[{k}]", 0.0), 0.0) * p[k] for k in range(len(p))]
-        return np.asarray(np.sum(rates, axis=0))
+        stuck = self._solved.multipliers.get("stuck", 0.0) if self._solved else 0.0
+        return np.asarray((np.maximum(stuck, 0.0) * p).sum(axis=0))
 
 
 A = TypeVar("A", bound=Answered)
 
 
-def answered(claim: A, record: SolveRecord, program: Any) -> A:
-    """Complete an accepted answer: add its problem, multipliers and record."""
+def answered(claim: A, record: SolveRecord, listed: int) -> A:
+    """Complete an accepted answer by its record; `listed` corners have rows."""
     question = claim._question
     left_out = list(record.left_out)
-    corners = len(program.x.q)
-    idle = corners - len(program.corners)
-    if idle:
-        left_out.append(f"corners: {idle} of {corners} are within the hull of the others")
+    corners = len(question.r1)
+    if listed < corners:
+        left_out.append(
+            f"corners: {corners - listed} of {corners} are within the hull of the others"
+        )
     opened = int(question.open_nodes.sum())
     if opened:
         left_out.append(f"nodes: {opened} of {len(question.open_nodes)} stay open")
     seconds = perf_counter() - question.started
-    problem = program.chain.problem
-    record = replace(record, left_out=tuple(left_out), seconds=seconds)
-    changes: dict[str, Any] = {"record": record, "problem": problem, "_duals": duals(problem)}
-    return replace(claim, **changes)
+    return replace(claim, record=replace(record, left_out=tuple(left_out), seconds=seconds))
 
 
 class Rated(Proven):

@@ -32,6 +32,7 @@ from ..base import (
 )
 from ..base.checks import whole_array, whole_number
 from ..errors import ModelError, SolverError
+from ..solve.solvers import LP, SOCP, solver_order
 from .loose_nodes import BRANCHES, Branch, LooseNodes, Relaxed
 from .question import with_open
 from .sentences import Sentence
@@ -223,6 +224,7 @@ def best_open_nodes(
     _check(limit)
     chosen = _checked_nodes(nodes, limit)
     most = whole_number("programs", programs, least=1)
+    solver_order(solver, LP if limit.system.tangents == 1 else SOCP)
     with progress_bar(progress, "best open nodes", "program") as bar:
         return _BranchAndBound(limit, chosen, solver, bar).run(most)
 
@@ -271,7 +273,7 @@ class _BranchAndBound:
         self._question = question
         self._nodes = nodes
         self._bar = bar
-        self._limits = ShakedownLimits._on(question, solver)
+        self._limits = ShakedownLimits(solver)
         open_outside = question.open_nodes.copy()
         open_outside[nodes] = False
         with_loose_closed = with_open(question, open_outside)

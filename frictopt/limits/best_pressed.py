@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import RESIDUAL, SolveRecord
 from ..contact import ContactSystem, LoadCycle
-from .answered import Mechanism
-from .models import most_pressed, unknowns
-from .programs import listed_rows
+from .assembled import most_pressed
+from .mechanism import Mechanism
 from .question import pose
+from .solution import Solution, solve
 
 
 @dataclass(frozen=True)
@@ -40,21 +39,16 @@ def best_pressed(
 ) -> tuple[Pressing, SolveRecord]:
     """The largest least normal reaction over nodes and corners that a residual slip can give."""
     question = pose(system, cycle, 0.0, slip_bound=slip_bound)
-    least = cp.Variable(name="least")
-    factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
-    x = unknowns(system.slip_shape, range(len(cycle.corners)), factor)
-    f = cp.Parameter(system.nodes, nonneg=True, name="f")
-    program = listed_rows(question, x, f, friction=lambda x, corners: [])
-    problem = most_pressed(x, least, question.force, program.corners, program.rows)
-    program.compiled(problem, 1.0)
 
-    def checked() -> Pressing:
-        slip = program.slip
-        proof = program.chain.proof
+    def claimed(solution: Solution) -> Pressing:
+        slip = solution.slip_of_nodes
+        bound, defect = solution.bound
         _, r = question.states(load_factor, slip)
         reached = float(min(r[:, -1].min() / question.force, 1.0))
-        gap = abs(proof.bound - reached) + proof.defect
+        gap = abs(bound - reached) + defect
         residual = max(gap, question.excess_over_slip_bound(slip))
-        return Pressing(reached, program.motion, float(np.nan_to_num(residual, nan=np.inf)))
+        return Pressing(reached, solution.motion, float(np.nan_to_num(residual, nan=np.inf)))
 
-    return program.chain.solve(checked)
+    pressing, record = solve(most_pressed(question, load_factor), "least", 1.0, claimed)
+    assert pressing is not None
+    return pressing, record

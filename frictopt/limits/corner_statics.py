@@ -8,17 +8,32 @@ it: contact forces cannot do negative work on this motion, but a larger load wou
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import CONDENSATION, ZERO_LOAD_FACTOR, Array, SolveRecord
+from ..base import CONDENSATION, FLOOR, ZERO_LOAD_FACTOR, Array, SolveRecord, kept
 from ..contact import contact_law
-from ..solve.chain import Chain
-from ..solve.problem import Problem
-from . import models
+from ..solve.answer import answer, infeasible, unbounded
+from ..solve.rows import LINEAR, program_of, rows_of
+from ..transients.balance import balance_rows, force_rows
 from .question import Question
+
+
+@kept
+@dataclass(frozen=True, eq=False)
+class CornerQuestion:
+    """The largest (sense 1) or least load factor at which contact forces balance a corner.
+
+    N (M, m) are rigid motions, r0 (M,) the reactions of the corner at load factor 0, and r1 (M,)
+    those that 1 adds.
+    """
+
+    question: Question
+    N: Array
+    corner: int
+    r0: Array
+    r1: Array
+    sense: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,115 +47,85 @@ class CornerAnswer:
     load_factor: float
     bound: float
     phi: Array
+    residual: float
     record: SolveRecord
-    problem: cp.Problem | None
-
-    @property
-    def residual(self) -> float:
-        """The largest error of both proofs."""
-        return self.record.residual
+    asked: CornerQuestion
+    forces: Array  # (M,) that balance the load factor; NaN without one
 
 
-class CornerProgram:
-    """The program of the load factor of one corner.
+def corner_answer(asked: CornerQuestion) -> CornerAnswer:
+    """The answer to a question; SolverError if no solver gives one that passes the checks."""
+    question, N, sense = asked.question, asked.N, asked.sense
+    r0, r1 = asked.r0, asked.r1
+    system = question.system
+    M = len(r0)
+    driven = drives(N, r1)
+    if not driven:
+        r1 = np.zeros_like(r1)
+    unit = 1.0
+    if driven and drives(N, r0):
+        unit = _load_unit(question, N, r0, r1)
+    law = contact_law(system, question.friction)
+    rows = force_rows(law, question.shear_unit, question.node_unit, system.tangents)
+    units = np.r_[np.tile(question.shear_unit, system.tangents), question.node_unit, unit]
+    sizes = np.abs(N.T) @ units[:M]
+    balance = balance_rows(N, r0, r1, sizes)
+    one, none = np.ones(1), np.full(1, -1)
+    at_least_0 = rows_of(
+        "load_factor", LINEAR, [[(np.array([M]), one)]], np.zeros(1), unit * one, none, none
+    )
+    no_forces = np.full(M, np.nan)
+    cost = np.zeros(M + 1)
+    cost[M] = -sense
+    program = program_of([balance, *rows, at_least_0], units, cost)
 
-    Parameters
-    ----------
-    question
-        System and friction.
-    N
-        (M, m) rigid motions.
-    corner, r0, r1
-        Number of the corner; its reactions (M,) at load factor 0, and those that 1 adds.
-    sense
-        `cp.Maximize` or `cp.Minimize`.
-    """
+    def claim(
+        load_factor: float, bound: float, phi: Array, residual: float, forces: Array = no_forces
+    ) -> CornerAnswer:
+        record = SolveRecord(residual=residual)
+        return CornerAnswer(asked.corner, load_factor, bound, phi, residual, record, asked, forces)
 
-    def __init__(
-        self, question: Question, N: Array, corner: int, r0: Array, r1: Array, sense: Any
-    ) -> None:
-        self._question = question
-        self._N = N
-        self._corner = corner
-        self._largest = sense is cp.Maximize
+    def moved(
+        load_factor: float, bound: float, y: Array, residual: float, forces: Array = no_forces
+    ) -> CornerAnswer:
+        """The answer with the motion of the multipliers, and how far it is no rigid mechanism.
 
-        system = question.system
-        friction = question.friction
-        name = f"r0[{corner}]" if question.fixed else "r0"
-        driven = drives(N, r1)
-        load = {name: r0, f"r1[{corner}]": r1 if driven else np.zeros_like(r1)}
-        f = cp.Parameter(system.nodes, nonneg=True, name="f", value=friction)
-        law = contact_law(system, friction)
-        listing = models.gross_slip(N, load, f, law, system.slip_shape, sense)
-        self._problem = Problem(listing.objective, listing.constraints)
-
-        variables = {variable.name(): variable for variable in self._problem.variables()}
-        self._load_factor = variables["load_factor"]
-        self._unit = 1.0
-        if driven and drives(N, r0):
-            self._unit = _load_unit(question, N, r0, r1)
-        little = (friction > 0) & (friction < 1)
-        shear_unit = question.node_unit * np.where(little, friction, 1.0)
-        if system.tangents > 1:
-            shear_unit = shear_unit[:, None]
-        units = {
-            self._load_factor: self._unit,
-            variables["q"]: shear_unit,
-            variables["p"]: question.node_unit,
-        }
-        self._chain = Chain(self._problem, units, unit=self._unit, defines=False)
-
-    def solve(self) -> CornerAnswer:
-        """The answer that passes the checks; SolverError if no solver gives one."""
-        answer, record = self._chain.solve(self._checked, no_optimum=self._without_optimum)
-        return replace(answer, record=record)
-
-    def _checked(self) -> CornerAnswer:
-        value = float(self._load_factor.value)
-        if not value > ZERO_LOAD_FACTOR * self._unit:
-            value = 0.0
-        proof = self._chain.proof
-        residual = max(proof.gap, self._chain.violation)
-        # No motion needs to prove that a load factor is at least 0.
-        if value == 0 and not self._largest:
-            return self._without_motion(value, proof.bound, residual)
-        return self._with_motion(value, proof.bound, residual)
-
-    def _without_optimum(self) -> CornerAnswer | None:
-        contradiction = self._chain.contradiction()
-        if contradiction:
-            return self._with_motion(np.nan, np.nan, contradiction.residual)
-        growth = self._chain.growth()
-        return self._without_motion(np.inf, np.inf, growth.residual) if growth else None
-
-    def _with_motion(self, load_factor: float, bound: float, residual: float) -> CornerAnswer:
-        """The answer with the motion that the multipliers of balance are.
-
-        Its residual counts, too, how far the motion strains the bodies, and by how much it lifts
-        nodes less than friction needs.
+        It strains the bodies, or lifts nodes less than friction needs.
         """
-        system = self._question.system
-        phi = self._N @ self._problem.constraints[0].dual_value
+        phi = -N @ (y[: N.shape[1]] / sizes)
         size = float(np.linalg.norm(phi.reshape(-1, system.nodes), axis=0).max())
         phi = phi / (size or np.nan)
-
         *v, w = phi.reshape(-1, system.nodes)
         # A node that shears off its surface need not rise.
-        law = contact_law(system, self._question.friction)
         lack = float((law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
         stiffest = float(np.diag(system.S).max()) or 1.0
         strain = float(np.abs(system.S @ phi).max()) / stiffest
         worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
-        return self._answer(load_factor, bound, phi, worst)
+        return claim(load_factor, bound, phi, worst, forces)
 
-    def _without_motion(self, load_factor: float, bound: float, residual: float) -> CornerAnswer:
-        return self._answer(load_factor, bound, np.zeros(len(self._N)), residual)
+    def claimed(x: Array, y: Array) -> CornerAnswer:
+        value = float(x[M]) * unit
+        value = value if value > ZERO_LOAD_FACTOR * unit else 0.0
+        least_cost, error = program.lower_bound(x, y)
+        bound = -sense * least_cost * unit
+        gap = (abs(bound - value) + error * unit) / max(value, FLOOR * unit)
+        residual = max(gap, program.violation(x))
+        forces = x[:M] * units[:M]
+        # No motion needs to prove that a load factor is at least 0.
+        if value == 0 and sense < 0:
+            return claim(value, bound, np.zeros(M), residual, forces)
+        return moved(value, bound, y, residual, forces)
 
-    def _answer(
-        self, load_factor: float, bound: float, phi: Array, residual: float
-    ) -> CornerAnswer:
-        record = SolveRecord(residual=residual)
-        return CornerAnswer(self._corner, load_factor, bound, phi, record, self._problem)
+    def without_optimum(outcome: str) -> CornerAnswer | None:
+        found = infeasible(program)
+        if found is not None:
+            return moved(np.nan, np.nan, *found)
+        error = unbounded(program)
+        return None if error is None else claim(np.inf, np.inf, np.zeros(M), error)
+
+    found, record = answer(program, claimed, no_optimum=without_optimum)
+    assert found is not None
+    return replace(found, record=record)
 
 
 def drives(N: Array, r: Array) -> bool:

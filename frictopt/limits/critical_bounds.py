@@ -17,9 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base import CONDENSATION, RESIDUAL, Array, Booleans
-from ..solve.compiled import Change
 from .critical_state import needed
-from .programs import tractions
+from .elastic import elastic
 from .question import Question
 
 
@@ -56,7 +55,7 @@ def load_factor_bounds(question: Question) -> Array:
         # Which corner governs depends on the load factor.
         return np.zeros(nodes)
     unit = question.node_unit[:, None]
-    net_slips = _net_slips(question, tractions(question))
+    net_slips = _net_slips(question)
     total_slip, admissible = _settled_mechanisms(net_slips, unit)
 
     d = net_slips(total_slip) / unit  # (t, N, N) slips, by node and mechanism
@@ -101,7 +100,7 @@ def _work(d: Array, q: Array) -> Array:
     return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
 
 
-def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
+def _net_slips(question: Question) -> Callable[[Array], Array]:
     """A function that returns the net slips (t, N, N) in balance with given total slips (N, N).
 
     Elasticity does not determine rigid slides. They follow from friction: as means of the slips
@@ -109,23 +108,16 @@ def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
     """
     n = question.system.nodes
     t = question.system.tangents
-    loaded = change.loaded
-    free = t * n - len(loaded)
-    shear_of_traction = change.values.toarray() / np.tile(question.node_unit, t)[:, None]
-    pressure = change.moved(question.B, np.zeros((n, 0)))
-    pressure_of_traction = pressure / question.node_unit[:, None]
-
-    # Slips that follow the total slips, and rigid slides by their free components.
-    free_rows = np.setdiff1d(np.arange(t * n), loaded)
-    right_side = np.hstack(
-        [pressure_of_traction.T * question.friction, shear_of_traction[free_rows].T]
-    )
-    solved = -np.linalg.solve(shear_of_traction[loaded].T, right_side)
+    closed = elastic(question)
+    unit = np.tile(question.node_unit, t)[:, None]
+    # Slips that follow the total slips, and rigid slides.
     follow = np.zeros((t * n, n))
-    follow[loaded] = solved[:, :n]
+    follow[closed.slips] = -(closed.normal * ~question.open_nodes[:, None]).T
+    follow *= unit * question.friction / question.node_unit
+    free = closed.slides.shape[1]
     rigid = np.zeros((t * n, free))
-    rigid[loaded] = solved[:, n:]
-    rigid[free_rows] = np.eye(free)
+    rigid[closed.slips] = closed.slides
+    rigid *= unit
     pairs = (rigid[:, :, None] * rigid[:, None]).reshape(t * n, -1)
     bound = question.friction * question.r0[0, -1] / question.node_unit
     positive_bound = np.tile(np.maximum(bound, 0.0), t)[:, None]

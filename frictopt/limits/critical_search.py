@@ -1,18 +1,21 @@
 """Programs of the least load factor at which a node is critical, and their results, the claims."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from __future__ import annotations
 
-import cvxpy as cp
+from dataclasses import dataclass, replace
+from typing import Any
+
 import numpy as np
 
 from ..base import RESIDUAL, Array, SolveRecord, Table, frame, frozen
-from ..solve.problem import put_back, standing
-from .answered import Mechanism
-from .critical_state import CriticalState, NeededByNode, critical_states
-from .models import Row, Unknowns, at_node, constant, critical, stuck
-from .programs import Program, listed_rows
+from ..solve.arrays import Arrays
+from . import assembled
+from .critical_state import CriticalState, critical_states
+from .mechanism import Mechanism
 from .question import Question
+from .rest_program import USER
+from .solution import Solution, contradiction, solve
+from .solved import Solved
 
 # Labels: the source of the load factor of a node.
 SOLVED = "solved"
@@ -47,9 +50,8 @@ class NodeClaim:
     residual: float
     # The rates of the load factor, see `critical_motion`; None if another node has a lower one.
     motion: Mechanism | None = None
-    # The solved program (None without a slip), and the values of its variables.
-    program: Program | None = None
-    values: Mapping[cp.Variable, Array] = field(default_factory=dict)
+    # The solved program; None without a slip.
+    solved: Solved | None = None
     solver: str = ""
     how: str = SOLVED
     # If the load factor is the least safe one: a larger load factor and its slip. At load factors
@@ -58,33 +60,16 @@ class NodeClaim:
 
 
 class CriticalSearch:
-    """The critical programs of all nodes of a question, compiled once for any friction.
+    """The critical programs of the nodes of a question.
 
-    `records` has the records of all solved programs, in order.
+    `records` has the records of all solved programs, in order. `user`: the `UserRows`.
     """
 
-    def __init__(
-        self, x: Unknowns, question: Question, user_rows: Mapping[str, Row], solver: str | None
-    ) -> None:
-        nodes = question.system.nodes
+    def __init__(self, question: Question, user: Any, solver: str | None) -> None:
         self.records = list[SolveRecord]()
-        self._x = x
         self._question = question
-        self._user_rows = user_rows
+        self._user = user
         self._solver = solver
-        self._node = cp.Parameter(nodes, nonneg=True, name="node")
-        self._loose = cp.Parameter(nodes, nonneg=True, name="loose")
-        self._f = cp.Parameter(nodes, nonneg=True, name="f")
-        self._most = cp.Parameter(name="most")
-        parts = question.q0, question.p0, question.q1, question.p1
-        self._needed = NeededByNode(self._f, self._node, parts, question.fixed)
-        self._parameters = self._needed.parameters(question.system.tangents)
-        self._programs: dict[bool, Program] = {}
-
-    def set_question(self, question: Question) -> None:
-        """Set the question, which may have another friction."""
-        self._question = question
-        self.records = []
 
     def solve(
         self, state: CriticalState, ends: tuple[float, float], least_so_far: float
@@ -105,83 +90,39 @@ class CriticalSearch:
 
         # The load factor equals the least safe one up to errors. It counts if the node can also be
         # critical above it: the program is convex, so critical load factors form an interval.
-        self._most.value = unit + least
-        highest = self._solved(state, np.inf, highest=True)
+        highest = self._solved(state, np.inf, most=unit + least)
         if highest.load_factor > max(indistinct, claim.load_factor + step):
             return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
         return _without_slip(self._question, state, np.inf, highest.residual, COINCIDE_ALONE)
 
-    def restore(self, claim: NodeClaim) -> None:
-        """Put an answer back into its program, which may have been solved for other nodes."""
-        self._set(claim.state)
-        put_back(claim.values)
-
-    def _set(self, state: CriticalState) -> None:
-        question = self._question
-        marks = (np.arange(question.system.nodes) == state.node).astype(float)
-        self._node.value = marks
-        self._loose.value = marks * question.node_unit
-        self._f.value = question.friction
-        self._needed.corners = state.corners
-
     def _solved(
-        self, state: CriticalState, least_so_far: float, highest: bool = False
+        self, state: CriticalState, least_so_far: float, most: float | None = None
     ) -> NodeClaim:
-        """The claim of a node at its least (highest) critical load factor."""
-        self._set(state)
-        program = self._program(highest)
+        """The claim of a node at its least critical load factor, or at its largest up to `most`."""
+        question = self._question
+        user = self._user
+        program = assembled.critical(question, state)
+        if most is not None:
+            program.bound("at_most", "load_factor", -1.0, most)
+        if user is not None:
+            user.add_to(program)
 
-        def never_critical() -> NodeClaim | None:
-            contradiction = program.chain.contradiction()
-            if contradiction is None:
+        def claimed(solution: Solution) -> NodeClaim:
+            return _claimed(solution, state, least_so_far, user)
+
+        def never_critical(outcome: str, arrays: Arrays) -> NodeClaim | None:
+            found = contradiction(program, "load_factor")
+            if found is None:
                 return None
-            return _without_slip(self._question, state, np.inf, contradiction.residual, NEVER)
+            return _without_slip(question, state, np.inf, found[1], NEVER)
 
-        claim, record = program.chain.solve(
-            lambda: _claimed(program, state, least_so_far), self._solver, no_optimum=never_critical
+        sense = -1.0 if most is None else 1.0
+        claim, record = solve(
+            program, "load_factor", sense, claimed, self._solver, no_optimum=never_critical
         )
+        assert claim is not None
         self.records.append(record)
         return replace(claim, solver=record.solver)
-
-    def _program(self, highest: bool) -> Program:
-        if highest not in self._programs:
-            self._programs[highest] = self._compiled(highest)
-        program = self._programs[highest]
-        program.set_question(self._question, self._question.load_unit)
-        return program
-
-    def _compiled(self, highest: bool) -> Program:
-        """The program of the marked node.
-
-        The friction rows of this node hold by construction, unless a part of the cycle is fixed.
-        They are relaxed, so that the program has interior points.
-        """
-        question = self._question
-        x = self._x
-        loose = None if question.fixed else self._loose
-
-        def friction(x: Unknowns, corners: list[int]) -> list[Row]:
-            return stuck(x, self._f, corners, loose)
-
-        program = listed_rows(question, x, self._f, every=bool(self._user_rows), friction=friction)
-        program.user_rows = self._user_rows
-        rows = list(program.rows)
-        if highest:
-            rows.append((x.load_factor <= self._most).set_label("at_most"))
-        needed = self._parameters["c"], self._parameters["rho"]
-        sense = cp.Maximize if highest else cp.Minimize
-        problem = critical(x, self._node, self._load(), needed, sense, rows)
-        return program.compiled(problem, question.load_unit)
-
-    def _load(self) -> list[cp.Expression]:
-        """The shear and the normal force of the node at load factor 0, by their names."""
-        question = self._question
-        if question.fixed:
-            return [self._parameters["c0"], self._parameters["rho0"]]
-        return [
-            at_node(self._node, constant(question.q0[0], "q0")),
-            at_node(self._node, constant(question.p0[0], "p0")),
-        ]
 
 
 def _without_slip(
@@ -192,36 +133,32 @@ def _without_slip(
     return NodeClaim(state, load_factor, no_slip, residual, how=how)
 
 
-def _claimed(program: Program, state: CriticalState, least_so_far: float) -> NodeClaim:
-    """The claim from a solved program.
+def _claimed(solution: Solution, state: CriticalState, least_so_far: float, user: Any) -> NodeClaim:
+    """The claim of a solution.
 
     If its slip fails the checks, but the multipliers prove that the node is not critical up to
     `least_so_far`, the claim is this proof.
     """
-    question = program.question
-    slip = program.slip
-    load_factor = program.load_factor
-    proof = program.chain.proof
+    question = solution.program.question
+    slip = solution.slip_of_nodes
+    load_factor = solution.load_factor
     q, p = question.reactions_of_slip(slip)
     added = np.r_[q[state.node], p[state.node]]
     critical_reaction = state.at_zero + load_factor * state.rate
     distance = float(np.abs(added - critical_reaction).max()) / question.force
-    violations = [
-        question.violation(load_factor, slip),
-        distance,
-        proof.gap,
-        program.user_violation,
-    ]
+    violations = [question.violation(load_factor, slip), distance, solution.gap]
+    if user is not None:
+        violations.append(solution.program.violation(solution.x, label=USER))
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
-    bound = proof.bound - proof.defect
-    if not residual <= RESIDUAL and least_so_far < bound < np.inf:
-        return _without_slip(question, state, bound, 0.0, LEFT_OUT)
-    motion = critical_motion(program, state) if load_factor < least_so_far else None
-    values = standing(program.problem)
-    return NodeClaim(state, load_factor, slip, residual, motion, program, values)
+    bound, defect = solution.bound
+    if not residual <= RESIDUAL and least_so_far < bound - defect < np.inf:
+        return _without_slip(question, state, bound - defect, 0.0, LEFT_OUT)
+    motion = critical_motion(solution, state) if load_factor < least_so_far else None
+    solved = solution.solved("critical", state=state)
+    return NodeClaim(state, load_factor, slip, residual, motion, solved)
 
 
-def critical_motion(program: Program, state: CriticalState) -> Mechanism:
+def critical_motion(solution: Solution, state: CriticalState) -> Mechanism:
     """The rates of a node's load factor with all reactions, as slips and lifts of either sign.
 
     They follow from the multipliers. The motions of the other nodes are the reversed mechanism of
@@ -229,19 +166,17 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     times its slip. With two opposite corners, the part of the multiplier across their line is
     divided between the corners by the lever rule.
     """
-    question = program.question
+    question = solution.program.question
     node = state.node
     corners = list(state.corners)
-    mechanism = program.motion
+    mechanism = solution.motion
     moves = -mechanism.moves
 
-    labels = ("critical_q", "critical_p")
-    rows = [row for row in program.problem.constraints if row.label in labels]
-    y = np.concatenate([np.ravel(row.dual_value) for row in rows])  # (t + 1,)
-    _, r = question.states(program.load_factor, program.slip)
+    y = np.concatenate([solution.multipliers[name] for name in ("critical_q", "critical_p")])
+    _, r = question.states(solution.load_factor, solution.slip_of_nodes)
     q = r[corners, :-1, node]  # (corners, t)
     size = np.linalg.norm(q, axis=1)
-    friction = program.question.friction[node]
+    friction = question.friction[node]
     with np.errstate(invalid="ignore", divide="ignore"):
         along = np.column_stack([q / size[:, None], np.full(len(corners), -friction)])
         levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
@@ -291,9 +226,11 @@ class CriticalNodes:
         if claim.load_factor < self.load_factor[node] or claim.state is self.states[node][0]:
             self.load_factor[node] = claim.load_factor
             self.how[node] = claim.how
-        if claim.load_factor < self.least:
+        # A node that is critical at the shakedown limit itself, up to rounding, is named, too.
+        ties = self.best is None and claim.load_factor < self.least * (1 + RESIDUAL)
+        if claim.load_factor < self.least or ties:
             self.best = claim
-            self.least = claim.load_factor
+            self.least = min(self.least, claim.load_factor)
 
     def table(self, order: list[int]) -> Table:
         """Table of the load factors of some nodes."""

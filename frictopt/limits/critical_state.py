@@ -7,21 +7,19 @@ radius `f rho`. If a part of the cycle is fixed, each pair of corners that gover
 factor has its own critical state, affine in the load factor.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import ROUNDING, Array, Integers
+from ..base import ROUNDING, Array, kept
 from ..contact import lengths
-from ..errors import ModelError
+from .corners import ruling
 from .question import Question
 
 
+@kept
 @dataclass(frozen=True, eq=False)
 class CriticalState:
     """The reactions that a slip adds at a node where it is critical, affine in the load factor.
@@ -80,6 +78,38 @@ def critical_states(question: Question) -> list[list[CriticalState]]:
     return states
 
 
+class NodeLoads(NamedTuple):
+    """Reactions of the loads at a node that is critical at corners, for any friction.
+
+    The fields `q0` (K0, 1) to `p1` (K, 1), in space with two shear forces, are as in `Question`.
+    """
+
+    node: int
+    corners: tuple[int, ...]
+    fixed: bool
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
+
+    @classmethod
+    def of(cls, question: Question, state: CriticalState) -> "NodeLoads":
+        """The loads of the node of a state."""
+        arrays = question.q0, question.p0, question.q1, question.p1
+        of_node = (array[:, [state.node]] for array in arrays)
+        return cls(state.node, state.corners, question.fixed, *of_node)
+
+    def added(self, friction: float) -> tuple[Array, Array]:
+        """Reactions that a slip adds at load factor 0, and their rate; see `CriticalState`."""
+        if self.fixed:
+            pair = list(self.corners)
+            at_zero = _at_both_bounds(friction, self.q0[pair, 0], self.p0[pair, 0])
+            return at_zero, _at_both_bounds(friction, self.q1[pair, 0], self.p1[pair, 0])
+        shear, bound = needed(np.array([friction]), self.q1, self.p1)
+        at_zero = -np.r_[self.q0[0, 0], self.p0[0, 0]]
+        return at_zero, np.r_[shear[0], bound[0] / friction]
+
+
 def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
     """The critical states in the plane if the corners differ at load factor 0."""
     q0, p0 = question.q0, question.p0
@@ -121,100 +151,6 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
     q_k, q_j = q
     b_k, b_j = friction * p
     return -np.array([q_k + q_j + b_k - b_j, (q_k - q_j + b_k + b_j) / friction]) / 2
-
-
-def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
-    """Corners and nodes (R,) of the rows that govern `x >= constant_k + load_factor rate_k`.
-
-    A row (k, node) governs if it is the largest of its node at some load factor >= 0. The loop
-    starts with the largest row at load factor 0, and follows the upper envelope from row to row.
-    """
-    highest = constant == constant.max(axis=0)
-    corner = np.where(highest, rate, -np.inf).argmax(axis=0)
-    node = np.arange(rate.shape[1])
-    corners = [corner]
-    nodes = [node]
-    while node.size:
-        rate_gain = rate[:, node] - rate[corner, node]
-        lead = constant[corner, node] - constant[:, node]
-        crossing = np.where(rate_gain > 0, lead / np.where(rate_gain > 0, rate_gain, 1.0), np.inf)
-        crosses = np.isfinite(crossing.min(axis=0))
-        corner = crossing.argmin(axis=0)[crosses]
-        node = node[crosses]
-        corners.append(corner)
-        nodes.append(node)
-    return np.concatenate(corners), np.concatenate(nodes)
-
-
-class NeededByNode:
-    """Parameters of a critical program: shear and pressure that the loads of the marked node need.
-
-    Their values follow from `f` and `node`, which is 1 at the marked node. If parts of the load
-    cycle are fixed, they also follow from `corners`, the pair of corners of the critical state.
-    """
-
-    def __init__(
-        self, f: cp.Parameter, node: cp.Parameter, parts: Sequence[Array], fixed: bool
-    ) -> None:
-        self.f = f
-        self.node = node
-        self.fixed = fixed
-        self.corners: tuple[int, ...] = ()
-        self._q0, self._p0, self._q1, self._p1 = parts
-
-    def parameters(self, tangents: int) -> dict[str, cp.Parameter]:
-        """The shear c and the pressure rho for a load factor of 1.
-
-        With fixed parts also -c0 and -rho0 at load factor 0, which are on the left side of the row.
-        """
-        shape = () if tangents == 1 else (tangents,)
-        parameters = {
-            "c": cp.CallbackParam(self.shear, shape, name="c"),
-            "rho": cp.CallbackParam(self.pressure, name="rho"),
-        }
-        if self.fixed:
-            parameters["c0"] = cp.CallbackParam(partial(self._at_zero, 0), name="c0")
-            parameters["rho0"] = cp.CallbackParam(partial(self._at_zero, 1), name="rho0")
-        return parameters
-
-    def shear(self) -> Any:
-        """The shear for a load factor of 1."""
-        if self.fixed:
-            return self._of_pair(self._q1, self._p1)[0]
-        shear, _ = self._of_cycle()
-        return shear[0]
-
-    def pressure(self) -> float:
-        """The pressure for a load factor of 1."""
-        if self.fixed:
-            return float(self._of_pair(self._q1, self._p1)[1])
-        _, bound = self._of_cycle()
-        return float(bound[0] / self._friction())
-
-    def _friction(self) -> float:
-        """The friction of the node; ModelError if it has none."""
-        index = int(self.node.value.argmax())
-        friction = float(self.f.value[index])
-        if not friction > 0:
-            raise ModelError(
-                f"f: {friction:g} at node {index}, but a node without friction is never critical; "
-                "give it friction, or use guaranteed_limit"
-            )
-        return friction
-
-    def _of_cycle(self) -> tuple[Array, Array]:
-        index = int(self.node.value.argmax())
-        friction = np.array([self._friction()])
-        return needed(friction, self._q1[:, [index]], self._p1[:, [index]])
-
-    def _of_pair(self, q: Array, p: Array) -> Array:
-        """(2,) shear and pressure that the node needs at the two corners."""
-        index = int(self.node.value.argmax())
-        rows = list(self.corners)
-        return _at_both_bounds(self._friction(), q[rows, index], p[rows, index])
-
-    def _at_zero(self, part: int) -> float:
-        return -float(self._of_pair(self._q0, self._p0)[part])
 
 
 # The smallest disc touches one of these subsets of four discs: the new disc, 0, and three old ones.

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import Array
 from ..contact import LoadCycle
-from ..solve.problem import Duals, Explained
+from ..solve.explained import Explained
 from .answered import Answered
 from .design_search import OpenNodes
 from .open_nodes import TOUCHES, is_safe_at_mean_load
@@ -33,6 +32,14 @@ from .shakedown import ShakedownLimits
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+@dataclass(frozen=True)
+class Found:
+    """Scenarios of a design and the solution of its program, which its printed problem needs."""
+
+    scenarios: Any
+    solution: Any
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,8 +106,9 @@ class Design(Answered, Explained):
     slips: tuple[Array, ...]
     prices: Mapping[str, Array]
     _questions: tuple[Question, ...]
-    problem: cp.Problem | None = None
-    _duals: Duals = ()
+    problem: Any = None
+    # What the printed problem needs; None once it is listed.
+    _found: Found | None = None
     # Whether larger designs would be better, but open other nodes under their mean load.
     _stops: bool = False
     # Whether the design had to be safe under the mean load, too.
@@ -164,10 +172,7 @@ class Design(Answered, Explained):
             return 0.0
         least = []
         for question in self._questions:
-            limits = ShakedownLimits(
-                question.system, question.cycle, slip_bound=question.slip_bound
-            )
-            least.append(limits.of_set(question).least)
+            least.append(ShakedownLimits().of_set(question).least)
         return float(np.max(least))
 
     def _before(self, larger: Design) -> Design:

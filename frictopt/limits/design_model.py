@@ -18,23 +18,24 @@ from numpy.typing import ArrayLike
 from ..base import Array, SolveRecord, flag, frozen, listed, progress_bar, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
-from ..solve.problem import put_back
-from . import models
 from .answered import answered
-from .design import Design
+from .design import Design, Found
+from .design_listing import design_problem
 from .design_program import (
     Scenario,
     checked_choice,
     checked_scenario,
+    design_program,
     press,
     raise_refusal,
     under_mean_load,
 )
 from .design_search import DesignSearch, NoneSafeError, OpenNodes, limits_of
-from .models import unknowns
-from .programs import Program, labelled_rows, listed_rows
 from .question import with_open
-from .safe_model import SafeModel, checked_objective, in_turn
+from .rest_program import USER, RestProgram
+from .safe_model import SafeModel, in_turn
+from .solution import Solution, solve
+from .user_rows import UserRows
 
 
 class DesignModel(SafeModel):
@@ -121,10 +122,6 @@ class DesignModel(SafeModel):
             for number, scenario in enumerate(listed("scenarios", scenarios))
         ]
 
-    @property
-    def _unknowns(self) -> list[cp.Variable]:
-        return [*super()._unknowns, *self._choice.components]
-
     @warns_of_odd_values
     @in_turn
     def solve(
@@ -171,37 +168,57 @@ class DesignModel(SafeModel):
         >>> design.preload.round(6).to_dict()
         {'bolt': 8.0}
         """
-        user_rows = listed("constraints", constraints)
+        user = self._user(constraints, objective, self._slip_of_open_nodes)
         scenarios = [Scenario(self._posed(friction), {}), *self._others]
         questions = [scenario.question for scenario in scenarios]
         with progress_bar(progress, "design", "program") as bar:
             search = DesignSearch(
-                partial(self._best_with, scenarios, user_rows, objective),
+                partial(self._best_with, scenarios, user),
+                partial(self._listed, user),
                 "load factor" if objective is None else "objective",
                 self._solver,
                 bar,
             )
             search.alternate([question.open_nodes for question in questions])
-            if not search.counted or search.counted[0].design.touches:
-                search.alternate(self._open_nodes_if_pressed(scenarios, user_rows))
+            if not search.counted or search.counted[0].touches:
+                search.alternate(self._open_nodes_if_pressed(scenarios, user))
             search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
         if search.best is None:
             raise search.refusal
 
-        # Other designs may have been solved after the best one: put its values back.
-        design = search.best.design
-        put_back(search.best.values)
+        design = self._listed(user, search.best)
         if self.preload is not None:
             self.preload.save_value(design.preload.to_numpy())
         if self.profile is not None:
             self.profile.save_value(design.profile)
         return self._shown(design)
 
+    @property
+    def _named(self) -> dict[cp.Variable, str]:
+        return {**super()._named, **self._choice.variables}
+
+    def _slip_of_open_nodes(self, program: RestProgram) -> Array:
+        """(open slips, named) slips of open nodes of the first scenario due to the design."""
+        question = program.question
+        opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))
+        rates = np.zeros((len(opened), len(program.named_units)))
+        assert question.compliance is not None  # it has open nodes
+        for name, reactions in self._choice.effects(Scenario(question, {})).items():
+            follow = -(reactions @ question.compliance)
+            rates[:, program.named[name]] = follow[:, opened].T
+        return rates
+
+    def _listed(self, user: UserRows | None, design: Design) -> Design:
+        """A design with its printed problem."""
+        found = design._found
+        assert found is not None  # it has no problem yet
+        problem = design_problem(self._choice, found.scenarios, found.solution, self._x, user)
+        return replace(design, problem=problem, _found=None)
+
     def _best_with(
         self,
         scenarios: Sequence[Scenario],
-        user_rows: Sequence[cp.Constraint],
-        objective: cp.Expression | None,
+        user: UserRows | None,
         open_nodes: OpenNodes,
         share: float = 1.0,
         larger: Design | None = None,
@@ -212,19 +229,13 @@ class DesignModel(SafeModel):
         and the profile at most `share` times its largest depth. If the best design is not safe
         under the mean load, it is replaced by the best design that is, if there is one.
         """
-        design = self._solved(scenarios, user_rows, objective, open_nodes, share, larger)
+        design = self._solved(scenarios, user, open_nodes, share, larger)
         if design._is_safe_at_mean_load:
             return design
         at_mean_load = [under_mean_load(scenario) for scenario in scenarios]
+        both = [*scenarios, *at_mean_load]
         try:
-            safe = self._solved(
-                [*scenarios, *at_mean_load],
-                user_rows,
-                objective,
-                [*open_nodes, *open_nodes],
-                share,
-                larger,
-            )
+            safe = self._solved(both, user, [*open_nodes, *open_nodes], share, larger)
         except (NoneSafeError, SolverError):
             return design
         count = len(scenarios)
@@ -238,123 +249,85 @@ class DesignModel(SafeModel):
     def _solved(
         self,
         scenarios: Sequence[Scenario],
-        user_rows: Sequence[cp.Constraint],
-        objective: cp.Expression | None,
+        user: UserRows | None,
         open_nodes: OpenNodes,
         share: float,
         larger: Design | None,
     ) -> Design:
         """The solution of the program of a design, see `_best_with`."""
-        programs = self._listed(scenarios, user_rows, open_nodes)
-        first = programs[0]
-        rows = [row for program in programs for row in program.rows]
-        if larger is not None:
-            rows += self._choice.no_larger(share, larger.preload.to_numpy(), larger.profile)
-        problem = models.shakedown(self._x, rows)
-        unit = scenarios[0].question.load_unit
-        goal = "load_factor"
-        if objective is not None:
-            checked = checked_objective(objective, self._unknowns)
-            problem = cp.Problem(cp.Maximize(checked), problem.constraints)
-            unit = 1.0
-            goal = "objective"
-
-        units = self._choice.units(first.question)
-        for program in programs[1:]:
-            units |= program.units
-        # The load factor has the unit of the first scenario.
-        units.pop(self.load_factor, None)
-        first.compiled(problem, unit, units, programs[1:])
-        claim, record = first.chain.solve(
-            partial(self._checked, scenarios, programs, objective is not None),
-            self._solver,
-            no_optimum=partial(raise_refusal, first, self._choice, goal),
-        )
-        return answered(claim, record, first)
-
-    def _listed(
-        self,
-        scenarios: Sequence[Scenario],
-        user_rows: Sequence[cp.Constraint],
-        open_nodes: OpenNodes,
-    ) -> list[Program]:
-        """A program of rows for each scenario, with its open nodes; user rows are in the first."""
-        programs: list[Program] = []
-        for number, (scenario, opened) in enumerate(zip(scenarios, open_nodes, strict=True)):
-            question = with_open(scenario.question, opened)
+        opened = []
+        for scenario, nodes in zip(scenarios, open_nodes, strict=True):
+            question = with_open(scenario.question, nodes)
             assert question is not None  # it has a limit
-            suffix, x, f = "", self._x, self._f
-            if number > 0:
-                suffix = f"_{number}"
-                corners = range(len(question.r1))
-                x = unknowns(question.system.slip_shape, corners, self._x.load_factor, suffix)
-                f = cp.Parameter(question.system.nodes, nonneg=True, name=f"f{suffix}")
-            added = self._choice.added(Scenario(question, scenario.shares), suffix)
-            at_corners = dict.fromkeys(range(len(question.r1)), added.listed)
-            program = listed_rows(question, x, f, every=True, more=at_corners)
-            program.rows += added.rows
-            if number == 0:
-                program.user_rows = labelled_rows(user_rows, self._unknowns)
-                if user_rows and opened.any():
-                    program.rows += self._rest_rows(question, added.open_slip)
-            programs.append(program)
-        return programs
+            opened.append(Scenario(question, scenario.shares))
+        program = design_program(self._choice, opened, share, larger)
+        goal = "load_factor"
+        if user is not None:
+            goal = user.add_to(program)
+        design, record = solve(
+            program,
+            goal,
+            1.0,
+            partial(self._checked, opened, user),
+            self._solver,
+            no_optimum=lambda outcome, arrays: raise_refusal(program, goal, user, self._choice),
+        )
+        assert design is not None
+        return answered(design, record, len(opened[0].question.r1))
 
     def _checked(
-        self, scenarios: Sequence[Scenario], programs: Sequence[Program], has_objective: bool
+        self, scenarios: Sequence[Scenario], user: UserRows | None, solution: Solution
     ) -> Design:
-        """The design from a solved program, with its residual.
+        """The design of a solution, with its residual.
 
         Its slips are checked by the contact law in every scenario, with the design built in. Its
         bound is checked by the multipliers of all rows.
         """
-        first = programs[0]
-        load_factor = first.load_factor
-        proof = first.chain.proof
-        with_open_nodes = [
-            Scenario(program.question, scenario.shares)
-            for program, scenario in zip(programs, scenarios, strict=True)
-        ]
-        built = self._choice.built(with_open_nodes)
+        load_factor = solution.load_factor
+        values = {name: solution.values(name) for name in self._choice.components}
+        built = self._choice.built(scenarios, values)
         slips: list[Array] = []
-        unsafe: list[float] = []
-        for question, program in zip(built.questions, programs, strict=True):
-            slip = frozen(question.slip_at_mean_load(program.slip))
+        violations = [solution.gap]
+        for number, question in enumerate(built.questions):
+            slip = frozen(question.slip_at_mean_load(solution.closed_slip(number)))
             slips.append(slip)
-            unsafe.append(question.violation(load_factor, slip))
-        residual = np.max([*unsafe, proof.gap, first.user_violation])
+            violations.append(question.violation(load_factor, slip))
+        prices: dict[str, Array] = {}
+        if user is not None:
+            violations.append(solution.program.violation(solution.x, label=USER))
+            prices = user.prices(solution)
+        bound, defect = solution.bound
         import pandas as pd  # imported here, because only designs need it
 
         names = pd.Index(self._choice.names, name="load", dtype=object)
         return Design(
             load_factor=load_factor,
-            objective=proof.value if has_objective else None,
-            bound=proof.bound + proof.defect,
+            objective=None if solution.goal == "load_factor" else solution.value,
+            bound=bound + defect,
             preload=pd.Series(built.preload, index=names, name="preload"),
             profile=built.profile,
             slip=slips[0],
             slips=tuple(slips),
             _question=built.questions[0],
-            prices=first.prices(),
-            record=SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf))),
+            prices=prices,
+            record=SolveRecord(residual=float(np.nan_to_num(np.max(violations), nan=np.inf))),
             _questions=built.questions,
+            _found=Found(scenarios, solution),
         )
 
     def _open_nodes_if_pressed(
-        self, scenarios: Sequence[Scenario], user_rows: Sequence[cp.Constraint]
+        self, scenarios: Sequence[Scenario], user: UserRows | None
     ) -> OpenNodes | None:
         """The open nodes under preloads that press as much as the constraints admit.
 
         They are another start of the search. Preloads are at most ten times the forces of the
         contact. Without preloads the start is a zero profile. None if no answer passes the checks.
         """
+        values = {"profile": np.zeros(self._question.system.nodes)}
         try:
-            if self.preload is None:
-                self.profile.save_value(np.zeros(self.profile.size))
-            else:
-                rows = labelled_rows(user_rows, self._unknowns)
-                press(self._choice, scenarios[0], self._x, self._f, rows)
-            built = self._choice.built(scenarios)
+            if self.preload is not None:
+                values = {**press(self._choice, scenarios[0], user)}
+            built = self._choice.built(scenarios, values)
         except SolverError:
             return None
         return [limit.open for limit in limits_of(built.questions, self._solver)]

@@ -8,7 +8,7 @@ preloads and profile also change the gaps and slips of these nodes.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -16,13 +16,17 @@ from typing import Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..base import CONDENSATION, GROWN, Array, SolveRecord, checked_loads, frozen, listed, shown
+from ..base import CONDENSATION, GROWN, Array, checked_loads, frozen, listed, shown
 from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError
+from ..solve.rows import LINEAR, rows_of
+from .assembled import at_corners, within_slip_bound
 from .design_search import NoneSafeError
-from .models import Row, Unknowns, constant, defines
-from .programs import Program, listed_rows
+from .law_rows import law_rows
 from .question import Question, pose, with_open
+from .rest_program import RestProgram
+from .solution import Solution, contradiction, growth, solve
+from .user_rows import UserRows
 
 # Name of the load case of the overlap that a profile causes.
 PROFILE = "profile"
@@ -61,14 +65,6 @@ class Scenario(NamedTuple):
     shares: Mapping[str, float]
 
 
-class Added(NamedTuple):
-    """The terms that a design adds to a question, and the rows that define their unknowns."""
-
-    listed: list[cp.Expression]  # added to q, p and, if nodes are open, to the gaps
-    open_slip: cp.Expression | None  # added to the slips of open nodes
-    rows: list[Row]
-
-
 class Built(NamedTuple):
     """The values of a design, and the question of each scenario with the design built in."""
 
@@ -93,74 +89,48 @@ class Choice:
         return np.reshape(by_load, (len(self.names), len(self.system.S))).T
 
     @property
-    def components(self) -> dict[cp.Variable, Sequence[object]]:
+    def variables(self) -> dict[cp.Variable, str]:
+        """The unknowns with their names in programs."""
+        unknowns = (self.preload, "preload"), (self.profile, "profile")
+        return {variable: name for variable, name in unknowns if variable is not None}
+
+    @property
+    def components(self) -> dict[str, Sequence[object]]:
         """Names of the components of each unknown."""
-        names: dict[cp.Variable, Sequence[object]] = {}
+        names: dict[str, Sequence[object]] = {}
         if self.preload is not None:
-            names[self.preload] = self.names
+            names["preload"] = self.names
         if self.profile is not None:
-            names[self.profile] = range(self.system.nodes)
+            names["profile"] = range(self.system.nodes)
         return names
 
-    def units(self, question: Question) -> dict[cp.Variable, Any]:
+    def units(self, question: Question) -> dict[str, Array]:
         """Units of the unknowns: each causes about the mean normal force at a node."""
-        units: dict[cp.Variable, Any] = {}
+        units: dict[str, Array] = {}
         if self.preload is not None:
             sizes = np.abs(self.reactions).mean(axis=0)
-            units[self.preload] = question.force / np.where(sizes > 0, sizes, question.force)
+            units["preload"] = question.force / np.where(sizes > 0, sizes, question.force)
         if self.profile is not None:
             normal_stiffness = self.system.own_stiffness[-self.system.nodes :]
-            units[self.profile] = question.force / normal_stiffness
+            units["profile"] = question.force / normal_stiffness
         return units
 
-    def added(self, scenario: Scenario, suffix: str = "") -> Added:
-        """The terms that the design adds to a scenario. All names end with `suffix`."""
-        question, shares = scenario
-        by_part: list[list[cp.Expression]] = []
-        rows: list[Row] = []
+    def effects(self, scenario: Scenario) -> dict[str, Array]:
+        """Bonded reactions (n, M) due to units of the design in a scenario, by unknown."""
+        shares = scenario.shares
+        effects: dict[str, Array] = {}
         if self.preload is not None:
             acting = self.reactions * [shares.get(name, 1.0) for name in self.names]
-            products = _products(
-                question, acting, ("q_j", "p_j", "w_j", "v_j"), self.preload, suffix
-            )
-            by_part.append(products)
-
+            effects["preload"] = acting.T
         if self.profile is not None:
-            closing = -self.system.S[:, -self.system.nodes :]
-            products = _products(
-                question, closing, ("-B.T", "-C", "-w", "-v"), self.profile, suffix
-            )
-            # These matrices are dense. `frictopt.solve` keeps them out of cvxpy if each product is
-            # defined by an equation.
-            unknowns = [
-                cp.Variable(product.size, name=f"{symbol}_g{suffix}")
-                for product, symbol in zip(products, "qpwv", strict=False)
-            ]
-            rows = [
-                defines(part, product) for part, product in zip(unknowns, products, strict=True)
-            ]
-            by_part.append(unknowns)
+            effects["profile"] = -self.system.S[-self.system.nodes :]
+        return effects
 
-        q, p, *of_open_nodes = (sum(parts[1:], parts[0]) for parts in zip(*by_part, strict=True))
-        if self.system.tangents > 1:
-            q = cp.reshape(q, self.system.slip_shape, order="F")
-        open_slip = of_open_nodes[1] if of_open_nodes else None
-        return Added([q, p, *of_open_nodes[:1]], open_slip, rows)
-
-    def no_larger(self, share: float, preload: Array, profile: Array | None) -> list[Row]:
-        """Rows that bound preloads and depths by a share of the largest given ones."""
-        rows: list[Row] = []
-        for variable, values in ((self.preload, preload), (self.profile, profile)):
-            if variable is not None and values is not None:
-                size = share * float(np.abs(values).max())
-                rows.append((cp.abs(variable) <= size).set_label(f"size_{variable.name()}"))
-        return rows
-
-    def built(self, scenarios: Sequence[Scenario]) -> Built:
-        """The design from the values of the unknowns, built into the questions of all scenarios."""
+    def built(self, scenarios: Sequence[Scenario], values: Mapping[str, Array]) -> Built:
+        """The design of some values, built into the questions of all scenarios."""
         # Adding 0 turns -0 into 0.
-        preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)
-        profile = None if self.profile is None else frozen(self.profile.value + 0.0)
+        preload = np.zeros(0) if self.preload is None else frozen(values["preload"] + 0.0)
+        profile = None if self.profile is None else frozen(values["profile"] + 0.0)
         system, overlap = _with_profile(self.system, profile)
         built: list[Question] = []
         for question, shares in scenarios:
@@ -232,28 +202,6 @@ def under_mean_load(scenario: Scenario) -> Scenario:
     )
 
 
-def _products(
-    question: Question, r: Array, names: Sequence[str], chosen: cp.Variable, suffix: str
-) -> list[cp.Expression]:
-    """The terms of loads, with unknown amplitudes `chosen` (J,), in q and p.
-
-    `r` (M, J) are their bonded reactions. If nodes are open, also the terms in the gaps and in the
-    slips of these nodes.
-    """
-    n = question.system.nodes
-    carried = question.carried(r.T).reshape(r.shape[::-1]).T
-    effects = [carried[:-n], carried[-n:]]
-    if question.compliance is not None:
-        follow = -(question.compliance @ r)
-        open_nodes = question.open_nodes
-        open_slips = np.tile(open_nodes, question.system.tangents)
-        effects += [follow[-n:][open_nodes], follow[:-n][open_slips]]
-    return [
-        constant(effect, name + suffix) @ chosen
-        for effect, name in zip(effects, names, strict=False)
-    ]
-
-
 def _with_profile(
     system: ContactSystem, profile: Array | None
 ) -> tuple[ContactSystem, dict[str, float]]:
@@ -267,54 +215,131 @@ def _with_profile(
     return system.with_interference({PROFILE: np.maximum(-gap, 0.0)}), {PROFILE: 1.0}
 
 
-def press(
-    choice: Choice, scenario: Scenario, x: Unknowns, f: cp.Parameter, user_rows: Mapping[str, Row]
-) -> None:
-    """Set the unknowns to the preloads with the largest force that the user's rows admit.
+def design_program(
+    choice: Choice, scenarios: Sequence[Scenario], share: float = 1.0, larger: Any = None
+) -> RestProgram:
+    """The load factors and designs under which all scenarios rest; their nodes are open as given.
+
+    If `larger` is given, preloads are at most `share` times the largest preload of that design, and
+    the profile at most `share` times its largest depth.
+    """
+    questions = [scenario.question for scenario in scenarios]
+    first = questions[0]
+    units = {"load_factor": first.load_unit, **choice.units(first)}
+    counts = [len(question.r1) for question in questions]
+    starts, rates = [], []
+    effects: dict[str, list[Array]] = {name: [] for name in units if name != "load_factor"}
+    for scenario, count in zip(scenarios, counts, strict=True):
+        question = scenario.question
+        starts.append(np.broadcast_to(question.start, question.rate.shape))
+        rates.append(question.rate)
+        for name, reactions in choice.effects(scenario).items():
+            by_unit = question.forces_of(reactions).T  # (M, n)
+            effects[name].append(np.broadcast_to(by_unit, (count, *by_unit.shape)))
+    program = RestProgram(
+        questions,
+        units,
+        np.concatenate(starts),
+        {
+            "load_factor": np.concatenate(rates),
+            **{name: np.concatenate(parts) for name, parts in effects.items()},
+        },
+        slip_of=np.repeat(np.arange(len(counts)), counts),
+    )
+    program.bound("load_factor", "load_factor", 1.0, 0.0)
+    for number, question in enumerate(questions):
+        here = (program.response_of == number)[:, None]
+        law_rows(program, question, here & ~question.open_nodes, here & question.open_nodes)
+        within_slip_bound(program, number)
+    if larger is not None:
+        sizes = {"preload": larger.preload.to_numpy(), "profile": larger.profile}
+        for name in effects:
+            _no_larger(program, name, share * float(np.abs(sizes[name]).max()))
+    return program
+
+
+def _no_larger(program: RestProgram, name: str, size: float) -> None:
+    """Rows that bound the size of all entries of a named unknown."""
+    count = program.named[name].stop - program.named[name].start
+    entries = program.unknown(name) + np.arange(count)
+    none = np.full(count, -1)
+    unit = program.named_units[program.named[name]]
+    for sign in (1.0, -1.0):
+        term = entries, np.full(count, -sign)
+        program.rows.append(
+            rows_of(f"size_{name}", LINEAR, [[term]], np.full(count, size), unit, none, none)
+        )
+
+
+def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:
+    """The preloads with the largest force that the user's rows admit.
 
     The force is at most `_MOST_PRESSED` times the normal force of the contact. SolverError if no
     answer passes the checks.
     """
     question = scenario.question
     n = question.system.nodes
-    added = choice.added(scenario)
-    at_corners = dict.fromkeys(range(len(question.r1)), added.listed)
-    program = listed_rows(
-        question, x, f, every=True, friction=lambda x, corners: [], more=at_corners
+    most = n * question.force
+    program = at_corners(
+        question,
+        units={**choice.units(question), "pressing": most},
+        effects={
+            name: np.broadcast_to(
+                (by_unit := question.forces_of(reactions).T), (len(question.r1), *by_unit.shape)
+            )
+            for name, reactions in choice.effects(scenario).items()
+        },
     )
-    program.user_rows = user_rows
-    force = choice.reactions[-n:].sum(axis=0) @ choice.preload
-    bounded = force <= _MOST_PRESSED * n * question.force
-    problem = cp.Problem(cp.Maximize(force), [*program.rows, *added.rows, bounded])
-    program.compiled(problem, n * question.force, choice.units(question))
-    program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
+    preload = program.unknown("preload") + np.arange(len(choice.names))
+    force = choice.reactions[-n:].sum(axis=0)
+    none, one = np.full(1, -1), np.ones(1)
+    terms = [(np.array([program.unknown("pressing")]), -one)]
+    terms += [(preload[[j]], force[[j]]) for j in range(len(force))]
+    unit = np.array([most])
+    program.rows.append(rows_of("pressing", LINEAR, [terms], np.zeros(1), unit, none, none))
+    program.bound("most", "pressing", -1.0, _MOST_PRESSED * most)
+    if user is not None:
+        user.add_to(program)
+
+    def claimed(solution: Solution) -> Pressed:
+        values = {name: solution.values(name) for name in choice.units(question)}
+        return Pressed(values, program.violation(solution.x))
+
+    pressed, _ = solve(program, "pressing", 1.0, claimed)
+    assert pressed is not None
+    return pressed.values
 
 
-def raise_refusal(program: Program, choice: Choice, goal: str) -> None:
+class Pressed(NamedTuple):
+    """The values of a design that presses as much as it may, and the violation of its rows."""
+
+    values: Mapping[str, Array]
+    residual: float
+
+
+def raise_refusal(program: RestProgram, goal: str, user: UserRows | None, choice: Choice) -> None:
     """Raise an error if it is proven that there is no best design; return if not.
 
     `goal` is the name of the maximized value.
     """
-    contradiction = program.chain.contradiction()
-    if contradiction:
-        raise _contradiction_error(program, contradiction.ruling)
-    growth = program.chain.growth(CONDENSATION)
-    if growth is None:
+    found = contradiction(program, goal)
+    if found is not None:
+        raise _contradiction_error(found[0], user)
+    grown = growth(program, goal)
+    if grown is None:
         return
     along: dict[str, float] = {}
-    units = choice.units(program.question)
-    for variable, components in choice.components.items():
-        growing = np.ravel(program.chain.value_along(growth, variable) / units[variable])
-        for component, value in zip(components, growing.tolist(), strict=True):
-            along[f"{variable.name()}[{component!r}]"] = value
+    for name, components in choice.components.items():
+        part = program.named[name]
+        for component, value in zip(components, grown[0].x[part].tolist(), strict=True):
+            along[f"{name}[{component!r}]"] = value
     raise ModelError(_growth_text(goal, along))
 
 
-def _contradiction_error(program: Program, ruling: Collection[int]) -> ModelError:
-    """The error for rows, by their ids, that contradict each other."""
-    user_rows = {row.id for row in program.user_rows.values()}
-    names = ", ".join(program.ruling(ruling))
-    if set(ruling) <= user_rows:
+def _contradiction_error(claim: Solution, user: UserRows | None) -> ModelError:
+    """The error for rows that contradict each other."""
+    names = "" if user is None else ", ".join(user.ruling(claim))
+    if claim.of_user_alone:
         error, why = ModelError, _CONTRADICT
     else:
         error, why = NoneSafeError, _NONE_SAFE

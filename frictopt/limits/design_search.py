@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, Protocol, Self, TypeAlias, TypeVar
+from functools import partial
+from typing import Generic, NamedTuple, Protocol, Self, TypeAlias, TypeVar
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import Bar, Booleans
 from ..errors import ModelError, SolverError
-from ..solve.problem import standing
 from .question import Question, with_open
 from .shakedown import ShakedownLimit, ShakedownLimits
 
@@ -50,10 +49,6 @@ class Candidate(Protocol):
         """Whether a closed node may tend to open."""
 
     @property
-    def problem(self) -> cp.Problem | None:
-        """Its solved program."""
-
-    @property
     def _questions(self) -> Sequence[Question]:
         """The question of each scenario, with the design built in."""
 
@@ -66,13 +61,6 @@ class Candidate(Protocol):
 
 
 D = TypeVar("D", bound=Candidate)
-
-
-class Counted(NamedTuple, Generic[D]):
-    """A design that counts, and the values of the unknowns and multipliers of its problem."""
-
-    design: D
-    values: dict[cp.Variable, Any]
 
 
 class Size(NamedTuple):
@@ -108,6 +96,8 @@ class DesignSearch(Generic[D]):
     best_with
         Function that returns the best design with given open nodes. If it is also called with a
         share and a larger design, the size is at most this share of the larger one.
+    listed
+        Function that adds its printed problem to a design.
     goal
         Name of the value of a design, for a bar.
     solver
@@ -117,21 +107,27 @@ class DesignSearch(Generic[D]):
     """
 
     def __init__(
-        self, best_with: Callable[..., D], goal: str, solver: str | None, bar: Bar
+        self,
+        best_with: Callable[..., D],
+        listed: Callable[[D], D],
+        goal: str,
+        solver: str | None,
+        bar: Bar,
     ) -> None:
         self._best_with = best_with
+        self._listed = listed
         self._goal = goal
         self._solver = solver
         self._bar = bar
-        self.counted: list[Counted[D]] = []
+        self.counted: list[D] = []
         self._refused: list[Exception] = []
         # Best design for each set of open nodes, or None if it counts or does not exist.
         self._uncounted: dict[bytes, D | None] = {}
 
     @property
-    def best(self) -> Counted[D] | None:
+    def best(self) -> D | None:
         """The best design so far."""
-        return max(self.counted, key=lambda counted: counted.design.value, default=None)
+        return max(self.counted, key=lambda design: design.value, default=None)
 
     @property
     def refusal(self) -> Exception:
@@ -181,7 +177,7 @@ class DesignSearch(Generic[D]):
             return None
         limits = self._limits(design, open_nodes)
         if _counts(design, open_nodes, limits):
-            self._keep(design, design)
+            self._keep(design)
         else:
             self._uncounted[key] = design
             why = _CARRIES_LESS.format(opened=design._opened, load_factor=design.load_factor)
@@ -203,7 +199,7 @@ class DesignSearch(Generic[D]):
                 low = Size(share, -np.inf)
             elif _counts(design, open_nodes, self._limits(design, open_nodes)):
                 low = Size(share, design.value)
-                self._keep(design, design._before(largest))
+                self._keep(design._before(largest))
             else:
                 high = Size(share, design.value)
             if _settled(low, high) or self._reaches(high.value):
@@ -229,19 +225,20 @@ class DesignSearch(Generic[D]):
             return limits_of(design._questions, self._solver)
         return []
 
-    def _keep(self, solved: D, answer: D) -> None:
+    def _keep(self, design: D) -> None:
         """Keep a design that counts, and the best one for an interrupt."""
-        self.counted.append(Counted(answer, standing(solved.problem)))
-        best = max((counted.design for counted in self.counted), key=lambda design: design.value)
+        self.counted.append(design)
+        best = self.best
+        assert best is not None
         self._bar.keep(
             "design",
-            best,
+            partial(self._listed, best),
             "the best by then is in the attribute `design`",
             best=f"{self._goal} {best.value:.4g} so far",
         )
 
     def _reaches(self, value: float) -> bool:
-        return self.best is not None and self.best.design.value >= value
+        return self.best is not None and self.best.value >= value
 
 
 def limits_of(questions: Sequence[Question], solver: str | None) -> list[ShakedownLimit]:
@@ -250,10 +247,7 @@ def limits_of(questions: Sequence[Question], solver: str | None) -> list[Shakedo
     try:
         for question in questions:
             closed = with_open(question, np.zeros_like(question.open_nodes)) or question
-            model = ShakedownLimits(
-                closed.system, closed.cycle, slip_bound=closed.slip_bound, solver=solver
-            )
-            limits.append(model.of_any_set(closed))
+            limits.append(ShakedownLimits(solver).of_any_set(closed))
     except SolverError:
         return []
     return limits

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import (
@@ -21,20 +21,22 @@ from ..base import (
     Booleans,
     SolveRecord,
     Table,
+    finite_number,
     listed,
     progress_bar,
     shown,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle, reactions
-from ..errors import ModelError
-from ..solve.problem import Explained
+from ..errors import ModelError, SolverError
+from ..solve.explained import Explained
+from ..transients.balance import self_stress
 from ..transients.statics import Statics, motions_of_bodies, nodal_motions
 from .body_motions import motion_table, motions_in_words
-from .corner_statics import CornerAnswer, CornerProgram, drives
-from .programs import outer_corners
+from .corner_statics import CornerAnswer, CornerQuestion, corner_answer, drives
+from .corners import outer_corners
 from .question import Question, pose
-from .self_stress import self_stress, sliding_off
+from .self_stress import sliding_off
 from .sentences import (
     ABOVE,
     ALL_BALANCED,
@@ -46,8 +48,11 @@ from .sentences import (
     SELF_STRESSED,
     SLIDES_OFF_ABOVE,
     SLIDES_OFF_AT_ANY,
+    STOPPED,
     UNBALANCED,
 )
+
+# One file because a reader follows the question to its answer in it.
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,8 +119,19 @@ class GrossSlip(Explained):
     motion: Table
     reason: str
     record: SolveRecord
-    problem: cp.Problem | None
+    _asked: CornerQuestion | None
+    _forces: Array
     self_stress: Array | None = None
+
+    @cached_property
+    def problem(self) -> Any:
+        """The cvxpy problem of the corner in your units; None if supports hold the bodies."""
+        if self._asked is None:
+            return None
+        # Imported here, because cvxpy is slow to import, and answers do not need it.
+        from .corner_listing import corner_problem
+
+        return corner_problem(self._asked, self.load_factor, self._forces)
 
     def rests_at(self, load_factor: float) -> bool:
         """Whether a state of rest may exist at a load factor: it is not outside of these bounds."""
@@ -139,6 +155,7 @@ def gross_slip(
     friction: Any,
     contacts: Iterable[str] | None = None,
     *,
+    seconds: float = 300.0,
     progress: bool = True,
 ) -> GrossSlip:
     """The load factor above which bodies slide off, turn over or lift off as a whole.
@@ -156,7 +173,7 @@ def gross_slip(
     that supports guide along its face. Then transients without initial slip are followed. If they
     slide off at a lower load factor, the result is this load factor, and `reason` says so. Its
     relative error is 2e-4, in space 2e-3 with two increments from corner to corner, which may take
-    minutes.
+    minutes. Equilibrium answers at once where it decides.
 
     Parameters
     ----------
@@ -166,8 +183,12 @@ def gross_slip(
         Names of the contacts, of `system.contact`, in which friction counts; pressure counts in
         all. `["flange"]` gives the slip load of this joint, friction times the clamping force,
         without the heads of its bolts. None: all.
+    seconds
+        Time after which transients end. The load factor is then the largest one that they have
+        reached, and `reason` says so. 0: equilibrium alone, without transients.
     progress
-        Whether to show the progress after two seconds.
+        Whether to show the progress after two seconds. An interrupt keeps the answer of equilibrium
+        as its attribute `gross_slip`.
 
     Returns
     -------
@@ -178,7 +199,8 @@ def gross_slip(
     ------
     ModelError, SolverError
         Bad input, contacts that the system does not have; no solver gave an answer that passes the
-        checks; with forces that balance themselves, also errors of `steady_state`.
+        checks; with forces that balance themselves, also errors of `steady_state`, and no transient
+        that goes on in time.
 
     Examples
     --------
@@ -198,20 +220,20 @@ def gross_slip(
                pressed: 0.0 <= p
                load_factor: 0.0 <= load_factor
     """
-    with progress_bar(progress, "gross slip"):
+    seconds = finite_number("seconds", seconds, least=0.0)
+    with progress_bar(progress, "gross slip") as bar:
         question = pose(system, cycle, friction, question_name="gross_slip")
         only = ""
         if contacts is not None:
             names, chosen = _checked_contacts(system, contacts)
             question = pose(system, cycle, question.friction * chosen, question_name="gross_slip")
             only = f"with friction at {', '.join(names)} alone, "
-        return _with_transients(_statics(question, only), question)
-
-
-def gross_slip_of_statics(system: ContactSystem, cycle: LoadCycle, friction: Any) -> GrossSlip:
-    """The answer of statics, with its `self_stress`, but without the transients of `gross_slip`."""
-    question = pose(system, cycle, friction, question_name="gross_slip")
-    return _with_self_stress(_statics(question, ""), question)
+        answer = _with_self_stress(_statics(question, only), question)
+        if answer.self_stress is None or seconds == 0:
+            return answer
+        note = "the answer of equilibrium alone is in the attribute `gross_slip`"
+        bar.keep("gross_slip", answer, note, best=f"at most {answer.bound:.4g}")
+        return _with_transients(answer, question, seconds)
 
 
 def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
@@ -279,7 +301,7 @@ def _statics(question: Question, only: str) -> GrossSlip:
     r0 = np.broadcast_to(reactions(system, question.cycle.unscaled), r1.shape)
     words = Words(question, only)
 
-    upper = [CornerProgram(question, N, k, r0[k], r1[k], cp.Maximize).solve() for k in corners]
+    upper = [corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], 1.0)) for k in corners]
     for answer in upper:
         if np.isnan(answer.load_factor):
             reason = NO_STATE(unbalanced=words.unbalanced(answer))
@@ -330,7 +352,7 @@ def _least_load_factors(
         if lower and lower[0].load_factor == 0 and not question.fixed:
             break
         if not statics.balances(r0[k]):
-            lower.append(CornerProgram(question, N, k, r0[k], r1[k], cp.Minimize).solve())
+            lower.append(corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], -1.0)))
     return lower
 
 
@@ -346,7 +368,8 @@ def _held_by_supports(question: Question) -> GrossSlip:
         motion=motion_table(question.system, phi),
         reason=HELD(),
         record=SolveRecord("statics", residual=0.0),
-        problem=None,
+        _asked=None,
+        _forces=np.zeros(0),
     )
 
 
@@ -381,7 +404,8 @@ def _result(
             left_out=left_out,
             seconds=sum(record.seconds for record in records),
         ),
-        problem=governs.problem,
+        _asked=governs.asked,
+        _forces=governs.forces,
     )
 
 
@@ -392,7 +416,7 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     """
     system = question.system
     friction = question.friction
-    if statics.problem is None or np.isnan(statics.load_factor) or not friction.any():
+    if statics._asked is None or np.isnan(statics.load_factor) or not friction.any():
         return statics
     N = motions_of_bodies(system)
     if not any(drives(N, r) for r in reactions(system, question.cycle.corners)):
@@ -403,19 +427,30 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     return replace(statics, self_stress=forces, reason=SELF_STRESSED(statics=statics.reason))
 
 
-def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
-    """The answer of statics, corrected by transients if contact forces can balance themselves."""
-    answer = _with_self_stress(statics, question)
-    if answer.self_stress is None:
-        return answer
-    load_factor, why = sliding_off(
-        question.system, question.cycle, question.friction, statics.load_factor
+def _with_transients(statics: GrossSlip, question: Question, seconds: float) -> GrossSlip:
+    """The answer of statics, corrected by transients for at most so many seconds."""
+    found = sliding_off(
+        question.system, question.cycle, question.friction, statics.load_factor, seconds
     )
-    if not why:
-        reason = GOES_ON(unknown=answer.reason)
+    load_factor = found.low
+    unknown = statics.reason
+    if not found.complete:
+        if load_factor == 0:
+            raise SolverError(
+                f"gross slip: no transient went on within {seconds:g} s, so it is only known that "
+                f"the load factor is at most {statics.bound:.6g}, by equilibrium; give more "
+                "`seconds`, or seconds=0 for equilibrium alone"
+            )
+        end = f", but not at {found.high:.4g} ({found.why})" if found.why else ""
+        cycles = "they go on" if found.cycles else "their first cycle goes on"
+        reason = STOPPED(
+            seconds=seconds, cycles=cycles, load_factor=load_factor, end=end, unknown=unknown
+        )
+    elif not found.why:
+        return replace(statics, reason=GOES_ON(unknown=unknown))
     elif load_factor == 0:
-        reason = SLIDES_OFF_AT_ANY(why=why, unknown=answer.reason)
+        reason = SLIDES_OFF_AT_ANY(why=found.why, unknown=unknown)
         load_factor = np.nan
     else:
-        reason = SLIDES_OFF_ABOVE(load_factor=load_factor, why=why, unknown=answer.reason)
-    return replace(answer, load_factor=load_factor, reason=reason)
+        reason = SLIDES_OFF_ABOVE(load_factor=load_factor, why=found.why, unknown=unknown)
+    return replace(statics, load_factor=load_factor, reason=reason)

@@ -8,7 +8,6 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import (
@@ -28,7 +27,7 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.problem import duals, put_back, standing
+from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Rated
 from .critical_bounds import load_factor_bounds
 from .critical_search import (
@@ -38,11 +37,10 @@ from .critical_search import (
     NodeClaim,
 )
 from .moving_areas import uncoupled
-from .programs import labelled_rows
 from .question import Question, pose
 from .reasons import guaranteed_reason
-from .safe_model import SafeModel
 from .shakedown import ShakedownLimit, ShakedownLimits
+from .solved import Solved
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,57 +193,48 @@ def checked_guaranteed(limit: object) -> GuaranteedLimit:
     return limit
 
 
-class GuaranteedLimits(SafeModel):
-    """The guaranteed limits of one system and cycle, for any friction."""
+class GuaranteedLimits:
+    """The guaranteed limits of a contact, by one solver or all.
 
-    def _begin(self, question: Question, solver: str | None) -> None:
-        if question.system.tangents > 1 and question.fixed and not uncoupled(question):
-            raise ModelError(
-                "cycle: its fixed parts differ, and the contact is in space, so the pressure "
-                "that a node needs is not linear in the load factor, and the slips that make it "
-                "critical are not a convex set; use `shakedown_limit`, or follow starts by "
-                "`steady_state`"
-            )
-        super()._begin(question, solver)
-        # Both limits have the same unknowns.
-        self._shakedown = ShakedownLimits._on(question, solver)
-        self._x = self._shakedown._x
-        self.slip = self._shakedown.slip
-        self.load_factor = self._shakedown.load_factor
-        self.q = self._shakedown.q
-        self.p = self._shakedown.p
+    `unknowns`: the variables of the model that asks, which its printed problems contain.
+    """
 
-    def of_any_set(
-        self, question: Question, user_rows: Sequence[cp.Constraint] = ()
-    ) -> GuaranteedLimit:
+    def __init__(self, solver: str | None = None, unknowns: Any = None) -> None:
+        self._shakedown = ShakedownLimits(solver, unknowns)
+        self._solver = solver
+        self._unknowns = unknowns
+
+    def of_any_set(self, question: Question, user: Any = None) -> GuaranteedLimit:
         """The limit with all nodes closed, if the mean load is safe.
 
-        Otherwise the limit with the open nodes of the best shakedown limit.
+        Otherwise the limit with the open nodes of the best shakedown limit. `user`: the `UserRows`.
         """
-        known = None if user_rows else self._shakedown.of_all_openings(question)
+        known = None if user is not None else self._shakedown.of_all_openings(question)
         if known is not None:
             return _uncoupled_result(known)
-        shakedown = self._shakedown.of_set(question, user_rows)
+        shakedown = self._shakedown.of_set(question, user)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
-            shakedown = self._shakedown.of_any_set(question, user_rows)
+            shakedown = self._shakedown.of_any_set(question)
+            if user is not None:
+                shakedown = self._shakedown.of_set(shakedown._question, user)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         question = shakedown._question
         if uncoupled(question):
             return _uncoupled_result(shakedown)
-        values = standing(shakedown.problem)
-        search = self._search(question, user_rows)
+        search = CriticalSearch(question, user, self._solver)
         nodes = CriticalNodes(question, shakedown.load_factor)
         if not shakedown.load_factor > shakedown.least:
             nodes.need_no_program()
         else:
             self._find_critical(nodes, search, shakedown)
-        if nodes.best is not None:
-            search.restore(nodes.best)
-        else:
-            # The programs of the nodes have changed the unknowns, and so the rows of the user.
-            put_back(values)
-        return _result(shakedown, nodes, search.records)
+        if nodes.best is None:
+            return _result(shakedown, nodes, search.records)
+        assert nodes.best.solved is not None  # it has a slip
+        solved = replace(nodes.best.solved, unknowns=self._unknowns)
+        if user is not None:
+            solved = user.listed(solved)
+        return _of_node(_result(shakedown, nodes, search.records), nodes.best, solved)
 
     def _find_critical(
         self, nodes: CriticalNodes, search: CriticalSearch, shakedown: ShakedownLimit
@@ -282,16 +271,6 @@ class GuaranteedLimits(SafeModel):
                 )
                 bar.update()
 
-    def _search(self, question: Question, user_rows: Sequence[cp.Constraint]) -> CriticalSearch:
-        key = question.open_nodes.tobytes(), *map(id, user_rows)
-        if key not in self._programs:
-            rows = labelled_rows(user_rows, self._unknowns)
-            self._programs.clear()
-            self._programs[key] = CriticalSearch(self._x, question, rows, self._solver)
-        search: CriticalSearch = self._programs[key]
-        search.set_question(question)
-        return search
-
 
 def _uncoupled_result(shakedown: ShakedownLimit) -> GuaranteedLimit:
     """The guaranteed limit of an uncoupled contact: the shakedown limit, without a program."""
@@ -315,7 +294,7 @@ def _result(
         nodes.left_out(),
         perf_counter() - question.started,
     )
-    limit = GuaranteedLimit(
+    return GuaranteedLimit(
         load_factor=shakedown.load_factor,
         kind=shakedown.kind,
         reason=guaranteed_reason(shakedown, nodes.best, without_coupling, coincide),
@@ -326,21 +305,17 @@ def _result(
         record=record,
         constraints=shakedown.constraints,
         shakedown=shakedown,
-        problem=shakedown.problem,
+        _solved=shakedown._solved,
         _question=question,
         _motion=shakedown._motion,
         _by_node=frozen(nodes.load_factor),
         _how=tuple(nodes.how.tolist()),
-        _duals=shakedown._duals,
         _above=None,
     )
-    return limit if nodes.best is None else _of_node(limit, nodes.best)
 
 
-def _of_node(limit: GuaranteedLimit, best: NodeClaim) -> GuaranteedLimit:
+def _of_node(limit: GuaranteedLimit, best: NodeClaim, solved: Solved) -> GuaranteedLimit:
     """The limit with the load factor, slip and proof of its critical node."""
-    assert best.program is not None  # it has a slip
-    problem = best.program.problem
     return replace(
         limit,
         load_factor=best.load_factor,
@@ -349,11 +324,22 @@ def _of_node(limit: GuaranteedLimit, best: NodeClaim) -> GuaranteedLimit:
         node=best.state.node,
         corners=best.state.corners,
         record=replace(limit.record, solver=best.solver),
-        problem=problem,
+        _solved=solved,
         _motion=limit._motion if best.motion is None else best.motion,
-        _duals=duals(problem),
         _above=best.above,
     )
+
+
+def posed_guaranteed(question: Question) -> Question:
+    """A question, which is refused if the slips that make a node critical are no convex set."""
+    if question.system.tangents > 1 and question.fixed and not uncoupled(question):
+        raise ModelError(
+            "cycle: its fixed parts differ, and the contact is in space, so the pressure "
+            "that a node needs is not linear in the load factor, and the slips that make it "
+            "critical are not a convex set; use `shakedown_limit`, or follow starts by "
+            "`steady_state`"
+        )
+    return question
 
 
 @warns_of_odd_values
@@ -428,5 +414,8 @@ def guaranteed_limit(
     node 0 is on its bound of forward slip at the corner (Q = -1)
     """
     with progress_bar(progress, "guaranteed limit"):
-        question = pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
-        return GuaranteedLimits._on(question, solver).of_any_set(question)
+        question = posed_guaranteed(
+            pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
+        )
+        solver_order(solver, LP if system.tangents == 1 else SOCP)
+        return GuaranteedLimits(solver).of_any_set(question)

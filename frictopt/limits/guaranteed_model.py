@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import cvxpy as cp
+from numpy.typing import ArrayLike
 
-from ..base import listed, progress_bar, warns_of_odd_values
-from .guaranteed import GuaranteedLimit, GuaranteedLimits
-from .safe_model import in_turn
+from ..base import progress_bar, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle
+from .guaranteed import GuaranteedLimit, GuaranteedLimits, posed_guaranteed
+from .safe_model import SafeModel, in_turn
 
 
-class GuaranteedModel(GuaranteedLimits):
+class GuaranteedModel(SafeModel):
     """Guaranteed limit of one system under one load cycle, for any friction. Theory, eq. (10).
 
     Parameters
@@ -42,6 +44,18 @@ class GuaranteedModel(GuaranteedLimits):
     0.525
     """
 
+    def __init__(
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        *,
+        slip_bound: ArrayLike | None = None,
+        simplify: bool = True,
+        solver: str | None = None,
+    ) -> None:
+        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        posed_guaranteed(self._question)
+
     @warns_of_odd_values
     @in_turn
     def solve(
@@ -65,5 +79,5 @@ class GuaranteedModel(GuaranteedLimits):
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
         with progress_bar(progress, "guaranteed limit"):
-            user_rows = listed("constraints", constraints)
-            return self._shown(self.of_any_set(self._posed(friction), user_rows))
+            limits = GuaranteedLimits(self._solver, self._x)
+            return self._shown(limits.of_any_set(self._posed(friction), self._user(constraints)))

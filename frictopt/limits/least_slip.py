@@ -27,7 +27,7 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle, lengths, parted
 from ..errors import SolverError
-from .answered import Mechanism
+from .mechanism import Mechanism
 from .question import Question
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base import RESIDUAL, ROUNDING, Array, Booleans
 from ..contact import LoadCycle
-from .programs import outer_corners
+from .corners import outer_corners
 from .question import Question
 
 # Two legs are one line if their distance is below this share of their length.

@@ -1,26 +1,25 @@
 """The program of loose nodes, which bounds the limits of many sets of open nodes at once.
 
 A loose node has forces as a closed node, and at each corner also a slip and a gap of its own. In a
-branch some loose nodes are open, some closed, and the others open or closed. The program is
-compiled once for all branches (theory, "Proof for given nodes").
+branch some loose nodes are open, some closed, and the others open or closed (theory, "Proof for
+given nodes").
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..base import Array, Booleans, Integers
-from ..contact import contact_law
 from ..errors import SolverError
-from ..solve.fixable import Fixable
-from .models import constant, loose, loosened, stuck, times, unknowns
-from .programs import listed_corners, listed_rows
+from ..solve.rows import EQUATION, LINEAR, rows_of
+from ..solve.solvers import CUT_OFF, OPTIMAL, WarmProgram
+from .assembled import at_corners, stuck
 from .question import Question
+from .rest_program import RestProgram
+from .solution import Solution, solve
 
 
 @dataclass(frozen=True)
@@ -91,167 +90,191 @@ class Relaxed:
 
 
 class LooseNodes:
-    """The program with loose nodes, compiled once for all branches."""
+    """The program with loose nodes, for the bounds of branches.
+
+    At corner k a loose node has a `lift[k]` and, at all corners but the first, a slip of its own
+    beside the common slip. An excess raises all rows of the contact law at a price, so that each
+    branch has a solution.
+    """
 
     def __init__(
         self, question: Question, nodes: Integers, limit: float, solver: str | None
     ) -> None:
-        system = question.system
-        tangents = system.tangents
-        self._solver = solver
+        self._question = question
         self._nodes = nodes
-        self._corners = listed_corners(question)
-        self._opens = cp.Parameter(len(nodes), nonneg=True, name="opens")
-        self._closes = cp.Parameter(len(nodes), nonneg=True, name="closes")
-        self._lifts = {k: cp.Variable(len(nodes), name=f"lift[{k}]") for k in self._corners}
-        # The common slip is the slip at the first corner.
-        self._slips = {
-            k: cp.Variable(tangents * len(nodes), name=f"own_slip[{k}]") for k in self._corners[1:]
-        }
-
-        x = unknowns(system.slip_shape, range(len(question.r1)))
-        f = cp.Parameter(system.nodes, nonneg=True, name="f")
-        self._excess = cp.Variable(name="excess")
-        force = times(self._excess, constant(question.mean_bound, "mean_bound"))
-        least_gap = -times(self._excess, constant(question.clearance, "clearance"))
-        law = contact_law(system, question.friction)
-        program = listed_rows(
-            question,
-            x,
-            f,
-            friction=lambda x, corners: stuck(x, f, corners, force, law, least_gap),
-            more={k: self._terms(question, k) for k in self._corners},
-        )
-        program.rows += loose(
-            program.x,
-            nodes.tolist(),
-            self._slips,
-            self._lifts,
-            least_gap,
-            self._opens,
-            self._closes,
-        )
-        self._set(Branch(np.zeros(len(nodes), bool), np.zeros(len(nodes), bool)))
-        slip_unit = question.shear_unit[nodes] / system.own_stiffness[nodes]
-        self._lift_unit = question.node_unit[nodes] / system.own_stiffness[-system.nodes :][nodes]
-        self._slip_unit = np.tile(slip_unit, tangents)
-        units: dict[cp.Variable, Any] = dict.fromkeys(self._lifts.values(), self._lift_unit)
-        units |= dict.fromkeys(self._slips.values(), self._slip_unit)
-        units[self._excess] = 1.0
-        price = BRANCHES.price * question.load_unit
-        self._most = BRANCHES.most * max(limit, question.load_unit)
-        goal = loosened(program.x, self._excess, price, self._most, program.rows)
-        self._program = program.compiled(goal, question.load_unit, units)
-        self._pressure_unit = question.node_unit[nodes]
-        # In the plane HiGHS keeps one program, unless the user asks for another solver.
-        self._warm: Fixable | None = None
-        if tangents == 1 and solver in (None, "HIGHS"):
-            self._warm = self._program.chain.fixable(self._entries)
-
-    @property
-    def _entries(self) -> list[tuple[cp.Variable, Integers]]:
-        """The pressures, the gaps and the slips of loose nodes, and the excess."""
-        every = np.arange(len(self._nodes))
-        pressures = [(self._program.x.p[k], self._nodes) for k in self._corners]
-        lifts = [(lift, every) for lift in self._lifts.values()]
-        slips = [(slip, every) for slip in self._slips.values()]
-        return [*pressures, *lifts, *slips, (self._excess, np.zeros(1, dtype=int))]
-
-    def _terms(self, question: Question, k: int) -> list[cp.Expression]:
-        """Terms of q, p and the gaps of open nodes at a corner, by own motions of loose nodes."""
+        self._solver = solver
         system = question.system
-        count = system.nodes
-        tangents = system.tangents
-        places_of_slips = np.concatenate([self._nodes + t * count for t in range(tangents)])
-        parts = [(self._lifts[k], self._nodes + tangents * count, "n")]
-        if k in self._slips:
-            parts.append((self._slips[k], places_of_slips, "t"))
-        rows_of_gaps = np.flatnonzero(question.open_nodes) + tangents * count
-        terms = list[list[cp.Expression]]()
-        for unknown, columns, name in parts:
-            S = question.S[:, columns]
-            effects = [(S[:-count], f"A_{name}"), (S[-count:], f"B_{name}")]
-            if question.compliance is not None:
-                W = -(question.compliance[rows_of_gaps] @ system.S[:, columns])
-                effects.append((W, f"W_{name}"))
-            terms.append([constant(matrix, symbol) @ unknown for matrix, symbol in effects])
-        q, *gaps = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
-        if tangents > 1:
-            q = cp.reshape(q, system.slip_shape, order="F")
-        return [q, *gaps]
+        self._lift_unit = question.node_unit[nodes] / system.own_stiffness[-system.nodes :][nodes]
+        slip_unit = question.shear_unit[nodes] / system.own_stiffness[nodes]
+        self._slip_unit = np.tile(slip_unit, system.tangents)
+        self._most = BRANCHES.most * max(limit, question.load_unit)
+        # In the plane HiGHS keeps one program, whose bounds change, unless the user asks for
+        # another solver.
+        self._warm: tuple[RestProgram, WarmProgram, Integers] | None = None
+        if system.tangents == 1 and solver in (None, "HIGHS"):
+            self._warm = self._warm_program()
 
-    def _set(self, branch: Branch) -> None:
-        self._opens.value = branch.opens.astype(float)
-        self._closes.value = branch.closes.astype(float)
+    def _program(self, chosen: Booleans, kind: int) -> RestProgram:
+        """The program, with rows of a kind for the chosen entries, see `_fixed`."""
+        question, nodes = self._question, self._nodes
+        system = question.system
+        corners, n = len(question.r1), len(nodes)
+        tangents = system.tangents
+        normal = tangents * system.nodes
+        lifts = question.forces_of(system.S[:, normal + nodes].T).T  # (M, n)
+        along = np.concatenate([nodes + axis * system.nodes for axis in range(tangents)])
+        slips = question.forces_of(system.S[:, along].T).T  # (M, t n)
+        units = {
+            "margin": 1.0,
+            "lift": np.tile(self._lift_unit, corners),
+            "own_slip": np.tile(self._slip_unit, corners - 1),
+            "total": question.load_unit,
+        }
+        effects = {
+            "lift": np.zeros((corners, len(lifts), corners * n)),
+            "own_slip": np.zeros((corners, len(lifts), (corners - 1) * tangents * n)),
+        }
+        for k in range(corners):
+            effects["lift"][k, :, k * n : (k + 1) * n] = lifts
+            if k:
+                here = slice((k - 1) * tangents * n, k * tangents * n)
+                effects["own_slip"][k, :, here] = slips
+        program = stuck(at_corners(question, None, units, effects), margin=True, every=True)
+
+        # The margin is minus the excess.
+        program.bound("excess", "margin", -1.0, 0.0)
+        program.bound("most", "load_factor", -1.0, self._most)
+        count = corners * n
+        every = np.full(count, -1)
+        lift = program.unknown("lift") + np.arange(count), np.ones(count)
+        margin = np.full(count, program.unknown("margin")), np.full(count, -question.clearance)
+        unit = np.tile(self._lift_unit, corners)
+        program.rows.append(
+            rows_of("lift", LINEAR, [[lift, margin]], np.zeros(count), unit, every, every)
+        )
+        price = BRANCHES.price * question.load_unit
+        terms = [("load_factor", 1.0), ("margin", price), ("total", -1.0)]
+        total = [(np.array([program.unknown(name)]), np.array([weight])) for name, weight in terms]
+        one, none = np.array([question.load_unit]), np.full(1, -1)
+        program.rows.append(rows_of("total", LINEAR, [total], np.zeros(1), one, none, none))
+
+        corner = np.repeat(np.arange(corners), n)
+        pressures = program.force(corner, normal + np.tile(nodes, corners))
+        motions = program.unknown("lift") + np.arange(len(chosen) - count)
+        entries = np.r_[pressures, motions][chosen]
+        units_of = np.r_[np.tile(question.node_unit[nodes], corners), unit, units["own_slip"]][
+            chosen
+        ]
+        none = np.full(len(entries), -1)
+        fixed = [[(entries, np.ones(len(entries)))]]
+        program.rows.append(
+            rows_of("fixed", kind, fixed, np.zeros(len(entries)), units_of, none, none)
+        )
+        return program
+
+    def _fixed(self, branch: Branch) -> Booleans:
+        """Which entries are zero: pressures by corner, then lifts, then own slips."""
+        corners = len(self._question.r1)
+        opened = np.tile(branch.opens, corners)
+        slips = (corners - 1) * self._question.system.tangents
+        return np.asarray(np.r_[opened, np.tile(branch.closes, corners + slips)])
+
+    def _warm_program(self) -> tuple[RestProgram, WarmProgram, Integers]:
+        """The program in which rows of all entries may be switched on, and their places."""
+        nothing = np.zeros(len(self._nodes), dtype=bool)
+        every = np.ones_like(self._fixed(Branch(nothing, nothing)))
+        program = self._program(every, LINEAR)
+        arrays = program.arrays("total", 1.0)
+        count = len(arrays.right)
+        first = program.slides
+        for rows in program.stacked.rows:
+            if rows.label == "fixed":
+                break
+            first += len(rows.constants)
+        places = first + np.arange(len(every))
+        least = np.full(count, -np.inf)
+        least[: arrays.zero] = arrays.right[: arrays.zero]
+        most = arrays.right.copy()
+        most[places] = np.inf
+        free = np.full(len(arrays.cost), np.inf)
+        engine = WarmProgram(arrays.matrix, least, most, arrays.cost, -free, free)
+        self._switched = np.zeros(len(every), dtype=bool)
+        return program, engine, places
 
     def solve(self, branch: Branch, above: float) -> Relaxed:
         """The bound of a branch; inf if no solver's answer passes the checks.
 
         A solver may stop once it knows that the bound is not `above` a load factor.
         """
+        fixed = self._fixed(branch)
         if self._warm is not None:
-            return self._solved_warm(self._warm, branch, above)
-        self._set(branch)
+            return self._solved_warm(*self._warm, branch, fixed, above)
+
+        def claimed(solution: Solution) -> Relaxed:
+            bound = self._counted(sum(solution.bound))
+            # A bound that ends the branch need not be close to the value of the program.
+            return self._relaxed(bound, 0.0 if bound <= above else solution.gap, solution)
+
+        program = self._program(fixed, EQUATION)
         try:
-            answer, _ = self._program.chain.solve(
-                partial(self._checked, above),
+            relaxed, _ = solve(
+                program,
+                "total",
+                1.0,
+                claimed,
                 self._solver,
                 above=above,
                 tolerance=BRANCHES.tolerance,
             )
         except SolverError:
             return Relaxed(np.inf, np.inf)
-        return answer
+        return Relaxed(above, 0.0) if relaxed is None else relaxed
 
-    def _solved_warm(self, warm: Fixable, branch: Branch, above: float) -> Relaxed:
+    def _solved_warm(
+        self,
+        program: RestProgram,
+        engine: WarmProgram,
+        places: Integers,
+        branch: Branch,
+        fixed: Booleans,
+        above: float,
+    ) -> Relaxed:
         """The bound of a branch in the plane, by a program that differs in bounds alone."""
-        opened = np.tile(branch.opens, len(self._corners))
-        closed = np.tile(branch.closes, len(self._lifts) + len(self._slips))
-        fixed = np.r_[opened, closed, False]
-        bound, entries, basis = warm.solve(fixed, branch.basis, above)
-        if entries is None:
-            return Relaxed(self._counted(bound), np.inf)
-        corners = len(self._corners)
-        ends = np.arange(len(self._nodes), len(entries), len(self._nodes))
-        *parts, excess = np.split(entries, ends)
-        pressures = parts[:corners]
-        lifts = parts[corners : 2 * corners]
-        slips = parts[2 * corners :]
-        counted = self._counted(bound)
-        relaxed = self._relaxed(counted, 0.0, pressures, lifts, slips, float(excess[0]))
-        return replace(relaxed, basis=basis)
-
-    def _checked(self, above: float) -> Relaxed:
-        proof = self._program.chain.proof
-        bound = self._counted(proof.bound + proof.defect)
-        # A bound that ends the branch need not be close to the value of the program.
-        residual = 0.0 if bound <= above else proof.gap
-        return self._relaxed(
-            bound,
-            residual,
-            [self._program.x.p[k].value[self._nodes] for k in self._corners],
-            [lift.value for lift in self._lifts.values()],
-            [slip.value for slip in self._slips.values()],
-            float(self._excess.value),
-        )
+        changed = np.flatnonzero(fixed != self._switched)
+        ends = np.where(fixed[changed], 0.0, np.inf)
+        engine.bound_rows(places[changed], -ends, ends)
+        self._switched = fixed
+        outcome, x, y = engine.solve(branch.basis, -above / self._question.load_unit)
+        if outcome not in (OPTIMAL, CUT_OFF):
+            return Relaxed(np.inf, np.inf)
+        # Multipliers of inequalities are not negative, and those of rows without bounds are zero.
+        signed = np.zeros(len(y), dtype=bool)
+        signed[: program.slides] = True
+        signed[places] = fixed
+        y = np.where(signed, y, np.maximum(y, 0.0))
+        y[places[~fixed]] = 0.0
+        solution = Solution(program, x, y[program.slides :], "total")
+        bound = self._counted(sum(solution.bound))
+        if outcome == CUT_OFF:
+            return Relaxed(bound, np.inf)
+        return replace(self._relaxed(bound, 0.0, solution), basis=engine.basis)
 
     def _counted(self, bound: float) -> float:
         """A bound; inf if it is the largest load factor of the program."""
         return np.inf if bound >= self._most * (1 - BRANCHES.gain) else bound
 
-    def _relaxed(
-        self,
-        bound: float,
-        residual: float,
-        pressures: list[Array],
-        lifts: list[Array],
-        slips: list[Array],
-        excess: float,
-    ) -> Relaxed:
-        """The bound of a branch, with the solution in units."""
-        motion = np.max(lifts, axis=0) / self._lift_unit
-        for slip in slips:
-            sizes = np.abs(slip / self._slip_unit).reshape(-1, len(self._nodes))
-            motion = np.maximum(motion, sizes.max(axis=0))
-        pressure = np.max(pressures, axis=0) / self._pressure_unit
+    def _relaxed(self, bound: float, residual: float, solution: Solution) -> Relaxed:
+        """The bound of a branch, with the largest motions and pressures of its loose nodes."""
+        question, n = self._question, len(self._nodes)
+        corners = len(question.r1)
+        motion = solution.values("lift").reshape(corners, n).max(axis=0) / self._lift_unit
+        if corners > 1:
+            slips = solution.values("own_slip").reshape(corners - 1, -1) / self._slip_unit
+            sizes = np.abs(slips).reshape(-1, n).max(axis=0)
+            motion = np.maximum(motion, sizes)
+        quantities, _ = solution.program.quantities(solution.x)
+        forces = quantities[: solution.program.first_named].reshape(corners, -1)
+        pressure = forces[:, -question.system.nodes :][:, self._nodes].max(axis=0)
+        pressure = pressure / question.node_unit[self._nodes]
+        excess = -float(solution.values("margin")[0])
         return Relaxed(bound, residual, motion, pressure, excess)

@@ -13,7 +13,7 @@ open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the rows wit
 `stuck` those of friction; each question below is one goal over them. Each row has a label. The
 label of an equation is the name of the unknown that it defines. Slip and q are (N,), in space (N,
 2), where `|q|` is the length at each node. No scaling, symmetry or elimination here:
-`frictopt.solve` does that below cvxpy.
+these problems are printed, and `assembled.py` has the same rows as arrays.
 """
 
 import operator
@@ -21,7 +21,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import cvxpy as cp
 
@@ -40,8 +40,11 @@ class Unknowns:
     q: dict[int, cp.Variable]
     p: dict[int, cp.Variable]
     gap: dict[int, cp.Variable] = field(default_factory=dict)
+    margin: cp.Variable | None = None
     # Appended to all names of one set of open nodes, or of one scenario.
     suffix: str = ""
+
+    stays_in_memory: ClassVar[bool] = True  # files of results leave it out
 
 
 def unknowns(
@@ -158,30 +161,18 @@ def suffixed(name: str, suffix: str) -> str:
     return start + suffix + bracket + number
 
 
-def stuck(
-    x: Unknowns,
-    f: cp.Parameter,
-    corners: Iterable[int],
-    excess: Any = None,
-    law: Any = None,
-    least_gap: Any = 0,
-) -> list[Row]:
+def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], law: Any = None) -> list[Row]:
     """Rows of a contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
 
-    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term.
-    `excess` is a force by which the rows may be violated: of all nodes, or of the one node whose
-    rows are switched off. The gaps of open nodes are at least `least_gap`.
+    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term. Open
+    nodes stay apart.
     """
     rows = list[Row]()
     for k in corners:
         bound = friction_bound(f, x.p[k], law)
-        least = 0
-        if excess is not None:
-            bound = bound + excess
-            least = -excess
         rows.append((size(x.q[k]) <= bound).set_label(label("stuck", x.q[k])))
-        rows.append((x.p[k] >= least).set_label(label("pressed", x.p[k])))
-    rows += [(gap >= least_gap).set_label(label("apart", gap)) for gap in x.gap.values()]
+        rows.append((x.p[k] >= 0).set_label(label("pressed", x.p[k])))
+    rows += [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
     for k in corners:
         for term in law.terms[1:] if law else ():
             rows.append(within_term(x.q[k], x.p[k], term, label(term.row, x.q[k])))
@@ -235,49 +226,6 @@ def ordered(legs: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
     return rows
 
 
-def loose(
-    x: Unknowns,
-    nodes: Sequence[int],
-    slips: Mapping[int, cp.Variable],
-    lifts: Mapping[int, cp.Variable],
-    least_lift: Any,
-    opens: cp.Parameter,
-    closes: cp.Parameter,
-) -> list[Row]:
-    """Rows of loose nodes, which may be open or closed, beside their rows as closed nodes.
-
-    At corner k a loose node also has a slip of its own, in `slips[k]` (all tangents one after the
-    other), and a gap, `lifts[k]`; both are `more` in `rest`. `opens` is 1 at the loose nodes
-    without force, and `closes` is 1 at the loose nodes without motion.
-    """
-    rows = list[Row]()
-    for k, lift in lifts.items():
-        carried = cp.multiply(opens, x.p[k][nodes])
-        rows.append((lift >= least_lift).set_label(f"lift[{k}]"))
-        rows.append((carried == 0).set_label(f"opens[{k}]"))
-        rows.append((cp.multiply(closes, lift) == 0).set_label(f"closes[{k}]"))
-    for k, slip in slips.items():
-        stays = cp.hstack([closes] * (slip.size // len(nodes)))
-        rows.append((cp.multiply(stays, slip) == 0).set_label(f"stays[{k}]"))
-    return rows
-
-
-def loosened(
-    x: Unknowns, excess: cp.Variable, price: float, most: float, rows: Sequence[Row]
-) -> cp.Problem:
-    """The largest load factor, up to `most`, less the price of an excess in the rows.
-
-    It bounds the load factors without excess from above, whatever the price, and has always a
-    solution.
-    """
-    ends = [
-        not_negative(x.load_factor),
-        (x.load_factor <= most).set_label("most"),
-        (excess >= 0).set_label("excess"),
-    ]
-    return cp.Problem(cp.Maximize(x.load_factor - price * excess), [*rows, *ends])
-
-
 def inside(
     x: Unknowns,
     f: cp.Parameter,
@@ -327,67 +275,26 @@ def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> cp.Problem:
     return cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
 
 
-def furthest(x: Unknowns, direction: cp.Parameter, rows: Sequence[Row]) -> cp.Problem:
-    """The safe slip whose tractions go furthest in a direction."""
-    return cp.Problem(cp.Maximize(direction @ vec(x.q_r)), list(rows))
-
-
-def most_pressed(
-    x: Unknowns, least: cp.Variable, force: float, corners: Iterable[int], rows: Sequence[Row]
-) -> cp.Problem:
-    """The slip with the largest least normal force over all nodes and corners, in mean forces."""
-    pressed = [(x.p[k] >= force * least).set_label(f"pressed[{k}]") for k in corners]
-    return cp.Problem(cp.Maximize(least), [*rows, *pressed, (least <= 1).set_label("cap")])
-
-
-def least_pressure(
-    x: Unknowns,
-    node: cp.Parameter,
-    shares: Sequence[cp.Variable],
-    load_factor: float,
-    rows: Sequence[Row],
-) -> cp.Problem:
-    """The least normal force of a node (`node` is 1 there) over all slips and loads.
-
-    The loads are the corners times their `shares`, which are `more` in `rest`.
-    """
-    total = (sum(shares) <= load_factor).set_label("load_factor")
-    not_less = [(share >= 0).set_label(share.name()) for share in shares]
-    return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, total, *not_less])
-
-
-def at_node(node: cp.Parameter, values: cp.Expression) -> cp.Expression:
-    """The value at the node where `node` is 1, printed by the number of the node."""
-    value = node @ values
-    value.name = partial(_printed_at, node, values.name())
-    return value
-
-
-def _printed_at(node: cp.Parameter, name: str) -> str:
-    return f"{name}[{'i' if node.value is None else int(node.value.argmax())}]"
-
-
 def critical(
     x: Unknowns,
-    node: cp.Parameter,
+    node: int,
     load: Sequence[cp.Expression],
-    needed: Sequence[cp.Parameter],
-    sense: Any,
+    needed: Sequence[cp.Expression],
     rows: Sequence[Row],
 ) -> cp.Problem:
-    """The least (largest) load factor at which a safe slip makes a node critical.
+    """The least load factor at which a safe slip makes a node critical.
 
     theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
-    are q0 and p0 at the node, see `at_node`; `needed` are the shear c and the pressure rho that its
-    cyclic loads need at a load factor of 1.
+    are q0 and p0 at the node; `needed` are the shear c and the pressure rho that its cyclic loads
+    need at a load factor of 1.
     """
-    q0, p0 = load
-    c, rho = needed
+    (q0, p0), (c, rho) = load, needed
+    q_r, p_r = (printed_as(part[node], f"{part.name()}[{node}]") for part in (x.q_r, x.p_r))
     states = [
-        (q0 + at_node(node, x.q_r) == times(x.load_factor, c)).set_label("critical_q"),
-        (p0 + at_node(node, x.p_r) == times(x.load_factor, rho)).set_label("critical_p"),
+        (q0 + q_r == times(x.load_factor, c)).set_label("critical_q"),
+        (p0 + p_r == times(x.load_factor, rho)).set_label("critical_p"),
     ]
-    return cp.Problem(sense(x.load_factor), [*rows, *states, not_negative(x.load_factor)])
+    return cp.Problem(cp.Minimize(x.load_factor), [*rows, *states, not_negative(x.load_factor)])
 
 
 def gross_slip(

@@ -25,6 +25,7 @@ from ..base import (
     Integers,
     kept,
     make_read_only,
+    unresisted,
 )
 from ..contact import LoadCycle, off_law, other_laws
 from .lift_off import fields_of
@@ -87,9 +88,7 @@ class MovingAreas(Question):
     def rim_compliance(self) -> Array:
         """Compliance of the rim. No other node resists a free slide of a body that is all rim."""
         _, rim = self.entries
-        values, vectors = np.linalg.eigh(self.A[np.ix_(rim, rim)])
-        held = values > CONDENSATION * values.max(initial=np.finfo(float).tiny)
-        return np.asarray((vectors[:, held] / values[held]) @ vectors[:, held].T)
+        return unresisted(self.A[np.ix_(rim, rim)], self.system.own_stiffness[rim])[1]
 
     @cached_property
     def bonded_at_instants(self) -> Array:

@@ -18,9 +18,9 @@ import numpy as np
 from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind, SolveRecord
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
-from .answered import Mechanism
+from .corners import vertices_of_hull
+from .mechanism import Mechanism
 from .moving_areas import MovingAreas
-from .programs import vertices_of_hull
 from .question import Question, pose
 from .shakedown_answer import ShakedownAnswer
 

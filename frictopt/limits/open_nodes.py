@@ -1,17 +1,19 @@
 """The nodes that the mean load leaves open, and the proof that no node opens."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import suppress
+from typing import NamedTuple
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import COUNTS, RESIDUAL, Array, Booleans, SolveRecord
+from ..base import COUNTS, RESIDUAL, Array, Booleans
 from ..contact import LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
-from .models import constant, least_pressure, printed_as, times, unknowns
-from .programs import Program, listed_rows
-from .question import Question, pose
+from .assembled import least_pressure
+from .question import Question
+from .solution import Solution, solve
 
 # A closed node tends to open if its pressure is at most this share of the mean force. An open node
 # tends to close if its gap is at most this share of the clearance.
@@ -69,37 +71,26 @@ def stays_closed(question: Question, load_factor: float) -> bool:
     their sum is at most the load factor. Nodes with little pressure come first, because they decide
     most often.
     """
-    system = question.system
-    node = cp.Parameter(system.nodes, nonneg=True, name="node")
-    shares = [cp.Variable(name=f"share[{k}]") for k in range(len(question.r1))]
-    program = _program_of_pressure(question, node, shares, load_factor)
-    chain = program.chain
-    for index in np.argsort(question.r0[:, -1].min(axis=0)):
-        node.value = np.eye(1, system.nodes, index)[0]
+    for node in np.argsort(question.r0[:, -1].min(axis=0)).tolist():
+        program = least_pressure(question, node, load_factor)
         try:
-            chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
+            pressure, _ = solve(program, "pressure", -1.0, _Pressure.of)
         except SolverError:
             return False
-        if not chain.proof.bound - chain.proof.defect > RESIDUAL * question.force:
+        assert pressure is not None
+        if not pressure.least > RESIDUAL * question.force:
             return False
     return True
 
 
-def _program_of_pressure(
-    question: Question, node: cp.Parameter, shares: list[cp.Variable], load_factor: float
-) -> Program:
-    """The program of the least normal force of the marked node, at unknown shares of the corners.
+class _Pressure(NamedTuple):
+    """A lower bound of a normal force, and the distance of the bound from the value."""
 
-    `node` is 1 at the marked node, 0 elsewhere.
-    """
-    at_mean = pose(question.system, LoadCycle(question.cycle.mean, [{}]), question.friction)
-    x = unknowns(question.system.slip_shape, [0], cp.Parameter(name="none", value=0.0))
-    f = cp.Parameter(question.system.nodes, nonneg=True, name="f")
-    loads = []
-    for name, parts in (("q", question.q1), ("p", question.p1)):
-        constants = [constant(part, f"{name}1[{k}]") for k, part in enumerate(parts)]
-        total = sum(map(times, shares, constants), start=cp.Constant(0))
-        loads.append(printed_as(total, f"shares * {name}1"))
-    program = listed_rows(at_mean, x, f, every=True, more={0: loads})
-    goal = least_pressure(x, node, shares, load_factor, program.rows)
-    return program.compiled(goal, question.force, dict.fromkeys(shares, question.load_unit))
+    least: float
+    residual: float
+
+    @classmethod
+    def of(cls, solution: Solution) -> _Pressure:
+        """The proven bound of a solution."""
+        bound, defect = solution.bound
+        return cls(bound - defect, solution.gap)

@@ -8,24 +8,20 @@ linear programs then follow each other.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import LimitKind, SolveRecord
+from ..base import LimitKind
 from .lift_off import LiftOff, among, with_order
 from .load_path import ends_of, may_open_and_close, meets_mean_load, path_of
-from .models import least_load, shakedown
-from .no_limit import every_load_is_safe
 from .order_search import best_order
-from .ordered import Ordered
-from .programs import Program
+from .ordered import About, ordered_program, read_order
 from .question import pose, with_open
 from .reasons import nothing_with_events
 from .settled_order import Settled
 from .shakedown_answer import ShakedownAnswer
+from .solution import Solution, solve
 
 
 @dataclass(frozen=True)
@@ -76,7 +72,7 @@ def _between_ends(limits: Any, best: Any, enough: float) -> Any:
     )
     opened = with_open(ends, question.open_nodes)
     assert opened is not None  # it has a limit with all corners
-    of_ends = type(limits)._on(ends, limits._solver)
+    of_ends = type(limits)(limits.solver)
     found = _searched(of_ends, of_ends.of_set(opened), enough)
     if not isinstance(found._question, LiftOff):
         return _again(limits, best, found)
@@ -126,42 +122,45 @@ def _limit_of(limits: Any, question: LiftOff, settled: Settled, above: float) ->
     If the load meets the mean load on a line, all smaller load factors are safe. Else a second
     program gives the least one, unless the order is that of a pivot.
     """
-    program = Ordered(question, _highest, question.load_unit)
     if question.both_vary:
-        return _limit_of_products(limits, program, settled)
-    limit = limits.solved(program, partial(every_load_is_safe, program), above)
+        return _limit_of_products(limits, question, settled)
+    program = ordered_program(question)
+    limit = limits.of_order(question, program, 1.0, above)
     if meets_mean_load(question, question.path):
         return replace(limit, least=0.0)
     if not settled.shares:
         return limit
-    lowest = Ordered(question, _lowest, question.load_unit)
-    return replace(limit, least=limits.solved(lowest, lambda: None, -np.inf).load_factor)
+    return replace(limit, least=limits.of_order(question, program, -1.0).load_factor)
 
 
-def _limit_of_products(limits: Any, program: Ordered, settled: Settled) -> Any:
+def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
     """The limit of an order whose program has products of the load factor and places.
 
     The program is linearised about the last solution and solved again, until the solution no longer
     changes. The solution obeys the contact law. It has no bound, and the least safe load factor is
     not known.
     """
-    load_factor = settled.load_factor
-    places = list(settled.shares)
+    about = About(settled.load_factor, settled.shares)
     for _ in range(PRODUCTS.programs):
-        program.turn(load_factor, places)
-        program.chain.solve(lambda: SolveRecord(residual=program.chain.proof.gap), limits._solver)
-        change = abs(program.load_factor - load_factor) / program.question.load_unit
-        moved = np.abs(np.subtract(program.places, places)).max()
-        load_factor = program.load_factor
-        places = program.places
+        program = ordered_program(question, about=about)
+        solution, _ = solve(program, "load_factor", 1.0, _Placed.of, limits.solver)
+        assert solution is not None
+        placed, _, _ = read_order(question, solution.solution)
+        change = abs(solution.solution.load_factor - about.load_factor) / question.load_unit
+        moved = np.abs(np.subtract(placed.shares, about.places)).max()
+        about = About(solution.solution.load_factor, placed.shares)
         if max(change, moved) <= PRODUCTS.stays:
             break
-    return replace(limits.solved(program, lambda: None, -np.inf), bound=np.inf)
+    return replace(limits.of_order(question, program, 1.0), bound=np.inf)
 
 
-def _highest(program: Program) -> cp.Problem:
-    return shakedown(program.x, program.rows)
+class _Placed(NamedTuple):
+    """A solution of a linearised program, which counts if its multipliers prove its optimum."""
 
+    solution: Solution
+    residual: float
 
-def _lowest(program: Program) -> cp.Problem:
-    return least_load(program.x, program.rows)
+    @classmethod
+    def of(cls, solution: Solution) -> _Placed:
+        """The solution with the distance of its bound."""
+        return cls(solution, solution.gap)

@@ -1,276 +1,262 @@
-"""The program of an order of events: the largest load factor, or another goal, at unknown places.
+"""The program of an order of events as arrays: its load factors, at unknown places of the events.
 
 The load of an event lies at an unknown place of its leg. If only the scaled loads vary on a leg,
-the unknown is the place times the load factor; if only fixed ones vary, it is the place.
+the unknown is the place times the load factor; if only fixed ones vary, it is the place. If both
+vary, the load of the event has the product of load factor and place. The program is then linear
+about a load factor and places, see `About`.
+
+`ordered_listing.py` lists the program.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+from __future__ import annotations
 
-import cvxpy as cp
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 
-from ..base import Array
-from .answered import Mechanism
+from ..base import Array, Integers
+from ..solve.rows import EQUATION, LINEAR, rows_of
+from .law_rows import law_rows
 from .lift_off import LiftOff, episodes, varying, way_of
-from .models import (
-    Row,
-    constant,
-    defines,
-    events,
-    ordered,
-    printed_as,
-    rest,
-    stuck,
-    times,
-    unknowns,
-)
-from .programs import Program
+from .mechanism import Mechanism
 from .question import Question
+from .rest_program import RestProgram
+from .solution import Solution
+from .solved import Solved
 
 
-class Ordered(Program):
-    """The program of an order of events at unknown places. `unit` is the unit of its goal.
+@dataclass(frozen=True)
+class About:
+    """A load factor and the places of all events, about which products of them are linear."""
 
-    `friction` lists the friction rows, as `models.stuck` does. `load_factor`: a parameter if the
-    load factor is given.
+    load_factor: float
+    places: Sequence[float]
 
-    If fixed and scaled loads both vary on a leg that has an event, the load of the event has the
-    product of load factor and place. The program is then linear about a load factor and the places
-    that `turn` sets.
+
+@dataclass(frozen=True, eq=False)
+class LaterSlips:
+    """The slips of nodes that close again: each later episode of a node has a slip of its own.
+
+    All instants share the slips of the first episodes.
     """
 
-    def __init__(
-        self,
-        lift_off: LiftOff,
-        goal: Callable[[Program], cp.Problem],
-        unit: float,
-        friction: Callable[..., list[Row]] = stuck,
-        load_factor: Any = None,
-    ) -> None:
-        instants = range(len(lift_off.sets))
-        system = lift_off.system
-        self._lift_off = lift_off
-        self.user_rows = {}
-        self.x = unknowns(system.slip_shape, instants, load_factor)
-        self.corners = list(instants)
-        self.f = cp.Parameter(system.nodes, nonneg=True, name="f", value=lift_off.friction)
-        self.way = []
-        self._products = dict[int, _Product]()
-        for m, instant in enumerate(lift_off.at):
-            if instant.event is not None:
-                place = cp.Variable(name=f"way[{m}]")
-                self.way.append(place)
-                if all(varying(lift_off, instant.leg)):
-                    self._products[instant.event] = _Product.of(self.x.load_factor, place)
-
-        slips = _Slips(lift_off, self.x.slip)
-        self._slips = slips.at
-        self._parts = list[Program]()
-        grouped = dict[tuple[int, cp.Variable], list[int]]()
-        for m in instants:
-            grouped.setdefault((id(lift_off.sets[m]), slips.at[m]), []).append(m)
-        for number, at_instants in enumerate(grouped.values()):
-            slip = slips.at[at_instants[0]]
-            question = lift_off.sets[at_instants[0]]
-            self._parts.append(self._part(question, slip, at_instants, number, friction))
-
-        touching = {
-            m: sorted(instant.switching)
-            for m, instant in enumerate(lift_off.at)
-            if instant.event is not None
-        }
-        self.rows = [row for part in self._parts for row in part.rows]
-        self.rows += slips.rows
-        self.rows += events(self.x, touching)
-        self.rows += ordered(self._ways_of_legs())
-        units = dict[cp.Variable, Any]()
-        for part in self._parts:
-            units |= part.units
-        units |= {place: self._unit_of_place(event) for event, place in enumerate(self.way)}
-        self.chain = self._parts[0].compiled(goal(self), unit, units, self._parts[1:]).chain
-
-    def _is_scaled(self, leg: int) -> bool:
-        """Whether the unknown place of an event is its share of the leg times the load factor."""
-        fixed_varies, _ = varying(self._lift_off, leg)
-        return not fixed_varies
-
-    def _unit_of_place(self, event: int) -> float:
-        scaled = self._is_scaled(self._lift_off.order.on_legs[event])
-        return self._lift_off.load_unit if scaled else 1.0
-
-    def _ways_of_legs(self) -> Iterator[tuple[list[cp.Variable], Any]]:
-        """The unknown places of the events of each leg, and the place of its end."""
-        on_legs = self._lift_off.order.on_legs
-        for leg in dict.fromkeys(on_legs):
-            places = [place for place, of in zip(self.way, on_legs, strict=True) if of == leg]
-            yield places, self.x.load_factor if self._is_scaled(leg) else 1.0
-
-    def _part(
-        self,
-        question: Question,
-        slip: cp.Variable,
-        instants: list[int],
-        number: int,
-        friction: Callable[..., list[Row]],
-    ) -> Program:
-        """The rows of the instants with the same open nodes and slips, so with the same A, B, W.
-
-        The loads of an event are the loads of the first corner of its leg plus the unknown share
-        `way` of the change to the last corner.
-        """
-        suffix = f"_{number}" if number else ""
-        lift_off = self._lift_off
-        legs = lift_off.path.legs
-        corners = dict[int, dict[str, Array]]()
-        event_loads = dict[int, list[cp.Expression]]()
-        for m in instants:
-            instant = lift_off.at[m]
-            corners[m] = question.loads(lift_off.path.stops[instant.leg])
-            if instant.event is not None:
-                first, last = legs[instant.leg]
-                name = f"{suffix}[{instant.leg}]" if len(legs) > 1 else suffix
-                event_loads[m] = self._change(question, first, last, instant.event, name)
-        x = replace(
-            unknowns(question.system.slip_shape, (), self.x.load_factor, suffix),
-            slip=slip,
-            q=self.x.q,
-            p=self.x.p,
-        )
-        contact = SimpleNamespace(
-            A=question.A, B=question.B, W=question.W, loads=lambda m: corners[m]
-        )
-        rows = rest(contact, x, instants, event_loads)
-        return Program(question, x, self.f, instants, rows + friction(x, self.f, instants))
-
-    def _change(
-        self, question: Question, first: int, last: int, event: int, name: str
-    ) -> list[cp.Expression]:
-        """Changes of q, p and gaps from the corner `first` to an event."""
-        leg = self._lift_off.order.on_legs[event]
-        fixed_varies, scaled_varies = varying(self._lift_off, leg)
-        both = fixed_varies and scaled_varies
-        loads = question.loads(first), question.loads(last)
-        terms = []
-        for part in "qpw":
-            at_zero, scaled = (_changes(*loads, part, kind) for kind in "01")
-            if both:
-                fixed = times(self.way[event], constant(at_zero, f"d{part}0{name}"))
-                more = times(self._products[event].expression, constant(scaled, f"d{part}1{name}"))
-                terms.append(fixed + more)
-            else:
-                change = at_zero if fixed_varies else scaled
-                terms.append(times(self.way[event], constant(change, f"d{part}{name}")))
-        return terms
-
-    def turn(self, load_factor: float, places: Sequence[float]) -> None:
-        """Make the program linear about a load factor and the places of the events."""
-        for event, product in self._products.items():
-            product.turn(load_factor, places[event])
-
-    @property
-    def places(self) -> list[float]:
-        """The places of the events in the solution."""
-        return [float(place.value) for place in self.way]
-
-    @property
-    def question(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
-        """The question, with the events and the slips of its episodes as in the solution."""
-        slips = np.array([slip.value for slip in self._slips])
-        question = self.placed(self.places, float(self.x.load_factor.value))
-        return replace(question, shifts=slips - np.array(self.x.slip.value))
-
-    def placed(self, places: Sequence[float], load_factor: float) -> LiftOff:
-        """The question with its events at these places.
-
-        On a leg on which the load factor scales the loads, a place is given times the load factor.
-        """
-        order = self._lift_off.order
-        shares = []
-        for leg, place in zip(order.on_legs, places, strict=True):
-            if self._is_scaled(leg):
-                place = place / load_factor if load_factor > 0 else 0.0
-            shares.append(place)
-        return replace(self._lift_off, way=way_of(order, self._lift_off.at, shares))
-
-    @property
-    def slip(self) -> Array:
-        """See `Program.slip`."""
-        return self._lift_off.slip_at_mean_load(np.array(self.x.slip.value))
-
-    @property
-    def motion(self) -> Mechanism:
-        """See `Program.motion`."""
-        opened = np.array([question.open_nodes for question in self._lift_off.sets])
-        moves = np.sum([part.motion.moves for part in self._parts], axis=0)
-        return Mechanism(moves, self._lift_off.friction * ~opened, open=opened)
-
-
-def _changes(first: Mapping[str, Array], last: Mapping[str, Array], part: str, kind: str) -> Array:
-    """Change of the loads `q0`, `p0`, `w0` (kind "0") or `q1`, `p1`, `w1` from corner to corner."""
-    of_first, of_last = (
-        next(value for name, value in loads.items() if name.startswith(part + kind))
-        for loads in (first, last)
-    )
-    return of_last - of_first
-
-
-class _Product(NamedTuple):
-    """The product of the load factor and the place of an event, linear about given values."""
-
-    expression: cp.Expression
-    at_load_factor: cp.Parameter
-    at_place: cp.Parameter
-    at_product: cp.Parameter
+    later: list[tuple[int, int]]  # node and number of the episode
+    numbers: Integers  # (M, N) episode of each node at each instant, -1 while it is open
 
     @classmethod
-    def of(cls, load_factor: Any, place: cp.Variable) -> "_Product":
-        """The product, which is linear if the load factor is a parameter."""
-        about = [
-            cp.Parameter(name=f"at_{name}", value=0.0)
-            for name in ("load_factor", place.name(), f"load_factor_{place.name()}")
-        ]
-        expression = load_factor * place
-        if not isinstance(load_factor, cp.Parameter):
-            expression = about[0] * place + about[1] * load_factor - about[2]
-        return cls(printed_as(expression, f"load_factor {place.name()}"), *about)
-
-    def turn(self, load_factor: float, place: float) -> None:
-        """Make the product linear about these values."""
-        self.at_load_factor.value = load_factor
-        self.at_place.value = place
-        self.at_product.value = load_factor * place
-
-
-class _Slips:
-    """The slip variable of each instant, `at`, and the rows that tie them.
-
-    All instants share the slip of the first episodes, unless a node is closed in a later one.
-    """
-
-    def __init__(self, lift_off: LiftOff, slip: cp.Variable) -> None:
-        numbers = episodes(lift_off.at, lift_off.system.nodes, lift_off.path.closed)
+    def of(cls, question: LiftOff) -> LaterSlips:
+        """The later slips of an order."""
+        numbers = episodes(question.at, question.system.nodes, question.path.closed)
         keys = [(int(node), int(row[node])) for row in numbers for node in np.flatnonzero(row > 0)]
-        later = {key: place for place, key in enumerate(dict.fromkeys(keys))}
-        self.at = [slip] * len(numbers)
-        self.rows = list[Row]()
-        if not later:
-            return
-        later_slips = cp.Variable((len(later), *slip.shape[1:]), name="later_slip")
-        by_nodes = dict[bytes, cp.Variable]()
-        for m, row in enumerate(numbers):
-            nodes = np.flatnonzero(row > 0)
-            key = np.where(row > 0, row, 0).tobytes()
-            if not len(nodes):
-                continue
-            if key not in by_nodes:
-                chosen = np.zeros((len(row), len(later)))
-                chosen[nodes, [later[int(node), int(row[node])] for node in nodes]] = 1.0
-                kept = constant(np.diag((row <= 0).astype(float)), f"first[{m}]")
-                placed = constant(chosen, f"later[{m}]")
-                by_nodes[key] = cp.Variable(slip.shape, name=f"slip_at[{m}]")
-                slips = kept @ slip + placed @ later_slips
-                self.rows.append(defines(by_nodes[key], slips))
-            self.at[m] = by_nodes[key]
+        return cls(list(dict.fromkeys(keys)), numbers)
+
+    def placed(self, m: int) -> Array:
+        """(N, L) the later slips of the nodes at an instant."""
+        row = self.numbers[m]
+        placed = np.zeros((len(row), len(self.later)))
+        for place, (node, number) in enumerate(self.later):
+            placed[node, place] = float(row[node] == number)
+        return placed
+
+
+def ordered_program(
+    question: LiftOff,
+    load_factor: float | None = None,
+    about: About | None = None,
+) -> RestProgram:
+    """The program of an order; with a given `load_factor`, for the largest `margin` of its slip."""
+    system = question.system
+    axes = system.tangents
+    slips = LaterSlips.of(question)
+    count, entries = len(question.sets), len(system.S)
+
+    units: dict[str, Any] = {"margin": 1.0}
+    if load_factor is None:
+        units = {"load_factor": question.load_unit}
+    events = [m for m, instant in enumerate(question.at) if instant.event is not None]
+    for event, leg in enumerate(question.order.on_legs):
+        units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
+    if slips.later:
+        nodes = [node for node, _ in slips.later]
+        slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
+        units["later_slip"] = np.tile(slip_unit[nodes], axes)
+
+    start = np.zeros((count, entries))
+    rate = np.zeros((count, entries))
+    effects: dict[str, Array] = {
+        f"way{event}": np.zeros((count, entries)) for event in range(len(events))
+    }
+    later = np.zeros((count, entries, axes * len(slips.later)))
+    responses = list[Array]()
+    keys = dict[tuple[int, bytes], int]()
+    response_of = np.zeros(count, dtype=int)
+    for m, (instant, of_set) in enumerate(zip(question.at, question.sets, strict=True)):
+        corner = question.path.stops[instant.leg]
+        start[m] = of_set.start[corner if of_set.fixed else 0]
+        rate[m] = of_set.rate[corner]
+        first_episode = slips.numbers[m] <= 0
+        key = id(of_set), first_episode.tobytes()
+        if key not in keys:
+            keys[key] = len(responses)
+            responses.append(of_set.response * np.tile(first_episode, axes))
+        response_of[m] = keys[key]
+        placed = np.kron(np.eye(axes), slips.placed(m))
+        later[m] = of_set.response @ placed
+        if instant.event is not None:
+            at_zero, scaled = _changes(question, m)
+            fixed_varies, scaled_varies = varying(question, instant.leg)
+            change = at_zero if fixed_varies else scaled
+            if fixed_varies and scaled_varies:
+                # The product of load factor and place, linear about given values of both.
+                at = load_factor if about is None else about.load_factor
+                place = 0.0 if about is None else about.places[instant.event]
+                change = at_zero + (at or 0.0) * scaled
+                if load_factor is None:
+                    rate[m] += place * scaled
+                    start[m] -= place * (at or 0.0) * scaled
+            effects[f"way{instant.event}"][m] = change
+    if load_factor is None:
+        effects["load_factor"] = rate
+    else:
+        start = start + load_factor * rate
+    if slips.later:
+        effects["later_slip"] = later
+
+    program = RestProgram([question], units, start, effects, responses=(responses, response_of))
+    if load_factor is None:
+        program.bound("load_factor", "load_factor", 1.0, 0.0)
+    else:
+        program.bound("cap", "margin", -1.0, 1.0)
+    opened = np.array([of_set.open_nodes for of_set in question.sets])
+    sticks, _ = question.statuses
+    reserve = None if load_factor is None else sticks | opened
+    law_rows(program, question, ~opened, opened, reserve=reserve)
+    _touch_without_force(program, question, events)
+    _follow_each_other(program, question, load_factor)
+    return program
+
+
+def is_scaled(question: LiftOff, leg: int) -> bool:
+    """Whether the unknown place of an event is its share of the leg times the load factor."""
+    fixed_varies, _ = varying(question, leg)
+    return not fixed_varies
+
+
+def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
+    """Changes of the forces from the first to the last corner of the leg of an event."""
+    first, last = question.path.legs[question.at[m].leg]
+    of_set = question.sets[m]
+    at_zero = of_set.start[last] - of_set.start[first] if of_set.fixed else 0.0 * of_set.start[0]
+    return at_zero, of_set.rate[last] - of_set.rate[first]
+
+
+def _touch_without_force(program: RestProgram, question: LiftOff, events: list[int]) -> None:
+    """Nodes that open or close at an event have no force there."""
+    n = question.system.nodes
+    for m in events:
+        nodes = np.array(sorted(question.at[m].switching))
+        at = np.full(len(nodes), m)
+        for axis in range(question.system.tangents + 1):
+            label = "event_p" if axis == question.system.tangents else f"event_q{axis}"
+            force = program.force(at, axis * n + nodes), np.ones(len(nodes))
+            unit = question.node_unit[nodes]
+            zero = np.zeros(len(nodes))
+            program.rows.append(rows_of(label, EQUATION, [[force]], zero, unit, at, nodes))
+
+
+def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
+    """Events follow each other on the way along each leg, from 0 to its end."""
+    on_legs = question.order.on_legs
+    number = 0
+    for leg in dict.fromkeys(on_legs):
+        events = [f"way{event}" for event, of in enumerate(on_legs) if of == leg]
+        unit = program.named_units[program.named[events[0]]]
+        # The end is the load factor if it scales the varying loads of the leg, otherwise 1.
+        ends_at_load_factor = is_scaled(question, leg)
+        end = [] if "load_factor" not in program.named else ["load_factor"]
+        given = load_factor if ends_at_load_factor else 1.0
+        places = [None, *events, *(end if ends_at_load_factor and end else [None])]
+        for earlier, later in pairwise(places):
+            terms = [
+                (np.array([program.unknown(name)]), np.array([weight]))
+                for name, weight in ((later, 1.0), (earlier, -1.0))
+                if name is not None
+            ]
+            constant = given if later is None else 0.0
+            none = np.full(1, -1)
+            program.rows.append(
+                rows_of(f"way[{number}]", LINEAR, [terms], np.array([constant]), unit, none, none)
+            )
+            number += 1
+
+
+def read_order(
+    question: LiftOff, solution: Solution, load_factor: float | None = None
+) -> tuple[LiftOff, Array, Mechanism]:
+    """The order with its events placed, the slip of the first episodes, and the mechanism.
+
+    `load_factor`: the given one, or that of the solution.
+    """
+    system = question.system
+    places = [
+        float(solution.values(f"way{event}")[0]) for event in range(len(question.order.on_legs))
+    ]
+    if load_factor is None:
+        load_factor = solution.load_factor
+    slips = LaterSlips.of(question)
+    first = solution.closed_slip()
+    shifts = np.zeros((len(question.sets), *system.slip_shape))
+    if slips.later:
+        later = solution.values("later_slip").reshape(-1, len(slips.later)).T
+        later = later.reshape(len(slips.later), *system.slip_shape[1:])
+        for m in range(len(shifts)):
+            placed = slips.placed(m)
+            taken = placed.any(axis=1)
+            shifts[m][taken] = (placed @ later)[taken] - first[taken]
+    placed_question = replace(placed_order(question, places, load_factor), shifts=shifts)
+
+    moves = np.zeros((len(question.sets), *question.r1.shape[1:]))
+    for m, of_set in enumerate(question.sets):
+        moves[m] = _followed(of_set, solution.moves[m])
+    opened = np.array([of_set.open_nodes for of_set in question.sets])
+    motion = Mechanism(moves, question.friction * ~opened, open=opened)
+    return placed_question, question.slip_at_mean_load(first), motion
+
+
+def solved_order(question: LiftOff, solution: Solution, goal: str, **values: Any) -> Solved:
+    """The solved program of an order, with the unknown places of its events and its later slips."""
+    events = range(len(question.order.on_legs))
+    values["ways"] = np.array([float(solution.values(f"way{event}")[0]) for event in events])
+    if "later_slip" in solution.program.named:
+        axes = question.system.tangents
+        values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T
+    return solution.solved(goal, **values)
+
+
+def _followed(of_set: Question, moves: Array) -> Array:
+    """(t + 1, N) motions at an instant, with those of the open nodes, which follow."""
+    moves = moves.copy()
+    press = np.zeros_like(moves)
+    if of_set.compliance is not None:
+        opened = len(moves) - of_set.system.nodes + np.flatnonzero(of_set.open_nodes)
+        press[opened] = np.maximum(moves[opened], 0.0)
+        moves[opened] = 0.0
+    shape = (1, of_set.system.tangents + 1, of_set.system.nodes)
+    return np.asarray(Mechanism.of(of_set, moves.reshape(shape), press[None]).moves[0])
+
+
+def placed_order(question: LiftOff, places: Sequence[float], load_factor: float) -> LiftOff:
+    """The order with its events at these places.
+
+    On a leg on which the load factor scales the loads, a place is given times the load factor.
+    """
+    order = question.order
+    shares = []
+    for leg, place in zip(order.on_legs, places, strict=True):
+        if is_scaled(question, leg):
+            place = place / load_factor if load_factor > 0 else 0.0
+        shares.append(place)
+    return replace(question, way=way_of(order, question.at, shares))

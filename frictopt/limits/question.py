@@ -35,6 +35,8 @@ from ..contact.stiffness import following
 from ..errors import ModelError
 from .units import units_of
 
+# One file because all arrays of a question follow from each other.
+
 
 @kept
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,9 @@ class Question:
         open_nodes = fields["open_nodes"]
         compliance = None
         if open_nodes.any():
-            compliance = following(system.S, open_nodes, [*system.bonded.values()])
+            compliance = following(
+                system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
+            )
         bonded = _bonded(system, fields["cycle"])
         question = _question(**fields, compliance=compliance, bonded=bonded)
         make_read_only(vars(question))
@@ -123,6 +127,36 @@ class Question:
         """(N, t N) stiffness matrix: normal forces due to unit slips."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
+    # The forces of a node are q and p; of an open node q, which is 0, and its gap w. With all nodes
+    # in the order of S they are linear in the load factor and in the slips of the closed nodes.
+
+    @cached_property
+    def response(self) -> Array:
+        """(M, t N) forces due to unit slips of the closed nodes."""
+        slips = len(self.S) - self.system.nodes
+        response = self.S[:, :slips]
+        if self.compliance is not None:
+            response = response.copy()
+            response[slips:][self.open_nodes] = self.W
+        return response
+
+    @cached_property
+    def start(self) -> Array:
+        """(K0, M) forces without slip at load factor 0."""
+        return self._forces(self.r0, self.w0)
+
+    @cached_property
+    def rate(self) -> Array:
+        """(K, M) forces without slip that a load factor of 1 adds."""
+        return self._forces(self.r1, self.w1)
+
+    def _forces(self, r: Array, w: Array) -> Array:
+        forces = r.reshape(len(r), -1)
+        if self.compliance is not None:
+            forces = forces.copy()
+            forces[:, -self.system.nodes :][:, self.open_nodes] = w
+        return forces
+
     def loads(self, k: int) -> dict[str, Array]:
         """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by their printed names."""
         suffix = f"[{k}]" if self.fixed else ""
@@ -139,6 +173,10 @@ class Question:
     def carried(self, r: Array) -> Array:
         """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
         return _carried(self.system, self.open_nodes, self.compliance, r)
+
+    def forces_of(self, r: Array) -> Array:
+        """(K, M) forces, see `response`, from bonded reactions (K, M)."""
+        return self._forces(self.carried(r), _gaps_of_open(r, self.open_nodes, self.compliance))
 
     def reactions_of_slip(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` of the closed nodes that a residual slip adds, (N,) or (N, 2)."""
@@ -302,7 +340,9 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
     compliance = None
     if open_nodes.any():
         system = question.system
-        compliance = following(system.S, open_nodes, [*system.bonded.values()])
+        compliance = following(
+            system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
+        )
         if compliance is None:
             return None
     return _changed(question, open_nodes=open_nodes, compliance=compliance)
@@ -336,9 +376,11 @@ def _question(
     axes = system.tangents + 1
     static = not any(np.ptp(part, axis=0).any() for part in bonded)
 
-    # Arrays of the closed nodes. The open nodes are free of force.
+    # Arrays of the closed nodes. The open nodes are free of force: their gaps press nothing shut,
+    # not even by rounding, which would be the only force under a mean load of zero.
     S = _stiffness_of_closed(system, open_nodes, compliance)
-    r0 = _carried(system, open_nodes, compliance, bonded[0])
+    pressed_shut = system.S[:, -system.nodes :] @ (system.gap * open_nodes)
+    r0 = _carried(system, open_nodes, compliance, bonded[0] + pressed_shut)
     r1 = _carried(system, open_nodes, compliance, bonded[1])
     q0, p0 = parted(r0.reshape(len(r0), -1), axes)
     q1, p1 = parted(r1.reshape(len(r1), -1), axes)

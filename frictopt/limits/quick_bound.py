@@ -18,8 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import CONDENSATION, RESIDUAL, Array
-from ..solve.unresisted import unresisted
+from ..base import CONDENSATION, RESIDUAL, Array, unresisted
 from .question import Question
 
 
@@ -64,10 +63,11 @@ def _mechanism(question: Question, node: int) -> tuple[Array, Array] | None:
     closed = np.flatnonzero(~question.open_nodes)
     nodes, tangents = question.system.nodes, question.system.tangents
     slips = np.concatenate([closed + axis * nodes for axis in range(tangents)])
-    stiffness = np.sqrt(question.system.own_stiffness)
+    sizes = question.system.own_stiffness
     A = question.A[np.ix_(slips, slips)]
     press = question.B[np.ix_(closed, slips)] * question.friction[closed, None]
-    slides, compliance = unresisted(A, press, stiffness[slips], stiffness[-nodes:][closed])
+    pressing = press / np.sqrt(sizes[-nodes:][closed])[:, None]
+    slides, compliance = unresisted(A, sizes[slips], pressing)
     by_gap = question.W[node, slips]
     if np.abs(by_gap @ slides).max(initial=0.0) > CONDENSATION * np.abs(by_gap).max():
         return None

@@ -10,9 +10,9 @@ from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Proven
 from .critical_search import NodeClaim
+from .elastic import is_held
 from .load_path import may_open_and_close, path_of
 from .moving_areas import MovingAreas
-from .programs import is_held
 from .sentences import (
     AT_EVERY_LOAD,
     BELONGS_TO_MESH,
@@ -114,11 +114,11 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
     return MOVES(nodes=_named(question.system, moving), below=below)
 
 
-def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None) -> str:
+def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, lifted: bool) -> str:
     """The reason of a limit above which another order of openings and closings may follow.
 
-    `following` are the areas just above the limit, if the order changes there. The reason is empty
-    if nodes stay as they are below and above the limit.
+    `following` are the areas just above the limit, if the order changes there; `lifted` if a body
+    lifts off there. The reason is empty if nodes stay as they are below and above the limit.
     """
     question = limit._question
     if limit.kind is not LimitKind.FINITE:
@@ -130,10 +130,11 @@ def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None) -
         cause = IN_ANOTHER_ORDER()
         if node is not None:
             cause = CLOSES_ABOVE(node=node, contact=in_contact(question.system, node))
+    elif lifted:
+        cause = LIFTED_OFF()
     elif isinstance(question, MovingAreas):
-        lifted = limit.load_factor >= question.path.high
         moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
-        cause = LIFTED_OFF() if lifted else IN_THIS_ORDER(nodes=_named(question.system, moving))
+        cause = IN_THIS_ORDER(nodes=_named(question.system, moving))
     else:
         return ""
     return LAST_REST(cause=cause, below=below)
@@ -277,7 +278,7 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
 def _others(limit: ShakedownAnswer) -> str:
     """Phrases on the states of rest that a finite limit does not cover."""
     others = ""
-    if limit.open.any():
+    if limit.open.any() and not limit._ends_rests:
         others += HIGHER_WITH_OTHERS_OPEN()
     if limit.constraints:
         others += BOUND_COVERS()

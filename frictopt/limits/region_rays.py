@@ -23,7 +23,7 @@ from ..base import (
 from ..base.checks import check_name
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from .answered import Mechanism
+from .mechanism import Mechanism
 from .question import Question, pose, with_open
 from .shakedown import ShakedownLimit, ShakedownLimits
 
@@ -123,7 +123,7 @@ class Rays:
         Nodes that open and close have other mechanisms, whose lines do not bound a region.
         """
         question = pose(self.system, cycle, self.friction, question_name="shakedown_limit")
-        limits = ShakedownLimits._on(question, None)
+        limits = ShakedownLimits()
         if self.open_nodes is None:
             return limits.of_any_set(question)
         return limits.of_question(question, self.open_nodes, events=False)

@@ -27,10 +27,10 @@ from .best_pressed import best_pressed
 from .lift_off import LiftOff, Order
 from .load_path import has_static_shear
 from .moving_areas import uncoupled
-from .question import Question
+from .question import Question, pose
 from .reasons import where
-from .safe_by_friction import SafeSlips
-from .safe_slip import SafeSlip, SafeSlipModel
+from .safe_by_friction import SafeByFriction
+from .safe_slip import SafeSlip
 from .sentences import (
     ENOUGH_WITH_EVENTS,
     LESS_IS_NOT_SAFE,
@@ -194,10 +194,10 @@ def required_friction(
     (1.0, True)
     """
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
+    question = pose(system, cycle, 1.0, slip_bound=slip_bound)
     with_events = flag("events", events)
     with progress_bar(progress, "required friction", "program") as bar:
-        safe_slips = SafeSlips(model, load_factor, with_events, bar)
+        safe_slips = SafeByFriction(question, load_factor, with_events, bar)
 
         # A slip can remove the shear at all corners only if the shear is the same at all corners.
         if has_static_shear(safe_slips.question, load_factor) and safe_slips.exists(0.0):
@@ -217,7 +217,7 @@ def required_friction(
         return _none_needed(safe_slips)
 
 
-def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
+def _least_friction(safe_slips: SafeByFriction, enough: float) -> tuple[float, Booleans]:
     """Root of the margin as a function of friction, and the open nodes there.
 
     The margin grows with friction while the set of open nodes stays the same. Less friction may be
@@ -241,7 +241,7 @@ def _open_nodes_of(safe: SafeSlip) -> tuple[bytes, Order | None]:
     return safe.open.tobytes(), order
 
 
-def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) -> float:
+def _root_of_margin(safe_slips: SafeByFriction, enough: float, open_nodes: Booleans) -> float:
     """Root of the margin with given open nodes; a value below `SEARCH.smallest` if there is none.
 
     Newton's method is used: the multipliers give the rate of the margin with friction. If a step
@@ -280,7 +280,7 @@ def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) 
 
 
 def _proven_from_both_sides(
-    safe_slips: SafeSlips, root: float, open_nodes: Booleans
+    safe_slips: SafeByFriction, root: float, open_nodes: Booleans
 ) -> RequiredFriction:
     """The answer, proven: some slip is safe just above the root, and no slip is just below it.
 
@@ -303,7 +303,7 @@ def _proven_from_both_sides(
     raise SolverError(_UNDECIDED.format(less=less, more=more, slip=slip, smaller=smaller))
 
 
-def _is_proven(safe_slips: SafeSlips, root: float, width: float, open_nodes: Booleans) -> bool:
+def _is_proven(safe_slips: SafeByFriction, root: float, width: float, open_nodes: Booleans) -> bool:
     """Whether some slip is safe at a relative distance above the root, and no slip is below it."""
     above = root * (1 + width)
     below = root * (1 - width)
@@ -315,7 +315,7 @@ def _is_proven(safe_slips: SafeSlips, root: float, width: float, open_nodes: Boo
 
 
 def _answer(
-    safe_slips: SafeSlips, above: float, below: float, enough: SafeSlip, too_little: SafeSlip
+    safe_slips: SafeByFriction, above: float, below: float, enough: SafeSlip, too_little: SafeSlip
 ) -> RequiredFriction:
     opened = int(too_little.open.sum())
     node_states = "all nodes closed"
@@ -346,7 +346,7 @@ def _answer(
     )
 
 
-def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
+def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer 0, after a slip has been proven safe without friction."""
     safe = safe_slips.at(0.0)
     seconds = perf_counter() - safe_slips.started
@@ -362,7 +362,7 @@ def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
     )
 
 
-def _slips_at_any(safe_slips: SafeSlips) -> RequiredFriction:
+def _slips_at_any(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer inf, if some node closes under another shear load than it opens."""
     safe = safe_slips.at(SEARCH.tried[0])
     mechanism = safe._motion.table(safe.system, safe._question.names)
@@ -370,7 +370,7 @@ def _slips_at_any(safe_slips: SafeSlips) -> RequiredFriction:
     return _infinite(safe_slips, safe._question, safe.record, mechanism, reason)
 
 
-def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
+def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFriction:
     """The answer inf, if a mechanism proves that the loads open a node under any slip."""
     question = safe_slips.question
     system = question.system
@@ -384,7 +384,7 @@ def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
 
 
 def _infinite(
-    safe_slips: SafeSlips,
+    safe_slips: SafeByFriction,
     question: Question,
     record: SolveRecord,
     mechanism: Table,

@@ -217,13 +217,15 @@ def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
         # No node opens near the limit.
         return limit
     following = next(pieces(question, end), None)
-    if following is None or following.path.low < end - WALK.step * (end + question.load_unit):
+    if following is None:
+        return replace(limit, _why=reason_of_last_rest(limit, None, lifted=True))
+    if following.path.low < end - WALK.step * (end + question.load_unit):
         # The order of openings and closings is the same above the limit.
         return limit
     above = _rests(question, pieces(question, end), limit.slip, limit_of)
     rest = next(above, None)
     if rest is None or rest.least > end + 2 * WALK.step * (end + question.load_unit):
-        return replace(limit, _why=reason_of_last_rest(limit, following))
+        return replace(limit, _why=reason_of_last_rest(limit, following, lifted=False))
     return _limit_of_rest(question, replace(rest, least=limit.least), limit_of)
 
 
@@ -236,7 +238,8 @@ def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L
         _, instants = ordinary_question(rest.areas)
         limit = on_all_instants(limit, rest.areas, instants)
     limit = replace(limit, least=rest.least)
-    return replace(limit, _why=reason_of_last_rest(limit, rest.following))
+    lifted = rest.ends_with_piece and rest.following is None
+    return replace(limit, _why=reason_of_last_rest(limit, rest.following, lifted))
 
 
 def all_intervals(question: Question, limits: Any) -> Array:

@@ -9,24 +9,24 @@ import numpy as np
 from ..base import Bar, Booleans, Table, frame
 from ..errors import SolverError
 from .moving_safe_slip import moving_areas_at
-from .question import Question, with_open
-from .safe_slip import SafeSlip, SafeSlipModel
+from .question import Question, with_friction, with_open
+from .safe_slip import SafeSlip, SafeSlips
 
 
-class SafeSlips:
+class SafeByFriction:
     """The safe slips of one load factor for any friction and open nodes, each computed once.
 
     The bar counts the programs. An interrupt keeps the frictions tried.
     """
 
-    def __init__(self, model: SafeSlipModel, load_factor: float, events: bool, bar: Bar) -> None:
-        self.question: Question = model._question
+    def __init__(self, question: Question, load_factor: float, events: bool, bar: Bar) -> None:
+        self.question = question
         self.load_factor = load_factor
         self.started = perf_counter()
         # The same for every friction above 0.
-        self.areas = moving_areas_at(model._question, load_factor)
+        self.areas = moving_areas_at(question, load_factor)
         self._bar = bar
-        self._model = model
+        self._safe_slips = SafeSlips()
         self._events = events
         self._solved: dict[tuple[float, bytes], SafeSlip] = {}
 
@@ -46,7 +46,7 @@ class SafeSlips:
         key = friction, b"" if open_nodes is None else open_nodes.tobytes()
         if key not in self._solved:
             self._bar.update()
-            safe = self._solve(self._model._posed(friction), open_nodes)
+            safe = self._solve(with_friction(self.question, friction), open_nodes)
             self._solved[key] = safe
             # A search ends with the program of the open nodes that it finds.
             self._solved.setdefault((friction, safe.open.tobytes()), safe)
@@ -60,8 +60,8 @@ class SafeSlips:
         if open_nodes is not None:
             opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
-            return self._model.of_set(opened, self.load_factor)
-        return self._model.of_question(
+            return self._safe_slips.of_set(opened, self.load_factor)
+        return self._safe_slips.of_question(
             question, self.load_factor, events=self._events, enough=self.load_factor
         )
 

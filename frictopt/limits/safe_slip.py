@@ -2,42 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
     ROUNDING,
+    Array,
     Booleans,
     SolveRecord,
     Table,
     finite_number,
-    listed,
     progress_bar,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.solvers import NoOptimum
-from . import models
+from ..solve.arrays import Arrays
+from ..solve.solvers import LP, SOCP, solver_order
+from . import assembled
 from .answered import Proven, answered
-from .best_set import best_open_nodes
+from .corners import listed_corners
 from .lift_off import LiftOff
-from .models import Row
 from .moving_safe_slip import safe_with_moving_areas
 from .order_search import check_events
-from .ordered import Ordered
-from .programs import Program
-from .question import Question, with_open
+from .ordered import ordered_program, read_order, solved_order
+from .question import Question, pose, with_open
 from .reasons import safe_slip_reason
-from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownLimit
-from .shakedown_model import ShakedownModel
+from .rest_program import USER
+from .shakedown import ShakedownLimit, ShakedownLimits
+from .solution import Solution, contradiction, solve
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,94 +117,24 @@ class SafeSlip(Proven):
         return "safe residual slip", self.margin, mechanism, self.reason
 
 
-class SafeSlipModel(SafeModel):
-    """Safe residual slips of one system under one load cycle, for any friction.
+class SafeSlips:
+    """The safe slips of a contact with the largest margin, by one solver or all.
 
-    Each call of `solve` has its own load factor and constraints. For parameters and errors see
-    `ShakedownModel`. Theory, eq. (9).
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
-    >>> model = fo.SafeSlipModel(rod, cycle)
-    >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
-    0.2
-    >>> rows = [model.slip[0] - model.slip[1] <= 0.25]
-    >>> round(model.solve(0.5, load_factor=0.8, constraints=rows).margin, 6)
-    -0.1
+    `unknowns`: the variables of the model that asks, which its printed problems contain.
     """
 
-    _given = True
-    load_factor: cp.Parameter
-    """The load factor that is given, a cvxpy parameter for user constraints."""
-    margin: cp.Variable
-    """The margin, see `SafeSlip`, a cvxpy variable for user constraints."""
-
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        *,
-        slip_bound: ArrayLike | None = None,
-        simplify: bool = True,
-        solver: str | None = None,
-    ) -> None:
-        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._shakedown = ShakedownModel(
-            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
-        )
+    def __init__(self, solver: str | None = None, unknowns: Any = None) -> None:
+        self._limits = ShakedownLimits(solver)
+        self.solver = solver
+        self._unknowns = unknowns
         # Friction, load factor and sufficient limit of the last search, and its open nodes.
         self._last: tuple[tuple[bytes, float, float], Booleans] | None = None
-        self.margin = cp.Variable(name="margin")
-        # Units of the margin: of friction bounds, of normal forces, and of gaps.
-        self._mean_bound = cp.Parameter(system.nodes, nonneg=True, name="mean_bound")
-        self._mean_pressure = cp.Parameter(system.nodes, nonneg=True, name="mean_pressure")
-        self._clearance = cp.Parameter(nonneg=True, name="clearance")
-
-    @property
-    def _unknowns(self) -> list[cp.Variable]:
-        return [*super()._unknowns, self.margin]
-
-    @warns_of_odd_values
-    @in_turn
-    def solve(
-        self,
-        friction: ArrayLike,
-        load_factor: float,
-        constraints: Sequence[cp.Constraint] = (),
-        *,
-        events: bool = False,
-        progress: bool = True,
-    ) -> SafeSlip:
-        """Residual slip with the largest margin, under user constraints.
-
-        Parameters
-        ----------
-        friction, load_factor, events, progress
-            See `safe_slip`.
-        constraints
-            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see
-            `ShakedownModel.solve`. `bound` and `residual` include them.
-
-        Raises
-        ------
-        ModelError, SolverError
-            As `ShakedownModel.solve`; a load factor so large that rounding hides the mean load;
-            constraints that no slip satisfies, safe or not.
-        """
-        user_rows = listed("constraints", constraints)
-        with progress_bar(progress, "safe slip"):
-            safe = self.of_question(self._posed(friction), load_factor, user_rows, events)
-        self.margin.save_value(np.array(safe.margin))
-        return self._shown(safe)
 
     def of_question(
         self,
         question: Question,
         load_factor: float,
-        user_rows: Sequence[Row] = (),
+        user: Any = None,
         events: bool = False,
         enough: float = np.inf,
     ) -> SafeSlip:
@@ -214,21 +142,27 @@ class SafeSlipModel(SafeModel):
 
         The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes
         may open and close in each cycle: with `events`, or if loads alone open and close them.
+        `user`: the `UserRows`.
         """
-        check_events(events, question, bool(user_rows))
-        load_factor = self._checked_load_factor(question, load_factor)
-        if not user_rows:
+        check_events(events, question, user is not None)
+        load_factor = checked_load_factor(question, load_factor)
+        if user is None:
             moving: SafeSlip | None = safe_with_moving_areas(
-                question, load_factor, self._of_ordinary
+                question, load_factor, SafeSlips(self.solver).of_set
             )
             if moving is not None:
                 return moving
-        closed = self._if_closed(question, load_factor, user_rows)
+        closed = None
+        # Constraints of the user may be contradictory only with all nodes closed.
+        if user is None:
+            # A slip with nearly no resistance, such as rolling, can hide the margin.
+            with suppress(SolverError):
+                closed = self.of_set(question, load_factor)
         if closed is not None and closed.exists:
             return closed
         limit = None
         if events:
-            limit = self._shakedown.of_any_set(question, start_by=load_factor, enough=enough)
+            limit = self._limits.of_any_set(question, start_by=load_factor, enough=enough)
             open_nodes = limit.open
         else:
             open_nodes = self._best_open_nodes(question, load_factor, enough)
@@ -236,14 +170,14 @@ class SafeSlipModel(SafeModel):
         if safe is None or open_nodes.any():
             opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
-            safe = self.of_set(opened, load_factor, user_rows)
+            safe = self.of_set(opened, load_factor, user)
         if safe.exists or limit is None:
             return safe
         return self._with_events(limit, load_factor) or safe
 
     def _with_events(self, limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
         """The safe slip of an order of events, searched from a limit; None if none is found."""
-        limit = self._shakedown.of_any_order(limit, load_factor)
+        limit = self._limits.of_any_order(limit, load_factor)
         ordered = limit._question
         if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
             return self._of_order(ordered, load_factor)
@@ -253,116 +187,77 @@ class SafeSlipModel(SafeModel):
                 return self._of_order(ordered, load_factor)
         return None
 
-    def _of_ordinary(self, question: Question, load_factor: float) -> SafeSlip:
-        """The safe slip of a question of its own, see `safe_with_moving_areas`."""
-        model = SafeSlipModel(
-            question.system, question.cycle, simplify=question.simplify, solver=self._solver
-        )
-        return model.of_set(question, load_factor)
-
-    def _checked_load_factor(self, question: Question, load_factor: float) -> float:
-        load_factor = finite_number("load_factor", load_factor, least=0.0)
-        largest = load_factor / question.force * float(np.abs(question.r1).max())
-        # Ratio of cyclic loads to the mean normal force above which rounding hides the mean load.
-        largest_ratio = 1e15
-        if largest > largest_ratio:
-            raise ModelError(
-                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
-                f"normal force {question.force:.3g}, so that rounding hides the mean load; give a "
-                "smaller load factor, or check the units of the load cases"
-            )
-        return load_factor
-
-    def _if_closed(
-        self, question: Question, load_factor: float, user_rows: Sequence[Row]
-    ) -> SafeSlip | None:
-        """The safe slip with all nodes closed; None with user rows, or if no answer passes."""
-        # Constraints of the user may be contradictory only with all nodes closed.
-        if user_rows:
-            return None
-        # A slip with nearly no resistance, such as rolling, can hide the margin.
-        with suppress(SolverError):
-            return self.of_set(question, load_factor)
-        return None
-
     def _best_open_nodes(self, question: Question, load_factor: float, enough: float) -> Booleans:
         """The best open nodes of which the least safe load factor is <= `load_factor`."""
         key = question.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
-            open_nodes = best_open_nodes(self._shakedown, question, load_factor, enough)
-            self._last = key, open_nodes
+            limit = self._limits.of_any_set(question, start_by=load_factor, enough=enough)
+            self._last = key, limit.open
         return self._last[1]
 
-    def of_set(
-        self, question: Question, load_factor: float, user_rows: Sequence[cp.Constraint] = ()
-    ) -> SafeSlip:
+    def of_set(self, question: Question, load_factor: float, user: Any = None) -> SafeSlip:
         """The slip with the largest margin, with the open nodes of the question."""
-        closed = ~question.open_nodes
-        self._mean_bound.value = question.mean_bound * closed
-        self._mean_pressure.value = question.mean_pressure * closed
-        self._clearance.value = question.clearance
-        self.load_factor.value = load_factor
-        program = self._program(
-            question,
-            user_rows,
-            None,
-            lambda program: models.safe_slip(self.margin, program.rows),
-            "safe slip",
-            1.0,
-            friction=self._friction_with_margin,
-        )
-        try:
-            claim, record = program.chain.solve(
-                lambda: checked_slip(program, self.margin, load_factor), self._solver
-            )
-        except NoOptimum:
-            self._raise_contradiction(program, load_factor)
-            raise
-        return answered(claim, record, program)
+        program = assembled.safe_slip(question, load_factor)
+        if user is not None:
+            user.add_to(program)
 
-    def _friction_with_margin(self, x: models.Unknowns, corners: list[int]) -> list[Row]:
-        spare = dict.fromkeys(corners, models.times(self.margin, self._mean_bound))
-        press = dict.fromkeys(corners, models.times(self.margin, self._mean_pressure))
-        return models.inside(x, self._f, corners, spare, press, self.margin * self._clearance)
+        def claimed(solution: Solution) -> SafeSlip:
+            safe = checked_slip(question, solution, load_factor, user)
+            return replace(safe, _solved=solution.solved("safe_slip", margin=safe.margin))
 
-    def _raise_contradiction(self, program: Program, load_factor: float) -> None:
-        """ModelError if the user's constraints admit no slip at all, safe or not."""
-        if not program.user_rows:
-            return
-        contradiction = program.chain.contradiction()
-        names = program.ruling(contradiction.ruling) if contradiction else []
-        if names:
-            raise ModelError(
-                f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
-                f"{load_factor:g}; drop or relax it"
-            ) from None
+        def no_slip(outcome: str, arrays: Arrays) -> None:
+            """ModelError if the user's constraints admit no slip at all, safe or not."""
+            found = None if user is None else contradiction(program, "margin")
+            names = user.ruling(found[0]) if found else []
+            if names:
+                raise ModelError(
+                    f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
+                    f"{load_factor:g}; drop or relax it"
+                )
+
+        safe, record = solve(program, "margin", 1.0, claimed, self.solver, no_optimum=no_slip)
+        assert safe is not None and safe._solved is not None
+        values = {**safe._solved.values, "load_factor": load_factor}
+        solved = replace(safe._solved, values=values, unknowns=self._unknowns)
+        corners = len(listed_corners(question))
+        if user is not None:
+            solved = user.listed(solved)
+            corners = len(question.r1)
+        return answered(replace(safe, _solved=solved), record, corners)
 
     def _of_order(self, question: LiftOff, load_factor: float) -> SafeSlip:
         """The slip with the largest margin, with nodes that open and close in a given order.
 
         A node has no reserve at the event at which it opens or closes.
         """
-        margin = cp.Variable(name="margin")
-        factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
-        spare: dict[int, cp.Expression] = {}
-        press: dict[int, cp.Expression] = {}
-        for m, sticks in enumerate(question.statuses[0]):
-            bound = models.constant(question.mean_bound * sticks, f"mean_bound[{m}]")
-            pressure = models.constant(question.mean_pressure * sticks, f"mean_pressure[{m}]")
-            spare[m] = models.times(margin, bound)
-            press[m] = models.times(margin, pressure)
-        gap_margin = models.times(margin, models.constant(question.clearance, "clearance"))
+        program = ordered_program(question, load_factor)
 
-        def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
-            return models.inside(x, f, instants, spare, press, gap_margin)
+        def claimed(solution: Solution) -> SafeSlip:
+            placed, slip, motion = read_order(question, solution, load_factor)
+            safe = checked_slip(placed, solution, load_factor, slip=slip)
+            values = {"load_factor": load_factor, "margin": safe.margin}
+            solved = solved_order(question, solution, "ordered_safe_slip", **values)
+            return replace(safe, _motion=motion, _solved=solved)
 
-        program = Ordered(
-            question, lambda program: models.safe_slip(margin, program.rows), 1.0, friction, factor
+        safe, record = solve(program, "margin", 1.0, claimed, self.solver)
+        assert safe is not None
+        return answered(safe, record, len(question.r1))
+
+
+def checked_load_factor(question: Question, load_factor: float) -> float:
+    """The load factor; ModelError if it is so large that rounding hides the mean load."""
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
+    largest = load_factor / question.force * float(np.abs(question.r1).max())
+    # Ratio of cyclic loads to the mean normal force above which rounding hides the mean load.
+    largest_ratio = 1e15
+    if largest > largest_ratio:
+        raise ModelError(
+            f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
+            f"normal force {question.force:.3g} of the mean load, so that rounding of the "
+            "cyclic loads hides the mean load; give a smaller load factor, or check the units "
+            "of the load cases"
         )
-        claim, record = program.chain.solve(
-            lambda: checked_slip(program, margin, load_factor), self._solver
-        )
-        return answered(claim, record, program)
+    return load_factor
 
 
 @warns_of_odd_values
@@ -410,17 +305,25 @@ def safe_slip(
     False
     """
     with progress_bar(progress, "safe slip"):
-        model = SafeSlipModel(
-            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
-        )
-        return model.of_question(model._posed(friction), load_factor, events=events)
+        question = pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
+        solver_order(solver, LP if system.tangents == 1 else SOCP)
+        return SafeSlips(solver).of_question(question, load_factor, events=events)
 
 
-def checked_slip(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
-    """The slip from a solved program of the margin, checked by its reserve and the multipliers."""
-    question = program.question
-    slip = program.slip
-    value = float(margin.value)
+def checked_slip(
+    question: Question,
+    solution: Solution,
+    load_factor: float,
+    user: Any = None,
+    slip: Array | None = None,
+) -> SafeSlip:
+    """The slip of a solution for the largest margin, checked by its reserve and the multipliers.
+
+    `slip`: the slip of all nodes, if the solution does not give it.
+    """
+    if slip is None:
+        slip = solution.slip_of_nodes
+    margin = solution.value
     u, r = question.instants(load_factor, slip)
     sticks, opened = question.statuses
     q = np.linalg.norm(r[:, :-1], axis=1)
@@ -433,18 +336,23 @@ def checked_slip(program: Program, margin: cp.Variable, load_factor: float) -> S
         np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance,
     )
 
-    proof = program.chain.proof
-    gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    violation = question.violation(load_factor, slip) if question.events else 0.0
-    excess = question.excess_over_slip_bound(slip)
-    residual = np.max([gap, value - reserve, violation, excess, program.user_violation])
+    bound, defect = solution.bound
+    violations = [
+        (abs(bound - margin) + defect) / max(1.0, abs(margin)),
+        margin - reserve,
+        question.violation(load_factor, slip) if question.events else 0.0,
+        question.excess_over_slip_bound(slip),
+    ]
+    if user is not None:
+        violations.append(solution.program.violation(solution.x, label=USER))
+    residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,
-        record=SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf))),
+        record=SolveRecord(residual=residual),
         _question=question,
-        _motion=program.motion,
-        margin=value,
-        bound=proof.bound + proof.defect,
-        constraints=tuple(program.user_rows),
+        _motion=solution.motion,
+        margin=margin,
+        bound=bound + defect,
+        constraints=() if user is None else user.names,
     )

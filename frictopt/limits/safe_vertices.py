@@ -1,4 +1,4 @@
-"""Safe slips that go furthest in given directions (`models.furthest`).
+"""Safe slips that go furthest in given directions.
 
 Free slides of the body as a whole are excluded.
 """
@@ -6,18 +6,17 @@ Free slides of the body as a whole are excluded.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import Array, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
+from ..base import Array, finite_array, finite_number, frozen, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
+from ..solve.answer import answer
 from ..solve.solvers import NoOptimum
-from . import models
-from .models import unknowns
-from .programs import listed_rows
+from . import assembled
 from .question import Question, pose
+from .solution import Solution
 
 
 @warns_of_odd_values
@@ -79,25 +78,29 @@ def furthest(
     Directions (t N,) are directions of tractions divided by their units. None stands for a
     direction without an end, and for all directions if no slip is safe.
     """
-    system = question.system
-    size = system.tangents * system.nodes
-    factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
-    x = unknowns(system.slip_shape, range(len(question.r1)), factor)
-    direction = cp.Parameter(size, name="direction", value=np.zeros(size))
-    program = listed_rows(question, x, cp.Parameter(system.nodes, nonneg=True, name="f"))
-    program.compiled(models.furthest(x, direction, program.rows), question.force)
+    program = assembled.furthest(question, load_factor)
 
-    def checked() -> SolveRecord:
-        return SolveRecord(residual=question.violation(load_factor, program.slip))
+    def checked(x: Array, y: Array) -> Furthest:
+        slip = Solution(program, x, y[program.slides :], "").slip_of_nodes
+        return Furthest(slip, question.violation(load_factor, slip))
 
-    unit = np.tile(question.node_unit, system.tangents)
+    unit = np.tile(question.shear_unit / question.node_unit, question.system.tangents)
     slips: list[Array | None] = []
     for along in directions:
         largest = np.abs(along).max(initial=0.0) or 1.0
-        direction.value = along / unit * (question.force / largest)
+        cost = np.zeros(program.width)
+        slip = program.slips[0]
+        cost[slip.shear] = -(unit * along / largest)[slip.elastic.slips]
         try:
-            program.chain.solve(checked)
-            slips.append(program.slip)
+            found, _ = answer(program.with_cost(cost), checked)
+            slips.append(None if found is None else found.slip)
         except NoOptimum:
             slips.append(None)
     return slips
+
+
+class Furthest(NamedTuple):
+    """The slip that goes furthest, and how much it violates the contact law."""
+
+    slip: Array
+    residual: float

@@ -13,26 +13,14 @@ Elasticity alone knows how far a fit presses. So transients from no slip, up to 
 find the load.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import Array
-from ..contact import ContactSystem, LoadCycle, contact_law, reactions
+from ..base import Array, OutOfTime, progress_bar
+from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import NoContinuation, SolverError
-
-# Forces balance themselves if their sums in the rigid motions are below this share of the sum of
-# their pressures.
-_BALANCED = 1e-6
-
-_UNDECIDED = (
-    "self-stress: the solver does not decide whether contact forces balance themselves ({})"
-)
-_OUTSIDE = (
-    "self-stress: contact forces that balance themselves are outside friction by more than rounding"
-)
 
 
 @dataclass(frozen=True)
@@ -65,53 +53,24 @@ SEARCH = SlidingOffSearch()
 class Bracket:
     """The transient goes on at load factor `low` and ends at `high`; `why` is its error.
 
-    `low` is 0 if it ends at every load factor. `why` is "" if it ends nowhere.
+    `low` is 0 if no load factor is known at which it goes on. `why` is "" if it ends nowhere.
     """
 
     low: float
     high: float
     why: str
-
-
-def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | None:
-    """Contact forces (t + 1, N) within friction that balance themselves; None if there are none.
-
-    They do no work in the rigid motions N, and their pressures add up to 1.
-    """
-    # A node with a shear strength does not wedge: its bound does not grow with the pressure.
-    wedging_friction = contact_law(system, friction).wedging_slope
-
-    forces = cp.Variable((system.tangents + 1, system.nodes))
-    pressure = forces[-1]
-    within = cp.norm(forces[:-1], axis=0) <= cp.multiply(wedging_friction, pressure)
-    sums = N.T @ cp.vec(forces, order="C")
-    problem = cp.Problem(
-        cp.Minimize(cp.norm1(sums)), [within, pressure >= 0, cp.sum(pressure) == 1]
-    )
-    try:
-        problem.solve(solver=cp.CLARABEL)
-    except cp.SolverError as error:
-        raise SolverError(_UNDECIDED.format(error)) from error
-    if problem.status != cp.OPTIMAL:
-        raise SolverError(_UNDECIDED.format(f"status {problem.status}"))
-    if problem.value > _BALANCED:
-        return None
-
-    stress = np.asarray(forces.value)
-    q = np.linalg.norm(stress[:-1], axis=0)
-    p = stress[-1]
-    if (q > wedging_friction * p.clip(0.0) + _BALANCED).any() or p.min() < -_BALANCED:
-        raise SolverError(_OUTSIDE)
-    return stress
+    # Whether the search reached its end in time, and whether all cycles were followed at `low`.
+    complete: bool = True
+    cycles: bool = True
 
 
 def sliding_off(
-    system: ContactSystem, cycle: LoadCycle, friction: Array, statics: float
-) -> tuple[float, str]:
-    """Load factor above which the transient from no slip finds no continuation, and its error.
+    system: ContactSystem, cycle: LoadCycle, friction: Array, statics: float, seconds: float
+) -> Bracket:
+    """The load factors between which transients from no slip begin to find no continuation.
 
-    `statics` is the load factor of statics, the answer with the error "" if the transient goes on
-    up to there.
+    `statics` is the load factor of statics, up to which they are followed. After `seconds` the
+    bracket is the one that was known by then.
     """
     # Imported here, because limits of other contacts need neither transients nor their compiler.
     from ..transients.march import path_of
@@ -122,7 +81,9 @@ def sliding_off(
 
     def follow_first_cycle(load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps).start()
-        path.follow(path.legs)
+        for leg in path.legs:
+            path.follow([leg])
+            bar.update()
 
     def follow_all_cycles(load_factor: float) -> None:
         steady_without_step_error(system, cycle, friction, load_factor, None, steps)
@@ -141,13 +102,26 @@ def sliding_off(
         start = SEARCH.start * unit
         end = SEARCH.end_without_statics * unit
 
-    # The first cycle takes little time, also near the load that is sought, and nearly always
-    # decides.
-    bracket = _approached(end_in_first_cycle, start, end, tolerance)
-    if bracket.low > 0 and end_in_any_cycle(bracket.low):
-        first = SEARCH.start * bracket.low
-        bracket = _approached(end_in_any_cycle, first, bracket.low, tolerance)
-    return (bracket.low, bracket.why) if bracket.why else (statics, "")
+    known = Bracket(0.0, np.inf, "")
+    cycles = False
+    try:
+        with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
+            # The first cycle takes little time, also near the load that is sought, and nearly
+            # always decides.
+            for bracket in _approached(end_in_first_cycle, start, end, tolerance):
+                known = bracket
+                bar.best = f"they reach {known.low:.4g}"
+            why = end_in_any_cycle(known.low) if known.low > 0 else ""
+            cycles = True
+            if why:
+                known = Bracket(0.0, known.low, why)
+                first = SEARCH.start * known.high
+                for bracket in _approached(end_in_any_cycle, first, known.high, tolerance):
+                    known = bracket
+                    bar.best = f"they reach {known.low:.4g}"
+    except OutOfTime:
+        return replace(known, complete=False, cycles=cycles)
+    return known
 
 
 def _end_of(follow: Callable[[float], None], load_factor: float) -> str:
@@ -169,50 +143,59 @@ def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
 
 def _approached(
     end_at: Callable[[float], str], start: float, end: float, tolerance: float
-) -> Bracket:
-    """The narrow bracket in which transients begin to end; `end_at` says why one ends, or "".
+) -> Iterator[Bracket]:
+    """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
 
     A transient that continues takes far less time than a transient that finds no continuation. So
     the load factor is approached from below.
     """
+    bracket = Bracket(0.0, np.inf, "")
+    for first in _first_brackets(end_at, start, end):
+        bracket = first
+        yield bracket
+    if bracket.low == 0 or not bracket.why:
+        return
+    while bracket.high - bracket.low > tolerance * bracket.high:
+        for narrower in _parts(end_at, bracket):
+            bracket = narrower
+            yield bracket
+
+
+def _first_brackets(end_at: Callable[[float], str], start: float, end: float) -> Iterator[Bracket]:
+    """Brackets up to the first one that has a load factor below and one above, if there is one."""
     why = end_at(start)
     if why:
-        bracket = _bracket_below(end_at, start, why)
-    else:
-        bracket = _bracket_above(end_at, start, end)
-    if bracket.low == 0 or not bracket.why:
-        return bracket
-    while bracket.high - bracket.low > tolerance * bracket.high:
-        bracket = _first_part_with_an_end(end_at, bracket)
-    return bracket
-
-
-def _bracket_below(end_at: Callable[[float], str], high: float, why: str) -> Bracket:
-    for _ in range(SEARCH.most_shrinks):
-        low = high / SEARCH.growth
-        why_below = end_at(low)
-        if not why_below:
-            return Bracket(low, high, why)
-        high, why = low, why_below
-    return Bracket(0.0, high, why)
-
-
-def _bracket_above(end_at: Callable[[float], str], low: float, end: float) -> Bracket:
+        high = start
+        for _ in range(SEARCH.most_shrinks):
+            yield Bracket(0.0, high, why)
+            low = high / SEARCH.growth
+            why_below = end_at(low)
+            if not why_below:
+                yield Bracket(low, high, why)
+                return
+            high, why = low, why_below
+        yield Bracket(0.0, high, why)
+        return
+    low = start
     while low < end:
+        yield Bracket(low, np.inf, "")
         high = min(SEARCH.growth * low, end)
         why = end_at(high)
         if why:
-            return Bracket(low, high, why)
+            yield Bracket(low, high, why)
+            return
         low = high
-    return Bracket(end, end, "")
+    yield Bracket(end, np.inf, "")
 
 
-def _first_part_with_an_end(end_at: Callable[[float], str], bracket: Bracket) -> Bracket:
+def _parts(end_at: Callable[[float], str], bracket: Bracket) -> Iterator[Bracket]:
+    """The bracket after each trial of its parts, from below up to the first part with an end."""
     low = bracket.low
     width = (bracket.high - bracket.low) / SEARCH.parts
     for trial in (bracket.low + width * np.arange(1, SEARCH.parts)).tolist():
         why = end_at(trial)
         if why:
-            return Bracket(low, trial, why)
+            yield Bracket(low, trial, why)
+            return
         low = trial
-    return Bracket(low, bracket.high, bracket.why)
+        yield Bracket(low, bracket.high, bracket.why)

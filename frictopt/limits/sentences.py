@@ -369,6 +369,11 @@ GOES_ON = Sentence(
     "{unknown}; transients from no slip reach this load",
     assumes=_FOUND_NOT_PROVEN,
 )
+STOPPED = Sentence(
+    "transients from no slip were followed for {seconds:g} s, and {cycles} up to {load_factor:.4g}"
+    "{end}; with more `seconds` the load factor may be larger; {unknown}",
+    assumes=_FOUND_NOT_PROVEN,
+)
 SLIDES_OFF_AT_ANY = Sentence(
     "from no slip the transient finds no continuation at any load factor ({why}); {unknown}",
     assumes=_FOUND_NOT_PROVEN,

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -67,14 +66,12 @@ def best_open_set(
     closed: L,
     start_by: float,
     enough: float,
-    answer: Callable[[L], L] = lambda limit: limit,
 ) -> L:
     """The best limit over sets of open nodes that the search finds.
 
     `closed` is the limit with all nodes closed. It is the answer if zero slip is safe under the
     mean load and no governing node may open. `limit_of(question, above)` computes the limit of a
-    question with other open nodes; it may raise an error if this limit is at most `above`. If these
-    limits have no proof, `answer` computes a proven limit from the limit that an interrupt keeps.
+    question with other open nodes; it may raise an error if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
     The first limit that reaches `enough` ends the search. Under a static load only the nodes that
@@ -99,7 +96,7 @@ def best_open_set(
         note_balanced(question.system, question.friction, mean)
 
     with progress_bar(True, "open nodes", "program") as bar:
-        search = _SetSearch(limit_of, answer, closed, start_by, enough, may_change, bar)
+        search = _SetSearch(limit_of, closed, start_by, enough, may_change, bar)
         search.climb(closed)
         if tends_to_open or not settles_closed:
             safe = _counts(search.best, start_by)
@@ -107,6 +104,11 @@ def best_open_set(
     if search.failed is not None and not _counts(search.best, start_by):
         raise search.failed
     return search.best
+
+
+def may_open(question: Question) -> bool:
+    """Whether nodes have gaps, or the mean load pulls nodes; then some nodes usually open."""
+    return bool(question.system.gap.any() or (question.r0[:, -1] < 0).any())
 
 
 def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
@@ -120,7 +122,6 @@ class _SetSearch(Generic[L]):
     def __init__(
         self,
         limit_of: Callable[[Question, float], L],
-        answer: Callable[[L], L],
         closed: L,
         start_by: float,
         enough: float,
@@ -132,7 +133,6 @@ class _SetSearch(Generic[L]):
         self.tried = {closed.open.tobytes()}
         self._question = closed._question
         self._limit_of = limit_of
-        self._answer = answer
         self._start_by = start_by
         self._enough = enough
         self._moves = moves
@@ -175,7 +175,7 @@ class _SetSearch(Generic[L]):
         return limit
 
     def _keep(self, limit: L) -> None:
-        keep_best(self._bar, limit, partial(self._answer, limit))
+        keep_best(self._bar, limit)
 
     def _solved(self, open_nodes: Booleans, above: float) -> L | None:
         """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
@@ -206,14 +206,12 @@ class _SetSearch(Generic[L]):
         return True
 
 
-def keep_best(
-    bar: Bar, limit: ShakedownAnswer, answer: Callable[[], ShakedownAnswer] | None = None
-) -> None:
-    """Keep the best limit for an interrupt, or the function that computes it then."""
+def keep_best(bar: Bar, limit: ShakedownAnswer) -> None:
+    """Keep the best limit for an interrupt."""
     best = f"at least {limit.load_factor:.4g} so far"
     if np.isnan(limit.load_factor):
         best = "none safe so far"
-    bar.keep("limit", answer or limit, "the best limit by then is in the attribute `limit`", best)
+    bar.keep("limit", limit, "the best limit by then is in the attribute `limit`", best)
 
 
 def _settled(question: Question, tends_to_open: bool, safe: bool) -> Iterator[Booleans]:

@@ -7,13 +7,12 @@ solve it, check the solution, complete the answer.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -31,21 +30,29 @@ from ..base import (
 from ..base.checks import flag, flags
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.compiled import Proof
-from . import rest_intervals
+from ..solve.arrays import Arrays
+from ..solve.solvers import INFEASIBLE, NoOptimum
+from . import assembled, rest_intervals
 from .answered import answered
-from .best_set import best_set
-from .models import least_load, shakedown
-from .no_limit import NoLimit, constraint_names, no_limit
+from .corners import listed_corners
+from .lift_off import LiftOff
+from .mechanism import Mechanism
+from .no_limit import no_limit
 from .open_nodes import is_safe_at_mean_load
 from .order_limits import best_with_events
 from .order_search import check_events
-from .programs import Program
+from .ordered import read_order, solved_order
 from .question import Question, pose, with_open
+from .quick_bound import is_at_most
 from .reasons import shakedown_reason
-from .safe_model import SafeModel
+from .rest_program import USER, RestProgram
 from .sentences import CHOSEN
+from .set_search import best_open_set, may_open
 from .shakedown_answer import ShakedownAnswer
+from .solution import Solution, growth, solve
+from .solved import UNBOUNDED
+
+# One file because a reader follows the question to its answer in it, from top to bottom.
 
 
 @warns_of_odd_values
@@ -111,31 +118,31 @@ def shakedown_limit(
     'no residual slip is safe above it with all nodes closed'
     """
     with progress_bar(progress, "shakedown limit"):
-        name = ShakedownLimits._public_question
+        name = "shakedown_limit"
         question = pose(
             system, cycle, friction, simplify=simplify, slip_bound=slip_bound, question_name=name
         )
-        return ShakedownLimits._on(question, solver).of_question(question, open, events)
+        return ShakedownLimits(solver).of_question(question, open, events)
 
 
-class ShakedownLimits(SafeModel):
-    """The shakedown limits of one system and cycle, for any friction and open nodes."""
+class ShakedownLimits:
+    """The shakedown limits of a contact, by one solver or all.
 
-    _public_question = "shakedown_limit"
+    `unknowns`: the variables of the model that asks, which its printed problems contain.
+    """
+
+    def __init__(self, solver: str | None = None, unknowns: Any = None) -> None:
+        self.solver = solver
+        self._unknowns = unknowns
 
     def of_question(
-        self,
-        question: Question,
-        open: Any,
-        events: bool,
-        user_rows: Sequence[cp.Constraint] = (),
-        objective: cp.Expression | None = None,
+        self, question: Question, open: Any, events: bool, user: Any = None
     ) -> ShakedownLimit:
         """The limit with given nodes open, or with the best set of open nodes that a search finds.
 
-        With `events` some nodes may open and close in each cycle.
+        With `events` some nodes may open and close in each cycle. `user`: the `UserRows`.
         """
-        restricted = bool(user_rows) or objective is not None or open is not None
+        restricted = user is not None or open is not None
         flag("events", events)
         if not restricted:
             moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
@@ -149,10 +156,10 @@ class ShakedownLimits(SafeModel):
                     "open: the closed nodes are too few to hold the open nodes; leave more nodes "
                     "closed"
                 )
-            return self.of_set(opened, user_rows, objective)
-        limit = self.of_any_set(question, user_rows, objective)
-        if restricted:
-            return limit
+            return self.of_set(opened, user)
+        limit = self.of_any_set(question)
+        if user is not None:
+            return self.of_set(limit._question, user)
         known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
         if not events:
             return known
@@ -175,135 +182,178 @@ class ShakedownLimits(SafeModel):
 
     def _up_to(self, question: Question, largest: float = np.inf) -> ShakedownLimit:
         """The limit of a question of its own, or `largest` if it is less."""
-        limits = ShakedownLimits._on(question, self._solver)
-        rows = [limits.load_factor <= largest] if np.isfinite(largest) else []
-        return replace(limits.of_set(question, rows), constraints=())
+        return ShakedownLimits(self.solver).of_set(question, largest=largest)
 
     def of_any_set(
-        self,
-        question: Question,
-        user_rows: Sequence[cp.Constraint] = (),
-        objective: cp.Expression | None = None,
-        start_by: float = np.inf,
-        enough: float = np.inf,
+        self, question: Question, start_by: float = np.inf, enough: float = np.inf
     ) -> ShakedownLimit:
-        """The limit with the open nodes of `best_set`, searched without the user rows.
+        """The limit with the best open nodes of a search; see `best_open_set`."""
+        if may_open(question):
+            closed = self._in_search(question, -np.inf)
+        else:
+            closed = self.of_set(question)
+        best = best_open_set(self._in_search, closed, start_by, enough)
+        if best._solved is None:
+            # That no load factor is safe has no proof yet.
+            return replace(self.of_set(best._question), least=best.least)
+        return best
 
-        `start_by` and `enough` are those of `best_open_set`.
-        """
-        if user_rows or objective is not None:
-            open_nodes = self.of_any_set(question)._question.open_nodes
-            return self.of_set(with_open(question, open_nodes) or question, user_rows, objective)
-        limit: ShakedownLimit = best_set(self, question, start_by, enough)
-        return limit
+    def _in_search(self, question: Question, above: float) -> ShakedownLimit:
+        """A limit for the search; that no load factor is safe, or at most `above`, has no proof."""
+        if is_at_most(question, above):
+            return _none_safe(question)
+        try:
+            return self.of_set(question, above=above, proven=False)
+        except NoOptimum:
+            return _none_safe(question)
 
     def of_set(
         self,
         question: Question,
-        user_rows: Sequence[cp.Constraint] = (),
-        objective: cp.Expression | None = None,
+        user: Any = None,
+        *,
         above: float = -np.inf,
+        largest: float = np.inf,
+        proven: bool = True,
     ) -> ShakedownLimit:
-        """The limit with given open nodes; SolverError if it is proven to be at most `above`."""
-        chosen = objective is not None
-        unit = 1.0 if chosen else question.load_unit
-        program = self._program(question, user_rows, objective, _goal, "shakedown", unit)
+        """The limit with given open nodes, at most `largest`.
 
-        def proof() -> NoLimit | None:
-            return no_limit(program, _goal(program), chosen)
+        `NoOptimum` if it is proven to be at most `above`. Without `proven` a solver is believed
+        that no load factor is safe.
+        """
+        program = assembled.shakedown(question)
+        if np.isfinite(largest):
+            program.bound("most", "load_factor", -1.0, largest)
+        goal = "load_factor"
+        if user is not None:
+            goal = user.add_to(program)
 
-        limit = self.solved(program, proof, above, chosen)
-        if limit.kind is LimitKind.NO_SAFE_SLIP or chosen:
-            return limit
-        slip = limit.slip if limit.kind is LimitKind.FINITE else None
-        if not user_rows and is_safe_at_mean_load(question, slip):
-            return replace(limit, least=0.0)
-        return self._with_least(limit, program)
+        def claimed(solution: Solution) -> ShakedownLimit:
+            return checked_limit(question, solution, user)
 
-    def solved(
-        self,
-        program: Program,
-        proof_of_none: Callable[[], NoLimit | None],
-        above: float,
-        chosen: bool = False,
-    ) -> ShakedownLimit:
-        """The first solver's answer that passes the checks, with its problem and record."""
-        claim, record = program.chain.solve(
-            partial(checked_limit, program, chosen, above),
-            self._solver,
-            no_optimum=lambda: without_limit(proof_of_none()),
+        def none(outcome: str, arrays: Arrays) -> ShakedownLimit | None:
+            if outcome == INFEASIBLE and not proven:
+                return _none_safe(question)
+            return without_limit(program, goal, user)
+
+        limit, record = solve(
+            program,
+            goal,
+            1.0,
+            claimed,
+            self.solver,
+            no_optimum=none,
             above=above,
         )
-        return answered(claim, record, program)
+        if limit is None or limit.bound <= above:
+            raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
+        if limit._solved is None:
+            return limit
+        limit = self._listed(limit, record, user)
+        if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
+            return limit
+        slip = limit.slip if limit.kind is LimitKind.FINITE else None
+        if user is None and is_safe_at_mean_load(question, slip):
+            return replace(limit, least=0.0)
+        return self._with_least(limit, program, claimed)
+
+    def _listed(self, limit: ShakedownLimit, record: SolveRecord, user: Any) -> ShakedownLimit:
+        """The limit with its record, and with what its printed problem needs."""
+        question = limit._question
+        assert limit._solved is not None  # it is proven
+        solved = replace(limit._solved, unknowns=self._unknowns)
+        corners = len(listed_corners(question))
+        if user is not None:
+            solved = user.listed(solved)
+            corners = len(question.r1)
+        return answered(replace(limit, _solved=solved), record, corners)
 
     def of_any_order(self, best: ShakedownLimit, enough: float = np.inf) -> ShakedownLimit:
         """The best limit with nodes that open and close, see `best_with_events`."""
         return best_with_events(self, best, enough)
 
-    def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
+    def _with_least(
+        self,
+        limit: ShakedownLimit,
+        program: RestProgram,
+        claimed: Callable[[Solution], ShakedownLimit],
+    ) -> ShakedownLimit:
         """The limit, completed by the least safe load factor from a second program."""
-        started = program.question.started
         try:
-            with program.chain.kept():
-                downward = replace(program)
-                downward.compiled(least_load(program.x, program.rows), program.question.load_unit)
-                lower, lower_record = downward.chain.solve(
-                    partial(checked_limit, downward), self._solver
-                )
+            lower, record = solve(program, "load_factor", -1.0, claimed, self.solver)
         except SolverError:
             # Rounding hides whether some slip is safe under the mean load. The limit stands, and
             # the least safe load factor is not known.
             return limit
+        assert lower is not None
         record = replace(
             limit.record,
-            attempts=(*limit.record.attempts, *lower_record.attempts),
+            attempts=(*limit.record.attempts, *record.attempts),
             residual=max(limit.residual, lower.residual),
-            seconds=perf_counter() - started,
+            seconds=perf_counter() - limit._question.started,
         )
         return replace(limit, least=lower.load_factor, record=record)
 
+    def of_order(
+        self, question: LiftOff, program: RestProgram, sense: float, above: float = -np.inf
+    ) -> ShakedownLimit:
+        """The largest (sense 1) or least load factor of an order of events."""
 
-def _goal(program: Program) -> cp.Problem:
-    return shakedown(program.x, program.rows)
+        def claimed(solution: Solution) -> ShakedownLimit:
+            placed, slip, motion = read_order(question, solution)
+            limit = checked_limit(placed, solution, at_rest=(slip, motion))
+            return replace(limit, _solved=solved_order(question, solution, "ordered"))
+
+        limit, record = solve(
+            program,
+            "load_factor",
+            sense,
+            claimed,
+            self.solver,
+            no_optimum=lambda outcome, arrays: _every_load_is_safe(question, program),
+            above=above if sense > 0 else -np.inf,
+        )
+        if limit is None or (sense > 0 and limit.bound <= above):
+            raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
+        return answered(limit, record, len(question.r1))
 
 
-def checked_limit(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
-    """The limit in a solved program, with its violations and its bound.
+def checked_limit(
+    question: Question,
+    solution: Solution,
+    user: Any = None,
+    at_rest: tuple[Array, Mechanism] | None = None,
+) -> ShakedownLimit:
+    """The limit of a solution, with its violations and its bound.
 
-    `chosen`: whether an objective of the user determined the load factor. SolverError if the
-    multipliers prove that the limit is at most `above`.
+    `at_rest`: the slip of all nodes and the mechanism of an order of events.
     """
-    question = program.question
-    load_factor = program.load_factor
-    slip = program.slip
-    proof = program.chain.proof
-    bound = upper_bound(proof, above)
-    violations = [question.violation(load_factor, slip), proof.gap, program.user_violation]
+    load_factor = solution.load_factor
+    slip, motion = at_rest or (solution.slip_of_nodes, solution.motion)
+    bound, defect = solution.bound
+    objective = None if solution.goal == "load_factor" else solution.value
+    violations = [question.violation(load_factor, slip), solution.gap]
+    if user is not None:
+        violations.append(solution.program.violation(solution.x, label=USER))
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     return ShakedownLimit(
         load_factor,
         slip,
         SolveRecord(residual=residual),
         question,
-        program.motion,
+        motion,
         LimitKind.FINITE,
-        bound,
-        objective=proof.value if chosen else None,
-        _why=CHOSEN() if chosen else "",
-        constraints=constraint_names(program, chosen),
+        bound + defect,
+        objective=objective,
+        _why="" if objective is None else CHOSEN(),
+        constraints=() if user is None else user.names,
+        _solved=solution.solved("shakedown"),
     )
 
 
-def upper_bound(proof: Proof, above: float = -np.inf) -> float:
-    """The upper bound that the multipliers prove; SolverError if it is at most `above`."""
-    bound = proof.bound + proof.defect
-    if bound <= above:
-        raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
-    return bound
-
-
-def without_limit(proof: NoLimit | None) -> ShakedownLimit | None:
+def without_limit(program: RestProgram, goal: str, user: Any) -> ShakedownLimit | None:
     """The answer without a finite limit, if its proof exists."""
+    proof = no_limit(program, goal, user)
     if proof is None:
         return None
     value = np.inf if proof.kind is LimitKind.UNBOUNDED else np.nan
@@ -317,6 +367,40 @@ def without_limit(proof: NoLimit | None) -> ShakedownLimit | None:
         value,
         _why=proof.why,
         constraints=proof.constraints,
+        _solved=proof.solved,
+    )
+
+
+def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLimit | None:
+    """The limit of an order with which all load factors are safe, proven; else None."""
+    grown = growth(program, "load_factor")
+    if grown is None:
+        return None
+    along, residual = grown
+    placed, _, motion = read_order(question, along)
+    solved = replace(solved_order(question, along, "ordered"), status=UNBOUNDED)
+    return ShakedownLimit(
+        np.inf,
+        np.full(question.system.slip_shape, np.nan),
+        SolveRecord(residual=residual),
+        placed,
+        motion,
+        LimitKind.UNBOUNDED,
+        np.inf,
+        _solved=solved,
+    )
+
+
+def _none_safe(question: Question) -> ShakedownLimit:
+    """A set of a search with which no load factor is safe, or none above the best; not proven."""
+    return ShakedownLimit(
+        np.nan,
+        np.full(question.system.slip_shape, np.nan),
+        SolveRecord(residual=0.0),
+        question,
+        Mechanism(np.zeros_like(question.r1), question.friction),
+        LimitKind.NO_SAFE_SLIP,
+        np.nan,
     )
 
 
@@ -424,7 +508,7 @@ class ShakedownLimit(ShakedownAnswer):
         [[0.0, 0.4545], [1.0, inf]]
         """
         question = pose(self.system, self.cycle, self.friction)
-        return frozen(rest_intervals.all_intervals(question, ShakedownLimits._on(question, None)))
+        return frozen(rest_intervals.all_intervals(question, ShakedownLimits()))
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.

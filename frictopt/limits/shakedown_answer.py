@@ -20,11 +20,11 @@ from ..base import (
 from ..contact import lengths
 from ..errors import ModelError
 from .answered import Rated
+from .elastic import is_held
 from .gross_slip import statics_alone
 from .least_slip import LeastSlip, least_slip
 from .moving_areas import has_all_states
 from .open_nodes import stays_closed
-from .programs import is_held
 from .proven_again import check_bound, check_slip
 from .question import Question
 

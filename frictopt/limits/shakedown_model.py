@@ -14,11 +14,11 @@ from ..base import Table, frame, listed, number_of, progress_bar, warns_of_odd_v
 from ..contact import LoadCycle, checked_cycle
 from ..errors import ModelError
 from .question import Question, pose
-from .safe_model import in_turn
+from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 
-class ShakedownModel(ShakedownLimits):
+class ShakedownModel(SafeModel):
     """The shakedown limit of one system for any friction and loads, compiled once.
 
     Theory, eq. (7).
@@ -59,7 +59,7 @@ class ShakedownModel(ShakedownLimits):
     1.071429
     """
 
-    _any_cycle = True
+    _public_question = "shakedown_limit"
 
     @warns_of_odd_values
     @in_turn
@@ -103,10 +103,11 @@ class ShakedownModel(ShakedownLimits):
             belong to another model; an objective without a largest value; no solver gave an answer
             that passes the checks.
         """
-        user_rows = listed("constraints", constraints)
+        user = self._user(constraints, objective)
         with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction) if cycle is None else self._posed_on(cycle, friction)
-            return self._shown(self.of_question(question, open, events, user_rows, objective))
+            limits = ShakedownLimits(self._solver, self._x)
+            return self._shown(limits.of_question(question, open, events, user))
 
     def _posed_on(self, cycle: LoadCycle, friction: Any) -> Question:
         """The question of the model with another load cycle."""
@@ -137,14 +138,13 @@ class ShakedownModel(ShakedownLimits):
         `solve`; also ModelError if `frictions` is not a sequence. Ctrl-C raises KeyboardInterrupt
         with an attribute `table`, which has the limits so far.
         """
-        user_rows = listed("constraints", constraints)
         wanted = listed("frictions", frictions)
         rows = list[dict[str, Any]]()
 
         total = len(wanted)
         with progress_bar(progress, "sweep", "friction", total=total) as bar:
             for friction in wanted:
-                rows.append(_row(friction, self.solve(friction, user_rows)))
+                rows.append(_row(friction, self.solve(friction, constraints)))
                 note = (
                     f"the limits of {len(rows)} of {total} frictions are in the attribute `table`"
                 )

@@ -39,7 +39,7 @@ def units_of(
 
     # In space the radius of a friction cone is the friction bound. The bound is the unit if it is
     # smaller than the pressure.
-    small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
+    small_cones = (friction > 0) & (friction < 1)
     normal_stiffness = float(np.diag(system.C).mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:
         normal_stiffness = system.stiffness_scale

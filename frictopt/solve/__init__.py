@@ -1,30 +1,24 @@
-"""From a cvxpy problem to its answer and its proof. This room knows no contact.
+"""Programs as arrays: their answers, and proofs that there is none. This room knows no contact.
 
-In comes a cvxpy problem with the units of its unknowns: a linear program, or one with second-order
-cones. Compiled it reads `min c'z` over the z with `s = b - A z` in cones K. Out come values z and
-multipliers y in the dual cones. By weak duality they prove `c'z >= -b'y` for every z, up to what
-`A'y + c`, which should vanish, adds for z of the size of its units.
+A program is `min cost @ x` over the x whose slacks `right - sparse @ [x, block @ x]` are zero, at
+least zero, or in second-order cones. Out come x and multipliers y in the dual cones. By weak
+duality they prove `cost @ x >= -right @ y` for every x, up to what `A'y + cost`, which should
+vanish, adds for x of the size of its units.
 
-`chain.py`
-    The way of a problem to its answer, and proofs that there is none.
-`compiled.py`
-    The problem as cvxpy compiles it, what multipliers prove, and changes of variables.
-`unresisted.py`
-    Null vectors of a stiffness and its inverse, for these changes.
-`reduced.py`
-    The reduction as a list of steps, each with a way back (`program.py`).
-`eliminated.py`, `redundant.py`, `dense.py`, `scaled.py`
-    The steps: unknowns that follow from others, redundant rows, dense equations, units.
+`answer.py`
+    The first solver's answer that passes its check, and proofs that there is none.
 `arrays.py`
-    The reduced program, and its exact solution next to a rough one (`polish`).
-`flipped.py`
-    The dual, where it is smaller.
+    A program, and its exact solution next to a rough one (`polish`).
+`rows.py`, `products.py`
+    Rows by their entries, and products whose factors differ in size.
 `solvers.py`
     Solvers, their order and options.
 `interior_point.py`, `condensed.py`, `cones.py`, `step_equations.py`
     An interior point of our own for large cone programs.
-`problem.py`
-    Problems that can be copied, pickled and printed by the names of their parts.
+`problem.py`, `explained.py`
+    cvxpy problems that can be copied, pickled and printed by the names of their parts.
+`by_cvxpy.py`
+    Problems that cvxpy solves as they stand.
 """
 
 from .solvers import LP_SOLVERS

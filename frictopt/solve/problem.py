@@ -9,7 +9,7 @@ import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
 
-from ..base import RESIDUAL, Array, Recorded, Table
+from ..base import RESIDUAL, Array
 
 Duals: TypeAlias = tuple[tuple[str, Array], ...]
 
@@ -75,6 +75,16 @@ def _again(
     return problem
 
 
+def set_optimal(problem: cp.Problem) -> None:
+    """Give a problem whose unknowns and multipliers have values the status of an optimum."""
+    values = {part.id: part.value for part in problem.variables()}
+    multipliers = {
+        dual.id: dual.value for row in problem.constraints for dual in row.dual_variables
+    }
+    value = float(problem.objective.value)
+    problem.unpack(Solution(cp.OPTIMAL, value, values, multipliers, {}))
+
+
 def set_no_optimum(problem: cp.Problem, status: str) -> None:
     """Give a problem the status infeasible or unbounded, and the value that cvxpy has for it.
 
@@ -87,40 +97,6 @@ def set_no_optimum(problem: cp.Problem, status: str) -> None:
         put_back(multipliers)
 
 
-class Explained(Recorded):
-    """Base of answers of a program, which print it by the names of its parts."""
-
-    problem: cp.Problem | None
-
-    def _explanation(self) -> "tuple[str, float | None, Table | None, str]":
-        """Title, answer, slips that limit the load, largest first, and the reason.
-
-        What stands in the problem is printed only if it agrees with the answer.
-        """
-        raise NotImplementedError
-
-    def explain(self) -> str:
-        """The model by its names, as text: sizes, curvature, DPP, left-out and binding rows."""
-        title, value, mechanism, reason = self._explanation()
-        lines = [title, "=" * len(title)]
-        if value is not None:
-            lines.append(f"answer      {value:.12g}")
-        if reason:
-            lines.append(f"reason      {reason}")
-        if self.problem is None:
-            lines.append("problem     none")
-        else:
-            lines += _problem_lines(self.problem, value)
-        lines.append("left out")
-        lines += [f"    {text}" for text in self.record.left_out or ("nothing",)]
-        if mechanism is not None and len(mechanism):
-            shown = mechanism.head(8)
-            lines.append(f"binding mechanism, {len(shown)} of {len(mechanism)} slips")
-            table = shown.to_string(index=False, float_format="{:.4g}".format)
-            lines += [f"    {row}" for row in table.split("\n")]
-        return "\n".join(lines)
-
-
 def label_of(row: cp.Constraint) -> str:
     """The label of a row, or the side of it that is no constant."""
     if row.label:
@@ -131,12 +107,6 @@ def label_of(row: cp.Constraint) -> str:
 def dual_of(row: cp.Constraint) -> Any:
     """The multiplier of a row, of a cone that of its bound."""
     return row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value
-
-
-def standing(problem: cp.Problem) -> dict[cp.Variable, Any]:
-    """The values of the unknowns and multipliers of a problem."""
-    duals = [dual for row in problem.constraints for dual in row.dual_variables]
-    return {part: part.value for part in [*problem.variables(), *duals]}
 
 
 def put_back(values: Mapping[cp.Variable, Any]) -> None:
@@ -155,7 +125,7 @@ def duals(problem: cp.Problem) -> Duals:
     )
 
 
-def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
+def problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
     """A problem with its parts; with their values if its objective has this value."""
     objective = problem.objective.expr.value
     solved = objective is not None and (

@@ -1,16 +1,11 @@
-"""The one place that runs solvers: their order, their options, and what they report.
+"""Solvers of programs as arrays: their order, their options, and what they report."""
 
-Programs as arrays are solved by `run`. Others, with integers or a quadratic objective, cvxpy solves
-as they stand, by `solve`.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
 import clarabel
-import cvxpy as cp
 import numpy as np
 from scipy.sparse import csc_array, csr_array
 
@@ -45,7 +40,7 @@ _CLARABEL = {
     "max_threads": 1,
     "time_limit": 600.0,
 }
-_OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
+OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
         "CLARABEL": _CLARABEL,
         # It ends more exactly on condensed contacts: fewer answers need the polish.
@@ -117,10 +112,6 @@ _OUTCOMES = {
     "DualInfeasible": UNBOUNDED,
     "AlmostDualInfeasible": UNBOUNDED,
 }
-# The same statuses as cvxpy reports them. Every other outcome is a failure.
-_OPTIMAL = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
-_NO_OPTIMUM = (cp.INFEASIBLE, cp.UNBOUNDED, cp.settings.INFEASIBLE_OR_UNBOUNDED)
-
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried.
 
@@ -135,7 +126,7 @@ MILP = "mixed-integer program"
 QP = "quadratic program"
 SOCP = "cone program"
 LARGE_SOCP = "large cone program"
-_SOLVERS = {
+SOLVERS = {
     LP: LP_SOLVERS,
     MILP: MILP_SOLVERS,
     # Another method begins at the answer of the first one.
@@ -163,26 +154,6 @@ class Claim(Protocol):
 C = TypeVar("C", bound=Claim)
 
 
-def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
-    """Solve an unreduced program by cvxpy, with the first solver that finds an optimum.
-
-    Returns all attempts. `residual` returns the residual of the values of the problem's variables.
-    It is recorded and not compared with a tolerance. If all solvers agree that there is no optimum,
-    the error is a `NoOptimum`.
-    """
-    attempts, agreed = list[Attempt](), True
-    for name in _SOLVERS[kind]:
-        if name not in _OPTIONS:  # it takes arrays alone
-            continue
-        outcome = _run(problem, name)
-        is_optimal = outcome in _OPTIMAL
-        attempts.append(Attempt(name, outcome, residual() if is_optimal else np.inf))
-        if is_optimal and not np.isnan(attempts[-1].residual):
-            return tuple(attempts)
-        agreed = agreed and outcome in _NO_OPTIMUM
-    raise failed(kind, np.inf, attempts, agreed)
-
-
 def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: bool) -> SolverError:
     """The error if no answer passes: a `NoOptimum` if all solvers agreed that there is none."""
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
@@ -199,7 +170,7 @@ def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: boo
 
 def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     """The solvers to try for a kind of problem: all of them, or the one that is asked for."""
-    solvers = _SOLVERS[kind]
+    solvers = SOLVERS[kind]
     if solver is None:
         return solvers
     if not isinstance(solver, str) or solver not in solvers:
@@ -207,38 +178,6 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
             f"solver: {shown(solver)}; give one of {[*solvers]}, or None to try them in this order"
         )
     return (solver,)
-
-
-def _run(problem: cp.Problem, name: str) -> str:
-    """The status with which a solver ends, or its error.
-
-    `Problem.solve` would also warn of inaccurate answers: here the residual decides, and the status
-    is recorded. A filter for its warnings would be one of all threads.
-    """
-    options = dict(_OPTIONS[name])
-    try:
-        data, chain, inverse = problem.get_problem_data(
-            name.split("_")[0],
-            enforce_dpp=True,
-            canon_backend=backend(problem),
-            solver_opts=options,
-        )
-        raw = chain.solve_via_data(
-            problem, data, warm_start=False, verbose=False, solver_opts=options
-        )
-        solution = chain.invert(raw, inverse)
-        if solution.status in cp.settings.ERROR:
-            return f"{name}: {solution.status}"
-        problem.unpack(solution)
-    except (cp.SolverError, ValueError, ArithmeticError) as error:
-        return str(error).split("\n")[0]
-    return str(problem.status)
-
-
-def backend(problem: cp.Problem) -> str | None:
-    """What cvxpy compiles a problem with; it would warn if it chose another backend than usual."""
-    usual = problem._supports_cpp() and problem._max_ndim() <= 2
-    return None if usual else str(cp.SCIPY_CANON_BACKEND)
 
 
 def run(
@@ -315,11 +254,8 @@ class WarmProgram:
     """A linear program that HiGHS keeps: a solution starts from the basis of an earlier one.
 
     It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds of
-    rows and the cost may change between two solutions.
-
-    With tighter bounds of rows an earlier basis is dual feasible, so that the dual simplex takes
-    few steps. `primal`: the primal simplex is used instead. It takes fewer steps from no basis, and
-    after a change of the cost.
+    rows may change between two solutions. With tighter bounds of rows an earlier basis is dual
+    feasible, so that the dual simplex takes few steps.
     """
 
     def __init__(
@@ -330,15 +266,9 @@ class WarmProgram:
         cost: Array,
         lower: Array,
         upper: Array,
-        primal: bool = False,
     ) -> None:
-        self._strategies = (_PRIMAL, _DUAL) if primal else (_DUAL, _PRIMAL)
-        method = {"solver": "simplex", "simplex_strategy": self._strategies[0]}
+        method = {"solver": "simplex", "simplex_strategy": _DUAL}
         self._engine = _engine(method, csr_array(matrix), least, most, cost, lower, upper)
-
-    def minimize(self, cost: Array) -> None:
-        """Take another cost."""
-        self._engine.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), cost)
 
     def bound_rows(self, rows: Integers, least: Array, most: Array) -> None:
         """Change the bounds of some rows."""
@@ -362,18 +292,17 @@ class WarmProgram:
         engine.run()
         if engine.getModelStatus() not in _OUTCOMES:
             # From no basis, the other simplex often ends where the first one gives up.
-            first, second = self._strategies
             engine.clearSolver()
-            engine.setOptionValue("simplex_strategy", second)
+            engine.setOptionValue("simplex_strategy", _PRIMAL)
             engine.run()
-            engine.setOptionValue("simplex_strategy", first)
+            engine.setOptionValue("simplex_strategy", _DUAL)
         return _answer(engine)
 
 
 def _by_clarabel(program: Arrays, solver: str) -> tuple[str, Array, Array]:
     """Clarabel's own status, x and multipliers."""
     settings = clarabel.DefaultSettings()
-    for name, value in {"verbose": False, **_OPTIONS[solver]}.items():
+    for name, value in {"verbose": False, **OPTIONS[solver]}.items():
         setattr(settings, name, value)
     wide = program.widened
     linear = wide.linear - wide.zero

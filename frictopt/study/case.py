@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base import Array
 from ..contact import ContactSystem, LoadCycle, joined
-from ..limits import GrossSlip, ShakedownLimit, gross_slip_of_statics
+from ..limits import GrossSlip, ShakedownLimit, gross_slip
 from .starts import Start
 
 # Digits of numbers in keys; other processors change digits behind them.
@@ -78,7 +78,7 @@ class Case:
     @cached_property
     def statics(self) -> GrossSlip:
         """The load factors at which forces within friction balance the loads, for all starts."""
-        return gross_slip_of_statics(self.system, self.cycle, self.friction)
+        return gross_slip(self.system, self.cycle, self.friction, seconds=0.0, progress=False)
 
     @cached_property
     def loads(self) -> str:

@@ -10,8 +10,8 @@ from ..base import RESIDUAL, ROUNDING, Array
 from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
+from ..limits.elastic import elastic
 from ..limits.open_nodes import open_under_mean
-from ..limits.programs import free_slips
 from ..limits.safe_vertices import furthest
 
 
@@ -111,13 +111,14 @@ class RangeStarts:
 
     def _slips_along_directions(self, question: Question) -> list[Array | None]:
         """The admissible slip that goes furthest in each direction, None if there is none."""
-        _, compliance = free_slips(question)
+        closed = elastic(question)
         unit = np.tile(question.node_unit, question.system.tangents)
         # (t N,) tractions for each direction. A traction counts by the slip that it makes.
-        tractions = (
-            unit * (compliance @ (direction.T * ~question.open_nodes).ravel())
-            for direction in self._directions.values()
-        )
+        tractions = []
+        for direction in self._directions.values():
+            traction = np.zeros(len(unit))
+            traction[closed.slips] = closed.compliance @ direction.T.ravel()[closed.slips]
+            tractions.append(unit * traction)
         return furthest(question, 0.0, tractions)
 
     @cached_property

@@ -7,12 +7,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
-from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..base import CONDENSATION, COUNTS, RIGID, ROUNDING, Array, Booleans
+from ..base import CONDENSATION, COUNTS, ROUNDING, Array, Booleans, free_motions
 from ..contact import (
     BoundTerm,
     ContactLaw,
@@ -60,16 +59,7 @@ def rigid_motions(S: Array, sizes: Array) -> Array:
     They are the slides, turns and lifts of bodies that no support guides. `sizes` (M,) are those of
     S at its nodes (`own_stiffness`): with them a soft body beside a stiff one is not free.
     """
-    # Imported here, because loads that the closed contact bears need no motions.
-    from scipy.linalg import solve_triangular
-    from scipy.linalg.lapack import dpstrf
-
-    root = np.sqrt(sizes)
-    factor, order, rank, _ = dpstrf(S / np.outer(root, root), tol=RIGID)
-    # The entries without a pivot are free; the others follow them without force.
-    motions = np.eye(len(S), len(S) - rank, -rank)
-    motions[:rank] = solve_triangular(factor[:rank, :rank], -factor[:rank, rank:])
-    return without_rounding(np.linalg.qr(motions[np.argsort(order)] / root[:, None])[0])
+    return without_rounding(free_motions(S, sizes))
 
 
 # The motions of each system, and digests of the frictions and loads that its contact forces
@@ -104,13 +94,6 @@ def without_rounding(motions: Array) -> Array:
     """Motions (M, k) with 0 for entries that are rounding beside the largest of their motion."""
     size = np.abs(motions)
     return np.where(size > CONDENSATION * size.max(axis=0, initial=0.0), motions, 0.0)
-
-
-class _Motion(NamedTuple):
-    """A rigid motion of size up to 1, and by how much it lifts less than f |v| somewhere."""
-
-    phi: Array
-    residual: float
 
 
 class Statics:
@@ -237,40 +220,26 @@ class Statics:
         """
         if not V.size or self._balances(V, pressed, load):
             return None
-        # Imported here, because loads that friction bears need no program.
-        import cvxpy as cp
-
-        from ..solve.chain import Chain
-
         n = self._system.nodes
-        f = self._friction
-        scale = float(np.abs(load).max()) or 1.0
-        share = cp.Variable(V.shape[1], name="share")
-        *v, lift = (part @ share for part in V.reshape(-1, n, V.shape[1]))
-        work = (V.T @ load / scale) @ share
+        axes = self._system.tangents
+        unit = np.full(n, float(np.abs(load).max()) or 1.0)
+        law = self._law
+        forces, motions = load, V
         if pressed:
-            lift = cp.Variable(n, name="lift")
-            work = work + load[-n:] / scale @ lift
-        opens = lift
-        rows = [cp.SOC(cp.Constant(1.0), share)]
-        for bounded, term in () if pressed else self._further_terms:
-            extra_slip = cp.Variable(n, name="extra slip", nonneg=True)
-            work = work + (np.where(bounded, term.constant, 0.0) / scale) @ extra_slip
-            opens = opens + cp.multiply((f - term.slope) * bounded, extra_slip)
-            least_lift = cp.multiply(term.slope, extra_slip) if term.slope.any() else 0
-            rows.append(lift >= least_lift)
-        rows.append(cp.SOC(opens, cp.multiply((1 + COUNTS) * f, cp.vstack(v))))
+            # Normal forces are known: friction bounds the shear forces by numbers.
+            bounds = self._friction * load[-n:]
+            law = ContactLaw((BoundTerm("stuck", np.zeros(n), bounds),))
+            forces, motions = load[:-n], V[:-n]
+        # Imported here, because most transients need no solver.
+        from .balance import force_rows, nearest
 
-        def claimed() -> _Motion:
-            phi = V @ share.value
-            slip = np.linalg.norm(phi[:-n].reshape(-1, n), axis=0)
-            if pressed:
-                phi[-n:] = f * slip
-                return _Motion(phi, 0.0)
-            return _Motion(phi, float((self._law.wedging_slope * slip - phi[-n:]).max()))
-
+        rows = force_rows(law, unit, unit, axes)
         with suppress(SolverError):
-            phi = Chain(cp.Problem(cp.Minimize(work), rows), {}).solve(claimed)[0].phi
+            found = nearest(rows[1:] if pressed else rows, motions, forces)
+            phi = found.motion
+            if pressed:
+                slip = np.linalg.norm(phi.reshape(-1, n), axis=0)
+                phi = np.r_[phi, self._friction * slip]
             rounding = COUNTS * np.abs(phi) @ np.abs(load)
             work_on_motion = phi @ load + self._sheared_off(phi)
             if phi @ phi > SETTINGS.proven_motion and work_on_motion < -rounding:

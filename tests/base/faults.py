@@ -138,4 +138,25 @@ FAULTS = (
         new="float(value)",
         tests="sheet::test_json_is_strict",
     ),
+    Fault(
+        "base/unresisted.py",
+        "a soft slip that presses is free",
+        old="pressed > ROUNDING",
+        new="pressed > np.inf",
+        tests="limit_checks",
+    ),
+    Fault(
+        "base/unresisted.py",
+        "what is free has a compliance",
+        old="_add_product(inverse, -(inverse @ rigid), rigid.T)",
+        new="None",
+        tests="slides",
+    ),
+    Fault(
+        "base/unresisted.py",
+        "the rounding of a matrix job holds a free motion",
+        old="below <= FREE_MOTION",
+        new="below <= ROUNDING",
+        tests="gross_slip",
+    ),
 )

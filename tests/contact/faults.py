@@ -175,7 +175,7 @@ FAULTS = (
     Fault(
         "contact/stiffness.py",
         "soft surfaces hold a free body",
-        old="values > RIGID",
+        old="values > ROUNDING",
         new="values > -1",
         tests="contact_stiffness",
     ),

@@ -490,7 +490,6 @@ def test_a_report_leaves_out_what_does_not_know_it():
     (lambda s: fo.increments.ExactIncrement(s, 0.5), "ExactIncrement does not know"),
     (lambda s: fo.increments.complementarity_problem(s, 0.5, [0.0] * 6, s.reaction({"pressure": 1.0})), "does not know"),
     (lambda s: fo.shakedown_limit(s, PUSHES, 0.5, events=True), "shear strength; pass events=False"),
-    (lambda s: fo.shakedown_limit(s, PUSHES, 0.5).stays_closed(1.0), "does not know"),
     (lambda s: replace(s, width=None).with_shear_strength(1.0), "width: not known"),
     (lambda s: s.with_shear_strength(0.0), "strength: 0.*> 0"),
     (lambda s: s.with_shear_strength([1.0, np.nan, 1, 1, 1, 1]), "strength: nan at node 1"),

@@ -14,7 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import pose
+from frictopt.limits import ShakedownLimits, pose
 from frictopt.study.case import Case
 from frictopt.transients.exact.path import turning_corners
 from helpers.cases import few
@@ -373,11 +373,11 @@ def test_a_node_in_space_that_nothing_presses_at_some_corners():
     # 2 q1 <= 0.5 * 9 at node 0, 2 * 0.2 q1 <= 2 * 0.5 at node 1.
     assert fo.shakedown_limit(pair, free, 0.5).load_factor == pytest.approx(2.25)
     meets = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], [{}, {"Q": 1.0}])
-    limit = fo.ShakedownModel(pair, meets).of_set(pose(pair, meets, 0.5))  # node 0 closed
+    limit = ShakedownLimits().of_set(pose(pair, meets, 0.5))  # node 0 closed
     assert (limit.load_factor, limit.least) == pytest.approx((2.0, 2.0), rel=1e-6)
     assert fo.shakedown_limit(pair, meets, 0.5).load_factor == pytest.approx(5.0)
     parted = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}], [{}, {"N": 0.0, "P": 0.5}])
-    closed = fo.ShakedownModel(pair, parted).of_set(pose(pair, parted, 0.5))
+    closed = ShakedownLimits().of_set(pose(pair, parted, 0.5))
     assert closed.load_factor == 0.0
     # Node 0 stays open, and 0.2 |q1| <= 0.5 * 1.25 at node 1.
     assert fo.shakedown_limit(pair, parted, 0.5).load_factor == pytest.approx(3.125)

@@ -4,12 +4,10 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import nnls
 
-from frictopt.solve import chain
-from frictopt.solve import solvers as policy
-from frictopt.solve.reduced import Reduced
+from frictopt.solve import answer, by_cvxpy
 from frictopt.solve.solvers import OPTIMAL
 
-HONEST, TOLD, BY_CVXPY = chain.run, Reduced.back, policy._run
+HONEST, TOLD, BY_CVXPY = answer.run, answer._solutions, by_cvxpy._run
 
 
 def lying(monkeypatch, lie):
@@ -29,21 +27,19 @@ def lying(monkeypatch, lie):
             else (status, x, y)
         )
 
-    monkeypatch.setattr(chain, "run", run)
+    monkeypatch.setattr(answer, "run", run)
 
 
 def misread(monkeypatch, lie):
-    """Let every answer pass through `lie(compiled, z, multipliers)` before the user's unknowns.
+    """Let every answer pass through `lie(program, x, y)`, which changes it, and no polish repairs it."""
 
-    `lie` changes the answer, and no polish repairs it.
-    """
+    def solutions(program, x, y):
+        for outcome, (found, multipliers) in TOLD(program, x, y):
+            found, multipliers = found.copy(), multipliers.copy()
+            lie(program, found, multipliers)
+            yield outcome, (found, multipliers)
 
-    def back(self, x, y):
-        z, multipliers = TOLD(self, x, y)
-        lie(self.compiled, z, multipliers)
-        return z, multipliers
-
-    monkeypatch.setattr(Reduced, "back", back)
+    monkeypatch.setattr(answer, "_solutions", solutions)
 
 
 def lying_by_cvxpy(monkeypatch, lie):
@@ -56,7 +52,7 @@ def lying_by_cvxpy(monkeypatch, lie):
         outcome = BY_CVXPY(problem, name)
         return (outcome == cp.OPTIMAL and lie(problem, name)) or outcome
 
-    monkeypatch.setattr(policy, "_run", run)
+    monkeypatch.setattr(by_cvxpy, "_run", run)
 
 
 def sloppy(size):
@@ -71,7 +67,7 @@ def is_excess(program):
 
 def unpolished(monkeypatch):
     """Leave answers without polish."""
-    monkeypatch.setattr(chain, "polish", lambda program, x, y: (x, y))
+    monkeypatch.setattr(answer, "polish", lambda program, x, y: (x, y))
 
 
 def persuasive(program, x):

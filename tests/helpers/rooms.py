@@ -34,7 +34,7 @@ BELOW = {
 
 LIBRARIES: dict[str, set[str]] = {
     "errors": {"numpy"},
-    "base": {"numpy", "pandas", "tqdm", "matplotlib"},
+    "base": {"numpy", "pandas", "tqdm", "matplotlib", "scipy.linalg"},
     "plots": {"numpy"},
     "contact": {"numpy", "pandas"},
     "reference": {"numpy", "scipy.special"},
@@ -43,7 +43,7 @@ LIBRARIES: dict[str, set[str]] = {
     "readers": {"numpy", "scipy", "skfem", "pandas"},
     "scenes": {"numpy", "skfem"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader", "xarray"},
-    "limits": {"numpy", "scipy", "cvxpy", "pandas"},
+    "limits": {"numpy", "scipy", "cvxpy", "pandas", "lazy_loader"},
     "study": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "joints": {"numpy", "scipy", "pandas"},
     "results": set(),

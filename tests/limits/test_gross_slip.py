@@ -3,6 +3,7 @@
 The methods are closed forms, scipy, the kinematic program, transients and invariances.
 """
 
+import itertools
 from dataclasses import replace
 from importlib import import_module
 
@@ -13,7 +14,7 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.contact import joined
-from frictopt.limits.self_stress import self_stress
+from frictopt.transients.balance import self_stress
 from frictopt.transients.statics import nodal_motions, rigid_motions
 from helpers.cases import few
 from helpers.liars import is_excess, lying, misread, unpolished
@@ -37,6 +38,47 @@ def proves(found, system, friction, r0, r1):
         found.load_factor, rel=1e-7
     )
     assert found.bound == pytest.approx(found.load_factor, rel=1e-9) and found.residual <= 1e-9
+
+
+@pytest.mark.parametrize("digits", [16, 12, 11, 10])
+@pytest.mark.parametrize("nodes", [3, 12])
+def test_a_motion_is_free_with_the_digits_of_any_matrix_job(digits, nodes):
+    """A plate below the head of a bolt slides off at 2 f T, however the stiffness was rounded.
+
+    The section of the bolt is in the matrix: the plate is free, and so is the head along the bolt.
+    A motion that is free up to rounding holds nothing.
+    """
+    rng = np.random.default_rng(nodes)
+    x = np.r_[np.linspace(-1.0, 1.0, nodes), np.linspace(-2.0, 2.0, nodes)]
+    at_head = np.arange(2 * nodes) < nodes
+    height = np.where(at_head, 1.0, 0.0)
+    # The plate as body 2 of the head, and as body 1 of the joint.
+    side = np.where(at_head, -1.0, 1.0)
+    still = np.zeros(2 * nodes)
+    free = [
+        np.r_[side, still],
+        np.r_[still, side],
+        np.r_[-side * height, side * x],
+        np.r_[still, at_head.astype(float)],
+    ]
+    basis = np.linalg.qr(np.column_stack(free))[0]
+    root = rng.normal(size=(4 * nodes, 4 * nodes))
+    root -= basis @ (basis.T @ root)
+    root = np.vectorize(lambda entry: float(f"{entry:.{digits - 1}e}"))(root @ root.T)
+    pressure = np.full(2 * nodes, 1.0 / nodes)
+    loads = {
+        "T": np.r_[still, pressure],
+        "pull": np.r_[np.where(at_head, 0.0, pressure), still],
+    }
+    system = fo.ContactSystem(
+        (root + root.T) / 2,
+        np.column_stack([x, height]),
+        loads,
+        contact=np.where(at_head, "head", "joint"),
+    )
+    slide = fo.gross_slip(system, fo.LoadCycle({"T": 10.0}, [{"pull": 1.0}, {"pull": -1.0}]), 0.2)
+    assert slide.load_factor == pytest.approx(4.0, rel=1e-6)
+    assert slide.self_stress is None
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -178,13 +220,13 @@ def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_l
         assert along[0, 1] == pytest.approx(0.0, abs=1e-5)
 
 
-def test_what_has_no_forces_in_balance_is_asked_no_transients(monkeypatch):
-    """Contacts without forces in balance need no transients.
+def test_what_has_no_forces_in_balance_is_asked_no_transients():
+    """Contacts without forces in balance need no transients, which would have no time here.
 
     They are flat and gently curved faces, held bodies, and nodes without friction.
     """
-    monkeypatch.setattr(import_module("frictopt.limits.gross_slip"), "sliding_off", None)
-    ask = {"cycle": fo.LoadCycle({"P": 1.0}, TO_AND_FRO), "friction": 0.6}
+    cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
+    ask = {"cycle": cycle, "friction": 0.6, "seconds": 1e-9}
     for axes in (2, 3):
         assert fo.gross_slip(block(np.random.default_rng(0), axes=axes), **ask).self_stress is None
     assert fo.gross_slip(PUNCH, **ask).self_stress is None
@@ -226,6 +268,26 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
     assert fo.steady_state(system, cycle, friction, below).load_factor == below
     with pytest.raises(fo.NoContinuation):
         fo.steady_state(system, cycle, friction, above)
+
+
+def test_transients_have_a_limit_in_time_and_the_answer_says_what_they_reached(monkeypatch):
+    """Each look at the clock takes a second here. The fit slides off at 1.374."""
+    system = fo.scenes.PressFit(elements=20).condense()
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
+    statics = fo.gross_slip(system, cycle, 0.3, seconds=0)
+    assert statics.load_factor == np.inf and statics.self_stress is not None
+    seconds = itertools.count()
+    monkeypatch.setattr("time.monotonic", lambda: float(next(seconds)))
+    for limit, no_end in [(6, True), (20, False)]:
+        found = fo.gross_slip(system, cycle, 0.3, seconds=limit)
+        assert 0 < found.load_factor <= 1.375 and found.bound == np.inf
+        assert f"were followed for {limit} s" in found.reason
+        assert ("but not at" in found.reason) is not no_end
+        fo.march(system, cycle, 0.3, load_factor=found.load_factor, cycles=1)
+    with pytest.raises(fo.SolverError, match="at most inf, by equilibrium; give more `seconds`"):
+        fo.gross_slip(system, cycle, 0.3, seconds=2)
+    with pytest.raises(fo.ModelError, match="seconds: -1"):
+        fo.gross_slip(system, cycle, 0.3, seconds=-1)
 
 
 def test_the_scene_of_a_press_fit_slides_off():
@@ -548,9 +610,8 @@ def test_forces_that_do_not_balance_are_refused(monkeypatch):
     The load factor and its proof from above stay unchanged.
     """
 
-    def lie(compiled, z, multipliers):
-        (p,) = (variable for variable in compiled.problem.variables() if variable.name() == "p")
-        z[compiled.place(p)] *= 1 + 1e-6
+    def lie(program, x, y):
+        x[PUNCH.nodes : 2 * PUNCH.nodes] *= 1 + 1e-6  # the pressures
 
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):

@@ -14,8 +14,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.base import number_of, progress
-from frictopt.limits import Question, pose
-from frictopt.limits.ordered import Ordered
+from frictopt.limits import Question, ShakedownLimits, order_limits, pose
 from helpers.cases import ALL_CASES, few
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
@@ -33,7 +32,7 @@ def pin():
 
 def of_sets(contact, cycle, friction):
     """The limit with nodes that stay closed or open."""
-    return fo.ShakedownModel(contact, cycle).of_any_set(pose(contact, cycle, friction))
+    return ShakedownLimits().of_any_set(pose(contact, cycle, friction))
 
 
 def best_of_all_orders(contact, friction):
@@ -342,14 +341,14 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
     """
     contact = pin(16)
     started = []
-    honest = Ordered.__init__
+    honest = order_limits.ordered_program
     counts = {}
 
-    def stops(self, *args, **options):
+    def stops(*args, **options):
         started.append(args)
         if len(started) == programs:
             raise KeyboardInterrupt
-        honest(self, *args, **options)
+        return honest(*args, **options)
 
     count = progress.Bar.update
 
@@ -358,7 +357,7 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
         counts[bar.what] = bar.count, bar.best
 
     monkeypatch.setattr(progress.Bar, "update", counted)
-    monkeypatch.setattr(Ordered, "__init__", stops)
+    monkeypatch.setattr(order_limits, "ordered_program", stops)
     with pytest.raises(KeyboardInterrupt, match="attribute `limit`") as caught:
         fo.shakedown_limit(contact, PIN, 1.0, events=True)
     limit = caught.value.limit

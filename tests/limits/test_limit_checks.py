@@ -6,20 +6,14 @@ settled.
 
 from importlib import import_module
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits import pose
+from frictopt.limits import no_limit, pose
 from frictopt.limits.critical_bounds import load_factor_bounds
-from frictopt.limits.shakedown import upper_bound
-from frictopt.solve import chain
 from frictopt.solve import solvers as policy
-from frictopt.solve.chain import NoAnswer
-from frictopt.solve.compiled import Proof
-from frictopt.solve.solvers import NoOptimum
 from helpers.cases import few
 from helpers.guaranteed import least_by_node, random_cycle
 from helpers.liars import is_excess, lying, misread, persuasive, unpolished
@@ -67,13 +61,14 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
         < np.abs(inside - right.slip).max()
     )
 
-    def lie(compiled, z, multipliers):
-        variables = compiled.problem.var_dict
-        if "rho" in compiled.problem.param_dict and z[
-            compiled.place(variables["load_factor"])
-        ] <= right.load_factor * (1 + 1e-9):
-            z[compiled.place(variables["slip"])] = inside
-            lies.append(z)
+    # The unknowns are the load factor and the residual shear forces, which begin at the mean load.
+    question = pose(contact, CYCLE, 0.6)
+    shear = (contact.A @ inside + question.q0[0]) / question.shear_unit
+
+    def lie(program, x, y):
+        if is_critical(program) and x[0] * question.load_unit <= right.load_factor * (1 + 1e-9):
+            x[1:] = shear
+            lies.append(x)
 
     with monkeypatch.context() as patch:
         misread(patch, lie)
@@ -86,7 +81,7 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
     (first, last), node = limit.corners, limit.node
     assert abs(q[first, node] + 0.6 * p[first, node]) < 1e-8
     assert abs(q[last, node] - 0.6 * p[last, node]) < 1e-8
-    assert "refined on the vertex" in [attempt.outcome for attempt in limit.record.attempts]
+    assert "refined" in [attempt.outcome for attempt in limit.record.attempts]
 
 
 def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatch):
@@ -104,7 +99,7 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
         limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     except fo.SolverError as error:
         # The vertex of these rows is no better.
-        assert "refined on the vertex, residual" in str(error)
+        assert "refined, residual" in str(error)
     else:
         assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
     unpolished(monkeypatch)
@@ -160,8 +155,7 @@ def test_multipliers_that_stress_the_contact_prove_nothing(share, monkeypatch):
     unpolished(monkeypatch)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False)
-    # Each solver is asked for the closed contact, and once more for the best set of open nodes.
-    assert len(relative_gaps) == 2 * len(policy.LP_SOLVERS)
+    assert len(relative_gaps) >= len(policy.LP_SOLVERS)
     assert max(relative_gaps) < 1e-6
     assert right.load_factor > 0
 
@@ -328,56 +322,23 @@ def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
     assert found == pytest.approx((alone.load_factor, alone.shakedown.load_factor), rel=1e-8)
 
 
-@pytest.mark.parametrize("failing", range(3))
-def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, failing):
-    none, failed, x = "infeasible", "stopped", cp.Variable()
-    for statuses, error in (
-        ([none] * 3, NoOptimum),
-        ([failed if k == failing else none for k in range(3)], fo.SolverError),
-    ):
-        answers = iter(statuses)
-        monkeypatch.setattr(
-            chain,
-            "run",
-            lambda program, *_, answers=answers: (next(answers), np.zeros(1), np.zeros(1)),
-        )
-        with pytest.raises(fo.SolverError) as end:
-            chain.Chain(cp.Problem(cp.Minimize(x), [x >= 0]), {}).solve(
-                lambda: pytest.fail("nothing to judge")
-            )
-        assert type(end.value) is error
-
-
-def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all(monkeypatch):
-    def limit(none, more=None):
-        monkeypatch.setattr(chain.Chain, "contradiction", lambda *_: none)
-        monkeypatch.setattr(chain.Chain, "growth", lambda *_: more)
-        return fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
-
-    monkeypatch.setattr(
-        chain, "run", lambda program, *_: ("infeasible or unbounded", np.zeros(0), np.zeros(0))
-    )
-    nothing = limit(NoAnswer(frozenset(), None, 1e-10))
-    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.residual == 1e-10
-    for none in (NoAnswer(frozenset(), None, 1e-3), None):
-        with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-            limit(none)
-
-
-def test_that_all_load_factors_are_safe_has_the_error_of_its_proof(monkeypatch):
-    proven = chain.Chain.growth
+@pytest.mark.parametrize(
+    ("proof", "cycle", "kind"),
+    [
+        ("contradiction", fo.LoadCycle({"P": -1.0}, [{"X": 1.0}]), fo.LimitKind.NO_SAFE_SLIP),
+        ("growth", fo.LoadCycle({"P": 1.0}, [{"P": 1.0}]), fo.LimitKind.UNBOUNDED),
+    ],
+)
+def test_that_there_is_no_limit_has_the_error_of_its_proof(proof, cycle, kind, monkeypatch):
+    honest = getattr(no_limit, proof)
     for error in (1e-10, 1e-3):
-        monkeypatch.setattr(
-            chain.Chain,
-            "growth",
-            lambda self, rounding, error=error: proven(self, rounding)._replace(residual=error),
-        )
+        monkeypatch.setattr(no_limit, proof, lambda *asked, error=error: (honest(*asked)[0], error))
         try:
-            limit = fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"P": 1.0}]), 0.5)
+            limit = fo.shakedown_limit(single(), cycle, 0.5, open=[False])
         except fo.SolverError:
             assert error == 1e-3
         else:
-            assert limit.kind is fo.LimitKind.UNBOUNDED and limit.residual == error == 1e-10
+            assert limit.kind is kind and limit.residual == error == 1e-10
 
 
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
@@ -401,9 +362,9 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
     )
     assert right.residual < 1e-9
 
-    def lie(compiled, z, multipliers):
-        if ("rho" in compiled.problem.param_dict) == (ask is fo.guaranteed_limit):
-            z[compiled.place(compiled.problem.var_dict["slip"]).start + 2] += 10.0
+    def lie(program, x, y):
+        if is_critical(program) == (ask is fo.guaranteed_limit):
+            x[1 + 2] += 10.0
 
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
@@ -453,11 +414,10 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
     residuals, module = [], import_module("frictopt.limits.safe_slip")
     judged = module.checked_slip
 
-    def of_both(program, *claimed):
-        claim, slip = judged(program, *claimed), np.array(program.x.slip.value)
-        program.x.slip.save_value(slip + [by, 0.0])
-        residuals.append((claim.residual, judged(program, *claimed).residual))
-        program.x.slip.save_value(slip)
+    def of_both(question, solution, *given):
+        claim = judged(question, solution, *given)
+        moved = judged(question, solution, *given, slip=claim.slip + [by, 0.0])
+        residuals.append((claim.residual, moved.residual))
         return claim
 
     monkeypatch.setattr(module, "checked_slip", of_both)
@@ -506,10 +466,6 @@ def test_a_safe_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(mon
     )
     found, moved = of_moved_slip(monkeypatch, loose, 0.5, 0.3, slip_bound=0.1)
     assert found < 1e-9 and moved > 1e-3
-
-
-def test_an_upper_bound_covers_what_the_multipliers_do_not_balance():
-    assert upper_bound(Proof(1.0, 1.0, 0.25, 1.0)) == 1.25
 
 
 @pytest.mark.parametrize("friction", [1e-12, 1e-10, 1e-9, 1e-8, 1e-3, 0.5])

@@ -21,7 +21,6 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import models, pose
-from frictopt.limits.best_pressed import best_pressed
 from frictopt.limits.critical_state import critical_states
 from frictopt.transients.increments import programs as increments
 from helpers.cases import ALL_CASES, few
@@ -163,31 +162,13 @@ def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
     contact, cycle = small_contact(tangents)
     direction = np.random.default_rng(1).normal(size=len(contact.A))
     script = Script(contact, cycle, 0.5, 0.2)
-    parameter = cp.Parameter(len(direction), name="direction", value=direction)
-    found = script.solved(script.listing.furthest(script.x, parameter, script.rest + script.stuck))
+    goal = cp.Maximize(direction @ cp.vec(script.x.q_r, order="F"))
+    found = script.solved(cp.Problem(goal, script.rest + script.stuck))
     model = fo.ShakedownModel(contact, cycle)
     goal = direction @ (contact.A @ cp.vec(model.slip, order="F"))
     assert found == near(
         model.solve(0.5, [model.load_factor == 0.2], objective=goal).objective, tangents
     )
-
-
-@BOTH
-def test_the_slip_that_presses_most_in_a_bare_script(tangents):
-    """The largest least pressure is 1 if all nodes are pressed as the mean node is.
-
-    With little mean pressure, it is the largest value of the least of the pressures.
-    """
-    contact, cycle = small_contact(tangents)
-    force = float(contact.reaction(cycle.mean)[1].mean())
-    cycle = fo.LoadCycle({"mean": 1.0}, [{**corner, "mean": -0.7} for corner in cycle.corners])
-    script, least = Script(contact, cycle, 0.5, 1.0), cp.Variable(name="least")
-    rows = script.rest + script.listing.within(
-        script.x, script.listing.constant(np.full(3, 0.05), "slip_bound")
-    )
-    found = script.solved(script.listing.most_pressed(script.x, least, force, script.corners, rows))
-    pressed, _ = best_pressed(contact, cycle, 1.0, 0.05)
-    assert found == near(pressed.least, tangents) and found < 0.9
 
 
 @BOTH
@@ -203,21 +184,14 @@ def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
         one for (one,) in critical_states(pose(contact, cycle, 0.6)) if one.node == limit.node
     )
     script = Script(contact, cycle, 0.6)
-    indicator = (np.arange(contact.nodes) == limit.node).astype(float)
-    loose = cp.Constant(indicator * 1.0)
-    node = cp.Parameter(len(indicator), name="node", value=indicator)
-    q0, p0 = contact.reaction(cycle.mean)
-    load = [
-        script.listing.at_node(node, script.listing.constant(value, name))
-        for name, value in {"q0": q0, "p0": p0}.items()
-    ]
+    load = [part[limit.node] for part in contact.reaction(cycle.mean)]
     *shear, pressure = state.rate
     needed = (
         cp.Constant(shear if tangents == 2 else shear[0], name="c"),
         cp.Constant(pressure, name="rho"),
     )
-    rows = script.rest + script.listing.stuck(script.x, script.f, script.corners, loose)
-    found = script.solved(script.listing.critical(script.x, node, load, needed, cp.Minimize, rows))
+    rows = script.rest + script.stuck
+    found = script.solved(script.listing.critical(script.x, limit.node, load, needed, rows))
     assert 0 < limit.load_factor < limit.shakedown.load_factor
     assert found == near(limit.load_factor, tangents)
 

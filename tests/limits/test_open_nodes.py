@@ -12,7 +12,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import pose
+from frictopt.limits import ShakedownLimits, pose
+from frictopt.limits.safe_slip import SafeSlips
 from helpers.cases import few
 from helpers.guaranteed import check as of_witness
 from helpers.oracle import Oracle
@@ -164,7 +165,7 @@ def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     }
     contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], bonded)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}])
-    limits = fo.ShakedownModel(contact, cycle)
+    limits = ShakedownLimits()
     best = limits.of_any_set(pose(contact, cycle, 0.5))
     assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == np.inf
@@ -250,7 +251,7 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(see
     the cyclic load does none.
     """
     contact, cycle, limit = open_in_space(seed)
-    claim = fo.ShakedownModel(contact, cycle, solver=solver).of_set(pose(contact, cycle, 0.6))
+    claim = ShakedownLimits(solver).of_set(pose(contact, cycle, 0.6))
     motion = claim._motion
     (q0, p0) = contact.closed_reaction(cycle.mean)
     (q1, p1) = cycle.corner_reactions(contact)
@@ -307,14 +308,14 @@ def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe
     contact = pulled_system(np.random.default_rng(6), 4)
     friction = 0.5
     safe = fo.safe_slip(contact, CYCLE, friction, 0.1)
-    margin = fo.SafeSlipModel.of_set
+    margin = SafeSlips.of_set
 
     def without(model, question, *rest):
         if not question.open_nodes.any():
             raise fo.SolverError("rounding")
         return margin(model, question, *rest)
 
-    monkeypatch.setattr(fo.SafeSlipModel, "of_set", without)
+    monkeypatch.setattr(SafeSlips, "of_set", without)
     assert safe.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == safe.margin
 
 
@@ -322,16 +323,14 @@ def test_no_limit_is_called_none_if_the_answer_of_the_settled_nodes_failed(monke
     """A node is pulled open, so that no slip is safe with all nodes closed."""
     contact = pulled_system(np.random.default_rng(6), 4)
     assert fo.shakedown_limit(contact, CYCLE, 0.5).open.any()
-    proven = fo.ShakedownModel.of_set
+    proven = ShakedownLimits.of_set
 
     def failing(model, question, *rest, **options):
         if question.open_nodes.any():
             raise fo.SolverError("rounding")
         return proven(model, question, *rest, **options)
 
-    for model in fo.ShakedownModel.__mro__:
-        if "of_set" in vars(model):
-            monkeypatch.setattr(model, "of_set", failing)
+    monkeypatch.setattr(ShakedownLimits, "of_set", failing)
     with pytest.raises(fo.SolverError, match="rounding"):
         fo.shakedown_limit(contact, CYCLE, 0.5)
 

@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose
 import frictopt as fo
 from frictopt.limits import (
     NoPath,
+    ShakedownLimits,
     areas_near,
     normal_path,
     path_pieces,
@@ -221,7 +222,7 @@ def test_to_and_fro_the_search_of_events_has_the_same_limit(seed):
     case = contact(seed)
     assert case.kind == "to and fro"
     limit = fo.shakedown_limit(case.system, case.cycle, case.friction)
-    limits = fo.ShakedownModel(case.system, case.cycle)
+    limits = ShakedownLimits()
     searched = limits.of_any_order(limits.of_any_set(pose(case.system, case.cycle, case.friction)))
     assert searched.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
 

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import pose
+from frictopt.limits import ShakedownLimits, pose
 from helpers.cases import few
 from helpers.liars import is_excess, lying
 from helpers.oracle import Oracle
@@ -63,7 +63,7 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
     value = Oracle(contact, cycle, f, most=most).largest()
     options = {"slip_bound": most, "simplify": simplify}
     # All nodes closed.
-    limit = fo.ShakedownModel(contact, cycle, **options).of_set(pose(contact, cycle, f, **options))
+    limit = ShakedownLimits().of_set(pose(contact, cycle, f, **options))
     assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
     assert limit.residual <= 1e-9
     if limit.kind is not fo.LimitKind.FINITE:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import pose, sentences, with_open
+from frictopt.limits import ShakedownLimits, pose, sentences, with_open
 from frictopt.limits.open_nodes import open_under_mean
 from helpers.separation import open_in_space, pulled_system, resting_starts
 from helpers.systems import CYCLE, random_system, system
@@ -251,7 +251,7 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
         contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)}),
         fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
     )
-    closed = fo.ShakedownModel(contact, up).of_set(pose(contact, up, 0.5))
+    closed = ShakedownLimits().of_set(pose(contact, up, 0.5))
     steady = fo.steady_state(contact, up, 0.5, 1.2 * closed.bound)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and closed.reason.startswith(
         "no residual slip is safe above it with all nodes closed"
@@ -265,7 +265,7 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
 
 def test_with_other_nodes_open_a_contact_rests_above_its_bound():
     contact, cycle, limit = open_in_space(1, nodes=9)
-    mean = fo.ShakedownModel(contact, cycle).of_set(
+    mean = ShakedownLimits().of_set(
         with_open(pose(contact, cycle, 0.6), open_under_mean(pose(contact, cycle, 0.6))[0])
     )
     assert (

@@ -3,21 +3,18 @@
 It is tested on programs with known solutions, and on limits in space against Clarabel.
 """
 
-from contextlib import suppress
-
 import cvxpy as cp
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
 import frictopt as fo
-from frictopt.base import SolveRecord
-from frictopt.solve import chain, interior_point
+from frictopt.solve import answer, interior_point
 from frictopt.solve.arrays import Arrays
-from frictopt.solve.compiled import Compiled
 from frictopt.solve.condensed import Condensed
 from frictopt.solve.cones import Cones, Scaling
 from frictopt.solve.step_equations import Equations, EquationSettings, _factor
+from helpers.arrays_of import arrays_of
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, vectors
 
@@ -57,30 +54,15 @@ def planted(rng, n, numbers, circles, defined):
     ), float((total - G.T @ of_g) @ z0 + of_g @ g0)
 
 
-def arrays(program):
-    """A compiled program without dense equations as solvers take it, nothing reduced."""
-    sizes = np.r_[np.ones(program.nonneg, dtype=int), np.array(program.soc, dtype=int)]
-    return Arrays(
-        program.matrix,
-        np.zeros((0, len(program.cost))),
-        program.right,
-        program.cost,
-        program.zero,
-        sizes,
-    )
-
-
 def ours(problem, above=-np.inf):
     """Status, value and proven bound of a largest objective."""
-    program = Compiled(problem)
-    status, x, y = interior_point.interior_point(arrays(program), above)
-    at = program.zero
+    program = arrays_of(problem)
+    status, x, y = interior_point.interior_point(program, above)
     # Multipliers in their cones, or they prove nothing.
-    for size in [1] * program.nonneg + program.soc:
-        assert y[at] >= np.linalg.norm(y[at + 1 : at + size]) * (1 - 1e-12)
-        at += size
-    off = np.abs(program.matrix.T @ y + program.cost) @ np.maximum(np.abs(x), 1.0)
-    return status, -float(program.cost @ x), float(program.right @ y + off)
+    for head, size in zip(program.heads, program.sizes, strict=True):
+        assert y[head] >= np.linalg.norm(y[head + 1 : head + size]) * (1 - 1e-12)
+    least, error = program.lower_bound(x, y)
+    return status, -float(program.cost @ x), error - least
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
@@ -136,21 +118,11 @@ def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_abov
 def test_a_program_is_given_up_only_where_its_objective_in_its_own_unit_is_not_above(unit):
     problem, optimum = planted(np.random.default_rng(0), n=9, numbers=9, circles=9, defined=0)
     goal = cp.Maximize(unit * problem.objective.expr)
-    program = chain.Chain(cp.Problem(goal, problem.constraints), {}, unit=unit)
-
-    gaps = []
-
-    def judged():
-        gaps.append(program.proof.gap)
-        return SolveRecord(residual=program.proof.gap)
-
-    program.solve(judged, "INTERIOR_POINT", above=unit * (optimum - 0.1))
-    assert gaps.pop(0) <= 1e-9
-    gaps.clear()
-    # The polish may reach the optimum from a point that is given up, or not.
-    with suppress(fo.SolverError):
-        program.solve(judged, "INTERIOR_POINT", above=unit * (optimum + 10.0))
-    assert gaps[0] > 1e-3
+    program = cp.Problem(goal, problem.constraints)
+    _, value, bound = ours(program, unit * (optimum - 0.1))
+    assert (value, bound) == pytest.approx((unit * optimum,) * 2, rel=1e-7)
+    _, value, bound = ours(program, unit * (optimum + 10.0))
+    assert unit * optimum < bound <= unit * (optimum + 10.0)
 
 
 def test_programs_without_an_optimum_are_told():
@@ -189,7 +161,7 @@ def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
 def test_large_programs_are_its_own_and_others_are_not(monkeypatch):
     contact = random_contact(np.random.default_rng(3), 4)
     small = fo.shakedown_limit(contact, cycle(), 0.4)
-    monkeypatch.setattr(chain, "_LARGE", 5)
+    monkeypatch.setattr(answer, "_LARGE", 5)
     large = fo.shakedown_limit(contact, cycle(), 0.4)
     assert (small.record.solver, large.record.solver) == ("CLARABEL_DIRECT", "INTERIOR_POINT")
     assert large.load_factor == pytest.approx(small.load_factor, rel=1e-8)
@@ -218,13 +190,15 @@ def test_equations_without_a_variable_of_their_own_are_solved_for_one():
         assert ours.load_factor > 0 and ours.residual <= 1e-9
 
 
-def test_a_node_alone_has_too_few_variables_for_its_equations():
+def test_a_program_in_space_without_cones_has_an_answer_whatever_the_solver():
+    """The critical program of a node alone has no cones."""
     S = [[2.0, 0.0, 0.3], [0.0, 2.0, 0.1], [0.3, 0.1, 1.0]]
     node = fo.ContactSystem(S, [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0.5], "R": [0, 1, 0.5]})
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}, {"R": 1.0}])
-    with pytest.raises(fo.SolverError, match="INTERIOR_POINT: as many equations as unknowns"):
-        fo.guaranteed_limit(node, loads, 0.5, solver="INTERIOR_POINT")
-    assert 0 < fo.guaranteed_limit(node, loads, 0.5).load_factor < np.inf
+    limit = fo.guaranteed_limit(node, loads, 0.5)
+    assert 0 < limit.load_factor < np.inf
+    again = fo.guaranteed_limit(node, loads, 0.5, solver="INTERIOR_POINT")
+    assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-8)
 
 
 def test_a_matrix_that_rounding_leaves_indefinite_has_a_factor_still_and_any_other_has_none():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.solve import solvers
+from frictopt.solve import by_cvxpy, solvers
 
 
 def test_a_highs_that_cannot_be_loaded_is_named_with_a_remedy(tmp_path):
@@ -25,14 +25,14 @@ def test_a_highs_that_cannot_be_loaded_is_named_with_a_remedy(tmp_path):
 @pytest.mark.parametrize("kind", [solvers.LP, solvers.SOCP])
 @pytest.mark.parametrize("failing", [None, "first", "last"])
 def test_a_problem_of_cvxpy_has_no_optimum_only_if_all_solvers_say_so(monkeypatch, kind, failing):
-    names = [name for name in solvers.solver_order(None, kind) if name in solvers._OPTIONS]
+    names = [name for name in solvers.solver_order(None, kind) if name in solvers.OPTIONS]
     fails = {None: None, "first": names[0], "last": names[-1]}[failing]
     monkeypatch.setattr(
-        solvers, "_run", lambda _, name: "stopped" if name == fails else cp.INFEASIBLE
+        by_cvxpy, "_run", lambda _, name: "stopped" if name == fails else cp.INFEASIBLE
     )
     x = cp.Variable()
     with pytest.raises(fo.SolverError) as error:
-        solvers.solve(cp.Problem(cp.Minimize(x)), lambda: np.inf, kind)
+        by_cvxpy.solve(cp.Problem(cp.Minimize(x)), lambda: np.inf, kind)
     assert isinstance(error.value, solvers.NoOptimum) == (failing is None)
 
 

@@ -132,7 +132,7 @@ def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
     contact = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
     check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=6, moved=2)
-    assert not check.limit.slip.any()
+    assert np.abs(check.limit.slip).max() < 1e-12
     assert (check.runs["moved"] > 0).sum() == 2
     assert np.ptp(check.starts) > 0.1
 

@@ -181,13 +181,6 @@ FAULTS = (
         tests="gross_slip",
     ),
     Fault(
-        "transients/statics.py",
-        "soft bodies are free",
-        old="np.sqrt(sizes)",
-        new="np.ones(len(S))",
-        tests="sliding::test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one",
-    ),
-    Fault(
         "transients/linear_forces.py",
         "open nodes hold as if they were closed",
         old="load + moved @ S",
@@ -300,13 +293,6 @@ FAULTS = (
         old="self._within_terms(state[1])",
         new="state[1]",
         tests="slides_off",
-    ),
-    Fault(
-        "transients/statics.py",
-        "a strength costs a motion nothing",
-        old="np.where(bounded, term.constant, 0.0) / scale @ extra_slip",
-        new="0.0 * cp.sum(extra_slip)",
-        tests="shear_strength",
     ),
     Fault(
         "transients/statics.py",

@@ -17,6 +17,7 @@ import scipy.sparse as sp
 
 import frictopt as fo
 from frictopt.base import SolveRecord
+from frictopt.solve import by_cvxpy
 from frictopt.solve import solvers as policy
 from frictopt.transients.increments import (
     ExactIncrement,
@@ -341,7 +342,7 @@ def test_large_motions_and_a_large_reach_hide_no_state(reach):
 
 
 def test_a_solver_that_stops_is_no_proof(monkeypatch):
-    monkeypatch.setattr(policy, "_run", lambda *_: "stopped")
+    lying(monkeypatch, lambda problem, name: "stopped")
     with pytest.raises(fo.SolverError, match=r"mixed-integer program: no answer.*stopped"):
         ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
 
@@ -450,12 +451,12 @@ def test_cvxpy_is_asked_with_every_option_accepted():
     """A misspelt option would be an error of the solver, and a silent fall-back."""
     x = cp.Variable(2, name="x")
     smooth = cp.Problem(cp.Minimize(cp.sum_squares(x - 1)), [x >= 0])
-    for name in policy._OPTIONS.keys() - set(policy.MILP_SOLVERS):
-        assert policy._run(smooth, name) == "optimal"
+    for name in policy.OPTIONS.keys() - set(policy.MILP_SOLVERS):
+        assert by_cvxpy._run(smooth, name) == "optimal"
     whole = cp.Variable(2, boolean=True)
     for name in policy.MILP_SOLVERS:
         assert (
-            policy._run(cp.Problem(cp.Maximize(cp.sum(whole)), [cp.sum(whole) <= 1.5]), name)
+            by_cvxpy._run(cp.Problem(cp.Maximize(cp.sum(whole)), [cp.sum(whole) <= 1.5]), name)
             == "optimal"
         )
 

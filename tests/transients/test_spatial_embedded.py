@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.contact import joined, parted
-from frictopt.limits import pose
+from frictopt.limits import ShakedownLimits, pose
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, vectors
 from validation.fuzz.embedded import embedded
@@ -107,7 +107,7 @@ def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, 
         fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded),
         fo.LoadCycle({"P": 1.0}, corners),
     )
-    limit = fo.ShakedownModel(*question).of_set(pose(*question, friction))  # all nodes closed
+    limit = ShakedownLimits().of_set(pose(*question, friction))  # all nodes closed
     assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE)
     advice = "; a state of rest with nodes that open and close may exist: pass events=True"
     assert limit.reason.endswith(why if "no friction" in why else why + advice)

@@ -34,16 +34,13 @@ class LinearProgram:
     floor: Array
 
     @classmethod
-    def of(cls, model: Any) -> "LinearProgram":
-        """The reduced and scaled matrices of the program with all nodes closed."""
-        programs = model._programs.values()
-        program = next(one for one in programs if not one.question.open_nodes.any())
-        reduced = program.chain.reduced
-        arrays = reduced.arrays
+    def of(cls, program: Any, goal: str) -> "LinearProgram":
+        """The matrices of a program of states of rest, for the largest value of its goal."""
+        arrays = program.arrays(goal, 1.0)
         none = np.full(len(arrays.right), -np.inf)
         floor = np.r_[arrays.right[: arrays.zero], none[arrays.zero :]]
         return cls(
-            reduced.cost_unit * arrays.cost,
+            program.place(goal).unit * arrays.cost,
             csc_matrix(arrays.matrix),
             arrays.right,
             np.full(len(arrays.cost), -np.inf),

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
+from frictopt.limits import assembled, pose
 from frictopt.solve import LP_SOLVERS
 from studies.paper import LOADS
 from validation.error_vs_time.bare_lp import (
@@ -97,24 +98,22 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     """The shakedown limit on one mesh."""
     system, friction = scene.system, parameters.friction
     exact = exact_limit(system, friction)
-    compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
+    models = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
     kept = fo.ShakedownModel(system, LOADS, simplify=False)
     first = partial(fo.shakedown_limit, system, LOADS, friction)
-    lean = fo.ShakedownModel(system, LOADS)
-    lean.solve(friction)
+    program = assembled.shakedown(pose(system, LOADS, friction))
 
     runs = [
         ("first time", "HIGHS", first),
-        *(
-            ("compiled", solver, partial(model.solve, friction))
-            for solver, model in compiled.items()
-        ),
+        *(("compiled", solver, partial(model.solve, friction)) for solver, model in models.items()),
     ]
     runs.append(("compiled, nothing left out", "HIGHS", partial(kept.solve, friction)))
     error = relative(exact, lambda limit: limit.load_factor)
     ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
     bare = methods(
-        LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost)
+        LinearProgram.of(program, "load_factor"),
+        parameters.tolerances,
+        relative(exact, lambda cost: -cost),
     )
     plain = [
         Method(
@@ -142,10 +141,11 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
         Method("frictopt", "solver", solver, partial(safe_slip, solver=solver), error)
         for solver in LP_SOLVERS
     ]
-    lean = fo.SafeSlipModel(system, LOADS)
-    lean.solve(friction, factor)
+    program = assembled.safe_slip(pose(system, LOADS, friction), factor)
     bare = methods(
-        LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost)
+        LinearProgram.of(program, "margin"),
+        parameters.tolerances,
+        relative(exact, lambda cost: -cost),
     )
     return Question("safe slip", "margin", scene.name, system.nodes, [*ours, *bare])
 

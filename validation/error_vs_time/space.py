@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
+from frictopt.limits import assembled, pose
 from frictopt.reference import SphereContact, half_space_contact, smallest_circle_limit
 from frictopt.solve.arrays import Arrays
 from studies.paper import LOADS
@@ -96,20 +97,17 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
         Method("frictopt", "solver", solver, partial(shakedown_limit, solver=solver), error)
         for solver in ("CLARABEL", "CLARABEL_DIRECT")
     ]
-    model = fo.ShakedownModel(system, LOADS)
-    model.solve(friction)
-    # The search of open nodes may have solved other programs.
-    program = next(p for p in model._programs.values() if not p.question.open_nodes.any())
-    reduced = program.chain.reduced
+    program = assembled.shakedown(pose(system, LOADS, friction))
+    arrays, unit = program.arrays("load_factor", 1.0), program.place("load_factor").unit
     for tolerance in parameters.tolerances:
-        bare = partial(_clarabel, reduced.arrays.widened, tolerance)
+        bare = partial(_clarabel, arrays.widened, tolerance)
         methods.append(
             Method(
                 "Clarabel",
                 "tolerance",
                 f"{tolerance:.0e}",
                 bare,
-                relative(exact, lambda cost: -cost * reduced.cost_unit),
+                relative(exact, lambda cost: -cost * unit),
                 rival="clarabel",
             )
         )

@@ -24,7 +24,7 @@ from ...contact import (
 )
 from ...contact.given_parts import checked_pair
 from ...errors import SolverError
-from ...solve.problem import Explained
+from ...solve.explained import Explained
 from ..statics import check_sliding, motions_of_bodies
 from ..transient import HOLD, OPEN
 from .newton import Law, State, newton

@@ -23,8 +23,9 @@ from ...base import RESIDUAL, Array, Attempt, warns_of_odd_values
 from ...contact import ContactSystem, checked_law, checked_plane, joined, most_shear, parted
 from ...contact.diagnosis import in_contact
 from ...errors import SolverError
+from ...solve.by_cvxpy import solve
 from ...solve.problem import Problem
-from ...solve.solvers import QP, SOCP, solve
+from ...solve.solvers import QP, SOCP
 from .increment import FrictionIncrement, Increment, Posed
 
 

@@ -1,0 +1,212 @@
+"""The printed problem of an answer: `models.py` with the values and multipliers of the answer.
+
+The arrays of the solver never pass through cvxpy (`rest_program.py`). What is found with them is
+put into the printed problem, where `problem.solve()` finds it again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, TypeAlias
+
+import cvxpy as cp
+import numpy as np
+
+from ..errors import ModelError
+from ..solve.problem import Problem
+from . import models
+from .corners import listed_corners
+from .critical_state import CriticalState, NodeLoads
+from .filled import fill
+from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
+from .ordered_listing import ordered, ordered_safe_slip
+from .question import Question, motion_of_open_nodes
+from .solved import Solved
+
+# A problem, and the values of its free unknowns.
+Listed: TypeAlias = tuple[cp.Problem, dict[cp.Variable, Any]]
+
+
+def state_rows(
+    question: Question,
+    x: Unknowns,
+    f: cp.Parameter,
+    corners: Sequence[int],
+    friction: Any = stuck,
+    more: models.More | None = None,
+    loads: Any = None,
+) -> list[Row]:
+    """The rows of a state of rest at corners, without a goal; see `models.rest`.
+
+    `friction` lists other rows in the place of `models.stuck`.
+    """
+    x.gap = {}
+    rows = rest(loads or question, x, corners, more)
+    rows += friction(x, f, corners, law=question.law)
+    if question.slip_bound is not None:
+        rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
+    f.value = question.friction
+    return rows
+
+
+def problem_of(
+    solved: Solved, user_rows: Sequence[Row] = (), objective: cp.Expression | None = None
+) -> cp.Problem:
+    """The printed problem of a solved program, with its values and multipliers.
+
+    `user_rows`, `objective`: those of the user, whose multipliers are in them already.
+    """
+    if solved.problem is not None:
+        return solved.problem
+    if solved.goal in _ORDERED:
+        return _ORDERED[solved.goal](solved)
+    extended = bool(user_rows) or objective is not None or "user" in solved.values
+    problem, values = _LISTED[solved.goal](solved, extended)
+    goal = problem.objective if objective is None else cp.Maximize(objective)
+    listed = problem.constraints
+    problem = Problem(goal, [*listed, *user_rows])
+    fill(problem, listed, solved, values)
+    return problem
+
+
+def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.Parameter]:
+    """The unknowns of a problem and its friction."""
+    question = solved.question
+    shape = question.system.slip_shape
+    x = solved.unknowns or unknowns(shape, range(len(question.r1)), load_factor)
+    return x, cp.Parameter(question.system.nodes, nonneg=True, name="f")
+
+
+def _corners(question: Question, extended: bool) -> list[int]:
+    """The corners with rows: all of them if there are rows of the user."""
+    return list(range(len(question.r1))) if extended else listed_corners(question)
+
+
+def _shakedown(solved: Solved, extended: bool) -> Listed:
+    x, f = _unknowns_of(solved)
+    question = solved.question
+    rows = state_rows(question, x, f, _corners(question, extended))
+    if extended and question.compliance is not None:
+        rows += rest_rows(question, x)
+    problem = models.shakedown(x, rows)
+    return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
+
+
+def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
+    """Rows that set the slip of open nodes to their slip under the mean load.
+
+    Rows of the user may contain this slip. It is `v0 + V slip`: the slip without slip of the closed
+    nodes, and the part that follows them. `more`: terms due to unknown loads.
+    """
+    system = question.system
+    opened = np.tile(question.open_nodes, system.tangents)  # (t N,)
+    at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
+    v0 = at_rest.ravel(order="F")[opened]
+    V = motion_of_open_nodes(
+        system, question.open_nodes, question.compliance, np.flatnonzero(opened)
+    )
+    slip = vec(x.slip)
+    v_r = cp.Variable(len(v0), name="v_r")
+    chosen = constant(np.eye(len(opened))[opened], "open")
+    follows = chosen @ slip == constant(v0, "v0") + v_r + more
+    return [defines(v_r, constant(V, "V") @ slip), follows.set_label("open")]
+
+
+def _safe_slip(solved: Solved, extended: bool) -> Listed:
+    question = solved.question
+    closed = ~question.open_nodes
+    load_factor = cp.Parameter(nonneg=True, name="load_factor", value=solved.values["load_factor"])
+    x, f = _unknowns_of(solved, load_factor)
+    x.load_factor.value = solved.values["load_factor"]
+    margin = x.margin or cp.Variable(name="margin")
+    mean_bound = constant(question.mean_bound * closed, "mean_bound")
+    mean_pressure = constant(question.mean_pressure * closed, "mean_pressure")
+    corners = _corners(question, extended)
+
+    def inside(x: Unknowns, f: cp.Parameter, corners: Sequence[int], law: Any) -> list[Row]:
+        spare = dict.fromkeys(corners, times(margin, mean_bound))
+        press = dict.fromkeys(corners, times(margin, mean_pressure))
+        apart = times(margin, constant(question.clearance, "clearance"))
+        return models.inside(x, f, corners, spare, press, apart)
+
+    rows = state_rows(question, x, f, corners, inside)
+    if extended and question.compliance is not None:
+        rows += rest_rows(question, x)
+    values = {x.slip: solved.values["slip"], margin: solved.values["margin"]}
+    return models.safe_slip(margin, rows), values
+
+
+def _critical(solved: Solved, extended: bool) -> Listed:
+    question = solved.question
+    state = solved.values["state"]
+    x, f = _unknowns_of(solved)
+    rows = state_rows(question, x, f, _corners(question, extended))
+    if extended and question.compliance is not None:
+        rows += rest_rows(question, x)
+    problem = models.critical(x, state.node, *_critical_state(question, state, f), rows)
+    return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
+
+
+def _critical_state(
+    question: Question, state: CriticalState, f: cp.Parameter
+) -> tuple[list[Any], list[cp.Parameter]]:
+    """Shear and pressure of the mean load at a critical node, and those that its cyclic loads need.
+
+    They follow from the friction of the node. If the corners differ at load factor 0, so do those
+    of the mean load.
+    """
+    loads = NodeLoads.of(question, state)
+    shape = () if len(state.rate) == 2 else (2,)
+    mean = [
+        constant(loads.q0[0, 0], f"q0[{state.node}]"),
+        constant(loads.p0[0, 0], f"p0[{state.node}]"),
+    ]
+    if question.fixed:
+        mean = [
+            cp.CallbackParam(partial(_minus_at_zero, loads, f, part), name=name)
+            for part, name in enumerate(("c0", "rho0"))
+        ]
+    needed = [
+        cp.CallbackParam(partial(_shear, loads, f), shape, name="c"),
+        cp.CallbackParam(partial(_pressure, loads, f), name="rho"),
+    ]
+    return mean, needed
+
+
+def _minus_at_zero(loads: NodeLoads, f: cp.Parameter, part: int) -> float:
+    at_zero, _ = loads.added(_friction_of(loads, f))
+    return -float(at_zero[part])
+
+
+def _shear(loads: NodeLoads, f: cp.Parameter) -> Any:
+    _, rate = loads.added(_friction_of(loads, f))
+    return rate[0] if len(rate) == 2 else rate[:-1]
+
+
+def _pressure(loads: NodeLoads, f: cp.Parameter) -> float:
+    _, rate = loads.added(_friction_of(loads, f))
+    return float(rate[-1])
+
+
+def _friction_of(loads: NodeLoads, f: cp.Parameter) -> float:
+    """The friction of a critical node; ModelError if it has none."""
+    friction = float(f.value[loads.node])
+    if not friction > 0:
+        raise ModelError(
+            f"f: {friction:g} at node {loads.node}, but a node without friction is never critical; "
+            "give it friction, or use guaranteed_limit"
+        )
+    return friction
+
+
+_LISTED: dict[str, Callable[[Solved, bool], Listed]] = {
+    "shakedown": _shakedown,
+    "safe_slip": _safe_slip,
+    "critical": _critical,
+}
+
+_ORDERED: dict[str, Callable[[Solved], cp.Problem]] = {
+    "ordered": ordered,
+    "ordered_safe_slip": ordered_safe_slip,
+}

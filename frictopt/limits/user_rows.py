@@ -1,0 +1,327 @@
+"""Constraints and objectives of the user, as rows of the arrays.
+
+cvxpy compiles them alone, to `right - matrix @ z` in cones, over the entries z of the variables in
+them. The variables of a model are linear in the quantities of its program (`rest_program.py`), so
+each row is substituted. All other variables are own unknowns of the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from scipy.sparse import csr_array, eye_array, hstack
+
+from ..base import RESIDUAL, Array, Booleans, Integers
+from ..errors import ModelError
+from ..solve.by_cvxpy import backend
+from ..solve.problem import dual_of, duals
+from ..solve.products import Balance, derived_units
+from ..solve.rows import CONE, EQUATION, LINEAR, Rows
+from .elastic import slip_units
+from .listing import problem_of
+from .models import Row, Unknowns
+from .question import motion_of_open_nodes
+from .rest_program import USER, RestProgram
+from .solution import Solution
+from .solved import Solved
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """The entries of a variable of a model, in column order: `matrix @ quantities + constant`."""
+
+    matrix: csr_array  # (entries, quantities)
+    constant: Array
+    unit: Array
+
+
+class UserRows:
+    """Rows of the user by name, and an objective that is maximized, or None.
+
+    The objective becomes the row `objective <= expression` of the first own unknown.
+
+    Parameters
+    ----------
+    rows, objective
+        Checked rows and objective.
+    x
+        The unknowns of the model.
+    named
+        Other variables of the model, each with its name in the program.
+    open_slip
+        Rates (open slips, n) of the slips of open nodes with all named unknowns; None: no rates.
+    """
+
+    def __init__(
+        self,
+        rows: Mapping[str, Row],
+        objective: cp.Expression | None,
+        x: Unknowns,
+        named: Mapping[cp.Variable, str],
+        open_slip: Callable[[RestProgram], Array] | None = None,
+    ) -> None:
+        self.rows = rows
+        self.objective = objective
+        self._x = x
+        self._named = named
+        self._open_slip = open_slip
+        self._value = cp.Variable(name="objective")
+        constraints = [*rows.values()]
+        if objective is not None:
+            constraints.append(self._value <= objective)
+        self._problem = cp.Problem(cp.Minimize(0), constraints)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the rows, and "objective"."""
+        return (*self.rows, "objective") if self.objective is not None else tuple(self.rows)
+
+    def add_to(self, program: RestProgram) -> str:
+        """Compile the rows with the present values of parameters, and add them to a program.
+
+        Returned is the name of the goal.
+        """
+        data, self._chain, self._inverse = self._problem.get_problem_data(
+            "CLARABEL", enforce_dpp=True, canon_backend=backend(self._problem), solver_opts={}
+        )
+        _refuse_unread(data)
+        first = None if self.objective is None else self._value
+        program.user = Substituted(program, data, self._known(program), first, self._x.slip)
+        return "load_factor" if self.objective is None else "objective"
+
+    def _known(self, program: RestProgram) -> Iterable[tuple[cp.Variable, Known]]:
+        """The variables of the model, as functions of the quantities of a program."""
+        question = program.question
+        system = question.system
+        n, t = system.nodes, system.tangents
+        count = program.first_own
+        shear = np.arange(t * n)
+        closed = np.ones(n, dtype=bool)
+        if question.compliance is not None:
+            closed = ~question.open_nodes
+
+        def entries(quantities: Integers, weights: Array, unit: Array) -> Known:
+            size = len(quantities)
+            places = np.arange(size), quantities
+            return Known(csr_array((weights, places), shape=(size, count)), np.zeros(size), unit)
+
+        for k, q in self._x.q.items():
+            at = np.full(t * n, k)
+            unit = np.tile(question.shear_unit, t)
+            yield q, entries(program.force(at, shear), np.tile(closed, t).astype(float), unit)
+        for k, p in self._x.p.items():
+            numbers = program.force(np.full(n, k), t * n + np.arange(n))
+            yield p, entries(numbers, closed.astype(float), question.node_unit)
+        for variable, name in self._named.items():
+            part = program.named[name]
+            numbers = program.first_named + np.arange(part.start, part.stop)
+            yield variable, entries(numbers, np.ones(len(numbers)), program.named_units[part])
+        yield self._x.slip, self._slip(program, closed)
+
+    def _slip(self, program: RestProgram, closed: Booleans) -> Known:
+        """The slips of all nodes; those of open nodes are the slips under the mean load."""
+        question = program.question
+        system = question.system
+        size = system.tangents * system.nodes
+        is_closed = np.tile(closed, system.tangents)
+        matrix = np.zeros((size, program.first_own))
+        slips = slice(program.first_slip, program.first_slip + size)
+        matrix[:, slips] = np.diag(is_closed.astype(float))
+        constant = np.zeros(size)
+        if question.compliance is not None:
+            opened = np.flatnonzero(~is_closed)
+            at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
+            constant[opened] = at_rest.ravel(order="F")[opened]
+            matrix[opened, slips] = motion_of_open_nodes(
+                system, question.open_nodes, question.compliance, opened
+            )
+            if self._open_slip is not None:
+                named = slice(program.first_named, program.first_slip)
+                matrix[opened, named] = self._open_slip(program)
+        return Known(csr_array(matrix), constant, slip_units(question))
+
+    def listed(self, solved: Solved) -> Solved:
+        """A solved program with its printed problem, which has the rows and the objective.
+
+        If the rows of the user have no part in the proof of an answer, they have no multipliers.
+        """
+        if "user" in solved.values:
+            self.save(solved.values["user"])
+        else:
+            for row in self.rows.values():
+                for dual in row.dual_variables:
+                    dual.save_value(np.zeros(dual.shape))
+        problem = problem_of(solved, [*self.rows.values()], self.objective)
+        count = len(problem.constraints) - len(self.rows)
+        return solved.with_problem(problem, dict(duals(problem)[count:]))
+
+    def save(self, values: tuple[Array, Array]) -> None:
+        """Put values of the own unknowns, and multipliers, into the rows of the user."""
+        z, y = values
+        answer = SimpleNamespace(
+            x=z,
+            z=y,
+            status="Solved",
+            obj_val=0.0,
+            obj_val_dual=0.0,
+            solve_time=0.0,
+            iterations=0,
+        )
+        self._problem.unpack_results(answer, self._chain, self._inverse)
+
+    def ruling(self, solution: Solution) -> list[str]:
+        """Names of the rows with a multiplier in the contradiction that multipliers prove."""
+        self.save(solution.program.user.values(solution))
+        sizes = {
+            name: max(float(np.abs(dual.value).max(initial=0.0)) for dual in row.dual_variables)
+            for name, row in self.rows.items()
+        }
+        largest = max([*sizes.values(), solution.largest_multiplier])
+        return [name for name, size in sizes.items() if size > RESIDUAL * largest]
+
+    def prices(self, solution: Solution) -> dict[str, Array]:
+        """Rate of the objective, >= 0, as each of the user's constraints gives way; user units.
+
+        That of an equation is the rate with its right side.
+        """
+        self.save(solution.program.user.values(solution))
+        # 0.0 + makes an array without axes a number.
+        return {name: 0.0 + np.asarray(dual_of(row)) for name, row in self.rows.items()}
+
+
+class Substituted:
+    """The compiled rows of the user in one program, and the way back from its solutions.
+
+    Parameters
+    ----------
+    program
+        The program, to which the rows are added.
+    data
+        The rows as cvxpy compiles them.
+    known
+        The variables of the model, as functions of the quantities of the program.
+    first
+        The variable that is the first of the own unknowns, or None.
+    slip
+        The slip of the model.
+    """
+
+    def __init__(
+        self,
+        program: RestProgram,
+        data: Mapping[str, Any],
+        known: Iterable[tuple[cp.Variable, Known]],
+        first: cp.Variable | None,
+        slip: cp.Variable,
+    ) -> None:
+        matrix, right = csr_array(data["A"]), np.asarray(data["b"])
+        dims = data["dims"]
+        sizes = np.array(dims.soc, dtype=int)
+        zero, linear = int(dims.zero), int(dims.zero + dims.nonneg)
+        columns = data["param_prob"].var_id_to_col
+        places = [
+            (slice(columns[part.id], columns[part.id] + part.size), entries)
+            for part, entries in known
+            if part.id in columns
+        ]
+        unit = np.zeros(matrix.shape[1])
+        is_own = np.ones(len(unit), dtype=bool)
+        for place, entries in places:
+            unit[place] = entries.unit
+            is_own[place] = False
+        own = np.flatnonzero(is_own)
+        if first is not None:
+            own = np.r_[columns[first.id], own[own != columns[first.id]]]
+
+        # The columns of the slip, (rows, t N); zero if no row contains it.
+        self._of_slip = csr_array((len(right), slip.size))
+        if slip.id in columns:
+            start = columns[slip.id]
+            self._of_slip = csr_array(matrix[:, start : start + slip.size])
+        self._balance = Balance(matrix, right, linear + np.cumsum(sizes) - sizes, unit)
+        matrix, right = csr_array(self._balance(matrix)), self._balance(right)
+        entry_sizes, constants = csr_array(abs(matrix)), np.abs(right)
+        unit = derived_units(unit, entry_sizes, lambda unit: entry_sizes @ unit + constants)
+        program.own_units = unit[own]
+
+        self._constant = np.zeros(len(unit))
+        shape = len(unit), len(own)
+        ones = csr_array((np.ones(len(own)), (own, np.arange(len(own)))), shape=shape)
+        of_quantities = csr_array((len(unit), program.first_own))
+        for place, entries in places:
+            self._constant[place] = entries.constant
+            into = eye_array(len(unit), format="csr")[:, place]
+            of_quantities = of_quantities + into @ entries.matrix
+        self._matrix = csr_array(hstack([of_quantities, ones]))
+        weights = csr_array(-(matrix @ self._matrix))
+        constants = right - matrix @ self._constant
+        row_units = np.maximum(entry_sizes @ unit, np.abs(right))
+        self._groups = [
+            _group(kind, of_kind, weights[part], constants[part], row_units[part])
+            for kind, of_kind, part in (
+                (EQUATION, np.ones(zero, dtype=int), slice(0, zero)),
+                (LINEAR, np.ones(linear - zero, dtype=int), slice(zero, linear)),
+                (CONE, sizes, slice(linear, None)),
+            )
+            if len(of_kind)
+        ]
+        program.rows += self._groups
+
+    def values(self, solution: Solution) -> tuple[Array, Array]:
+        """The values of the compiled unknowns, and the multipliers of the compiled rows."""
+        quantities, _ = solution.program.quantities(solution.x)
+        z = self._matrix @ quantities + self._constant
+        y = np.concatenate([solution.of_rows(rows) for rows in self._groups])
+        return z, self._balance(y)
+
+    def completed(self, solved: Solved, solution: Solution) -> Solved:
+        """A solved program with what the rows of the user contain: own unknowns, and all slips."""
+        z, y = self.values(solution)
+        question = solution.program.question
+        opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))
+        on_slip = -(self._of_slip.T @ y)[opened]
+        values = {**solved.values, "slip": solution.slip_of_nodes, "user": (z, y)}
+        multipliers = {**solved.multipliers, "open": on_slip, "v_r": on_slip}
+        return replace(solved, values=values, multipliers=multipliers)
+
+
+def _group(kind: int, sizes: Integers, weights: csr_array, constants: Array, units: Array) -> Rows:
+    """The compiled rows of one kind, each row or cone in the unit of its largest term."""
+    entries = weights.tocoo()
+    starts = np.cumsum(sizes) - sizes
+    largest = np.maximum.reduceat(units, starts)
+    none = np.full(len(sizes), -1)
+    return Rows(
+        USER,
+        kind,
+        sizes,
+        entries.row,
+        entries.col,
+        entries.data,
+        constants,
+        np.where(largest > 0, largest, 1.0),
+        none,
+        none,
+    )
+
+
+def _refuse_unread(data: Mapping[str, Any]) -> None:
+    """Refuse compiled rows with parts that the arrays do not have."""
+    dims = data["dims"]
+    bounds = [data.get(f"{side}_bounds") for side in ("lower", "upper")]
+    rows = int(dims.zero + dims.nonneg + sum(dims.soc))
+    if data.get("P") is not None or any(part is not None for part in bounds):
+        raise ModelError(
+            "constraints: cvxpy compiles them with a quadratic cost or with bounds of variables; "
+            "give them as rows"
+        )
+    if rows < len(data["b"]):
+        raise ModelError(
+            "constraints: they need other cones than linear rows and second-order cones; give "
+            "constraints on abs, max, min and norms of vectors"
+        )

@@ -1,0 +1,247 @@
+"""The first solver's answer of a program that passes its checks, and proofs that there is none.
+
+In comes a program as arrays, and a function that makes a claim of unknowns x and multipliers y: an
+answer that knows its own residual, whatever solver has had it.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array, hstack, vstack
+
+from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, Integers, SolveRecord
+from .arrays import Arrays, polish
+from .solvers import (
+    CUT_OFF,
+    INFEASIBLE,
+    LARGE_SOCP,
+    LP,
+    NONE,
+    OPTIMAL,
+    SOCP,
+    UNBOUNDED,
+    C,
+    failed,
+    run,
+    solver_order,
+)
+
+# Number of unknowns above which our interior point is faster than Clarabel.
+_LARGE = 400
+
+
+def kind_of(program: Arrays) -> str:
+    """The kind of a program, which has its own solvers."""
+    if program.sizes.max(initial=1) == 1:
+        return LP
+    # For a large program of few entries Clarabel is faster.
+    return LARGE_SOCP if len(program.cost) >= _LARGE and len(program.block) else SOCP
+
+
+def answer(
+    program: Arrays,
+    claimed: Callable[[Array, Array], C],
+    solver: str | None = None,
+    *,
+    no_optimum: Callable[[str], C | None] = lambda outcome: None,
+    above: float = -np.inf,
+    tolerance: float = RESIDUAL,
+) -> tuple[C | None, SolveRecord]:
+    """The claim of the first solver whose residual is within the tolerance, and its record.
+
+    `claimed(x, y)` makes the claim of an optimum, and `no_optimum(outcome)` that of a program that
+    a solver reports to have none. The claim is None if a solver has proven that `-cost @ x` is at
+    most `above`. SolverError if no claim is within the tolerance.
+    """
+    started = perf_counter()
+    attempts = list[Attempt]()
+    kind = kind_of(program)
+    # Multipliers of cones have fewer digits than a vertex: the polish costs little and adds them.
+    enough = tolerance if kind == LP else min(ROUNDING, tolerance)
+    claim_of_none: list[C | None] = []
+    agreed = True
+    for name in solver_order(solver, kind):
+        outcome, x, y = run(program, name, above)
+        best: C | None = None
+        if outcome == CUT_OFF:
+            return None, SolveRecord(name, tuple(attempts), 0.0)
+        if outcome == OPTIMAL:
+            agreed = False
+            for outcome, solution in _solutions(program, x, y):
+                claim = claimed(*solution)
+                attempts.append(Attempt(name, outcome, claim.residual))
+                if best is None or claim.residual < best.residual:
+                    best = claim
+                if best.residual <= enough:
+                    break
+        else:
+            if outcome in (INFEASIBLE, UNBOUNDED, NONE):
+                claim_of_none = claim_of_none or [no_optimum(outcome)]
+                best = claim_of_none[0]
+            else:
+                agreed = False
+            attempts.append(Attempt(name, outcome, best.residual if best else np.inf))
+        if best and best.residual <= tolerance:
+            seconds = perf_counter() - started
+            return best, SolveRecord(name, tuple(attempts), best.residual, seconds=seconds)
+    raise failed(kind, tolerance, attempts, agreed)
+
+
+def _solutions(program: Arrays, x: Array, y: Array) -> Iterator[tuple[str, tuple[Array, Array]]]:
+    """The solution as the solver left it, with multipliers in their cones, and the polished one."""
+    yield OPTIMAL, (x, program.admissible(y))
+    if len(program.cost) < _LARGE or len(program.block):
+        yield "refined", polish(program, x, y)
+
+
+def growths(program: Arrays) -> Iterator[Array]:
+    """Directions in which `-cost @ x` grows while all slacks stay in their cones, or nearly so."""
+    return _inside(program, np.zeros(len(program.right)), program.cost)
+
+
+def interiors(program: Arrays) -> Iterator[Array]:
+    """Values whose slacks are in their cones, or nearly so."""
+    return _inside(program, program.right)
+
+
+def contradictions(program: Arrays) -> Iterator[Array]:
+    """Multipliers that may prove that no values have all slacks in their cones (Farkas's lemma).
+
+    They are those of the least e >= 0 by which all slacks must be raised. An equation is raised in
+    both senses.
+    """
+    width = len(program.cost)
+    zero = program.zero
+    raised = _raised(program, np.r_[np.arange(zero), program.heads])
+    opposite = _raised(program, np.arange(zero), sign=-1.0)
+    ends = csr_array(-np.eye(1, raised.shape[1], width))
+    right = program.right
+    arrays = _least_raise(
+        program,
+        csr_array(vstack([raised[: program.linear], opposite, ends, raised[program.linear :]])),
+        np.r_[right[: program.linear], -right[:zero], 0.0, right[program.linear :]],
+        zero=0,
+    )
+    for name in solver_order(None, kind_of(arrays)):
+        outcome, *rough = run(arrays, name, -np.inf)
+        if outcome != OPTIMAL:
+            continue
+        for _, (x, y) in _solutions(arrays, *rough):
+            if not float(arrays.cost @ x) > RESIDUAL:
+                continue
+            of_equations = y[:zero] - y[program.linear : program.linear + zero]
+            found = np.r_[of_equations, y[zero : program.linear], y[program.linear + zero + 1 :]]
+            yield program.admissible(found)
+            yield program.admissible(_clean(found))
+
+
+def infeasible(program: Arrays) -> tuple[Array, float] | None:
+    """Multipliers that prove that no values of the size of their units obey all rows, and an error.
+
+    None without a proof. The proof holds for values up to a million units.
+    """
+    far = 1e-3 / RESIDUAL
+    for y in contradictions(program):
+        lack = -float(program.right @ y)
+        error = (
+            float(np.abs(program.columns(y)).sum()) * RESIDUAL * far / lack if lack > 0 else np.inf
+        )
+        if error <= RESIDUAL:
+            return y, error
+    return None
+
+
+def unbounded(program: Arrays) -> float | None:
+    """The error of the proof that `-cost @ x` grows without end; None without a proof."""
+    still = replace(program, right=np.zeros(len(program.right)))
+    for ray in growths(program):
+        size = float(np.abs(ray).max())
+        leaving = still.violation(ray) / size if size else np.inf
+        if leaving > RESIDUAL or -float(program.cost @ ray) <= RESIDUAL * size:
+            continue
+        for start in interiors(program):
+            unsafe = program.violation(start) / max(1.0, float(np.abs(start).max()))
+            if unsafe <= RESIDUAL:
+                return max(leaving, unsafe)
+    return None
+
+
+def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterator[Array]:
+    """Values whose slacks, for this right side, are as deep inside their cones as possible.
+
+    The depth is at most 1. With a cost the values also have `-cost @ x >= 1`. Slacks may still lie
+    outside of their cones; the caller checks this.
+    """
+    width = len(program.cost)
+    raised = _raised(program, program.heads)
+    bounds = np.zeros((1 if cost is None else 2, raised.shape[1]))
+    bounds[0, width] = -1.0  # the depth, which is minus the raise, is at most 1
+    bound_right = [1.0]
+    if cost is not None:
+        bounds[1, :width] = cost
+        bound_right.append(-1.0)
+    linear = program.linear
+    arrays = _least_raise(
+        program,
+        csr_array(vstack([raised[:linear], csr_array(bounds), raised[linear:]])),
+        np.r_[right[:linear], bound_right, right[linear:]],
+        program.zero,
+    )
+    # If a slack is proven to be this far outside of its cone, for all values, rounding does not
+    # hide values inside: they would be more than a hundred thousand times their units.
+    outside = 1e-3
+    for name in solver_order(None, kind_of(arrays)):
+        outcome, *rough = run(arrays, name, -np.inf)
+        if outcome != OPTIMAL:
+            continue
+        for _, (x, y) in _solutions(arrays, *rough):
+            least, error = arrays.lower_bound(x, y)
+            if least - error > outside:
+                return
+            yield x[:width]
+        yield _clean(x[:width])
+
+
+def _raised(program: Arrays, rows: Integers, sign: float = 1.0) -> csr_array:
+    """The rows with a further unknown, by which the slacks of these rows are raised.
+
+    With a negative sign only these rows, with the opposite sign.
+    """
+    width = len(program.cost)
+    sparse = sign * program.sparse
+    if sign < 0:
+        sparse = sparse[rows]
+        rows = np.arange(len(rows))
+    column = coo_array(
+        (-np.ones(len(rows)), (rows, np.zeros(len(rows), dtype=int))), shape=(sparse.shape[0], 1)
+    )
+    return csr_array(hstack([sparse[:, :width], column, sparse[:, width:]]))
+
+
+def _least_raise(program: Arrays, sparse: csr_array, right: Array, zero: int) -> Arrays:
+    """The program that minimises the last unknown under these rows, with the cones of `program`.
+
+    The first `zero` rows are equations. Further rows, which `program` does not have, are linear.
+    """
+    parts, width = len(program.block), len(program.cost)
+    cones = program.sizes[program.sizes > 1]
+    linear = len(right) - zero - int(cones.sum())
+    return Arrays(
+        sparse=sparse,
+        block=np.hstack([program.block, np.zeros((parts, 1))]),
+        right=right,
+        cost=np.eye(1, width + 1, width)[0],
+        zero=zero,
+        sizes=np.r_[np.ones(linear, dtype=int), cones],
+    )
+
+
+def _clean(values: Array) -> Array:
+    """Values, with 0 for those that are rounding relative to the largest one.
+
+    At the apex of a cone, rounding errors lie outside of it.
+    """
+    size = np.abs(values)
+    return np.where(size > CONDENSATION * size.max(initial=0.0), values, 0.0)

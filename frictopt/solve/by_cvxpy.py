@@ -1,0 +1,65 @@
+"""Problems that cvxpy solves as they stand: with integers, or with a quadratic objective."""
+
+from collections.abc import Callable
+
+import cvxpy as cp
+import numpy as np
+
+from ..base import Attempt
+from .solvers import OPTIONS, SOLVERS, failed
+
+# The same statuses as cvxpy reports them. Every other outcome is a failure.
+_OPTIMAL = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
+_NO_OPTIMUM = (cp.INFEASIBLE, cp.UNBOUNDED, cp.settings.INFEASIBLE_OR_UNBOUNDED)
+
+
+def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
+    """Solve an unreduced program by cvxpy, with the first solver that finds an optimum.
+
+    Returns all attempts. `residual` returns the residual of the values of the problem's variables.
+    It is recorded and not compared with a tolerance. If all solvers agree that there is no optimum,
+    the error is a `NoOptimum`.
+    """
+    attempts, agreed = list[Attempt](), True
+    for name in SOLVERS[kind]:
+        if name not in OPTIONS:  # it takes arrays alone
+            continue
+        outcome = _run(problem, name)
+        is_optimal = outcome in _OPTIMAL
+        attempts.append(Attempt(name, outcome, residual() if is_optimal else np.inf))
+        if is_optimal and not np.isnan(attempts[-1].residual):
+            return tuple(attempts)
+        agreed = agreed and outcome in _NO_OPTIMUM
+    raise failed(kind, np.inf, attempts, agreed)
+
+
+def _run(problem: cp.Problem, name: str) -> str:
+    """The status with which a solver ends, or its error.
+
+    `Problem.solve` would also warn of inaccurate answers: here the residual decides, and the status
+    is recorded. A filter for its warnings would be one of all threads.
+    """
+    options = dict(OPTIONS[name])
+    try:
+        data, chain, inverse = problem.get_problem_data(
+            name.split("_")[0],
+            enforce_dpp=True,
+            canon_backend=backend(problem),
+            solver_opts=options,
+        )
+        raw = chain.solve_via_data(
+            problem, data, warm_start=False, verbose=False, solver_opts=options
+        )
+        solution = chain.invert(raw, inverse)
+        if solution.status in cp.settings.ERROR:
+            return f"{name}: {solution.status}"
+        problem.unpack(solution)
+    except (cp.SolverError, ValueError, ArithmeticError) as error:
+        return str(error).split("\n")[0]
+    return str(problem.status)
+
+
+def backend(problem: cp.Problem) -> str | None:
+    """What cvxpy compiles a problem with; it would warn if it chose another backend than usual."""
+    usual = problem._supports_cpp() and problem._max_ndim() <= 2
+    return None if usual else str(cp.SCIPY_CANON_BACKEND)

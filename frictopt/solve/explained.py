@@ -1,0 +1,50 @@
+"""Answers of a program that print it by the names of its parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base import Recorded, Table
+from ..errors import ModelError
+
+
+class Explained(Recorded):
+    """Base of answers of a program, which print it by the names of its parts."""
+
+    problem: Any
+
+    def _explanation(self) -> tuple[str, float | None, Table | None, str]:
+        """Title, answer, slips that limit the load, largest first, and the reason.
+
+        What stands in the problem is printed only if it agrees with the answer.
+        """
+        raise NotImplementedError
+
+    def explain(self) -> str:
+        """The model by its names, as text: sizes, curvature, DPP, left-out and binding rows."""
+        title, value, mechanism, reason = self._explanation()
+        lines = [title, "=" * len(title)]
+        if value is not None:
+            lines.append(f"answer      {value:.12g}")
+        if reason:
+            lines.append(f"reason      {reason}")
+        try:
+            problem = self.problem
+        except ModelError:
+            # A file of the answer leaves out the rows of users.
+            problem = None
+        if problem is None:
+            lines.append("problem     none")
+        else:
+            # Imported here, because cvxpy is slow to import.
+            from .problem import problem_lines
+
+            lines += problem_lines(problem, value)
+        lines.append("left out")
+        lines += [f"    {text}" for text in self.record.left_out or ("nothing",)]
+        if mechanism is not None and len(mechanism):
+            shown = mechanism.head(8)
+            lines.append(f"binding mechanism, {len(shown)} of {len(mechanism)} slips")
+            table = shown.to_string(index=False, float_format="{:.4g}".format)
+            lines += [f"    {row}" for row in table.split("\n")]
+        return "\n".join(lines)

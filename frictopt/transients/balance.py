@@ -1,0 +1,159 @@
+"""Contact forces within friction that balance loads in rigid motions of the bodies.
+
+Forces [q, p] that obey the contact law form one cone. Three questions are asked of it: the largest
+load that such forces balance (`limits/corner_statics.py`), whether they balance themselves, and the
+motion of negative work in which they cannot balance a load.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..base import RESIDUAL, Array
+from ..contact import BoundTerm, ContactLaw, ContactSystem, contact_law
+from ..errors import SolverError
+from ..solve.answer import answer
+from ..solve.rows import CONE, EQUATION, LINEAR, Rows, program_of, rows_of
+
+# Forces balance themselves if their works in the rigid motions are below this share of the sum of
+# their pressures.
+BALANCED = 1e-6
+
+
+def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) -> list[Rows]:
+    """The rows of the contact law on forces [q, p] (M,), which are the first quantities."""
+    n = len(node_unit)
+    every = np.arange(n)
+    none = np.full(n, -1)
+    pressure = [[(axes * n + every, np.ones(n))]]
+    rows = [rows_of("pressed", LINEAR, pressure, np.zeros(n), node_unit, none, every)]
+    for term in law.terms:
+        nodes = term.nodes
+        none = np.full(len(nodes), -1)
+        ones = np.ones(len(nodes))
+        bound = [(axes * n + nodes, term.slope[nodes])] if term.slope[nodes].any() else []
+        constant, unit = term.constant[nodes], shear_unit[nodes]
+        if axes == 1:
+            sides = [[[(nodes, -sign * ones), *bound]] for sign in (1.0, -1.0)]
+            rows += [rows_of(term.row, LINEAR, side, constant, unit, none, nodes) for side in sides]
+        else:
+            shear = [[(axis * n + nodes, ones)] for axis in range(axes)]
+            rows.append(rows_of(term.row, CONE, [bound, *shear], constant, unit, none, nodes))
+    return rows
+
+
+def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
+    """Forces have the work of the load `r0 + load_factor r1` (M,) in each motion of V (M, k).
+
+    The load factor is the quantity after the forces; `sizes` (k,) are those of the works.
+    """
+    M, count = V.shape
+    entry, motion = np.nonzero(V)
+    every = np.arange(count)
+    return Rows(
+        "balance",
+        EQUATION,
+        np.ones(count, dtype=int),
+        np.r_[motion, every],
+        np.r_[entry, np.full(count, M)],
+        np.r_[V[entry, motion], -(V.T @ r1)],
+        -(V.T @ r0),
+        sizes,
+        np.full(count, -1),
+        every,
+    )
+
+
+def distance_row(V: Array, load: Array, size: float) -> Rows:
+    """The cone `|V' forces - V' load| <= size distance`.
+
+    The distance is the quantity after the forces (M,).
+    """
+    M, count = V.shape
+    entry, motion = np.nonzero(V)
+    none = np.full(1, -1)
+    return Rows(
+        "distance",
+        CONE,
+        np.array([count + 1]),
+        np.r_[0, 1 + motion],
+        np.r_[M, entry],
+        np.r_[size, V[entry, motion]],
+        np.r_[0.0, -(V.T @ load)],
+        np.full(1, size),
+        none,
+        none,
+    )
+
+
+class Nearest(NamedTuple):
+    """Forces [q, p] (M,) whose works in some motions are closest to those of a load.
+
+    `motion` (M,) is the motion of size 1 in which they cannot be closer. `residual` is the error.
+    """
+
+    forces: Array
+    distance: float
+    motion: Array
+    residual: float
+
+
+def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL) -> Nearest:
+    """Forces that obey the rows, whose works in the motions V (M, k) are closest to a load's (M,).
+
+    The distance is in units of the largest force of the load, or 1. SolverError without an answer.
+    """
+    size = float(np.abs(load).max()) or 1.0
+    units = np.full(len(load) + 1, size)
+    units[-1] = 1.0
+    cost = np.eye(1, len(units), len(load))[0]
+    program = program_of([*rows, distance_row(V, load, size)], units, cost)
+    by_size = np.cumsum(program.sizes) + program.zero
+    # Cones come last, in the order of the rows.
+    first = int(by_size[-1]) - V.shape[1]
+
+    def claimed(x: Array, y: Array) -> Nearest:
+        motion = -V @ y[first:]
+        bound, error = program.lower_bound(x, y)
+        residual = max(program.violation(x), abs(x[-1] - bound), error / len(x))
+        return Nearest(size * x[:-1], float(x[-1]), motion, float(residual))
+
+    found, _ = answer(program, claimed, tolerance=tolerance)
+    assert found is not None
+    return found
+
+
+def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | None:
+    """Contact forces (t + 1, N) within friction that balance themselves; None if there are none.
+
+    They do no work in the rigid motions N, and their pressures add up to 1. SolverError if the
+    solver does not decide.
+    """
+    n, axes = system.nodes, system.tangents
+    ones = np.ones(n)
+    # A node with a shear strength does not wedge: its bound does not grow with the pressure.
+    slope = contact_law(system, friction).wedging_slope
+    law = ContactLaw((BoundTerm("stuck", slope, np.zeros(n)),))
+    none = np.full(1, -1)
+    total = Rows(
+        "total",
+        EQUATION,
+        np.ones(1, dtype=int),
+        np.zeros(n, dtype=int),
+        axes * n + np.arange(n),
+        ones,
+        -np.ones(1),
+        np.ones(1),
+        none,
+        none,
+    )
+    rows = [*force_rows(law, ones, ones, axes), total]
+    try:
+        found = nearest(rows, N, np.zeros(len(N)), tolerance=BALANCED)
+    except SolverError as error:
+        raise SolverError(f"self-stress: {error}") from error
+    if found.distance > BALANCED:
+        return None
+    return found.forces.reshape(axes + 1, n)
