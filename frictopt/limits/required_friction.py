@@ -164,8 +164,9 @@ def required_friction(
     load_factor
         Load factor, >= 0.
     events
-        See `shakedown_limit`. With events each friction tried needs a new search. Not needed if
-        slip changes no pressure (B = 0): then loads alone open and close nodes.
+        See `shakedown_limit`. The answer without events is checked by a search just below it; each
+        friction that needs events has a search of its own. Not needed if slip changes no pressure
+        (B = 0): then loads alone open and close nodes.
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
@@ -205,7 +206,16 @@ def required_friction(
 
         if safe_slips.areas is not None and safe_slips.areas.slipping_at(load_factor) is not None:
             return _slips_at_any(safe_slips)
-        enough = next((friction for friction in SEARCH.tried if safe_slips.exists(friction)), None)
+        # Events are searched where nothing is enough without them.
+        enough = next(
+            (
+                friction
+                for searched in (False, True)
+                for friction in SEARCH.tried
+                if safe_slips.exists(friction, events=searched)
+            ),
+            None,
+        )
         if enough is None:
             return _none_is_enough(safe_slips, slip_bound)
 
@@ -217,14 +227,16 @@ def required_friction(
         return _none_needed(safe_slips)
 
 
-def _least_friction(safe_slips: SafeByFriction, enough: float) -> tuple[float, Booleans]:
+def _least_friction(safe_slips: SafeByFriction, enough: float) -> tuple[float, Booleans | None]:
     """Root of the margin as a function of friction, and the open nodes there.
 
     The margin grows with friction while the set of open nodes stays the same. Less friction may be
-    enough with another set: if a search just below the root finds one, its root is computed.
+    enough with another set: if a search just below the root finds one, its root is computed. The
+    open nodes are None if they open and close in each cycle: each friction has its own order.
     """
     while True:
-        open_nodes = safe_slips.at(enough).open
+        safe = safe_slips.at(enough)
+        open_nodes = safe.open if safe.events.empty else None
         root = _root_of_margin(safe_slips, enough, open_nodes)
         just_below = root * (1 - SEARCH.proof)
         if root < SEARCH.smallest or not safe_slips.exists(just_below):
@@ -241,7 +253,9 @@ def _open_nodes_of(safe: SafeSlip) -> tuple[bytes, Order | None]:
     return safe.open.tobytes(), order
 
 
-def _root_of_margin(safe_slips: SafeByFriction, enough: float, open_nodes: Booleans) -> float:
+def _root_of_margin(
+    safe_slips: SafeByFriction, enough: float, open_nodes: Booleans | None
+) -> float:
     """Root of the margin with given open nodes; a value below `SEARCH.smallest` if there is none.
 
     Newton's method is used: the multipliers give the rate of the margin with friction. If a step
@@ -250,7 +264,7 @@ def _root_of_margin(safe_slips: SafeByFriction, enough: float, open_nodes: Boole
     low, high = 0.0, enough
     friction = enough
     last_step = np.inf
-    safe = safe_slips.at(enough)
+    safe = safe_slips.at(enough, open_nodes)
     while friction >= SEARCH.smallest:
         if safe.margin >= 0:
             high = friction
@@ -280,7 +294,7 @@ def _root_of_margin(safe_slips: SafeByFriction, enough: float, open_nodes: Boole
 
 
 def _proven_from_both_sides(
-    safe_slips: SafeByFriction, root: float, open_nodes: Booleans
+    safe_slips: SafeByFriction, root: float, open_nodes: Booleans | None
 ) -> RequiredFriction:
     """The answer, proven: some slip is safe just above the root, and no slip is just below it.
 
@@ -303,7 +317,9 @@ def _proven_from_both_sides(
     raise SolverError(_UNDECIDED.format(less=less, more=more, slip=slip, smaller=smaller))
 
 
-def _is_proven(safe_slips: SafeByFriction, root: float, width: float, open_nodes: Booleans) -> bool:
+def _is_proven(
+    safe_slips: SafeByFriction, root: float, width: float, open_nodes: Booleans | None
+) -> bool:
     """Whether some slip is safe at a relative distance above the root, and no slip is below it."""
     above = root * (1 + width)
     below = root * (1 - width)
