@@ -34,6 +34,7 @@ from ..base.checks import whole_array, whole_number
 from ..errors import ModelError, SolverError
 from ..solve.solvers import LP, SOCP, solver_order
 from .loose_nodes import BRANCHES, Branch, LooseNodes, Relaxed
+from .moving_areas import MovingAreas
 from .question import with_open
 from .sentences import Sentence
 from .shakedown import ShakedownLimit, ShakedownLimits
@@ -239,6 +240,8 @@ def _check(limit: object) -> None:
         f"it is {limit.load_factor:g}, so there is nothing to compare; give a finite limit": (
             not np.isfinite(limit.load_factor)
         ),
+        "loads alone open and close its nodes, and it holds for all openings and closings; "
+        "no other nodes have a larger one": isinstance(limit._question, MovingAreas),
         "its nodes open and close in each cycle; call shakedown_limit without events": bool(
             limit._question.events
         ),

@@ -209,10 +209,16 @@ def test_limits_that_cannot_be_compared_are_refused():
     infinite = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0, C=[[1.0]])
     pressed = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
     model = fo.ShakedownModel(CONTACT, CYCLE)
+    loads = {"P": ([0, 0], [1.0, 0.3]), "up": ([0, 0], [0, -1.0]), "Q": ([1.0, 0], [0, 0])}
+    alone = fo.ContactSystem.from_blocks(
+        2 * np.eye(2), np.zeros((2, 2)), 2 * np.eye(2), [0, 1], loads
+    )
+    lifting = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], fixed=[{"up": 1.0}, {"up": -1.0}])
     limits = {
         "limit: 1.0; give the answer": 1.0,
         "finite limit": fo.shakedown_limit(infinite, pressed, 0.5),
         "constraints or an objective": model.solve(0.6, [model.slip >= -1.0]),
+        "loads alone open and close": fo.shakedown_limit(alone, lifting, 0.5),
         "without slip_bound": fo.shakedown_limit(CONTACT, CYCLE, 0.6, slip_bound=1.0),
     }
     for text, limit in limits.items():
