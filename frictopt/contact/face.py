@@ -24,6 +24,7 @@ from ..plots.style import (
     AxesArray,
     Look,
     arrows,
+    as_is,
     axes_by_size,
     new_axes,
     spread,
@@ -181,7 +182,7 @@ def face_map(
             panels[0].set_title(f"{title}\n", loc="left")
         else:
             for axes, face in zip(panels, faces, strict=True):
-                axes.set_title(face.contact)
+                axes.set_title(as_is(face.contact))
             panels[0].figure.suptitle(title)
         bar: Look = {"shrink": 0.7, "aspect": 30}
     else:
@@ -340,7 +341,7 @@ def _label_panels(panels: Sequence[Axes], faces: Sequence[Face]) -> None:
     spec = panels[0].get_subplotspec()
     columns = 1 if spec is None else spec.get_gridspec().ncols
     for number, (axes, face) in enumerate(zip(panels, faces, strict=True)):
-        axes.set_title(face.contact)
+        axes.set_title(as_is(face.contact))
         below = number + columns
         if below < len(faces) and faces[below].labels[0] == face.labels[0]:
             axes.set_xlabel("")

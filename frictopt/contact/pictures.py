@@ -14,6 +14,7 @@ from ..plots.style import (
     POINTS,
     AxesArray,
     arrows,
+    as_is,
     finish_axes,
     legend,
     line,
@@ -72,7 +73,7 @@ def _system_in_space(
     for axes, (case, pressure) in zip(panels, pressures.items(), strict=True):
         points = axes.scatter(*system.points.T, c=pressure, cmap="cividis", s=14, depthshade=False)
         arrows(axes, places, normals, color=series(0)["color"], linewidth=0.6)
-        axes.set_title(f"{case} = 1; arrows: normals into body 1")
+        axes.set_title(f"{as_is(case)} = 1; arrows: normals into body 1")
         finish_axes(axes, ends, float(np.linalg.norm(normals[0])))
         axes.figure.colorbar(points, ax=axes, label=name.replace("\n", " "), **BESIDE)
     return np.array(panels)
@@ -95,9 +96,8 @@ def _system_in_plane(
 
     pressures, name = _pressures(system)
     for number, (case, pressure) in enumerate(pressures.items()):
-        lines(
-            lower, system, pressure, label=f"{case} = 1", **POINTS, **line(number, len(pressures))
-        )
+        look = {**POINTS, **line(number, len(pressures))}
+        lines(lower, system, pressure, label=f"{as_is(case)} = 1", **look)
     lower.set_ylabel(name)
     label_panels([lower], system)
     legend(lower, "load case")
@@ -122,7 +122,7 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     for number, case in enumerate(cases):
         amplitudes = [load.get(case, 0.0) for load in loads]
         look = (series if count <= _NUMBER_OF_TICKS else line)(number, len(cases))
-        axes.plot(places, amplitudes, label=case, **look)
+        axes.plot(places, amplitudes, label=as_is(case), **look)
         mean = cycle.mean.get(case, 0.0)
         axes.axhline(mean, color=look["color"], lw=0.6, linestyle=":")
     axes.plot([], [], color=BLACK, lw=0.6, linestyle=":", label="mean")
@@ -134,7 +134,7 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
         axes.set_xlabel("corners visited")
     else:
         axes.set_xlabel("corners in their order")
-        names = [cycle.corner_names[corner - 1] for corner in range(count + 1)]
+        names = [as_is(cycle.corner_names[corner - 1]) for corner in range(count + 1)]
         axes.set_xticks(places, names, **slanted(names, "right", "top"))
     legend(axes, "load case")
     return axes

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ..base import RESIDUAL, Array, Booleans
-from ..plots.style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, slanted
+from ..plots.style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, as_is, legend, line, slanted
 from .components import runs
 from .diagnosis import in_contact
 from .face import face_map
@@ -35,10 +35,11 @@ def parts(system: ContactSystem) -> list[tuple[str, slice]]:
 
 def node_at(system: ContactSystem, node: int) -> str:
     """Text with the number and the place of a node."""
+    name = f"node {node}{as_is(in_contact(system, node))}"
     if system.tangents == 1:
-        return f"node {node}{in_contact(system, node)}, $x = {system.x[node]:.4g}$"
+        return f"{name}, $x = {system.x[node]:.4g}$"
     place = ", ".join(f"{coordinate:.3g}" for coordinate in system.points[node])
-    return f"node {node}{in_contact(system, node)} at ({place})"
+    return f"{name} at ({place})"
 
 
 def lines(
@@ -96,7 +97,7 @@ def label_contacts(ax: Axes, system: ContactSystem, *, names: bool = True) -> No
     for (_, before), (_, after) in pairwise(contacts):
         ax.axvline((system.x[before][-1] + system.x[after][0]) / 2, color=BLACK, lw=0.6)
     if names:
-        labels = [name for name, _ in contacts]
+        labels = [as_is(name) for name, _ in contacts]
         middles = [float(system.x[nodes].mean()) for _, nodes in contacts]
         above = ax.secondary_xaxis("top")
         above.set_xticks(middles, labels, **slanted(labels, "left", "bottom"))

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 
 from ..base import ROUNDING, Array
-from ..plots.style import AnyAxes, Look, arrows, spread
+from ..plots.style import AnyAxes, Look, arrows, as_is, spread
 from .bodies import Body
 from .bolts import BoltPreload
 from .contacts import Interference
@@ -41,7 +41,7 @@ def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, co
             forces = part._forces(body, model.kinematics or "plane_strain")
             begin, step = _resultant(forces, body.mesh.p, length)
         arrows(axes, begin, step, color=color, **look)
-    label = f"load {case}"
+    label = f"load {as_is(case)}"
     if others:
         kinds = [f"{count} x {kind}" if count > 1 else kind for kind, count in others.items()]
         label += f" ({', '.join(kinds)})"

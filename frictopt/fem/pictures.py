@@ -19,6 +19,7 @@ from ..plots.style import (
     GREY,
     AnyAxes,
     Look,
+    as_is,
     finish_axes,
     legend,
     new_axes,
@@ -110,7 +111,7 @@ def _draw_bodies(
     """
     if not in_space:
         for number, (name, mesh) in enumerate(meshes.items()):
-            draw_mesh(axes, mesh, series(number, count)["color"], thin=0.2, label=name)
+            draw_mesh(axes, mesh, series(number, count)["color"], thin=0.2, label=as_is(name))
         return
     # All faces are one collection: matplotlib hides faces behind others only within one.
     polygons = list[Array]()
@@ -123,7 +124,7 @@ def _draw_bodies(
         faces += [(color, face)] * len(corners)
         edges += [(color, edge)] * len(corners)
         # A patch of the legend as pale as the faces would not show which body is meant.
-        axes.plot([], [], [], marker="s", linestyle="none", color=color, label=name)
+        axes.plot([], [], [], marker="s", linestyle="none", color=color, label=as_is(name))
     axes.add_collection3d(
         Poly3DCollection(polygons, facecolors=faces, edgecolors=edges, linewidth=0.3)
     )
@@ -231,13 +232,13 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
             draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label=label)
         if len(model.contacts) == 1:
             continue
+        name = as_is(contact.name)
         if in_space:
-            axes.text(
-                *middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_PICTURE.above
-            )
+            direction = "z" if tilt else None
+            axes.text(*middle, name, direction, bbox=_NAME, zorder=_PICTURE.above)
         else:
             axes.annotate(
-                contact.name,
+                name,
                 middle,
                 (0, -28),
                 textcoords="offset points",

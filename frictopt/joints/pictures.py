@@ -18,6 +18,7 @@ from ..plots.style import (
     POINTS,
     SERIES,
     AxesArray,
+    as_is,
     equals,
     legend,
     line,
@@ -192,7 +193,7 @@ def _draw_shares(axes: Axes, drawn: _CurveAxis) -> None:
     contacts = curve.by_contact.groupby("contact", sort=False)
     for number, (name, rows) in enumerate(contacts):
         x = drawn.at(rows["load_factor"].to_numpy())
-        axes.plot(x, rows["slipping"], **line(number, len(contacts)), label=name)
+        axes.plot(x, rows["slipping"], **line(number, len(contacts)), label=as_is(name))
     if len(contacts) > 1:
         axes.plot(drawn.x, curve.slipping, color=BLACK, label="all")
         legend(axes)

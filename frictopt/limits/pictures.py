@@ -25,6 +25,7 @@ from ..plots.style import (
     POINTS,
     SERIES,
     AxesArray,
+    as_is,
     equals,
     legend,
     line,
@@ -93,7 +94,7 @@ def _guaranteed_limit(
     upper = equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     title = f"{lower}, {upper}"
     if limit.node is not None and limit.corners is not None:
-        names = [limit.cycle.corner_names[corner] for corner in limit.corners]
+        names = [as_is(limit.cycle.corner_names[corner]) for corner in limit.corners]
         bounds = "on its bound at\n" + "; ".join(names)
         if limit.system.tangents == 1:
             bounds = f"on the bound of forward slip at {names[0]}\n"
@@ -132,7 +133,7 @@ def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes |
         limit.friction,
         q,
         p,
-        names,
+        list(map(as_is, names)),
         circles,
         what,
         slip=limit.slip,
@@ -151,7 +152,7 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
 @picture.register
 def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over friction bound at the corners under the safe slip; below, the free profile."""
-    amounts = [f"{name} {amount:+.4g}" for name, amount in design.preload.items()]
+    amounts = [f"{as_is(name)} {amount:+.4g}" for name, amount in design.preload.items()]
     parts = [equals(r"best design, $\lambda$", design.load_factor), *amounts[:4]]
     if len(amounts) > 4:
         parts.append("...")
@@ -183,7 +184,7 @@ def _reserve(
         found.friction,
         q,
         p,
-        found.cycle.corner_names,
+        list(map(as_is, found.cycle.corner_names)),
         {},
         at=least,
         slip=found.slip,
@@ -220,7 +221,8 @@ def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | 
             panels, least.system, least.weight, "weight of the slip between corners (1 / length)"
         )
     largest_first = np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist()
-    lines_or_band(axes, least.system, least.g, least.cycle.corner_names, largest_first)
+    names = list(map(as_is, least.cycle.corner_names))
+    lines_or_band(axes, least.system, least.g, names, largest_first)
     axes.set_ylabel("weight $g$ of the slip (1 / length)")
     label_panels([axes], least.system)
     legend(axes)
@@ -260,10 +262,10 @@ def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
         "xy", region.loads, free, outer.max(axis=0), strict=True
     ):
         look: dict[str, Any] = {f"{name}lim": (0.0, 1.08 * largest or 1.0)}
-        label = f"amplitude of {load} (times its unit load)"
+        label = f"amplitude of {as_is(load)} (times its unit load)"
         if unlimited:
             look = {f"{name}lim": (0.0, 1.0), f"{name}ticks": []}
-            label = f"amplitude of {load}: no limit"
+            label = f"amplitude of {as_is(load)}: no limit"
         axes.set(**{f"{name}label": label}, **look)
     legend(axes)
     return axes

@@ -233,6 +233,13 @@ def legend(axes: Axes, title: str | None = None, **more: Any) -> None:
     )
 
 
+def as_is(name: object) -> str:
+    """A name that the user gave, as a text of a picture in which no sign is markup."""
+    text = str(name).replace("$", r"\$")
+    # matplotlib leaves labels that begin with an underscore out of legends.
+    return rf"$\_${text[1:]}" if text.startswith("_") else text
+
+
 def equals(name: str, value: float) -> str:
     """A name with its value."""
     if np.isfinite(value):
@@ -243,7 +250,9 @@ def equals(name: str, value: float) -> str:
 def no_lines(panels: Sequence[Axes], why: str) -> None:
     """Say in the first panel why there is nothing to draw."""
     first = panels[0]
-    first.text(0.5, 0.5, fill(why, width=60), transform=first.transAxes, ha="center", va="center")
+    first.text(
+        0.5, 0.5, fill(as_is(why), width=60), transform=first.transAxes, ha="center", va="center"
+    )
     for axes in panels:
         axes.set(xticks=[], yticks=[])
 
@@ -252,7 +261,7 @@ def name_units(axes: Axes, units: str | None) -> None:
     """Name the units in all texts of a picture."""
     if units is not None:
         for text in axes.figure.findobj(Text):
-            text.set_text(in_units(text.get_text(), units))
+            text.set_text(in_units(text.get_text(), as_is(units)))
 
 
 def in_units(text: str, units: str | None) -> str:

@@ -15,6 +15,7 @@ from ..plots.style import (
     BLACK,
     GREY,
     AxesArray,
+    as_is,
     equals,
     legend,
     line,
@@ -88,7 +89,7 @@ def _least_excursion(excursion: LeastExcursion, ax: Axes | None = None) -> Axes:
     if excursion.loads is None:
         axes.set_title("no share of the excursion tried lets all starts shake down")
     else:
-        loads = ", ".join(f"{name} = {value:.4g}" for name, value in excursion.loads.items())
+        loads = ", ".join(f"{as_is(name)} = {value:.4g}" for name, value in excursion.loads.items())
         share = f"{excursion.share:.4g}"
         axes.set_title(f"least excursion found: {share} of the largest, to {loads}")
     _draw_tried(axes, excursion.tried, "share")
@@ -296,7 +297,9 @@ class _StudyPicture:
         )
         if self.names:
             count = len(self.names)
-            axes.set(xticks=range(count), xticklabels=self.names, xlim=(-0.5, count - 0.5))
+            axes.set(
+                xticks=range(count), xticklabels=map(as_is, self.names), xlim=(-0.5, count - 0.5)
+            )
         elif self.x == "load_ratio":
             axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
 
@@ -318,7 +321,7 @@ class _StudyPicture:
 
 
 def _family_name(family: str) -> str:
-    return _FAMILIES.get(family, family)
+    return _FAMILIES.get(family, as_is(family))
 
 
 def _friction_name(run: "pd.Series[float]") -> str:
@@ -332,8 +335,8 @@ def _friction_name(run: "pd.Series[float]") -> str:
 
 def _column_name(column: str | None) -> str:
     """A column of a study in words."""
-    return _COLUMNS.get(column or "", str(column))
+    return _COLUMNS.get(column or "", as_is(column))
 
 
 def _value_name(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.4g}" if isinstance(value, float) else as_is(value)

@@ -34,6 +34,7 @@ from ..plots.style import (
     SERIES,
     AxesArray,
     Look,
+    as_is,
     legend,
     line,
     new_axes,
@@ -179,7 +180,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     slip_and_work(slip, work, steady, color=BLACK)
 
     states = steady.states()
-    names = list(steady.cycle.corner_names)
+    names = list(map(as_is, steady.cycle.corner_names))
     if steady.period == 2:
         names += [f"{name}, second cycle" for name in names]
     corners = np.searchsorted(states.time, np.arange(1, len(names) + 1) + SIMULTANEOUS) - 1
@@ -234,7 +235,7 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     }
     label = "nodes begin or cease to slip"
     axes.plot(displacement[changes], amplitude[changes], label=label, **marks)
-    axes.set_title(f"load case {loop.case!r}: secant stiffness {stiffness:.4g} {unit}")
+    axes.set_title(f"load case {as_is(repr(loop.case))}: secant stiffness {stiffness:.4g} {unit}")
     axes.set(xlabel=names[0], ylabel=names[1])
     legend(axes)
     return axes
@@ -258,8 +259,8 @@ def _title_in_space(steady: SteadyState, outcome: str, shown: Booleans) -> str:
     kept = dict.fromkeys(names[shown].tolist())
     left_out = list(dict.fromkeys(names[~shown].tolist()))
     if len(kept) == 1:
-        title = f"{next(iter(kept))}: {title}"
-    without_slip = ", ".join(left_out)
+        title = f"{as_is(next(iter(kept)))}: {title}"
+    without_slip = ", ".join(map(as_is, left_out))
     # A title names so many contacts.
     most_names = 4
     if len(left_out) > most_names:
@@ -309,7 +310,7 @@ def _time_axis(axes: Axes, path: Trajectory, axis: str) -> None:
     The label lists the loads of the corners, if there is room.
     """
     names = ["0: mean load"]
-    names += [f"{k}: {name}" for k, name in enumerate(path.cycle.corner_names, start=1)]
+    names += [f"{k}: {as_is(name)}" for k, name in enumerate(path.cycle.corner_names, start=1)]
     listed = ", ".join(names)
     if len(listed) > 60:
         listed = names[0]
@@ -341,7 +342,7 @@ def _onset(onset: Onset, ax: Axes | AxesArray | None = None) -> Axes | AxesArray
     else:
         drawn = range(len(events)) if len(events) <= len(SERIES) else [first]
         circles = {k: (events[k].node, events[k].sense, ONE_NODE) for k in drawn}
-    names = [rf"{event.loads}, $\lambda = {event.load_factor:.4g}$" for event in events]
+    names = [rf"{as_is(event.loads)}, $\lambda = {event.load_factor:.4g}$" for event in events]
     label = "node that slips first"
     return shear_ratios(panels, system, onset.friction, q, p, names, circles, label, first)
 

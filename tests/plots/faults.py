@@ -17,4 +17,11 @@ FAULTS = (
         new="()",
         tests="notebook",
     ),
+    Fault(
+        "plots/style.py",
+        "a name is markup",
+        old="str(name).replace('$', r'\\$')",
+        new="str(name)",
+        tests="plots_names",
+    ),
 )

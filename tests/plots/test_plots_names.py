@@ -4,6 +4,7 @@ The names are in a picture in the plane, and on a map.
 """
 
 import itertools
+from xml.etree import ElementTree
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -127,3 +128,65 @@ def test_names_of_contacts_behind_each_other_are_moved_apart_and_joined_to_their
     }
     assert len(lifted) == 2 and lifted < moved
     plt.close("all")
+
+
+PRESSES, PUSHES = r"$\frac{$", "_a$b$c_{^%"
+BODY, LEFT, RIGHT = "_steel$", "$left$", "100%_"
+
+
+def marked():
+    """Two contacts of two nodes, whose names and loads have signs of markup."""
+    joint = feet(1)
+    loads = {PRESSES: joint.bonded["P"], PUSHES: joint.bonded["Q"]}
+    loads = {name: (q[:4], p[:4]) for name, (q, p) in loads.items()}
+    names = [LEFT, LEFT, RIGHT, RIGHT]
+    return fo.ContactSystem(np.eye(8), joint.points[:4], loads, contact=names, units="N$, m$")
+
+
+def marked_model():
+    square = MeshQuad().with_boundaries(SIDES)
+    bodies = {name: fo.Body(square.translated((0.0, k))) for k, name in enumerate([BODY, "b", "c"])}
+    contacts = [
+        fo.Contact("b", BODY, "low", "top", name=LEFT),
+        fo.Contact("c", "b", "low", "top", name=RIGHT),
+    ]
+    loads = {PRESSES: [fo.Pressure("c", "top")]}
+    return fo.ContactModel(bodies, [fo.Support(BODY, "low")], loads, contacts)
+
+
+SIDES = {"low": lambda x: x[1] == x[1].min(), "top": lambda x: x[1] == x[1].max()}
+TO_AND_FRO = fo.LoadCycle({PRESSES: 1.0}, [{PUSHES: 1.0}, {PUSHES: -1.0}])
+DRAWN = {
+    "system": (lambda: marked().plot(), [PRESSES, PUSHES, LEFT, RIGHT, "(m$)"]),
+    "cycle": (lambda: TO_AND_FRO.plot(), [PRESSES, PUSHES]),
+    "limit": (lambda: fo.shakedown_limit(marked(), TO_AND_FRO, 0.5).plot(), [PUSHES, LEFT, RIGHT]),
+    "onset": (lambda: fo.onset(marked(), TO_AND_FRO, 0.5).plot(), [PUSHES, LEFT]),
+    "steady": (
+        lambda: fo.steady_state(marked(), TO_AND_FRO, 0.5, 2.0, progress=False).plot(),
+        [PUSHES, LEFT, RIGHT, "N$m$"],
+    ),
+    "model": (lambda: marked_model().plot(), [BODY, LEFT, RIGHT, PRESSES]),
+    "study": (
+        lambda: fo.plot_study(
+            fo.dissipation_study(
+                marked(), {LEFT: TO_AND_FRO}, 0.5, [2.0],
+                fo.starts.given_slips([[0.0] * 4], family=PRESSES), progress=False,
+            ),
+            x="cycle",
+        ),
+        [LEFT, PRESSES],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+def test_names_with_signs_of_markup_are_drawn_as_they_are(kind, tmp_path):
+    """The texts of an SVG file are what a reader sees; of a formula they are single letters."""
+    draw, names = DRAWN[kind]
+    with plt.rc_context({"svg.fonttype": "none"}):
+        np.ravel(draw())[0].figure.savefig(tmp_path / "a.svg")
+    plt.close("all")
+    texts = ElementTree.parse(tmp_path / "a.svg").iter("{http://www.w3.org/2000/svg}text")
+    seen = ["".join("".join(text.itertext()).split()) for text in texts]
+    for name in names:
+        assert any(name in text for text in seen)
