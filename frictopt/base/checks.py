@@ -65,8 +65,25 @@ def whole(values: ArrayLike) -> Integers:
     return copy
 
 
+def by_labels(name: str, values: object) -> Any:
+    """A table or series of pandas in the order of its labels, 0 to n - 1; other values as given.
+
+    Another order would give the numbers to other nodes.
+    """
+    labels = getattr(values, "index", None)
+    if labels is None or callable(labels):
+        return values
+    if set(labels) != set(range(len(labels))):
+        raise ModelError(
+            f"{name}: {shown(values)}, whose labels are not 0 to {len(labels) - 1}; label its "
+            "entries by their nodes, or give them in order by `.to_numpy()`"
+        )
+    return values.sort_index()  # type: ignore[attr-defined]
+
+
 def real_array(name: str, values: object) -> Array:
     """Check an array of real numbers, NaN and infinities included; returns a float64 copy."""
+    values = by_labels(name, values)
     try:
         raw = np.asarray(values)
         parts = [values]
@@ -218,7 +235,7 @@ def listed_parts(argument: str, parts: object, *kinds: type[T]) -> tuple[T, ...]
 
 def flags(name: str, values: object, n: int) -> Booleans:
     """Check True or False for each of n nodes."""
-    entries = listed(name, values)
+    entries = listed(name, by_labels(name, values))
     if len(entries) != n or not all(isinstance(entry, bool | np.bool_) for entry in entries):
         raise ModelError(f"{name}: {shown(values)}; give True or False for each of {n} nodes")
     return np.array(entries, dtype=bool)
@@ -280,7 +297,7 @@ def checked_loads(name: str, loads: object) -> Mapping[str, float]:
 
 def checked_contact(argument: str, contact: object, n: int) -> Names:
     """Check the names of the contacts of n nodes, each name in one run; returns them read-only."""
-    names = listed(argument, contact)
+    names = listed(argument, by_labels(argument, contact))
     if len(names) != n:
         raise ModelError(
             f"{argument}: {number_of(len(names), 'name')} for {number_of(n, 'node')}; give the "

@@ -159,4 +159,11 @@ FAULTS = (
         new="below <= ROUNDING",
         tests="gross_slip",
     ),
+    Fault(
+        "base/checks.py",
+        "a series is read by position",
+        old="values.sort_index()",
+        new="values",
+        tests="checks",
+    ),
 )

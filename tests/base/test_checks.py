@@ -10,8 +10,10 @@ from scipy.sparse import csr_matrix
 
 import frictopt as fo
 from frictopt.base import checks
+from helpers.systems import CYCLE, random_system
 
 MASKED = np.ma.masked_array([1.0, 2.0], mask=[False, True])
+THREE = random_system(np.random.default_rng(3), 3)
 CIRCLE: list = [1.0]
 CIRCLE.append(CIRCLE)
 
@@ -192,3 +194,22 @@ def test_a_count_agrees_with_its_noun_and_verb():
 def test_friction_by_the_names_of_contacts_is_told_how_to_be_one_for_each_node():
     with pytest.raises(fo.ModelError, match=r"friction: a dict; .*np\.where\(system\.contact == "):
         checks.per_node("friction", {"head": 0.15}, 4)
+
+
+def test_a_series_is_read_by_its_labels_if_they_are_nodes():
+    friction = pd.Series([0.3, 0.1, 0.2], index=[2, 0, 1])
+    asked = fo.shakedown_limit(THREE, CYCLE, friction)
+    assert asked.friction.tolist() == [0.1, 0.2, 0.3]
+    assert asked.load_factor == fo.shakedown_limit(THREE, CYCLE, [0.1, 0.2, 0.3]).load_factor
+    names = pd.Series(["right", "left", "left"], index=[2, 1, 0])
+    contact = fo.ContactSystem.from_blocks(
+        THREE.A, THREE.B, THREE.C, THREE.x, THREE.bonded, contact=names
+    )
+    assert contact.contact.tolist() == ["left", "left", "right"]
+
+
+@pytest.mark.parametrize("labels", [["a", "b", "c"], [1, 2, 3], [0, 0, 1]])
+def test_a_series_with_other_labels_is_refused(labels):
+    friction = pd.Series([0.3, 0.1, 0.2], index=labels)
+    with pytest.raises(fo.ModelError, match=r"friction: .*labels are not 0 to 2; .*to_numpy"):
+        fo.shakedown_limit(THREE, CYCLE, friction)
