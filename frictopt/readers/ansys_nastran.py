@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections import defaultdict
 from collections.abc import Mapping
 from io import StringIO
@@ -90,12 +89,14 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     file = file_path("path", path)
     full = by_library(_ANSYS, reader.read_binary, file, "stiffness")
     _check_full(full, file)
-    with warnings.catch_warnings():
-        # The library warns that a static file has no mass.
-        warnings.simplefilter("ignore")
-        numbers, upper, _ = by_library(
-            _ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness"
-        )
+    # The library warns that a static file has no mass, and a filter of warnings would be one of all
+    # threads. So it takes the stiffness for the mass as well.
+    header = full._header
+    header |= {"ptrMAS": header["ptrSTF"]}
+    header |= {f"ntermM{part}": header[f"ntermK{part}"] for part in "lh"}
+    numbers, upper, _ = by_library(
+        _ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness"
+    )
     # The library counts directions from 0.
     labels = np.asarray(numbers + [0, 1], dtype=np.intp)
     held = np.asarray(full.const + [0, 1], dtype=np.intp)

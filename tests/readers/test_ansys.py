@@ -4,6 +4,8 @@ The files come with its reader: matrix and mesh, written by Ansys, of a clamped 
 """
 
 import sys
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -178,3 +180,11 @@ def test_a_cut_block_of_elements_is_refused(tmp_path):
         deck_of(tmp_path, cut)
     with pytest.raises(fo.ModelError, match=r"deck b\.cdb: its EBLOCK is damaged, or names a type"):
         deck_of(tmp_path, lambda text: text.replace("ET,        1,186", "ET,        2,186"))
+
+
+def test_reading_from_threads_leaves_the_warnings_of_the_process_as_they_are():
+    before = list(warnings.filters)
+    with ThreadPoolExecutor(8) as pool:
+        jobs = list(pool.map(fo.read_ansys, [FULL] * 24))
+    assert warnings.filters == before
+    assert len({abs(job.K).sum() for job in jobs}) == 1
