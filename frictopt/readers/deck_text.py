@@ -7,7 +7,7 @@ from pathlib import Path
 from ..errors import ModelError
 
 # Most files that a deck may include. Twelve files that include each other could be 12^8.
-_MOST_FILES = 10_000
+_MOST_FILES = 1_000
 
 
 @dataclass(frozen=True)
@@ -72,13 +72,7 @@ def _lines(path: Path, folder: Path, included_files: list[str], depth: int = 0) 
     The lines of an included file stand in its place, where they may continue the block above. Its
     name is relative to the folder of the whole deck, as in CalculiX, or to the file that includes.
     """
-    if depth > 20:
-        raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
-    included_files.append(path.name)
-    if len(included_files) > _MOST_FILES:
-        raise ModelError(
-            f"deck {path.name}: more than {_MOST_FILES} *INCLUDE in all files; join files"
-        )
+    check_includes(path, "deck", included_files, depth)
     stripped = map(str.strip, text_of(path, "deck").splitlines())
     lines = (line for line in stripped if line and not line.startswith("**"))
     for line in lines:
@@ -92,6 +86,17 @@ def _lines(path: Path, folder: Path, included_files: list[str], depth: int = 0) 
         if not included.is_file():
             included = path.parent / name
         yield from _lines(included, folder, included_files, depth + 1)
+
+
+def check_includes(path: Path, what: str, included_files: list[str], depth: int) -> None:
+    """Add a file to those that a deck includes; ModelError if there is no end of them."""
+    if depth > 20:
+        raise ModelError(f"{what} {path.name}: it includes itself; take the INCLUDE out")
+    included_files.append(path.name)
+    if len(included_files) > _MOST_FILES:
+        raise ModelError(
+            f"{what} {path.name}: more than {_MOST_FILES} INCLUDE in all files; join files"
+        )
 
 
 def _included_file(parameters: str) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import ModelError
-from .deck_text import text_of
+from .deck_text import check_includes, text_of
 
 _INCLUDE = re.compile(r"\s*include\s+(.*)", re.IGNORECASE)
 
@@ -53,7 +53,7 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
     waiting: dict[str, Card] = {}
     card: Card | None = None
     previous = Line("", [], "", "", is_large=False)
-    for text in _bulk_data(list(_lines(path, what, path.parent)), where):
+    for text in _bulk_data(list(_lines(path, what, path.parent, [])), where):
         line = split(text)
         if line.first.startswith("="):
             raise ModelError(f"{where}: the line {text!r} repeats the card above; write each card")
@@ -125,10 +125,11 @@ def _bulk_data(lines: list[str], where: str) -> list[str]:
     return lines[begins[0] + 1 if begins else 0 : end]
 
 
-def _lines(path: Path, what: str, root: Path, depth: int = 0) -> Iterator[str]:
+def _lines(
+    path: Path, what: str, root: Path, included_files: list[str], depth: int = 0
+) -> Iterator[str]:
     """The lines of a file without comments; those of an included file stand in its place."""
-    if depth > 20:
-        raise ModelError(f"{what} {path.name}: it includes itself; take the INCLUDE out")
+    check_includes(path, what, included_files, depth)
     if not path.is_file():
         raise ModelError(f"{what}: there is no file {str(path)!r}; give its path")
     lines = iter(text_of(path, what).expandtabs().splitlines())
@@ -143,7 +144,7 @@ def _lines(path: Path, what: str, root: Path, depth: int = 0) -> Iterator[str]:
         # A name is relative to its file; one with folders may be relative to the first file.
         beside = path.parent / name
         file = beside if beside.is_file() else root / name
-        yield from _lines(file, what, root, depth + 1)
+        yield from _lines(file, what, root, included_files, depth + 1)
 
 
 def _included_file(words: str, lines: Iterator[str]) -> str:

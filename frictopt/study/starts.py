@@ -21,6 +21,7 @@ from ..base import (
     finite_number,
     finite_numbers,
     frozen,
+    number_of,
     warns_of_odd_values,
     whole_number,
 )
@@ -197,8 +198,8 @@ def random_slips(
         The contact, which has at least two nodes; and the amplitudes of the slips: root mean
         squares over the nodes, length.
     count, seed
-        Number of slips of each kind and amplitude, at most 100,000; and the seed of the first slip.
-        The following slips have the following seeds.
+        Number of slips of each kind and amplitude, and the seed of the first slip. The following
+        slips have the following seeds. There are at most 100,000 slips, and 10^8 numbers in them.
 
     Returns
     -------
@@ -221,10 +222,17 @@ def random_slips(
         raise ModelError(
             "system: one node, so smooth and rough slips do not exist; give its slip by given_slips"
         )
-    # More slips would fill the memory.
-    count = whole_number("count", count, least=1, most=100_000)
+    count = whole_number("count", count, least=1)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
     checked_amplitudes = finite_numbers("amplitudes", amplitudes, least=0.0)
+    slips = 2 * count * len(checked_amplitudes)
+    # More slips would fill the memory.
+    most = min(100_000, 10**8 // (system.nodes * system.tangents))
+    if slips > most:
+        raise ModelError(
+            f"count: {count} for {number_of(len(checked_amplitudes), 'amplitude')} are {slips} "
+            f"slips; give a count of at most {most} slips in all"
+        )
     modes = smooth_modes(system)
     starts = list[Start]()
     kinds = product(checked_amplitudes, ("smooth", "rough"), range(count))

@@ -8,7 +8,7 @@ MESH = "*NODE\n1,0.,0.\n2,1.,0.\n3,1.,1.\n4,0.,1.\n*ELEMENT, TYPE=CPE4, ELSET=E1
 BAD = {
     "number": (MESH.replace("\n1,0.,0.", f"\n{2**64},0.,0."), "is too large"),
     "included": ("*NODE\n*INCLUDE, INPUT=other.txt\n" + MESH, "an entry is no number"),
-    "many": (MESH + "*INCLUDE, INPUT=0.inc\n", "more than 10000 .INCLUDE"),
+    "many": (MESH + "*INCLUDE, INPUT=0.inc\n", "more than 1000 INCLUDE"),
     "no deck": (MESH.encode("utf-16").decode("latin-1"), "no line begins with"),
 }
 
@@ -31,3 +31,11 @@ def test_a_range_beyond_all_numbers_is_that_of_the_deck(kind, tmp_path):
     block = f"*{kind}, {kind}=A, GENERATE\n1, 1000000000000000, 2\n"
     (tmp_path / "a.inp").write_text(MESH + block)
     assert fo.read_mesh(tmp_path / "a.inp").p.shape == (2, 4)
+
+
+def test_bulk_data_that_include_many_files_are_refused(tmp_path):
+    for number in range(8):
+        (tmp_path / f"{number}.bdf").write_text(f"INCLUDE '{number + 1}.bdf'\n" * 12)
+    (tmp_path / "8.bdf").write_text("GRID,1\n")
+    with pytest.raises(fo.ModelError, match="more than 1000 INCLUDE"):
+        fo.read_mesh(tmp_path / "0.bdf")

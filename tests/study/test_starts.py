@@ -93,3 +93,10 @@ def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
     assert len({start.slip.tobytes() for start in starts}) == 16
     again = random_slips(scene, [0.1, 20.0], 4, seed=5)
     assert all((one.slip == other.slip).all() for one, other in zip(starts, again, strict=True))
+
+
+@pytest.mark.parametrize(("nodes", "count"), [(4, 100_000), (1000, 30_000)])
+def test_slips_that_would_fill_the_memory_are_refused(nodes, count):
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=nodes, EA=1.0, h=1.0))
+    with pytest.raises(fo.ModelError, match=f"count: {count} for 2 amplitudes are {4 * count} "):
+        fo.starts.random_slips(rod, [0.1, 0.2], count)
