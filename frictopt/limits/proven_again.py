@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base import RESIDUAL, Array
+from ..base import RESIDUAL, ROUNDING, Array
 from .question import Question
 
 # Another processor may round the residual of an answer to the other side of its tolerance.
@@ -24,11 +24,45 @@ def check_slip(question: Question, load_factor: float, slip: Array) -> None:
         raise ValueError(f"its slip has the shape {slip.shape}, its contact needs {shape}")
     off = question.violation(load_factor, slip)
     # Margins are relative to friction bounds, which exceed the forces if friction is large.
-    if off > _SLIP * max(1.0, question.mean_bound / question.force):
+    largest = max(1.0, question.mean_bound / question.force)
+    if not off <= _SLIP * largest + _rounding(question, load_factor, slip):
         raise ValueError(
             f"its slip is not safe at the load factor {load_factor:g}: it violates the contact law "
             f"by {off:.1e}"
         )
+
+
+def _rounding(question: Question, load_factor: float, slip: Array) -> float:
+    """Rounding of the forces, over the force unit; large friction may hold slips of any size."""
+    _, r = question.instants(load_factor, slip)
+    return ROUNDING * float(np.abs(r).max()) / question.force
+
+
+def reserve_of(question: Question, load_factor: float, slip: Array) -> float:
+    """The smallest reserve of a slip over nodes and corners, in the unit of the margin."""
+    u, r = question.instants(load_factor, slip)
+    sticks, opened = question.statuses
+    q = np.linalg.norm(r[:, :-1], axis=1)
+    p = r[:, -1]
+    reserves = np.minimum(
+        (question.friction * p - q) / question.mean_bound, p / question.mean_pressure
+    )
+    of_gaps = np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance
+    return float(np.min(reserves, where=sticks, initial=of_gaps))
+
+
+def check_margin(
+    question: Question, load_factor: float, slip: Array, margin: float, bound: float
+) -> None:
+    """Check that a slip has its margin, and that no slip has more; ValueError if not."""
+    tolerance = _SLIP * max(1.0, abs(margin))
+    # Nodes that open and close have no reserve at their events.
+    if type(question) is Question:
+        reserve = reserve_of(question, load_factor, slip)
+        if not margin <= reserve + tolerance + _rounding(question, load_factor, slip):
+            raise ValueError(f"its margin is {margin:g}, and the reserve of its slip {reserve:g}")
+    if not abs(bound - margin) <= tolerance:
+        raise ValueError(f"its margin is {margin:g}, and the bound of it {bound:g}")
 
 
 def check_bound(question: Question, moves: Array, load_factor: float, bound: float) -> None:

@@ -122,6 +122,16 @@ class RequiredFriction(Answered):
     def _has_safe_slip(self) -> bool:
         return bool(np.isfinite(self.required))
 
+    def check_kept(self) -> None:
+        """Check the slip and the frictions of a loaded answer; ValueError if they are off."""
+        super().check_kept()
+        if not (self._question.friction == self.required).all():
+            raise ValueError(f"it requires the friction {self.required:g}, its slip another one")
+        # Both are at most the widest proof away from the least friction.
+        nearest = (1 - 3 * SEARCH.widest_proof) * self.required
+        if not (nearest <= self.bound <= self.required or self.required == 0):
+            raise ValueError(f"it requires {self.required:g}, and {self.bound:g} is not enough")
+
 
 @warns_of_odd_values
 def required_friction(

@@ -31,6 +31,7 @@ from .lift_off import LiftOff
 from .moving_safe_slip import safe_with_moving_areas
 from .order_search import check_events
 from .ordered import ordered_program, read_order, solved_order
+from .proven_again import check_margin, reserve_of
 from .question import Question, pose, with_open
 from .reasons import safe_slip_reason
 from .rest_program import USER
@@ -94,6 +95,11 @@ class SafeSlip(Proven):
         return bool(self.margin >= -max(ROUNDING, self.residual))
 
     _has_safe_slip = exists
+
+    def check_kept(self) -> None:
+        """Check the slip and the margin of a loaded answer; ValueError if they are off."""
+        super().check_kept()
+        check_margin(self._question, self.load_factor, self.slip, self.margin, self.bound)
 
     @cached_property
     def reason(self) -> str:
@@ -324,17 +330,7 @@ def checked_slip(
     if slip is None:
         slip = solution.slip_of_nodes
     margin = solution.value
-    u, r = question.instants(load_factor, slip)
-    sticks, opened = question.statuses
-    q = np.linalg.norm(r[:, :-1], axis=1)
-    p = r[:, -1]
-    reserves = np.minimum(
-        (question.friction * p - q) / question.mean_bound, p / question.mean_pressure
-    )
-    reserve = min(
-        np.min(reserves, where=sticks, initial=np.inf),
-        np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance,
-    )
+    reserve = reserve_of(question, load_factor, slip)
 
     bound, defect = solution.bound
     violations = [

@@ -65,6 +65,10 @@ CHANGES = {
     "contact": ("steady", of_array(STEADY, "gap", lambda w: w - 1), "violates the contact law"),
     "work": ("steady", of_field(STEADY, "dissipation", 0.0), "its nodes dissipate"),
     "frictions": ("required", of_array("Question", "friction", lambda f: f / 2), "is not safe"),
+    "required": ("required", of_field("RequiredFriction", "required", 1e-3), "its slip another"),
+    "too little": ("required", of_field("RequiredFriction", "bound", 1e-3), "is not enough"),
+    "margin": ("safe", of_field("SafeSlip", "margin", 2.0), "the reserve of its slip"),
+    "less margin": ("safe", of_field("SafeSlip", "margin", -1.0), "the bound of it"),
     "amplitude": ("safe", of_field("SafeSlip", "load_factor", 10.0), "slip is not safe"),
     "states": ("path", of_array("Trajectory", "p", lambda p: 2 * p), "states violate"),
 }
@@ -81,6 +85,15 @@ def test_numbers_that_do_not_hold_are_refused(name, tmp_path, capsys):
         fo.results.load(file)
     assert main(["check", file]) == 2
     assert "is not a result" in capsys.readouterr().err
+
+
+def test_a_slip_of_any_size_is_read_if_large_friction_holds_it(tmp_path):
+    """Its forces, 1e8 times those of the loads, are known up to rounding alone."""
+    system = random_system(np.random.default_rng(19), 3)
+    answer = fo.required_friction(system, CYCLE, 5.0, progress=False)
+    assert answer.largest_slip > 1e6
+    answer.save(tmp_path / "answer.npz")
+    assert fo.results.load(tmp_path / "answer.npz").required == answer.required
 
 
 def test_an_array_that_holds_as_well_is_seen_to_be_another(tmp_path):
