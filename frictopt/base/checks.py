@@ -3,6 +3,7 @@
 A check returns the checked value, or raises a `ModelError` that names argument, value and remedy.
 """
 
+# One file because the checks use each other, and all rooms find them in one place.
 import copyreg
 import sys
 import warnings

@@ -5,6 +5,8 @@ interrupted (Ctrl-C, SIGTERM), 141 nobody read the output to its end (`| head`).
 """
 
 import argparse
+import atexit
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -48,6 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupt:
         notes = partial_answer(interrupt, with_json)
         print("frictopt: interrupted", *notes, sep="\n", file=sys.stderr)
+        # While Python ends, a second Ctrl-C would end it with another status.
+        atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
         return ExitCode.INTERRUPTED
     except (FrictoptError, OSError, ImportError) as error:
         code = _exit_code(error)

@@ -1,5 +1,6 @@
 """The states of a transient, and the loop of a load case over them."""
 
+# One file because the loop is read from the states, which their tables and their check also need.
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -508,6 +508,26 @@ def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
         signal.signal(signal.SIGINT, before[1])
 
 
+def test_a_second_interrupt_while_python_ends_leaves_the_code():
+    """Python frees what a module holds at the very end, when it handles no signals any more."""
+    code = """
+import os, signal, sys
+import frictopt as fo
+from frictopt.__main__ import main
+
+class Last:
+    def __del__(self, kill=os.kill, pid=os.getpid(), number=signal.SIGINT):
+        kill(pid, number)
+
+last = Last()
+signal.signal(signal.SIGINT, signal.default_int_handler)
+fo.shakedown_limit = lambda system, cycle, friction: signal.raise_signal(signal.SIGINT)
+sys.exit(main(sys.argv[1:]))
+"""
+    done = subprocess.run([sys.executable, "-c", code, *LIMIT, *CORNERS], capture_output=True)
+    assert (done.returncode, done.stderr) == (130, b"frictopt: interrupted\n")
+
+
 def test_a_command_runs_in_any_thread(capsys):
     with ThreadPoolExecutor(1) as threads:
         assert (
