@@ -226,7 +226,7 @@ class SolveRecord:
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> record = fo.shakedown_limit(rod, cycle, friction=0.5).record
     >>> record.solver, record.left_out, record.residual < 1e-9
-    ('HIGHS', ('rows: 16 redundant',), True)
+    ('HIGHS', (), True)
     """
 
     solver: str = ""

@@ -27,8 +27,7 @@ def check_slip(question: Question, load_factor: float, slip: Array) -> None:
     largest = max(1.0, question.mean_bound / question.force)
     if not off <= _SLIP * largest + _rounding(question, load_factor, slip):
         raise ValueError(
-            f"its slip is not safe at the load factor {load_factor:g}: it violates the contact law "
-            f"by {off:.1e}"
+            f"its slip violates the contact law by {off:.1e} at the load factor {load_factor:g}"
         )
 
 

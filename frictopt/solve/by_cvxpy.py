@@ -60,6 +60,6 @@ def _run(problem: cp.Problem, name: str) -> str:
 
 
 def backend(problem: cp.Problem) -> str | None:
-    """What cvxpy compiles a problem with; it would warn if it chose another backend than usual."""
+    """The backend with which cvxpy compiles a problem; it would warn if it chose one itself."""
     usual = problem._supports_cpp() and problem._max_ndim() <= 2
     return None if usual else str(cp.SCIPY_CANON_BACKEND)

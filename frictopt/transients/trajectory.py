@@ -287,7 +287,7 @@ class Trajectory(Kept, Plotted):
         return frozen(np.diff(self.work[rows], axis=0))
 
     def from_mean_load(self) -> Trajectory:
-        """The states from the mean load on, without those under the artificial load before it."""
+        """The states from the mean load on, without the artificial load before it."""
         first = int(np.flatnonzero(self.time >= 0)[0])
         return replace(
             self, **{name: getattr(self, name)[first:] for name in (*_OF_LOADS, *_OF_NODES)}

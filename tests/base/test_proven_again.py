@@ -49,27 +49,27 @@ def of_field(kind, name, value):
 LIMIT, STEADY = "ShakedownLimit", "SteadyState"
 FACTOR = ANSWERS["limit"].load_factor
 CHANGES = {
-    "load factor": ("limit", of_field(LIMIT, "load_factor", 1000 * FACTOR), "slip is not safe"),
+    "load factor": ("limit", of_field(LIMIT, "load_factor", 1000 * FACTOR), "slip violates"),
     "less": ("limit", of_field(LIMIT, "load_factor", 0.9 * FACTOR), "its mechanism proves"),
     "bound": ("limit", of_field(LIMIT, "bound", 0.9 * FACTOR), "its mechanism proves"),
     "least": ("limit", of_field(LIMIT, "least", 2 * FACTOR), "least load factor"),
     "kind": ("limit", of_field(LIMIT, "kind", {"LimitKind": "UNBOUNDED"}), "its kind"),
     "text": ("limit", of_field(LIMIT, "load_factor", "0.5"), "load_factor is a str"),
     "true": ("limit", of_field(LIMIT, "load_factor", True), "load_factor is a bool"),
-    "nan": ("limit", of_array(LIMIT, "slip", lambda slip: slip * np.nan), "slip is not safe"),
+    "nan": ("limit", of_array(LIMIT, "slip", lambda slip: slip * np.nan), "slip violates"),
     "short": ("limit", of_array(LIMIT, "slip", lambda slip: slip[:-1]), "shape"),
     "words": ("limit", of_array(LIMIT, "slip", lambda slip: slip.astype(str)), "is a ndarray"),
     "motion": ("limit", of_array("Mechanism", "moves", lambda d: d[:, :, ::-1]), "proves nan"),
-    "stiffness": ("limit", of_array("ContactSystem", "S", lambda S: S + np.eye(6)), "is"),
-    "friction": ("limit", of_array("Question", "friction", lambda f: 0.9 * f), "slip is not safe"),
+    "stiffness": ("limit", of_array("ContactSystem", "S", lambda S: S + np.eye(6)), "its"),
+    "friction": ("limit", of_array("Question", "friction", lambda f: 0.9 * f), "slip violates"),
     "contact": ("steady", of_array(STEADY, "gap", lambda w: w - 1), "violates the contact law"),
     "work": ("steady", of_field(STEADY, "dissipation", 0.0), "its nodes dissipate"),
-    "frictions": ("required", of_array("Question", "friction", lambda f: f / 2), "is not safe"),
+    "frictions": ("required", of_array("Question", "friction", lambda f: f / 2), "violates"),
     "required": ("required", of_field("RequiredFriction", "required", 1e-3), "its slip another"),
     "too little": ("required", of_field("RequiredFriction", "bound", 1e-3), "is not enough"),
     "margin": ("safe", of_field("SafeSlip", "margin", 2.0), "the reserve of its slip"),
     "less margin": ("safe", of_field("SafeSlip", "margin", -1.0), "the bound of it"),
-    "amplitude": ("safe", of_field("SafeSlip", "load_factor", 10.0), "slip is not safe"),
+    "amplitude": ("safe", of_field("SafeSlip", "load_factor", 10.0), "slip violates"),
     "states": ("path", of_array("Trajectory", "p", lambda p: 2 * p), "states violate"),
 }
 

@@ -291,7 +291,7 @@ def test_the_help_of_a_command_says_what_the_docstring_says(command, capsys):
 def test_texts_that_refer_to_another_function_are_followed():
     texts = options.described(fo.required_friction)
     assert texts["events"].startswith(options.described(fo.shakedown_limit)["events"])
-    assert "With events each friction tried needs a new search." in texts["events"]
+    assert "each friction that needs events has a search of its own." in texts["events"]
     assert "progress" not in options.described(fo.dissipation_range)["steps"]
 
 

@@ -258,7 +258,10 @@ def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
     """With the files that their page describes: a contact, a history, a job of CalculiX, and the
     study that it shows."""
     page = (ROOT / FILES[1]).read_text(encoding="utf-8")
-    fo.scenes.PunchOnHalfPlane(elements=8).condense().save(tmp_path / "punch.npz")
+    punch = fo.scenes.PunchOnHalfPlane(elements=8).condense()
+    punch.save(tmp_path / "punch.npz")
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    fo.shakedown_limit(punch, cycle, 0.4).save(tmp_path / "limit.npz")
     (tmp_path / "loads.csv").write_text("time,P,sigma\n0,1,-1\n1,1,1\n2,1,-1\n")
     (tmp_path / "study.toml").write_text(
         re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8"

@@ -102,11 +102,11 @@ def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(ta
 @pytest.mark.parametrize(
     ("scene", "computation", "words"),
     [
-        ("paper", "shakedown limit", ["rows"]),
-        ("paper", "safe slip", ["rows"]),
-        ("sampled", "shakedown limit", ["rows", "14 of 16"]),
-        ("sampled", "safe slip", ["rows", "14 of 16"]),
-        ("ellipse", "shakedown limit", ["rows"]),
+        ("paper", "shakedown limit", []),
+        ("paper", "safe slip", []),
+        ("sampled", "shakedown limit", ["14 of 16"]),
+        ("sampled", "safe slip", ["14 of 16"]),
+        ("ellipse", "shakedown limit", []),
     ],
 )
 def test_each_scene_leaves_out_what_it_should(tables, scene, computation, words):

@@ -161,6 +161,7 @@ def is_gone(pid):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_processes_end_with_their_parent(parent, tmp_path):
+    until(lambda: len(fo.results.read_store(tmp_path / "runs.sqlite")))
     parent.kill()
     parent.wait()
     until(lambda: all(is_gone((tmp_path / name).read_text()) for name in "01"), seconds=60)

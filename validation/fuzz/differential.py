@@ -297,7 +297,7 @@ def _increments(scene: Scene) -> tuple[float, bool]:
     for name in ("q", "p"):
         scene.near(
             f"{name} in increments",
-            getattr(stepped, name)[1:],
+            getattr(stepped, name),
             getattr(path, name)[first:],
             scene.force,
             1e3 * SAME,
@@ -306,7 +306,11 @@ def _increments(scene: Scene) -> tuple[float, bool]:
     closed = (path.p[first:] > 1e-6 * scene.force).all(axis=0)
     work = (path.work[-1] - path.work[first])[closed]
     scene.near(
-        "work in increments", stepped.work[-1][closed], work, scene.force * scene.length, 1e3 * SAME
+        "work in increments",
+        (stepped.work[-1] - stepped.work[0])[closed],
+        work,
+        scene.force * scene.length,
+        1e3 * SAME,
     )
     return stepped.residual, True
 
