@@ -13,6 +13,7 @@ from scipy.sparse import coo_array, csr_array, hstack, vstack
 
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, Integers, SolveRecord
 from .arrays import Arrays, polish
+from .flipped import Flipped, flipped
 from .solvers import (
     CUT_OFF,
     INFEASIBLE,
@@ -58,12 +59,13 @@ def answer(
     started = perf_counter()
     attempts = list[Attempt]()
     kind = kind_of(program)
+    dual = flipped(program)
     # Multipliers of cones have fewer digits than a vertex: the polish costs little and adds them.
     enough = tolerance if kind == LP else min(ROUNDING, tolerance)
     claim_of_none: list[C | None] = []
     agreed = True
     for name in solver_order(solver, kind):
-        outcome, x, y = run(program, name, above)
+        outcome, x, y = run(program, name, above) if dual is None else _by_dual(dual, name)
         best: C | None = None
         if outcome == CUT_OFF:
             return None, SolveRecord(name, tuple(attempts), 0.0)
@@ -87,6 +89,14 @@ def answer(
             seconds = perf_counter() - started
             return best, SolveRecord(name, tuple(attempts), best.residual, seconds=seconds)
     raise failed(kind, tolerance, attempts, agreed)
+
+
+def _by_dual(dual: Flipped, name: str) -> tuple[str, Array, Array]:
+    """What a solver makes of the dual, as an outcome, unknowns and multipliers of the program."""
+    outcome, y, slacks = run(dual.arrays, name, -np.inf)
+    if outcome == OPTIMAL:
+        return outcome, *dual.back(y, slacks)
+    return dual.outcomes.get(outcome, outcome), y, slacks
 
 
 def _solutions(program: Arrays, x: Array, y: Array) -> Iterator[tuple[str, tuple[Array, Array]]]:

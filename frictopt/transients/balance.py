@@ -25,10 +25,15 @@ BALANCED = 1e-6
 def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) -> list[Rows]:
     """The rows of the contact law on forces [q, p] (M,), which are the first quantities."""
     n = len(node_unit)
-    every = np.arange(n)
-    none = np.full(n, -1)
-    pressure = [[(axes * n + every, np.ones(n))]]
-    rows = [rows_of("pressed", LINEAR, pressure, np.zeros(n), node_unit, none, every)]
+    # A friction bound in proportion to the pressure has no room below zero.
+    pressed = np.zeros(n, dtype=bool)
+    for term in law.terms:
+        pressed[term.nodes] |= (term.slope > 0)[term.nodes] & (term.constant == 0)[term.nodes]
+    others = np.flatnonzero(~pressed)
+    none = np.full(len(others), -1)
+    pressure = [[(axes * n + others, np.ones(len(others)))]]
+    constant = np.zeros(len(others))
+    rows = [rows_of("pressed", LINEAR, pressure, constant, node_unit[others], none, others)]
     for term in law.terms:
         nodes = term.nodes
         none = np.full(len(nodes), -1)
