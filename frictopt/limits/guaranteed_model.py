@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import cvxpy as cp
-from numpy.typing import ArrayLike
 
 from ..base import progress_bar, warns_of_odd_values
-from ..contact import ContactSystem, LoadCycle
 from .guaranteed import GuaranteedLimit, GuaranteedLimits, posed_guaranteed
 from .safe_model import SafeModel, in_turn
 
@@ -44,16 +42,7 @@ class GuaranteedModel(SafeModel):
     0.525
     """
 
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        *,
-        slip_bound: ArrayLike | None = None,
-        simplify: bool = True,
-        solver: str | None = None,
-    ) -> None:
-        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+    def _complete(self) -> None:
         posed_guaranteed(self._question)
 
     @warns_of_odd_values

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base import RESIDUAL, ROUNDING, Array
+from .mechanism import Mechanism
 from .question import Question
 
 # Another processor may round the residual of an answer to the other side of its tolerance.
@@ -64,20 +65,18 @@ def check_margin(
         raise ValueError(f"its margin is {margin:g}, and the bound of it {bound:g}")
 
 
-def check_bound(question: Question, moves: Array, load_factor: float, bound: float) -> None:
+def check_bound(question: Question, motion: Mechanism, load_factor: float, bound: float) -> None:
     """Check that a mechanism proves the bound of a limit; ValueError if it does not."""
-    if not moves.any() and not question.system.B.any():
+    if not motion.moves.any() and not question.system.B.any():
         return  # Just above it, the loads of this uncoupled contact open and close nodes.
-    proven = bound_of(question, moves)
+    proven = bound_of(question, motion)
     for name, value in (("load factor", load_factor), ("bound", bound)):
         if not abs(proven - value) <= _BALANCE * max(abs(value), question.load_unit):
             raise ValueError(f"its {name} is {value:g}, and its mechanism proves {proven:g}")
 
 
-def bound_of(question: Question, moves: Array) -> float:
+def bound_of(question: Question, motion: Mechanism) -> float:
     """The load factor above which a mechanism proves that no slip is safe; nan if it proves none.
-
-    `moves` (K, t + 1, N) are its slips and lifts.
 
     In a safe state the forces do no negative work on the mechanism: at a closed node friction times
     the pressure is at least the shear force, and the lift at least friction times the slip. Open
@@ -86,13 +85,12 @@ def bound_of(question: Question, moves: Array) -> float:
     """
     system = question.system
     normals = len(system.S) - system.nodes
-    sizes = np.hypot.reduce(moves[:, :-1], axis=1, initial=0.0)
-    moves = moves.reshape(len(moves), -1)
+    moves = motion.moves.reshape(len(motion.moves), -1)
     forces = moves @ system.S
     scale = _BALANCE * float((np.abs(moves) @ np.abs(system.S)).max(initial=0.0))
     opened = question.open_nodes
     of_opened = np.tile(opened, system.tangents)
-    sheared = np.where(opened, 0.0, question.friction * sizes - moves[:, normals:])
+    sheared = np.where(opened, 0.0, question.friction * motion.size - moves[:, normals:])
     sheared = sheared.clip(0.0)
     if not system.capped and (sheared > _BALANCE * np.abs(moves).max()).any():
         return np.nan
@@ -106,7 +104,7 @@ def bound_of(question: Question, moves: Array) -> float:
     resistance = float((moves * question.at_instants(0.0)).sum()) + _work_of_shearing(
         question, sheared
     )
-    drive = -float((moves * question.bonded[1]).sum())
+    drive = motion.drive(question)
     return resistance / drive if drive > 0 else np.nan
 
 

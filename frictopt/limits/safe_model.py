@@ -98,6 +98,10 @@ class SafeModel:
         q = list(self._x.q.values())
         self.q = printed_as(cp.vstack(q) if plane else cp.stack(q, axis=0), "q")
         self.p = printed_as(cp.vstack(list(self._x.p.values())), "p")
+        self._complete()
+
+    def _complete(self) -> None:
+        """Check the question further, or add unknowns; a model replaces this if it needs either."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._question.system!r}, {self._question.cycle!r})"

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import progress_bar, warns_of_odd_values
-from ..contact import ContactSystem, LoadCycle
 from .safe_model import SafeModel, in_turn
 from .safe_slip import SafeSlip, SafeSlips, checked_load_factor
 
@@ -39,19 +38,10 @@ class SafeSlipModel(SafeModel):
     margin: cp.Variable
     """The margin, see `SafeSlip`, a cvxpy variable for user constraints."""
 
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        *,
-        slip_bound: ArrayLike | None = None,
-        simplify: bool = True,
-        solver: str | None = None,
-    ) -> None:
-        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+    def _complete(self) -> None:
         self.margin = cp.Variable(name="margin")
         self._x.margin = self.margin
-        self._safe_slips = SafeSlips(solver, self._x)
+        self._safe_slips = SafeSlips(self._solver, self._x)
 
     @property
     def _named(self) -> dict[cp.Variable, str]:

@@ -59,7 +59,7 @@ class ShakedownAnswer(Rated):
             raise ValueError(f"its least load factor {self.least:g} is above {self.load_factor:g}")
         plain = type(question) is Question and question.slip_bound is None
         if plain and not self.constraints and self.objective is None:
-            check_bound(question, self._motion.moves, self.load_factor, self.bound)
+            check_bound(question, self._motion, self.load_factor, self.bound)
 
     @property
     def _ruling(self) -> int:
