@@ -18,38 +18,44 @@ from .starts import Start
 
 # Digits of numbers in keys; other processors change digits behind them.
 _DIGITS = 9
+# Root of the rounding of a stiffness, relative to the largest one: less is as good as nothing.
+_ROUNDING_OF_SIZE = 1e-8
 
 KEY = 20
 """Length of a digest, such as the key of a contact."""
 
 
 def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
-    """Numbers that tell a contact under a load cycle from others, each part in its own unit.
+    """Numbers that tell a contact under a load cycle from others.
 
-    They are sums of its stiffness and reactions with fixed weights, and its gaps and strengths. Two
-    contacts are the same if their sketches differ by 1e-9 at most.
+    They are sums of its stiffness with fixed weights, in the units of its nodes, and its reactions,
+    gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at most.
     """
-    places = np.arange(1.0, len(system.S) + 1)
+    size = np.sqrt(np.diag(system.S).clip(0.0))
+    size = np.maximum(size, _ROUNDING_OF_SIZE * size.max()) if size.any() else np.ones_like(size)
+    places = np.arange(1.0, len(size) + 1)
     weights = np.cos(np.outer(places * places, [1.0, 2.0, 3.0]))  # (M, 3)
+    stiffness = (system.S / size) @ weights / size[:, None]
     reactions = [
         joined(*part) for part in (cycle.mean_reaction(system), cycle.corner_reactions(system))
     ]
     if cycle.fixed is not None:
         reactions.append(joined(*cycle.unscaled_reactions(system)))
-    loads = np.vstack(reactions)
-    parts = [system.S @ weights, loads @ weights, system.gap]
+    parts = [*np.vstack(reactions), system.gap]
     if system.capped:
         finite = np.isfinite(system.shear_strength)
         parts += [finite * 1.0, np.where(finite, system.shear_strength, 0.0)]
-    units = [
-        np.abs(system.S).max(),
-        np.abs(loads).max(),
-        *(np.abs(part).max() for part in parts[2:]),
-    ]
-    units = [float(f"{unit:.{_DIGITS}g}") or 1.0 for unit in units]
-    return np.concatenate(
-        [part.ravel() / unit for part, unit in zip(parts, units, strict=True)] + [units]
-    )
+    return np.concatenate([stiffness.ravel(), np.log(size), *map(_graded, parts)])
+
+
+def _graded(values: Array) -> Array:
+    """Numbers that differ as much as the values do, relative to each of them.
+
+    Below a thousandth of the largest value the difference is relative to that thousandth, because
+    rounding is relative to the largest value.
+    """
+    largest = float(np.abs(values).max(initial=0.0)) or 1.0
+    return np.append(np.arcsinh(1e3 * values / largest), np.log(largest))
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,7 @@ _WRITE = (
     f"{', '.join(f'{name} = excluded.{name}' for name in (*STORED, 'checksum'))} "
     "WHERE excluded.outcome <> ? OR outcome = ?"
 )
-# Largest difference of the sketches of one contact, relative to the largest entries of its parts.
+# Largest difference of the sketches of one contact.
 SAME = 1e-9
 _RENAME = "give one of them another label, or another store"
 

@@ -82,6 +82,40 @@ def test_another_contact_is_named_and_finds_nothing(tmp_path, followed, other):
     assert len(followed) == 20
 
 
+def in_units(contact, stiffness, force):
+    """The numbers of a contact in units of stiffness and force."""
+    bonded = {name: (q * force, p * force) for name, (q, p) in contact.bonded.items()}
+    return replace(contact, S=contact.S * stiffness, bonded=bonded)
+
+
+def beside_a_soft_body(soft):
+    """A stiff node and a soft one, which its small load shears to and fro."""
+    S = np.diag([1e6, 1e6 * soft, 1e6, 1e6 * soft])
+    loads = {"mean": [0.0, 0.0, 1.0, soft], "cyclic": [0.9, 0.9 * soft, 0.0, 0.0]}
+    return fo.ContactSystem(S, [[0.0, 0.0], [1.0, 0.0]], loads)
+
+
+@pytest.mark.parametrize(
+    ("contact", "other"),
+    [
+        (in_units(CONTACT, 1e-12, 1e-12), in_units(CONTACT, 2e-12, 2e-12)),
+        (in_units(CONTACT, 1.0, 1e-12), in_units(CONTACT, 1.0, 2e-12)),
+        (beside_a_soft_body(1e-9), beside_a_soft_body(1.1e-9)),
+    ],
+    ids=["units", "small loads", "soft body"],
+)
+def test_a_contact_that_differs_in_small_numbers_finds_nothing(tmp_path, contact, other):
+    def works(system, file):
+        return fo.dissipation_study(
+            system, CYCLE, [0.5], [0.8], no_slip(), store=file, progress=False
+        ).dissipation.tolist()
+
+    alone = works(other, tmp_path / "b")
+    works(contact, tmp_path / "a")
+    with pytest.warns(fo.results.OtherRows, match="has runs of other contacts or load cycles only"):
+        assert works(other, tmp_path / "a") == alone
+
+
 @pytest.mark.parametrize(
     "change",
     [
