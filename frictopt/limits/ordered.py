@@ -10,7 +10,7 @@ about a load factor and places, see `About`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -62,33 +62,35 @@ class LaterSlips:
         return placed
 
 
-def ordered_program(
-    question: LiftOff,
-    load_factor: float | None = None,
-    about: About | None = None,
-) -> RestProgram:
-    """The program of an order; with a given `load_factor`, for the largest `margin` of its slip."""
-    system = question.system
-    axes = system.tangents
-    slips = LaterSlips.of(question)
-    count, entries = len(question.sets), len(system.S)
+@dataclass(frozen=True, eq=False)
+class _Forces:
+    """The forces at the instants of an order, as functions of the unknowns of its program.
 
-    units: dict[str, Any] = {"margin": 1.0}
-    if load_factor is None:
-        units = {"load_factor": question.load_unit}
-    events = [m for m, instant in enumerate(question.at) if instant.event is not None]
-    for event, leg in enumerate(question.order.on_legs):
-        units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
-    if slips.later:
-        nodes = [node for node, _ in slips.later]
-        slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
-        units["later_slip"] = np.tile(slip_unit[nodes], axes)
+    Attributes
+    ----------
+    start
+        (m, M) those without slip at zero unknowns.
+    effects
+        Name of an unknown -> forces due to its units at each instant, (m, M) or (m, M, k).
+    responses, response_of
+        Forces due to the slip, (M, t N) each; which of them holds at each instant, (m,).
+    """
 
+    start: Array
+    effects: Mapping[str, Array]
+    responses: Sequence[Array]
+    response_of: Integers
+
+
+def _forces(
+    question: LiftOff, slips: LaterSlips, load_factor: float | None, about: About | None
+) -> _Forces:
+    """The forces at all instants; their events move along their legs, see `About`."""
+    axes = question.system.tangents
+    count, entries = len(question.sets), len(question.system.S)
     start = np.zeros((count, entries))
     rate = np.zeros((count, entries))
-    effects: dict[str, Array] = {
-        f"way{event}": np.zeros((count, entries)) for event in range(len(events))
-    }
+    effects: dict[str, Array] = {}
     later = np.zeros((count, entries, axes * len(slips.later)))
     responses = list[Array]()
     keys = dict[tuple[int, bytes], int]()
@@ -97,14 +99,14 @@ def ordered_program(
         corner = question.path.stops[instant.leg]
         start[m] = of_set.start[corner if of_set.fixed else 0]
         rate[m] = of_set.rate[corner]
+        # Instants with the same open nodes and episodes share one response.
         first_episode = slips.numbers[m] <= 0
         key = id(of_set), first_episode.tobytes()
         if key not in keys:
             keys[key] = len(responses)
             responses.append(of_set.response * np.tile(first_episode, axes))
         response_of[m] = keys[key]
-        placed = np.kron(np.eye(axes), slips.placed(m))
-        later[m] = of_set.response @ placed
+        later[m] = of_set.response @ np.kron(np.eye(axes), slips.placed(m))
         if instant.event is not None:
             at_zero, scaled = _changes(question, m)
             fixed_varies, scaled_varies = varying(question, instant.leg)
@@ -117,15 +119,45 @@ def ordered_program(
                 if load_factor is None:
                     rate[m] += place * scaled
                     start[m] -= place * (at or 0.0) * scaled
-            effects[f"way{instant.event}"][m] = change
+            effect = effects.setdefault(f"way{instant.event}", np.zeros((count, entries)))
+            effect[m] = change
     if load_factor is None:
         effects["load_factor"] = rate
     else:
         start = start + load_factor * rate
     if slips.later:
         effects["later_slip"] = later
+    return _Forces(start, effects, responses, response_of)
 
-    program = RestProgram([question], units, start, effects, responses=(responses, response_of))
+
+def ordered_program(
+    question: LiftOff,
+    load_factor: float | None = None,
+    about: About | None = None,
+) -> RestProgram:
+    """The program of an order; with a given `load_factor`, for the largest `margin` of its slip."""
+    system = question.system
+    axes = system.tangents
+    slips = LaterSlips.of(question)
+    units: dict[str, Any] = {"margin": 1.0}
+    if load_factor is None:
+        units = {"load_factor": question.load_unit}
+    events = [m for m, instant in enumerate(question.at) if instant.event is not None]
+    for event, leg in enumerate(question.order.on_legs):
+        units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
+    if slips.later:
+        nodes = [node for node, _ in slips.later]
+        slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
+        units["later_slip"] = np.tile(slip_unit[nodes], axes)
+
+    forces = _forces(question, slips, load_factor, about)
+    program = RestProgram(
+        [question],
+        units,
+        forces.start,
+        forces.effects,
+        responses=(forces.responses, forces.response_of),
+    )
     if load_factor is None:
         program.bound("load_factor", "load_factor", 1.0, 0.0)
     else:
