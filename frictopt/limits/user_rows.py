@@ -219,6 +219,7 @@ class Substituted:
         first: cp.Variable | None,
         slip: cp.Variable,
     ) -> None:
+        # Slacks `right - matrix @ unknowns`: equations first, then linear rows, then cones.
         matrix, right = csr_array(data["A"]), np.asarray(data["b"])
         dims = data["dims"]
         sizes = np.array(dims.soc, dtype=int)
@@ -243,21 +244,15 @@ class Substituted:
         if slip.id in columns:
             start = columns[slip.id]
             self._of_slip = csr_array(matrix[:, start : start + slip.size])
+        # Both factors of a product get one size, and own unknowns the units of their rows.
         self._balance = Balance(matrix, right, linear + np.cumsum(sizes) - sizes, unit)
         matrix, right = csr_array(self._balance(matrix)), self._balance(right)
         entry_sizes, constants = csr_array(abs(matrix)), np.abs(right)
         unit = derived_units(unit, entry_sizes, lambda unit: entry_sizes @ unit + constants)
         program.own_units = unit[own]
 
-        self._constant = np.zeros(len(unit))
-        shape = len(unit), len(own)
-        ones = csr_array((np.ones(len(own)), (own, np.arange(len(own)))), shape=shape)
-        of_quantities = csr_array((len(unit), program.first_own))
-        for place, entries in places:
-            self._constant[place] = entries.constant
-            into = eye_array(len(unit), format="csr")[:, place]
-            of_quantities = of_quantities + into @ entries.matrix
-        self._matrix = csr_array(hstack([of_quantities, ones]))
+        # The compiled unknowns are `matrix @ quantities + constant`.
+        self._matrix, self._constant = _of_quantities(places, own, len(unit), program.first_own)
         weights = csr_array(-(matrix @ self._matrix))
         constants = right - matrix @ self._constant
         row_units = np.maximum(entry_sizes @ unit, np.abs(right))
@@ -288,6 +283,24 @@ class Substituted:
         values = {**solved.values, "slip": solution.slip_of_nodes, "user": (z, y)}
         multipliers = {**solved.multipliers, "open": on_slip, "v_r": on_slip}
         return replace(solved, values=values, multipliers=multipliers)
+
+
+def _of_quantities(
+    places: Iterable[tuple[slice, Known]], own: Integers, count: int, first_own: int
+) -> tuple[csr_array, Array]:
+    """The compiled unknowns as functions of the quantities of the program, by matrix and constant.
+
+    Those of the model stand at `places`; `own` are those of the user, which are quantities.
+    """
+    constant = np.zeros(count)
+    of_model = csr_array((count, first_own))
+    for place, entries in places:
+        constant[place] = entries.constant
+        into = eye_array(count, format="csr")[:, place]
+        of_model = of_model + into @ entries.matrix
+    ones = np.ones(len(own))
+    of_user = csr_array((ones, (own, np.arange(len(own)))), shape=(count, len(own)))
+    return csr_array(hstack([of_model, of_user])), constant
 
 
 def _group(kind: int, sizes: Integers, weights: csr_array, constants: Array, units: Array) -> Rows:
