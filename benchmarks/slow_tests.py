@@ -4,7 +4,7 @@ Run with `python -m pytest -n auto --dist worksteal -m "" -p benchmarks.slow_tes
 test is its processor time with that of its processes. Other work on the machine raises all costs,
 but hardly changes their order. The default run of pytest leaves the listed tests out. These are
 
-- the dearest tenth of each room, without tests that are cheaper than the mean of all tests, and
+- the dearest quarter of each room, without tests below half the mean cost of all tests, and
 - all tests of a fixture that computes for several tests, because the cost of such a fixture falls on
   the test that happens to be the first or the last one.
 
@@ -24,7 +24,7 @@ from benchmarks.mutants import FAULTS, ROOT, test_files
 
 LIST = ROOT / "tests" / "slow.txt"
 # The part of the tests of a room that is left out.
-SHARE = 0.1
+SHARE = 0.25
 # Fixtures that compute for several tests: tables of studies, and commands in a process.
 TOGETHER = {"quick", "typed"}
 
@@ -59,7 +59,7 @@ def slow_tests(
     for tests in rooms.values():
         tests.sort(key=lambda test: (-costs[test], test))
         dearest = tests[: int(SHARE * len(tests))]
-        listed.update(test for test in dearest if costs[test] > mean)
+        listed.update(test for test in dearest if costs[test] > mean / 2)
     for tests in faults:
         left = list(tests)
         if left and listed.issuperset(left):

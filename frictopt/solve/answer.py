@@ -92,7 +92,7 @@ def answer(
 
 
 def _by_dual(dual: Flipped, name: str) -> tuple[str, Array, Array]:
-    """What a solver makes of the dual, as an outcome, unknowns and multipliers of the program."""
+    """Outcome of a solver for the dual, with the unknowns and multipliers of the program."""
     outcome, y, slacks = run(dual.arrays, name, -np.inf)
     if outcome == OPTIMAL:
         return outcome, *dual.back(y, slacks)
