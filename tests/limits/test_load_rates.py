@@ -71,7 +71,8 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
 
         assert row.amplitude == parts[kind][k].get(case, 0.0)
         agrees(row.rate, limit, moved, slack)
-    for node, here in enumerate(few([*np.eye(n)])):
+    for node in few(range(n)):
+        here = np.eye(n)[node]
         fitted = contact.with_interference({"fit": here})
         agrees(
             limit.interference_rate[node],
