@@ -4,9 +4,10 @@ In comes a program as arrays, and a function that makes a claim of unknowns x an
 answer that knows its own residual, whatever solver has had it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from time import perf_counter
+from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, hstack, vstack
@@ -59,19 +60,19 @@ def answer(
     started = perf_counter()
     attempts = list[Attempt]()
     kind = kind_of(program)
-    dual = flipped(program)
     # Multipliers of cones have fewer digits than a vertex: the polish costs little and adds them.
     enough = tolerance if kind == LP else min(ROUNDING, tolerance)
     claim_of_none: list[C | None] = []
     agreed = True
-    for name in solver_order(solver, kind):
-        outcome, x, y = run(program, name, above) if dual is None else _by_dual(dual, name)
+    for form, name in _ways(program, solver):
+        outcome, x, y = run(form.arrays, name, form.cutoff(above))
+        outcome = form.outcomes.get(outcome, outcome)
         best: C | None = None
         if outcome == CUT_OFF:
             return None, SolveRecord(name, tuple(attempts), 0.0)
         if outcome == OPTIMAL:
             agreed = False
-            for outcome, solution in _solutions(program, x, y):
+            for outcome, solution in _solutions(form, x, y):
                 claim = claimed(*solution)
                 attempts.append(Attempt(name, outcome, claim.residual))
                 if best is None or claim.residual < best.residual:
@@ -91,19 +92,38 @@ def answer(
     raise failed(kind, tolerance, attempts, agreed)
 
 
-def _by_dual(dual: Flipped, name: str) -> tuple[str, Array, Array]:
-    """Outcome of a solver for the dual, with the unknowns and multipliers of the program."""
-    outcome, y, slacks = run(dual.arrays, name, -np.inf)
-    if outcome == OPTIMAL:
-        return outcome, *dual.back(y, slacks)
-    return dual.outcomes.get(outcome, outcome), y, slacks
+class _AsItIs:
+    """A program that is solved in its own form, see `Flipped`."""
+
+    outcomes: ClassVar[Mapping[str, str]] = {}
+
+    def __init__(self, program: Arrays) -> None:
+        self.arrays = program
+
+    def cutoff(self, above: float) -> float:
+        """The objective at which a solver of this form may stop."""
+        return above
+
+    def back(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Unknowns and multipliers as they are, the multipliers in their cones."""
+        return x, self.arrays.admissible(y)
 
 
-def _solutions(program: Arrays, x: Array, y: Array) -> Iterator[tuple[str, tuple[Array, Array]]]:
-    """The solution as the solver left it, with multipliers in their cones, and the polished one."""
-    yield OPTIMAL, (x, program.admissible(y))
-    if len(program.cost) < _LARGE or len(program.block):
-        yield "refined", polish(program, x, y)
+def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[Flipped | _AsItIs, str]]:
+    """Forms and solvers, in the order in which they are tried: the dual first, if there is one."""
+    dual = flipped(program)
+    for form in ([dual] if dual else []) + [_AsItIs(program)]:
+        for name in solver_order(solver, kind_of(program)):
+            yield form, name
+
+
+def _solutions(
+    form: Flipped | _AsItIs, x: Array, y: Array
+) -> Iterator[tuple[str, tuple[Array, Array]]]:
+    """The solution of a program as the solver left it, and polished in the form that was solved."""
+    yield OPTIMAL, form.back(x, y)
+    if len(x) < _LARGE or len(form.arrays.block):
+        yield "refined", form.back(*polish(form.arrays, x, y))
 
 
 def growths(program: Arrays) -> Iterator[Array]:
@@ -134,11 +154,12 @@ def contradictions(program: Arrays) -> Iterator[Array]:
         np.r_[right[: program.linear], -right[:zero], 0.0, right[program.linear :]],
         zero=0,
     )
-    for name in solver_order(None, kind_of(arrays)):
-        outcome, *rough = run(arrays, name, -np.inf)
+    for form, name in _ways(arrays):
+        outcome, *rough = run(form.arrays, name, -np.inf)
         if outcome != OPTIMAL:
             continue
-        for _, (x, y) in _solutions(arrays, *rough):
+        # The polished solution comes first, because it proves more.
+        for _, (x, y) in reversed([*_solutions(form, *rough)]):
             if not float(arrays.cost @ x) > RESIDUAL:
                 continue
             of_equations = y[:zero] - y[program.linear : program.linear + zero]
@@ -150,17 +171,21 @@ def contradictions(program: Arrays) -> Iterator[Array]:
 def infeasible(program: Arrays) -> tuple[Array, float] | None:
     """Multipliers that prove that no values of the size of their units obey all rows, and an error.
 
-    None without a proof. The proof holds for values up to a million units.
+    They are those with the smallest error, or the first whose error is rounding. None without a
+    proof. The proof holds for values up to a million units.
     """
     far = 1e-3 / RESIDUAL
+    best: tuple[Array, float] | None = None
     for y in contradictions(program):
         lack = -float(program.right @ y)
-        error = (
-            float(np.abs(program.columns(y)).sum()) * RESIDUAL * far / lack if lack > 0 else np.inf
-        )
-        if error <= RESIDUAL:
-            return y, error
-    return None
+        if not lack > 0:
+            continue
+        error = float(np.abs(program.columns(y)).sum()) * RESIDUAL * far / lack
+        if error <= (best[1] if best else RESIDUAL):
+            best = y, error
+        if error <= ROUNDING:
+            break
+    return best
 
 
 def unbounded(program: Arrays) -> float | None:
@@ -202,11 +227,11 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     # If a slack is proven to be this far outside of its cone, for all values, rounding does not
     # hide values inside: they would be more than a hundred thousand times their units.
     outside = 1e-3
-    for name in solver_order(None, kind_of(arrays)):
-        outcome, *rough = run(arrays, name, -np.inf)
+    for form, name in _ways(arrays):
+        outcome, *rough = run(form.arrays, name, -np.inf)
         if outcome != OPTIMAL:
             continue
-        for _, (x, y) in _solutions(arrays, *rough):
+        for _, (x, y) in _solutions(form, *rough):
             least, error = arrays.lower_bound(x, y)
             if least - error > outside:
                 return

@@ -46,6 +46,10 @@ class Flipped:
     outcomes: ClassVar[Mapping[str, str]] = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}
     """Status of the dual -> status of the program."""
 
+    def cutoff(self, above: float) -> float:
+        """No cutoff, because the objective is another one."""
+        return -np.inf
+
     def back(self, y: Array, slacks: Array) -> tuple[Array, Array]:
         """The unknowns and multipliers of the program, from those of its dual."""
         program, count = self.program, len(self.free)
@@ -64,7 +68,7 @@ class Flipped:
 
 
 def flipped(program: Arrays) -> Flipped | None:
-    """The dual of a program of sparse rows in cones if it halves the unknowns; else None."""
+    """The dual of a program of sparse rows in cones if it has fewer unknowns; else None."""
     width, zero = len(program.cost), program.zero
     inside = len(program.right) - zero
     if len(program.block) or program.sizes.max(initial=1) == 1:
@@ -72,7 +76,7 @@ def flipped(program: Arrays) -> Flipped | None:
     following, owned = _owners(program)
     multiplier_rows = np.delete(np.arange(zero + inside), following)
     free = np.delete(np.arange(width), owned)
-    if len(multiplier_rows) > width / 2:
+    if len(multiplier_rows) >= width:
         return None
     pivots, alone = _pivots(program, following, owned)
     columns = csr_array(program.matrix.T)
@@ -137,7 +141,8 @@ def _owners(program: Arrays) -> tuple[Integers, Integers]:
 
 def _entries(matrix: csr_array, row: int) -> Integers:
     """The unknowns in a row."""
-    return np.asarray(matrix.indices[matrix.indptr[row] : matrix.indptr[row + 1]])
+    stored = slice(matrix.indptr[row], matrix.indptr[row + 1])
+    return np.asarray(matrix.indices[stored][matrix.data[stored] != 0])
 
 
 def _pivots(program: Arrays, following: Integers, owned: Integers) -> tuple[Array, Booleans]:

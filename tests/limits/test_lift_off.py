@@ -15,7 +15,7 @@ import pytest
 import frictopt as fo
 from frictopt.base import number_of, progress
 from frictopt.limits import Question, ShakedownLimits, order_limits, pose
-from helpers.cases import ALL_CASES, few
+from helpers.cases import few
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system, system
@@ -129,13 +129,14 @@ def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
     ("draw", "nodes", "seeds"),
     [
         (random_system, 2, [9, 18, *range(9), *range(10, 18), 19]),
-        (pulled_system, 2, range(8)),
+        (pulled_system, 2, [1, 0, *range(2, 8)]),
         (pulled_system, 3, range(6)),
     ],
 )
 def test_small_contacts_against_every_order(draw, nodes, seeds):
     opening = 0
-    for seed in few(seeds, 4):
+    # In the first one nodes open and close.
+    for seed in [seeds[0], *few(seeds[1:], 3)]:
         rng = np.random.default_rng(seed)
         contact, friction = draw(rng, nodes), float(rng.uniform(0.1, 1.0))
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
@@ -147,7 +148,7 @@ def test_small_contacts_against_every_order(draw, nodes, seeds):
             assert rests(
                 contact, CYCLE, friction, 0.999 * limit.load_factor, initial_slip=limit.slip
             )
-    assert opening > (1 if ALL_CASES else 0)
+    assert opening > 0
 
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():

@@ -94,7 +94,7 @@ def test_a_contradiction_that_one_solver_gets_wrong_is_asked_of_the_next(value, 
             return solvers.run(program, name, above)
         x, y = np.zeros(len(program.cost)), np.zeros(len(program.right))
         x[program.cost.astype(bool)] = value
-        y[np.argmin(program.right)] = value / -program.right.min()
+        y[np.argmin(program.right)] = value / max(1.0, -program.right.min())
         return "optimal", x, y
 
     monkeypatch.setattr(answer, "polish", lambda program, x, y: (x, y))

@@ -62,6 +62,13 @@ def test_bodies_slide_off_where_hands_and_plain_programs_say_and_none_is_refused
         assert finding.result == "answer" and finding.residual <= 1e-9, finding
 
 
+@pytest.mark.parametrize("seed", [911340278, 911340331, 911340348])
+def test_a_block_on_a_slope_that_it_almost_slides_down_has_an_answer(seed):
+    """Solvers leave few digits here: friction is within a few per cent of the slope."""
+    (finding,) = sliding_findings(seed, ["slides off, slope, 3-D"])
+    assert finding.result == "answer" and finding.residual <= 1e-9, finding
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("axes", [2, 3])
 def test_a_body_that_slides_off_elsewhere_is_seen(kind, axes, monkeypatch):
