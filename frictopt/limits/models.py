@@ -19,11 +19,12 @@ these problems are printed, and `assembled.py` has the same rows as arrays.
 import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar, TypeAlias
 
 import cvxpy as cp
+
+from ..solve.problem import printed_as
 
 Row: TypeAlias = cp.Constraint
 More: TypeAlias = Mapping[int, Sequence[cp.Expression]]
@@ -80,12 +81,6 @@ def constant(value: Any, name: str) -> cp.Constant:
     A matrix is not copied, because matrices of a contact are large, and never change.
     """
     return cp.Constant(Uncopied(value) if getattr(value, "ndim", 0) == 2 else value, name=name)
-
-
-def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
-    """An expression that is printed by a name, instead of its atoms."""
-    expression.name = partial(str, name)
-    return expression
 
 
 def vec(x: cp.Variable) -> cp.Expression:

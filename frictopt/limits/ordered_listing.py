@@ -18,11 +18,11 @@ import cvxpy as cp
 import numpy as np
 
 from ..base import Array
-from ..solve.problem import Problem
+from ..solve.problem import Problem, printed_as
 from . import models
 from .filled import fill
 from .lift_off import LiftOff, varying
-from .models import Row, Unknowns, constant, defines, printed_as, times, unknowns
+from .models import Row, Unknowns, constant, defines, times, unknowns
 from .ordered import LaterSlips, is_scaled
 from .solved import Solved
 

@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 
 from ..base import Array, listed, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
+from ..solve.problem import printed_as
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .models import printed_as, unknowns
+from .models import unknowns
 from .question import Question, pose, with_friction
 from .rest_program import RestProgram
 from .user_checks import check_values, checked_objective, labelled_rows
