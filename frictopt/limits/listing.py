@@ -46,7 +46,6 @@ def state_rows(
     rows += friction(x, f, corners, law=question.law)
     if question.slip_bound is not None:
         rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
-    f.value = question.friction
     return rows
 
 
@@ -75,7 +74,7 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
     question = solved.question
     shape = question.system.slip_shape
     x = solved.unknowns or unknowns(shape, range(len(question.r1)), load_factor)
-    return x, cp.Parameter(question.system.nodes, nonneg=True, name="f")
+    return x, models.friction(question.friction)
 
 
 def _corners(question: Question, extended: bool) -> list[int]:
