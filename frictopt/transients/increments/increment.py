@@ -6,9 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -86,7 +85,7 @@ class Increment(Explained):
     status: NDArray[np.int8]
     steps: int
     record: SolveRecord
-    problem: cp.Problem | None = field(repr=False)
+    problem: Any = field(repr=False)
     _title: str = field(repr=False)
 
     def to_frame(self) -> Table:
