@@ -7,7 +7,7 @@ import numpy as np
 
 from ..base import Array
 from ..contact import contact_law
-from ..solve.problem import Problem, set_no_optimum, set_optimal
+from ..solve.problem import set_no_optimum, set_optimal
 from . import models
 from .corner_statics import CornerQuestion
 
@@ -18,11 +18,10 @@ def corner_problem(asked: CornerQuestion, load_factor: float, forces: Array) -> 
     system = question.system
     name = f"r0[{asked.corner}]" if question.fixed else "r0"
     load = {name: asked.r0, f"r1[{asked.corner}]": asked.r1}
-    f = cp.Parameter(system.nodes, nonneg=True, name="f", value=question.friction)
+    f = models.friction(question.friction)
     law = contact_law(system, question.friction)
     goal = cp.Maximize if asked.sense > 0 else cp.Minimize
-    listing = models.gross_slip(asked.N, load, f, law, system.slip_shape, goal)
-    problem = Problem(listing.objective, listing.constraints)
+    problem = models.gross_slip(asked.N, load, f, law, system.slip_shape, goal)
     if not np.isfinite(forces).all():
         set_no_optimum(problem, cp.INFEASIBLE if np.isnan(load_factor) else cp.UNBOUNDED)
         return problem

@@ -48,7 +48,7 @@ def design_problem(
         own = x
         if number:
             own = unknowns(question.system.slip_shape, corners, x.load_factor, suffix)
-        f = cp.Parameter(question.system.nodes, nonneg=True, name=f"f{suffix}")
+        f = models.friction(question.friction, suffix)
         added = _added(choice, scenario, suffix)
         more = dict.fromkeys(corners, added.listed)
         listed = [*added.rows, *state_rows(question, own, f, list(corners), more=more)]

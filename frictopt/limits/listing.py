@@ -35,18 +35,15 @@ def state_rows(
     corners: Sequence[int],
     friction: Any = stuck,
     more: models.More | None = None,
-    loads: Any = None,
 ) -> list[Row]:
     """The rows of a state of rest at corners, without a goal; see `models.rest`.
 
     `friction` lists other rows in the place of `models.stuck`.
     """
-    x.gap = {}
-    rows = rest(loads or question, x, corners, more)
+    rows = rest(question, x, corners, more)
     rows += friction(x, f, corners, law=question.law)
     if question.slip_bound is not None:
         rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
-    f.value = question.friction
     return rows
 
 
@@ -75,21 +72,23 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
     question = solved.question
     shape = question.system.slip_shape
     x = solved.unknowns or unknowns(shape, range(len(question.r1)), load_factor)
-    return x, cp.Parameter(question.system.nodes, nonneg=True, name="f")
+    return x, models.friction(question.friction)
 
 
-def _corners(question: Question, extended: bool) -> list[int]:
-    """The corners with rows: all of them if there are rows of the user."""
-    return list(range(len(question.r1))) if extended else listed_corners(question)
+def _rows(
+    question: Question, x: Unknowns, f: cp.Parameter, extended: bool, friction: Any = stuck
+) -> list[Row]:
+    """The rows of a state of rest; of all corners and all slips if there are rows of the user."""
+    corners = [*x.q] if extended else listed_corners(question)
+    rows = state_rows(question, x, f, corners, friction)
+    if extended and question.compliance is not None:
+        rows += rest_rows(question, x)
+    return rows
 
 
 def _shakedown(solved: Solved, extended: bool) -> Listed:
     x, f = _unknowns_of(solved)
-    question = solved.question
-    rows = state_rows(question, x, f, _corners(question, extended))
-    if extended and question.compliance is not None:
-        rows += rest_rows(question, x)
-    problem = models.shakedown(x, rows)
+    problem = models.shakedown(x, _rows(solved.question, x, f, extended))
     return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
 
 
@@ -122,7 +121,6 @@ def _safe_slip(solved: Solved, extended: bool) -> Listed:
     margin = x.margin or cp.Variable(name="margin")
     mean_bound = constant(question.mean_bound * closed, "mean_bound")
     mean_pressure = constant(question.mean_pressure * closed, "mean_pressure")
-    corners = _corners(question, extended)
 
     def inside(x: Unknowns, f: cp.Parameter, corners: Sequence[int], law: Any) -> list[Row]:
         spare = dict.fromkeys(corners, times(margin, mean_bound))
@@ -130,9 +128,7 @@ def _safe_slip(solved: Solved, extended: bool) -> Listed:
         apart = times(margin, constant(question.clearance, "clearance"))
         return models.inside(x, f, corners, spare, press, apart)
 
-    rows = state_rows(question, x, f, corners, inside)
-    if extended and question.compliance is not None:
-        rows += rest_rows(question, x)
+    rows = _rows(question, x, f, extended, inside)
     values = {x.slip: solved.values["slip"], margin: solved.values["margin"]}
     return models.safe_slip(margin, rows), values
 
@@ -141,9 +137,7 @@ def _critical(solved: Solved, extended: bool) -> Listed:
     question = solved.question
     state = solved.values["state"]
     x, f = _unknowns_of(solved)
-    rows = state_rows(question, x, f, _corners(question, extended))
-    if extended and question.compliance is not None:
-        rows += rest_rows(question, x)
+    rows = _rows(question, x, f, extended)
     problem = models.critical(x, state.node, *_critical_state(question, state, f), rows)
     return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
 

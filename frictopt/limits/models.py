@@ -19,11 +19,34 @@ these problems are printed, and `assembled.py` has the same rows as arrays.
 import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar, TypeAlias
 
 import cvxpy as cp
+
+from ..solve.problem import Problem, printed_as
+
+
+def plane_shakedown(A: Any, B: Any, q0: Any, p0: Any, q1: Any, p1: Any, f: Any) -> Problem:
+    """The limit of a closed plane contact (theory, eq. (7)), as one function of arrays.
+
+    A and B are (N, N), q0, p0 and f (N,), q1 and p1 (K, N). The functions below list the same rows
+    for all contacts.
+    """
+    A, B, q0, p0 = map(constant, (A, B, q0, p0), ("A", "B", "q0", "p0"))
+    f = cp.Parameter(len(f), nonneg=True, name="f", value=f)
+    load_factor = cp.Variable(name="load_factor")
+    slip, q_r, p_r = (cp.Variable(f.shape, name=name) for name in ("slip", "q_r", "p_r"))
+    rows = {"q_r": q_r == A @ slip, "p_r": p_r == B @ slip}
+    for k in range(len(q1)):
+        q, p = (cp.Variable(f.shape, name=f"{name}[{k}]") for name in "qp")
+        rows[f"q[{k}]"] = q == q0 + times(load_factor, constant(q1[k], f"q1[{k}]")) + q_r
+        rows[f"p[{k}]"] = p == p0 + times(load_factor, constant(p1[k], f"p1[{k}]")) + p_r
+        rows[f"stuck[{k}]"] = cp.abs(q) <= cp.multiply(f, p)
+        rows[f"pressed[{k}]"] = p >= 0
+    rows["load_factor"] = load_factor >= 0
+    return Problem(cp.Maximize(load_factor), [row.set_label(name) for name, row in rows.items()])
+
 
 Row: TypeAlias = cp.Constraint
 More: TypeAlias = Mapping[int, Sequence[cp.Expression]]
@@ -45,6 +68,11 @@ class Unknowns:
     suffix: str = ""
 
     stays_in_memory: ClassVar[bool] = True  # files of results leave it out
+
+
+def friction(values: Any, suffix: str = "") -> cp.Parameter:
+    """The friction of the nodes, a parameter."""
+    return cp.Parameter(len(values), nonneg=True, name=f"f{suffix}", value=values)
 
 
 def unknowns(
@@ -80,12 +108,6 @@ def constant(value: Any, name: str) -> cp.Constant:
     A matrix is not copied, because matrices of a contact are large, and never change.
     """
     return cp.Constant(Uncopied(value) if getattr(value, "ndim", 0) == 2 else value, name=name)
-
-
-def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
-    """An expression that is printed by a name, instead of its atoms."""
-    expression.name = partial(str, name)
-    return expression
 
 
 def vec(x: cp.Variable) -> cp.Expression:
@@ -248,18 +270,18 @@ def within(x: Unknowns, slip_bound: cp.Constant) -> list[Row]:
     return [(size(x.slip) <= slip_bound).set_label(f"slip_bound{x.suffix}")]
 
 
-def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
+def shakedown(x: Unknowns, rows: Sequence[Row]) -> Problem:
     """The largest load factor of a state of rest.
 
     For a design, `rows` are the rows of all scenarios, and the loads of the design are `more` in
     `rest`.
     """
-    return cp.Problem(cp.Maximize(x.load_factor), [*rows, not_negative(x.load_factor)])
+    return Problem(cp.Maximize(x.load_factor), [*rows, not_negative(x.load_factor)])
 
 
-def least_load(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
+def least_load(x: Unknowns, rows: Sequence[Row]) -> Problem:
     """The smallest safe load factor. It is above 0 if no slip is safe under the mean load alone."""
-    return cp.Problem(cp.Minimize(x.load_factor), [*rows, not_negative(x.load_factor)])
+    return Problem(cp.Minimize(x.load_factor), [*rows, not_negative(x.load_factor)])
 
 
 def not_negative(load_factor: cp.Variable) -> Row:
@@ -267,12 +289,12 @@ def not_negative(load_factor: cp.Variable) -> Row:
     return (load_factor >= 0).set_label("load_factor")
 
 
-def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> cp.Problem:
+def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> Problem:
     """The slip with the largest margin at a load factor, see `inside`.
 
     If the margin is below 0, no slip is safe.
     """
-    return cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
+    return Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
 
 
 def critical(
@@ -281,7 +303,7 @@ def critical(
     load: Sequence[cp.Expression],
     needed: Sequence[cp.Expression],
     rows: Sequence[Row],
-) -> cp.Problem:
+) -> Problem:
     """The least load factor at which a safe slip makes a node critical.
 
     theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
@@ -294,7 +316,7 @@ def critical(
         (q0 + q_r == times(x.load_factor, c)).set_label("critical_q"),
         (p0 + p_r == times(x.load_factor, rho)).set_label("critical_p"),
     ]
-    return cp.Problem(cp.Minimize(x.load_factor), [*rows, *states, not_negative(x.load_factor)])
+    return Problem(cp.Minimize(x.load_factor), [*rows, *states, not_negative(x.load_factor)])
 
 
 def gross_slip(
@@ -304,7 +326,7 @@ def gross_slip(
     law: Any,
     shape: tuple[int, ...],
     sense: Any = cp.Maximize,
-) -> cp.Problem:
+) -> Problem:
     """The largest (least) load factor at which some contact forces balance a load.
 
     The forces obey p >= 0 and the terms of the contact law. They balance the load, named r0 and r1,
@@ -323,4 +345,4 @@ def gross_slip(
         (p >= 0).set_label("pressed"),
         not_negative(load_factor),
     ]
-    return cp.Problem(sense(load_factor), rows)
+    return Problem(sense(load_factor), rows)

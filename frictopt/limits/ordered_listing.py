@@ -18,11 +18,11 @@ import cvxpy as cp
 import numpy as np
 
 from ..base import Array
-from ..solve.problem import Problem
+from ..solve.problem import Problem, printed_as
 from . import models
 from .filled import fill
 from .lift_off import LiftOff, varying
-from .models import Row, Unknowns, constant, defines, printed_as, times, unknowns
+from .models import Row, Unknowns, constant, defines, times, unknowns
 from .ordered import LaterSlips, is_scaled
 from .solved import Solved
 
@@ -42,9 +42,7 @@ class OrderedProblem:
         self._question = question
         self._solved = solved
         self.x = unknowns(question.system.slip_shape, range(len(question.sets)), load_factor)
-        self._f = cp.Parameter(
-            question.system.nodes, nonneg=True, name="f", value=question.friction
-        )
+        self._f = models.friction(question.friction)
         self._friction = friction
         events = [m for m, instant in enumerate(question.at) if instant.event is not None]
         self._way = [cp.Variable(name=f"way[{m}]") for m in events]
@@ -72,9 +70,8 @@ class OrderedProblem:
         ]
         self.rows = [row for rows, _ in self._parts for row in rows] + self._shared
 
-    def filled(self, listed: cp.Problem) -> Problem:
-        """The problem of these rows with the values and multipliers of the answer."""
-        problem = Problem(listed.objective, listed.constraints)
+    def filled(self, problem: Problem) -> Problem:
+        """The problem of these rows, after the values and multipliers of the answer are put in."""
         of_slips = {
             name: np.zeros(slip.shape)
             for name, slip in ((slip.name(), slip) for slip in self._slips)
@@ -92,7 +89,7 @@ class OrderedProblem:
                 of_slips[name] += work.reshape(of_slips[name].shape, order="F")
         multipliers = {**self._solved.multipliers, **self._on_events, **of_slips}
         whole = replace(self._solved, multipliers=multipliers)
-        own = [row for row in listed.constraints if row.label in ("load_factor", "cap")]
+        own = [row for row in problem.constraints if row.label in ("load_factor", "cap")]
         # The slips of the instants follow first, because the rows of the instants contain them.
         fill(problem, [*self._shared, *own], whole, self.values)
         for rows, part in parts:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
 from .answered import Answered
 from .best_pressed import best_pressed
 from .lift_off import LiftOff, Order
@@ -40,6 +41,10 @@ from .sentences import (
     NONE_STOPS_IT,
     NOT_FROM_EVERY_START,
 )
+from .solved import Solved
+
+if TYPE_CHECKING:
+    import cvxpy as cp
 
 _NONE_FOUND = (
     "required friction: none up to {largest:g} is enough, although no node has to open: with the "
@@ -117,6 +122,21 @@ class RequiredFriction(Answered):
     bound: float
     mechanism: Table
     reason: str
+    _solved: Solved | None = None
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The cvxpy problem of `safe_slip` with `required`, with its values.
+
+        Its value is the margin, which is above 0 by rounding alone. With a friction `f` of `bound`
+        it is below 0. ModelError if no friction is enough.
+        """
+        if self._solved is None:
+            raise ModelError("problem: none, because no friction is enough, or its file is older")
+        # Imported here, because cvxpy is slow to import, and answers do not need it.
+        from .listing import problem_of
+
+        return problem_of(self._solved)
 
     @property
     def _has_safe_slip(self) -> bool:
@@ -369,6 +389,7 @@ def _answer(
         bound=below,
         mechanism=too_little._motion.table(enough.system, too_little._question.names),
         reason=reason,
+        _solved=enough._solved,
     )
 
 
@@ -385,6 +406,7 @@ def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
         bound=np.nan,
         mechanism=safe._motion.table(safe.system, safe._question.names)[:0],
         reason=NONE_NEEDED(within=safe_slips.within),
+        _solved=safe._solved,
     )
 
 

@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 
 from ..base import Array, listed, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
+from ..errors import ModelError
+from ..solve.problem import printed_as
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .models import printed_as, unknowns
+from .models import unknowns
 from .question import Question, pose, with_friction
 from .rest_program import RestProgram
 from .user_checks import check_values, checked_objective, labelled_rows
@@ -119,6 +121,8 @@ class SafeModel:
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Keep the arguments, from which copies are made."""
+        if "friction" in options:
+            raise ModelError("friction: a model has any friction; give it to `solve`")
         self = super().__new__(cls)
         self._made = partial(cls, *args, **options)
         return self

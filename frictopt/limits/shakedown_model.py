@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Table, frame, listed, number_of, progress_bar, warns_of_odd_values
+from ..base import Array, Table, frame, listed, number_of, progress_bar, warns_of_odd_values
 from ..contact import LoadCycle, checked_cycle
 from ..errors import ModelError
+from . import models
+from .listing import state_rows
 from .question import Question, pose
 from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownLimit, ShakedownLimits
@@ -61,6 +63,23 @@ class ShakedownModel(SafeModel):
 
     _public_question = "shakedown_limit"
 
+    @cached_property
+    def f(self) -> cp.Parameter:
+        """(N,) friction in `problem`: give it a value before you solve."""
+        return cp.Parameter(self._question.system.nodes, nonneg=True, name="f")
+
+    @property
+    def loads(self) -> dict[str, Array]:
+        """Bonded reactions in `problem` by name, `q0`, `p0`, `q1[k]` and `p1[k]`, force."""
+        corners = range(len(self._question.r1))
+        return {name: r for k in corners for name, r in self._question.loads(k).items() if r.size}
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The limit with all nodes closed, a cvxpy problem in the variables of this model."""
+        rows = state_rows(self._question, self._x, self.f, [*self._x.q])
+        return models.shakedown(self._x, rows)
+
     @warns_of_odd_values
     @in_turn
     def solve(
@@ -85,7 +104,8 @@ class ShakedownModel(SafeModel):
             loads or amplitudes. None: the load cycle of the model.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
-            and on your own variables. They may be linear, or use abs, max, norms and similar
+            and on your own variables. A label (`set_label`) must not be that of a row of the model,
+            such as "stuck[0]". They may be linear, or use abs, max, norms and similar
             functions, which cvxpy turns into linear rows and second-order cones. Their multipliers
             contribute to the proof of the limit. `bound` and `residual` include them. The open
             nodes are the open nodes of the limit without constraints. At open nodes q and p are 0,

@@ -19,7 +19,7 @@ from scipy.sparse import csr_array, eye_array, hstack
 from ..base import RESIDUAL, Array, Booleans, Integers
 from ..errors import ModelError
 from ..solve.by_cvxpy import backend
-from ..solve.problem import dual_of, duals
+from ..solve.problem import dual_of, label_of
 from ..solve.products import Balance, derived_units
 from ..solve.rows import CONE, EQUATION, LINEAR, Rows
 from .elastic import slip_units
@@ -158,7 +158,21 @@ class UserRows:
                     dual.save_value(np.zeros(dual.shape))
         problem = problem_of(solved, [*self.rows.values()], self.objective)
         count = len(problem.constraints) - len(self.rows)
-        return solved.with_problem(problem, dict(duals(problem)[count:]))
+        taken = {row.label for row in problem.constraints[:count]}
+        own = dict[str, Array]()
+        for name, row in self.rows.items():
+            if row.label in taken:
+                raise ModelError(
+                    f"constraints: the label {row.label!r} is that of a row of the model; give "
+                    "another label"
+                )
+            dual = dual_of(row)
+            if dual is not None:
+                # Sides of several rows may be equal.
+                printed = label_of(row)
+                unique = name if printed in taken or printed in own else printed
+                own[unique] = np.atleast_1d(np.array(dual, dtype=float))
+        return solved.with_problem(problem, own)
 
     def save(self, values: tuple[Array, Array]) -> None:
         """Put values of the own unknowns, and multipliers, into the rows of the user."""

@@ -3,6 +3,7 @@
 import copy
 import re
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, TypeAlias
 
 import cvxpy as cp
@@ -95,6 +96,12 @@ def set_no_optimum(problem: cp.Problem, status: str) -> None:
     problem.unpack(Solution(status, -np.inf if low else np.inf, {}, {}, {}))
     if status == cp.INFEASIBLE:
         put_back(multipliers)
+
+
+def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
+    """An expression that is printed by a name, instead of its atoms."""
+    expression.name = partial(str, name)
+    return expression
 
 
 def label_of(row: cp.Constraint) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +39,9 @@ from .fretting import contact_table, fretting_table, tensions, with_worst_planes
 from .march import amplitudes_at, march
 from .steady_cycle import check_return
 from .trajectory import LoadLoop, Trajectory
+
+if TYPE_CHECKING:
+    from .increments import Increment
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -238,6 +241,12 @@ class SteadyState(Recorded, Plotted):
         start = {case: last.get(case, 0.0) for case in self.system.bonded}
         amplitudes = amplitudes_at(self.system, self.cycle, self.load_factor, path.time, start)
         return replace(path, amplitudes=frozen(amplitudes))
+
+    def increment(
+        self, number: int, form: Literal["qp", "complementarity", "milp"] = "qp"
+    ) -> Increment:
+        """The increment to the state `number` of the `states`, see `Trajectory.increment`."""
+        return self.states().increment(number, form)
 
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case at the `states`, see `Trajectory.displacement`."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, check_con
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from .increments import Increment
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -311,6 +313,51 @@ class Trajectory(Kept, Plotted):
             corner,
             self.cycle.corner_names[corner],
         )
+
+    def increment(
+        self, number: int, form: Literal["qp", "complementarity", "milp"] = "qp"
+    ) -> Increment:
+        """The increment from the state before to the state with index `number`, as a problem.
+
+        The variables of its `problem` hold this state. Its `residual` is the violation of the
+        contact law, relative to the loads of this increment.
+
+        Parameters
+        ----------
+        number
+            Index of the state at the end of the increment, from 1.
+        form
+            "qp": the convex program with the friction bound `f p` of this state, also in space.
+            "complementarity": the complementarity problem, which is not convex. "milp": the contact
+            law with booleans.
+
+        Raises
+        ------
+        ModelError
+            There is no such increment, or no such form in space.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> blocks = fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0)
+        >>> rod = fo.ContactSystem.from_blocks(**blocks)
+        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+        >>> path = fo.march(rod, cycle, friction=0.5, load_factor=1.0, cycles=1)
+        >>> increment = path.increment(3, "complementarity")
+        >>> print(increment.problem)
+        minimize z @ (M @ z + c)
+        subject to motions: 0.0 <= z
+                   slacks: 0.0 <= M @ z + c
+        >>> bool(abs(increment.problem.value) < 1e-12), increment.residual < 1e-12
+        (True, True)
+        """
+        # Imported here, because cvxpy is slow to import, and paths do not need it.
+        from .increments.held import held_increment
+
+        row = whole_number("number", number, least=1, most=len(self.time) - 1)
+        bonded = self.bonded_q[row], self.bonded_p[row]
+        after = self.slip[row], np.maximum(self.gap[row], 0.0)
+        return held_increment(self.system, self.friction, self.slip[row - 1], bonded, after, form)
 
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case, see `ContactSystem.displacements`.

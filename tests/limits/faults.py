@@ -1187,4 +1187,25 @@ FAULTS = (
         new="moves[:, -n:]",
         tests="listings open_nodes models_by_hand",
     ),
+    Fault(
+        "limits/models.py",
+        "the function of arrays leaves out the pressures of the slip",
+        old='p0 + times(load_factor, constant(p1[k], f"p1[{k}]")) + p_r',
+        new='p0 + times(load_factor, constant(p1[k], f"p1[{k}]"))',
+        tests="listings",
+    ),
+    Fault(
+        "limits/user_rows.py",
+        "rows that print alike share one name",
+        old="name if printed in taken or printed in own else printed",
+        new="printed",
+        tests="own_constraints",
+    ),
+    Fault(
+        "limits/shakedown_model.py",
+        "the problem of a model leaves out the last corner",
+        old="[*self._x.q]",
+        new="[*self._x.q][:-1]",
+        tests="listings",
+    ),
 )

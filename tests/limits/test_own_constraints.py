@@ -3,6 +3,8 @@
 They are compared with programs over raw slips that have every row of every corner.
 """
 
+import re
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -375,6 +377,33 @@ def test_each_constraint_has_a_name_of_its_own_and_holds(label):
     assert limit.constraints[0] == ("mine" if label == "mine" else "constraints[0]")
 
 
+def test_rows_that_print_alike_keep_their_multipliers_and_those_of_the_model():
+    """Rows of the user that print alike, or as a row of the model, keep all multipliers."""
+    model = fo.ShakedownModel(*TWO)
+    rows = [
+        model.load_factor <= 9.0,
+        model.load_factor <= 0.1,
+        cp.sum(model.slip) <= 8.0,
+        cp.sum(model.slip) <= 7.0,
+    ]
+    table = model.solve(0.4, rows).multipliers.groupby("row").multiplier.sum()
+    printed = str(rows[2].args[0])
+    own = ["constraints[0]", "constraints[1]", printed, "constraints[3]"]
+    assert table[own].tolist() == pytest.approx([0.0, 1.0, 0.0, 0.0], abs=1e-9)
+    assert "load_factor" in table
+
+
+def test_a_label_of_the_model_is_refused():
+    """A label of the model is refused, whatever the problem of the answer is."""
+    model = fo.ShakedownModel(*TWO)
+    gap = fo.ShakedownModel(TWO[0].with_gap([0.0, 0.0, 8.0]), CYCLE)
+    for one, labels in ((model, ("stuck[0]", "q_r", "load_factor")), (gap, ("apart[1]", "w_r"))):
+        for label in labels:
+            assert label in [row.label for row in one.solve(0.4).problem.constraints]
+            with pytest.raises(fo.ModelError, match=re.escape(f"the label '{label}' is that of")):
+                one.solve(0.4, [(one.slip <= 5.0).set_label(label)])
+
+
 def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold():
     """Norms of all corners at once are refused; norms of each corner are obeyed.
 
@@ -559,7 +588,8 @@ def test_rows_of_your_own_are_printed_by_the_names_of_the_model_and_have_multipl
         "p[1, 2]",
     ]
     assert "Concatenate" not in limit.explain()
-    assert {"q[0, 0:3]", "p", "slip[0]", "q[all]"} <= set(limit.multipliers.row)
+    # The empty row is printed as slip[0], too.
+    assert {"q[0, 0:3]", "p", "constraints[3]", "q[all]"} <= set(limit.multipliers.row)
     assert "           0.01 <= p\n" in str(limit.problem)
     assert (limit.multipliers[limit.multipliers.row == "p"].corner == -1).all()
 

@@ -136,6 +136,28 @@ def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, fact
         assert answer.required == np.inf and len(answer.mechanism)
 
 
+@pytest.mark.parametrize("kind", ["closed", "open", "space"])
+def test_the_printed_problem_has_a_margin_with_the_required_friction_and_none_with_less(kind):
+    rng = np.random.default_rng(0)
+    contact, cycle = random_system(rng, 3), CYCLE
+    options = {"solver": "HIGHS"}
+    if kind == "open":
+        contact = contact.with_gap([0.0, 0.0, 8.0])
+    if kind == "space":
+        contact, cycle = random_contact(rng, 3), spatial_cycle()
+        names = ("tol_feas", "tol_gap_abs", "tol_gap_rel")
+        options = {"solver": "CLARABEL", **dict.fromkeys(names, 1e-10)}
+    answer = fo.required_friction(contact, cycle, 0.3)
+    problem = answer.problem
+    assert problem.status == "optimal" and 0 <= problem.value < 1e-5
+    assert answer.open.any() == (kind == "open")
+    slip = np.where(answer.open, 0.0, answer.slip.T).T
+    assert np.where(answer.open, 0.0, problem.var_dict["slip"].value.T).T == pytest.approx(slip)
+    for friction, sign in ((answer.required, 1), (answer.bound, -1)):
+        problem.param_dict["f"].value = np.full(3, friction)
+        assert sign * problem.solve(**options) > 0
+
+
 def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
     contact = random_system(np.random.default_rng(1), 3)
     assert best_pressed(contact, CYCLE, 0.5, None)[0].residual <= 1e-9
@@ -372,6 +394,8 @@ def test_where_no_friction_is_enough():
     required = fo.required_friction(pulled, CYCLE, 1.0, slip_bound=1.0)
     assert required.required == np.inf and np.isnan(required.slip).all()
     assert "no friction is enough" in required.reason and "x = 1" in required.reason
+    with pytest.raises(fo.ModelError, match="problem: none, because no friction is enough"):
+        print(required.problem)
     table = required.mechanism
     assert set(table["direction"]) == {0}
     assert dict(zip(table["node"], table["corner"], strict=True))[1] == 0

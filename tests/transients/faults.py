@@ -4,6 +4,20 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "transients/trajectory.py",
+        "an increment of a path begins at its end",
+        old="self.slip[row - 1]",
+        new="self.slip[row]",
+        tests="increments_of_paths",
+    ),
+    Fault(
+        "transients/increments/held.py",
+        "slips in the complementarity form have no direction",
+        old="np.maximum(-step, 0.0)",
+        new="np.maximum(step, 0.0)",
+        tests="increments_of_paths",
+    ),
+    Fault(
         "transients/pictures.py",
         "the loop of a plane contact has the units of space",
         old="work_unit(loop.per_depth)",

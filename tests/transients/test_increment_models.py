@@ -5,6 +5,7 @@ wedging of one node.
 """
 
 import inspect
+import re
 import textwrap
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ import frictopt as fo
 from frictopt.base import SolveRecord
 from frictopt.solve import by_cvxpy
 from frictopt.solve import solvers as policy
+from frictopt.solve.problem import Problem, printed_as
 from frictopt.transients.increments import (
     ExactIncrement,
     FrozenBoundIncrement,
@@ -34,6 +36,7 @@ from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
 from helpers.enumeration import admissible_states, distance, random_increment
 from helpers.liars import lying_by_cvxpy as lying
+from helpers.spatial import random_contact
 from helpers.systems import explained, random_system, system
 
 CONTACT, FRICTION, SLIP, LOAD = random_increment(np.random.default_rng(3), 3, 0.6)
@@ -48,15 +51,17 @@ def names(problem):
 def test_problems_are_dpp_and_named():
     contact = random_system(np.random.default_rng(0), 3)
     frozen, exact = FrozenBoundIncrement(contact, 0.5).problem, ExactIncrement(contact, 0.5).problem
+    load = np.zeros(3), np.ones(3)
+    pairs = complementarity_problem(contact, 0.5, np.zeros(3), load).problem
+    space = random_contact(np.random.default_rng(0), 3)
     assert frozen.is_dpp() and exact.is_dpp()
-    for problem in (
-        frozen,
-        exact,
-        complementarity_problem(contact, 0.5, np.zeros(3), (np.zeros(3), np.ones(3))).problem,
-    ):
+    for problem in (frozen, exact, pairs, FrozenBoundIncrement(space, 0.5).problem):
         assert all(constraint.label for constraint in problem.constraints)
-        assert problem.param_dict["trial"].shape == (6,)
-        assert str(problem).count("\n") < 14 and "[[" not in str(problem)
+        # It prints names, and not the atoms of cvxpy.
+        printed = str(problem)
+        assert printed.count("\n") < 14 and "[[" not in printed
+        assert not re.search("QuadForm|psd_wrap|Sum|[HV]stack|reshape|Pnorm", printed), printed
+    assert names(pairs) == ({"z"}, {"c"})
     assert names(frozen) == ({"u"}, {"trial", "bound"})
     assert names(exact)[0] == {"slip_step", "gap", "q", "p", "forward", "backward", "opened"}
     assert names(exact)[1] == {"trial", "unexpected", "most_motion", "most_force", "most_slack"}
@@ -137,7 +142,7 @@ def test_osqp_alone_finds_the_state(punch, sigma):
 def bare(listing):
     """The body of a listing, as it is pasted into a script."""
     lines = inspect.getsource(listing).split('"""')[-1]
-    return textwrap.dedent(lines).replace("return cp.Problem", "problem = cp.Problem")
+    return textwrap.dedent(lines).replace("return Problem", "problem = Problem")
 
 
 def test_listings_run_in_a_bare_script(punch):
@@ -146,10 +151,21 @@ def test_listings_run_in_a_bare_script(punch):
     page = (Path(__file__).parents[2] / "docs/api/increments.md").read_text(encoding="utf-8")
     assert all(
         f"```text\n{listed}\n```" in page
-        for listed in (listings.frozen_bound(system), listings.exact(system, friction))
+        for listed in (
+            listings.frozen_bound(system),
+            listings.exact(system, friction),
+            listings.complementarity(system, friction),
+        )
     )
     state = NewtonIncrement(system, friction).solve(np.zeros(9), load)
-    script = {"cp": cp, "np": np, "system": system, "friction": friction}
+    script = {
+        "cp": cp,
+        "np": np,
+        "Problem": Problem,
+        "printed_as": printed_as,
+        "system": system,
+        "friction": friction,
+    }
     assert state.status.any() and not state.status.all()
     trial = np.concatenate(load)
     step = pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max())
@@ -175,10 +191,10 @@ def test_listings_run_in_a_bare_script(punch):
 
     exec(bare(listings.complementarity), script)
     problem = script["problem"]
-    problem.param_dict["trial"].value = trial
-    problem.var_dict["forward_slip"].value = np.maximum(state.slip, 0)
-    problem.var_dict["backward_slip"].value = np.maximum(-state.slip, 0)
-    problem.var_dict["gap"].value = state.gap
+    q, p = load
+    problem.param_dict["c"].value = np.r_[friction * p + q, friction * p - q, p]
+    motions = np.maximum(state.slip, 0), np.maximum(-state.slip, 0), state.gap
+    problem.var_dict["z"].value = np.concatenate(motions)
     assert problem.objective.value == pytest.approx(0.0, abs=1e-12)
     assert all(row.violation().max() < 1e-12 for row in problem.constraints)
 
@@ -405,10 +421,7 @@ def test_complementarity_matrix_is_the_law():
             [B, -B, C],
         ]
         assert posed.matrix == pytest.approx(np.block(rows))
-        for variable, part in zip(
-            ("forward_slip", "backward_slip", "gap"), np.split(z, 3), strict=True
-        ):
-            posed.problem.var_dict[variable].save_value(part)
+        posed.problem.var_dict["z"].save_value(z)
         assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-9)
         assert all(constraint.value(1e-9) for constraint in posed.problem.constraints)
 

@@ -1,7 +1,8 @@
 """An increment of friction.
 
 By sweeps and Newton's method (`by_newton.py`), and as cvxpy problems to print and solve
-(`programs.py`, `by_booleans.py`): frozen bound, booleans, complementarity.
+(`programs.py`, `by_booleans.py`): frozen bound, booleans, complementarity. `held.py` puts the
+states of a path into these problems.
 """
 
 from .by_booleans import ExactIncrement

@@ -18,7 +18,7 @@ from ..transient import OPEN
 from .by_newton import NewtonIncrement
 from .increment import Increment, Posed
 from .newton import newton
-from .programs import ByProgram, exact
+from .programs import ByProgram, Statuses, exact, put_into
 
 # Boolean of the program -> status of a node at which it is 1.
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
@@ -95,15 +95,11 @@ class ExactIncrement(ByProgram):
             sizes += [_size(guess.u), _size(guess.r)]
         largest = self._reach * max(sizes)  # motion and pressure, dimensionless
         within = _WITHIN.format(motion=largest * posed.length, force=largest * posed.force)
-        # (3, N) for each boolean: -1 if the guess expects it to be 1, else 1.
-        unexpected = np.array(
-            [np.where(guess.status == status, -1.0, 1.0) for status in _BOOLEANS.values()]
-        )
 
         failure = ""
         try:
             ends = self._most(largest, largest)
-            found = self._found(posed, MILP, unexpected=unexpected, **ends)
+            found = self._found(posed, MILP, unexpected=_unexpected(guess.status), **ends)
         except NoOptimum:
             failure = f"the solvers find no state with {within}"
         else:
@@ -113,10 +109,12 @@ class ExactIncrement(ByProgram):
         touches = 0.999
         if failure:
             found = by_guess if obeys else self._by_newton(posed, failure)
-            largest = max(largest, self._reach * _size(_moved(posed, found)))
         elif _size(_moved(posed, found)) >= touches * largest:
             raise SolverError(_TOUCHED.format(within=within, reach=self._reach))
+        return self._answer(posed, found, guess.status)
 
+    def _answer(self, posed: Posed, found: Increment, guess: Statuses) -> Increment:
+        largest = self._reach * max(1.0, _size(posed.trial), _size(_moved(posed, found)))
         values = {
             "slip_step": found.slip - posed.slip,
             "gap": found.gap,
@@ -126,7 +124,8 @@ class ExactIncrement(ByProgram):
         for name, status in _BOOLEANS.items():
             values[name] = (found.status == status).astype(np.float64)
         ends = self._most(largest * posed.length, largest * posed.force)
-        return self._answer(posed, found, values, unexpected=unexpected, **ends)
+        parameters = {"trial": posed.reactions, "unexpected": _unexpected(guess), **ends}
+        return put_into(self.problem, found, values, **parameters)
 
     def _by_newton(self, posed: Posed, failure: str) -> Increment:
         """The state that some way of Newton's method finds.
@@ -155,6 +154,11 @@ class ExactIncrement(ByProgram):
         slip_step = np.where(forward | backward | opened, values["slip_step"], 0.0)
         gap = np.where(opened, values["gap"], 0.0)
         return np.concatenate([slip_step, gap])
+
+
+def _unexpected(guess: Statuses) -> Array:
+    """(3, N) for each boolean: -1 if the guess expects it to be 1, else 1."""
+    return np.array([np.where(guess == status, -1.0, 1.0) for status in _BOOLEANS.values()])
 
 
 def _size(values: Array) -> float:

@@ -50,7 +50,7 @@ class _Nodes:
 
     def __init__(self, law: Law, sizes: Array, gap: Array, unit: float) -> None:
         self.law = law
-        self.sizes = sizes
+        self._sizes = sizes
         self._gap = gap
         self._unit = unit
         # Of increments whose state sweeps did not reach, by the key of their segment and load: the
@@ -120,7 +120,7 @@ class _Nodes:
             law.slopes,
             law.constants,
             law.augmentation,
-            self.sizes,
+            self._sizes,
             u,
             r,
             forces,
@@ -152,7 +152,8 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
         FrictionIncrement.__init__(self, system, friction)
-        _Nodes.__init__(self, self.law, self.sizes, system.gap, system.stiffness_scale)
+        sizes = sizes_of(self.law.S, self._stiffness)
+        _Nodes.__init__(self, self.law, sizes, system.gap, system.stiffness_scale)
         # The last state u, and S u.
         self._stands: tuple[Array, Array] = np.empty(0), np.empty(0)
         # The nodes that remained in the last increment with an elimination.
@@ -237,8 +238,8 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
 
         `residual` is the smallest one so far. The c and d are those of nodes, then of directions.
         """
-        tangents = np.tile(self.stiffness[:-1].mean(axis=0), (len(self.stiffness) - 1, 1))
-        of_directions = np.vstack([tangents, self.stiffness[-1]])
+        tangents = np.tile(self._stiffness[:-1].mean(axis=0), (len(self._stiffness) - 1, 1))
+        of_directions = np.vstack([tangents, self._stiffness[-1]])
         laws = posed.law, replace(posed.law, augmentation=of_directions)
         no_motion = np.zeros_like(posed.trial)
         for law, scale in product(laws, _SETTINGS.scales):

@@ -6,9 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -86,7 +85,7 @@ class Increment(Explained):
     status: NDArray[np.int8]
     steps: int
     record: SolveRecord
-    problem: cp.Problem | None = field(repr=False)
+    problem: Any = field(repr=False)
     _title: str = field(repr=False)
 
     def to_frame(self) -> Table:
@@ -214,14 +213,13 @@ class FrictionIncrement(ABC):
             checked_system(system),
             friction_coefficients(friction, system.nodes),
         )
-        self.stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        self._stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
         S = system.S / system.stiffness_scale
         self.contact_law = contact_law(system, self.friction)
-        augmentation = np.tile(self.stiffness.max(axis=0), (len(self.stiffness), 1))
+        augmentation = np.tile(self._stiffness.max(axis=0), (len(self._stiffness), 1))
         self.law = Law(S, self.contact_law.slopes, self.contact_law.constants, augmentation)
-        self.sizes = sizes_of(S, self.stiffness)
-        """The dimensionless law and its `sizes_of`.
+        """The dimensionless law.
 
         All directions of a node have one c and d. The constants of the law are in the units of the
         caller.

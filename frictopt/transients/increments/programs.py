@@ -3,7 +3,7 @@
 Solvers get the program in units of the mean normal force and of the slip that this force makes.
 Newton's method makes their solution exact. Then the answer is put into the program in the units of
 the contact. The programs themselves stand at the end of this file: `frozen_bound`, `exact` for
-`by_booleans.py`, and `complementarity`, which is built but not solved.
+`by_booleans.py`, and `complementarity`, which no method here solves.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...base import RESIDUAL, Array, Attempt, warns_of_odd_values
 from ...contact import ContactSystem, checked_law, checked_plane, joined, most_shear, parted
 from ...contact.diagnosis import in_contact
 from ...errors import SolverError
 from ...solve.by_cvxpy import solve
-from ...solve.problem import Problem
+from ...solve.problem import Problem, printed_as
 from ...solve.solvers import QP, SOCP
 from .increment import FrictionIncrement, Increment, Posed
 
@@ -45,6 +45,8 @@ class ProgramSettings:
 
 
 SETTINGS = ProgramSettings()
+
+Statuses: TypeAlias = NDArray[np.int8]
 
 _NO_STATE = (
     "friction increment: no state is found with the friction bound frozen at {bound:.3g} "
@@ -68,8 +70,7 @@ class ByProgram(FrictionIncrement):
     @cached_property
     def problem(self) -> cp.Problem:
         """The program, in the units of the contact."""
-        listed = self._listing(self.system)
-        return Problem(listed.objective, listed.constraints)
+        return self._listing(self.system)
 
     @cached_property
     def _scaled(self) -> cp.Problem:
@@ -98,21 +99,28 @@ class ByProgram(FrictionIncrement):
         record = replace(found.record, solver=attempts[-1].solver, attempts=attempts)
         return replace(found, record=record)
 
-    def _answer(
-        self, posed: Posed, found: Increment, variables: Mapping[str, Array], **parameters: Array
-    ) -> Increment:
+    @abstractmethod
+    def _answer(self, posed: Posed, found: Increment, guess: Statuses) -> Increment:
         """The increment with the program in the units of the contact, in which the answer stands.
 
-        In a convex program the pressures are the multipliers of its gaps.
+        `guess` are the statuses that a program with booleans expects.
         """
-        problem = self.problem
-        _set_parameters(problem, trial=posed.reactions, **parameters)
-        values = {problem.var_dict[name].id: value for name, value in variables.items()}
-        multipliers = {}
-        if not problem.is_mixed_integer():
-            multipliers = {problem.constraints[0].id: found.p}
-        problem.unpack(Solution(cp.OPTIMAL, None, values, multipliers, {}))
-        return replace(found, problem=problem)
+
+
+def put_into(
+    problem: cp.Problem, found: Increment, variables: Mapping[str, Array], **parameters: Array
+) -> Increment:
+    """An increment with a problem, in whose variables and parameters its state stands.
+
+    In a convex program the pressures are the multipliers of its gaps.
+    """
+    _set_parameters(problem, **parameters)
+    values = {problem.var_dict[name].id: value for name, value in variables.items()}
+    multipliers = {}
+    if problem.is_dcp() and not problem.is_mixed_integer():
+        multipliers = {problem.constraints[0].id: found.p}
+    problem.unpack(Solution(cp.OPTIMAL, None, values, multipliers, {}))
+    return replace(found, problem=problem)
 
 
 def _set_parameters(problem: cp.Problem, **parameters: Array) -> None:
@@ -167,14 +175,7 @@ class FrozenBoundIncrement(ByProgram):
             attempts += found.record.attempts
             if found.residual <= RESIDUAL:
                 record = replace(found.record, attempts=tuple(attempts))
-                found = replace(found, steps=sweep, record=record)
-                u = joined(found.slip - posed.slip, found.gap)
-                return self._answer(
-                    posed,
-                    found,
-                    {"u": u},
-                    bound=most_shear(self.system, self.friction, found.p.clip(0.0)),
-                )
+                return self._answer(posed, replace(found, steps=sweep, record=record), found.status)
             step = law.bound((posed.trial + law.S @ self._motions())[-n:]) - bound
             change = np.abs(step)
             if kind == SOCP and change.max() <= SETTINGS.settled_socp:
@@ -192,6 +193,11 @@ class FrozenBoundIncrement(ByProgram):
             )
         )
 
+    def _answer(self, posed: Posed, found: Increment, guess: Statuses) -> Increment:
+        u = joined(found.slip - posed.slip, found.gap)
+        bound = most_shear(self.system, self.friction, found.p.clip(0.0))
+        return put_into(self.problem, found, {"u": u}, trial=posed.reactions, bound=bound)
+
     def _motions(self) -> Array:
         u = self._scaled.var_dict["u"].value
         n = len(self.friction)
@@ -208,8 +214,7 @@ class ComplementarityProblem(NamedTuple):
     matrix, constant
         `M` (3N, 3N) and `c` (3N,).
     problem
-        The quadratic program. Its variables are forward_slip, backward_slip and gap. Its parameter
-        `trial` holds the reactions without these motions.
+        The quadratic program, with z as its variable and c as its parameter.
 
     Examples
     --------
@@ -234,9 +239,9 @@ def complementarity_problem(
 
     With the slip step split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z +
     c) = 0` for `z = [s+, s-, w]`. So z satisfies the law if the quadratic program `min z' (M z +
-    c), z >= 0, M z + c >= 0` has the value 0 at z. The program is convex only without friction.
-    With friction cvxpy refuses to solve it: a local minimum need not be a state of the contact.
-    Theory, eq. (12).
+    c), z >= 0, M z + c >= 0` has the value 0 at z. With friction the program is not convex, and a
+    local minimum need not be a state of the contact, so cvxpy refuses to solve it. Theory, eq.
+    (12).
 
     Parameters
     ----------
@@ -277,11 +282,11 @@ def complementarity_problem(
     f = owner.friction
     trial = Posed(owner, slip, bonded).reactions
     q, p = parted(trial, 2)
-    listed = complementarity(system, f)
-    problem = Problem(listed.objective, listed.constraints)
-    problem.param_dict["trial"].value = trial
+    problem = complementarity(system, f)
+    c = problem.param_dict["c"]
+    c.value = np.concatenate([f * p + q, f * p - q, p])
     M = next(constant.value for constant in problem.constants() if constant.name() == "M")
-    return ComplementarityProblem(M, np.concatenate([f * p + q, f * p - q, p]), problem)
+    return ComplementarityProblem(M, c.value, problem)
 
 
 def frozen_bound(system: ContactSystem) -> cp.Problem:
@@ -301,9 +306,10 @@ def frozen_bound(system: ContactSystem) -> cp.Problem:
     if system.tangents == 1:
         length = cp.abs(slip_step)
     else:
-        length = cp.norm(cp.reshape(slip_step, (n, 2), order="F"), axis=1)
-    energy = cp.quad_form(u, cp.psd_wrap(S)) / 2 + trial @ u
-    return cp.Problem(cp.Minimize(energy + bound @ length), [(gap >= 0).set_label("no_overlap")])
+        steps = cp.reshape(slip_step, (n, 2), order="F")
+        length = printed_as(cp.norm(steps, axis=1), f"norm({slip_step})")
+    energy = printed_as(cp.quad_form(u, cp.psd_wrap(S)), "u @ S @ u") / 2 + trial @ u
+    return Problem(cp.Minimize(energy + bound @ length), [(gap >= 0).set_label("no_overlap")])
 
 
 def exact(system: ContactSystem, friction: Array) -> cp.Problem:
@@ -348,29 +354,22 @@ def exact(system: ContactSystem, friction: Array) -> cp.Problem:
         "on_forward_bound": bound + q + cp.multiply(most_slack, forward) <= most_slack,
         "on_backward_bound": bound - q + cp.multiply(most_slack, backward) <= most_slack,
     }
-    count = cp.sum(cp.multiply(unexpected, cp.vstack([forward, backward, opened])))
-    return cp.Problem(cp.Minimize(count), [row.set_label(name) for name, row in rows.items()])
+    count = unexpected[0] @ forward + unexpected[1] @ backward + unexpected[2] @ opened
+    return Problem(cp.Minimize(count), [row.set_label(name) for name, row in rows.items()])
 
 
 def complementarity(system: ContactSystem, friction: Array) -> cp.Problem:
     """The quadratic program of the complementarity problem, in the plane.
 
-    It is `min z' (M z + c), z >= 0, M z + c >= 0`. The slip step is `forward_slip - backward_slip`,
-    and `M z + c` are f p + q, f p - q and p.
+    It is `min z' (M z + c), z >= 0, M z + c >= 0`. z are the slip steps along +x, those against it,
+    and the gaps. `M z + c` are f p + q, f p - q and p.
     """
     n = system.nodes
     A, B, C = system.A, system.B, system.C
     f = friction[:, None]
     rows = [[A + f * B, -(A + f * B), B.T + f * C], [f * B - A, A - f * B, f * C - B.T], [B, -B, C]]
-    matrix = np.block(rows)
-    M = cp.Constant(matrix, name="M")
-    symmetric = cp.Constant((matrix + matrix.T) / 2, name="(M + M.T) / 2")
-
-    trial = cp.Parameter(2 * n, name="trial")
-    q = trial[:n]
-    p = trial[n:]
-    bound = cp.multiply(cp.Constant(friction, name="f"), p)
-    c = cp.hstack([bound + q, bound - q, p])
-    z = cp.hstack([cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap")])
+    M = cp.Constant(np.block(rows), name="M")
+    z = cp.Variable(3 * n, name="z")
+    c = cp.Parameter(3 * n, name="c")
     signs = [(z >= 0).set_label("motions"), (M @ z + c >= 0).set_label("slacks")]
-    return cp.Problem(cp.Minimize(cp.quad_form(z, symmetric) + c @ z), signs)
+    return Problem(cp.Minimize(z @ (M @ z + c)), signs)
