@@ -33,10 +33,10 @@ def lying(monkeypatch, lie):
 def misread(monkeypatch, lie):
     """Let every answer pass through `lie(program, x, y)`, which changes it, and no polish repairs it."""
 
-    def solutions(program, x, y):
-        for outcome, (found, multipliers) in TOLD(program, x, y):
+    def solutions(form, x, y):
+        for outcome, (found, multipliers) in TOLD(form, x, y):
             found, multipliers = found.copy(), multipliers.copy()
-            lie(program, found, multipliers)
+            lie(form.arrays, found, multipliers)
             yield outcome, (found, multipliers)
 
     monkeypatch.setattr(answer, "_solutions", solutions)

@@ -213,15 +213,15 @@ FAULTS = (
     Fault(
         "solve/answer.py",
         "multipliers outside their cones prove a limit",
-        old="(x, program.admissible(y))",
+        old="(x, self.arrays.admissible(y))",
         new="(x, y)",
         tests="answer",
     ),
     Fault(
         "solve/answer.py",
         "a contradiction without its error",
-        old="error <= RESIDUAL",
-        new="True",
+        old="error <= (best[1] if best else RESIDUAL)",
+        new="best is None",
         tests="answer limit_checks",
     ),
     Fault(
