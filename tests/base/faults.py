@@ -21,13 +21,6 @@ FAULTS = (
     ),
     Fault(
         "base/files.py",
-        "damaged members are let pass",
-        old="archive.testzip()",
-        new="None",
-        tests="storage",
-    ),
-    Fault(
-        "base/files.py",
         "a file is written in its place",
         old="Path(folder, place.name)",
         new="place",

@@ -245,7 +245,7 @@ def test_a_fine_rim_of_a_hole_is_not_filled():
         assert area_of_colours(ax) == pytest.approx(area, rel=5e-3)
 
 
-@pytest.mark.parametrize("many", few([3, 5, 1, 2, 4, 6, 7, 8, 9]))
+@pytest.mark.parametrize("many", few([4, 6, 1, 2, 3, 5, 7, 8, 9]))
 def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
     """Spare panels of a grid must leave nothing behind that a later drawing would meet."""
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])

@@ -130,3 +130,5 @@ def test_planted_slides_are_found_with_the_compliance_of_the_others(free):
     assert rigid @ rigid.T == pytest.approx(turn[:, :free] @ turn[:, :free].T, abs=1e-10)
     forces = turn[:, free:]
     assert A @ compliance @ forces == pytest.approx(forces, abs=1e-9)
+    # Forces that do work on the slides move nothing else.
+    assert np.abs(compliance @ rigid).max(initial=0.0) <= 1e-10 * np.abs(compliance).max()
