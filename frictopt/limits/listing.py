@@ -20,7 +20,7 @@ from .corners import listed_corners
 from .critical_state import CriticalState, NodeLoads
 from .filled import fill
 from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
-from .ordered_listing import ordered, ordered_safe_slip
+from .ordered_listing import ordered
 from .question import Question, motion_of_open_nodes
 from .solved import Solved
 
@@ -56,8 +56,8 @@ def problem_of(
     """
     if solved.problem is not None:
         return solved.problem
-    if solved.goal in _ORDERED:
-        return _ORDERED[solved.goal](solved)
+    if solved.goal == "ordered":
+        return ordered(solved)
     extended = bool(user_rows) or objective is not None or "user" in solved.values
     problem, values = _LISTED[solved.goal](solved, extended)
     goal = problem.objective if objective is None else cp.Maximize(objective)
@@ -198,9 +198,4 @@ _LISTED: dict[str, Callable[[Solved, bool], Listed]] = {
     "shakedown": _shakedown,
     "safe_slip": _safe_slip,
     "critical": _critical,
-}
-
-_ORDERED: dict[str, Callable[[Solved], cp.Problem]] = {
-    "ordered": ordered,
-    "ordered_safe_slip": ordered_safe_slip,
 }

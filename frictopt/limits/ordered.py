@@ -63,7 +63,7 @@ class LaterSlips:
 
 
 @dataclass(frozen=True, eq=False)
-class _Forces:
+class Forces:
     """The forces at the instants of an order, as functions of the unknowns of its program.
 
     Attributes
@@ -82,9 +82,9 @@ class _Forces:
     response_of: Integers
 
 
-def _forces(
+def forces_of_order(
     question: LiftOff, slips: LaterSlips, load_factor: float | None, about: About | None
-) -> _Forces:
+) -> Forces:
     """The forces at all instants; their events move along their legs, see `About`."""
     axes = question.system.tangents
     count, entries = len(question.sets), len(question.system.S)
@@ -127,7 +127,7 @@ def _forces(
         start = start + load_factor * rate
     if slips.later:
         effects["later_slip"] = later
-    return _Forces(start, effects, responses, response_of)
+    return Forces(start, effects, responses, response_of)
 
 
 def ordered_program(
@@ -150,7 +150,7 @@ def ordered_program(
         slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
         units["later_slip"] = np.tile(slip_unit[nodes], axes)
 
-    forces = _forces(question, slips, load_factor, about)
+    forces = forces_of_order(question, slips, load_factor, about)
     program = RestProgram(
         [question],
         units,

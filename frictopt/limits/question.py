@@ -170,6 +170,13 @@ class Question:
             f"w1[{k}]": self.w1[k],
         }
 
+    def parts(self, forces: Array) -> tuple[Array, Array, Array]:
+        """Shear forces, normal forces and gaps of open nodes of forces (M, ...), see `response`."""
+        shear, normal = np.split(forces, [-self.system.nodes])
+        pressures = normal.copy()
+        pressures[self.open_nodes] = 0.0
+        return shear, pressures, normal[self.open_nodes]
+
     def carried(self, r: Array) -> Array:
         """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
         return _carried(self.system, self.open_nodes, self.compliance, r)

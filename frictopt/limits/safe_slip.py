@@ -242,7 +242,7 @@ class SafeSlips:
             placed, slip, motion = read_order(question, solution, load_factor)
             safe = checked_slip(placed, solution, load_factor, slip=slip)
             values = {"load_factor": load_factor, "margin": safe.margin}
-            solved = solved_order(question, solution, "ordered_safe_slip", **values)
+            solved = solved_order(question, solution, "ordered", **values)
             return replace(safe, _motion=motion, _solved=solved)
 
         safe, record = solve(program, "margin", 1.0, claimed, self.solver)

@@ -1169,8 +1169,8 @@ FAULTS = (
     Fault(
         "limits/ordered_listing.py",
         "the printed product is not about the answer",
-        old="at[0] * place + at[1] * load_factor - at[2]",
-        new="at[0] * place + at[1] * load_factor",
+        old='About(values["load_factor"], places)',
+        new="About(0.0, places)",
         tests="moving_events",
     ),
     Fault(

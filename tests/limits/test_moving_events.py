@@ -197,6 +197,7 @@ def test_orders_round_a_cycle_against_a_plain_program_and_transients(kind):
     slips = 0
     for system, cycle, friction, limit in with_events(kind, few(12)):
         assert limit.load_factor == pytest.approx(by_plain_program(limit), rel=1e-6)
+        assert limit.problem.solve(solver="HIGHS") == pytest.approx(limit.load_factor, rel=1e-6)
         assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
         below = (1 - 1e-6) * limit.load_factor
         steady = fo.steady_state(system, cycle, friction, below, initial_state=limit.state)
@@ -274,6 +275,8 @@ def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
     assert limit.load_factor == pytest.approx(in_phase, abs=5e-6)
     assert limit.bound == np.inf and np.isnan(limit.least)
     assert "no bound is proven" in limit.reason and "infinite" in limit.covers
+    # The printed product is linear about the answer, where nothing is gained.
+    assert limit.problem.solve(solver="HIGHS") == pytest.approx(limit.load_factor, rel=1e-6)
     order = limit._question.order
     for share, exists in ((0.999, True), (1.001, False)):
         rest = largest_round_a_cycle(
