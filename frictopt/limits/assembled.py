@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base import Array
-from ..solve.rows import CONE, EQUATION, LINEAR, rows_of
+from ..solve.rows import CONE, EQUATION, LINEAR
 from .corners import listed_corners
 from .critical_state import CriticalState
 from .law_rows import law_rows
@@ -104,7 +104,6 @@ def critical(question: Question, state: CriticalState) -> RestProgram:
     program = stuck(at_corners(question, residual=True), but=-1 if question.fixed else node)
     n = question.system.nodes
     axes = len(state.rate)
-    none = np.full(1, -1)
     instant = np.array([len(program.start) - 1])
     load_factor = np.array([program.unknown("load_factor")])
     for axis in range(axes):
@@ -113,7 +112,7 @@ def critical(question: Question, state: CriticalState) -> RestProgram:
         label = "critical_q" if axis < axes - 1 else "critical_p"
         unit = question.node_unit[[node]]
         constant = -state.at_zero[[axis]]
-        program.rows.append(rows_of(label, EQUATION, [[force, needed]], constant, unit, none, none))
+        program.add(label, EQUATION, [[force, needed]], constant, unit)
     return program
 
 
@@ -131,9 +130,7 @@ def most_pressed(question: Question, load_factor: float) -> RestProgram:
     least = np.full(len(nodes), program.unknown("least")), np.full(len(nodes), -question.force)
     unit = np.full(len(nodes), question.force)
     constant = np.zeros(len(nodes))
-    program.rows.append(
-        rows_of("pressed", LINEAR, [[pressure, least]], constant, unit, corner, nodes)
-    )
+    program.add("pressed", LINEAR, [[pressure, least]], constant, unit, corner, nodes)
     program.bound("cap", "least", -1.0, 1.0)
     return program
 
@@ -151,21 +148,14 @@ def least_pressure(question: Question, node: int, load_factor: float) -> RestPro
     program = RestProgram([question], units, question.start[:1], effects)
     closed = np.ones((1, n), dtype=bool)
     law_rows(program, question, closed, ~closed)
-    none = np.full(1, -1)
-    shares = program.unknown("shares") + np.arange(count)
-    unit = np.full(count, question.load_unit)
-    not_negative = [(shares, np.ones(count))]
-    each = np.full(count, -1)
-    program.rows.append(rows_of("share", LINEAR, [not_negative], np.zeros(count), unit, each, each))
-    total = [(shares[[k]], -np.ones(1)) for k in range(count)]
-    program.rows.append(
-        rows_of("shares", LINEAR, [total], np.array([load_factor]), unit[:1], none, none)
-    )
+    not_negative = [(program.unknown("shares") + np.arange(count), np.ones(count))]
+    program.add("share", LINEAR, [not_negative], np.zeros(count), units["shares"])
+    program.row("shares", {"shares": -np.ones(count)}, load_factor)
     at_node = program.force(np.zeros(1, dtype=int), np.array([program.start.shape[1] - n + node]))
     pressure = np.array([program.unknown("pressure")])
     least = [(pressure, np.ones(1)), (at_node, -np.ones(1))]
     force = np.array([question.force])
-    program.rows.append(rows_of("least", LINEAR, [least], np.zeros(1), force, none, none))
+    program.add("least", LINEAR, [least], np.zeros(1), force)
     return program
 
 
@@ -179,7 +169,6 @@ def within_slip_bound(program: RestProgram, number: int = 0) -> None:
     first = program.first_slip + number * n * question.system.tangents
     nodes = np.flatnonzero(~question.open_nodes)
     slips = [first + axis * n + nodes for axis in range(question.system.tangents)]
-    none = np.full(len(nodes), -1)
     bound = slip_bound[nodes]
     own = question.shear_unit / question.system.own_stiffness[:n]
     unit = np.where(bound > 0, bound, own[nodes])
@@ -187,7 +176,7 @@ def within_slip_bound(program: RestProgram, number: int = 0) -> None:
     if question.system.tangents == 1:
         for sign in (1.0, -1.0):
             side = [(slips[0], -sign * ones)]
-            program.rows.append(rows_of("slip_bound", LINEAR, [side], bound, unit, none, nodes))
+            program.add("slip_bound", LINEAR, [side], bound, unit, None, nodes)
     else:
         sides = [[(slip, ones)] for slip in slips]
-        program.rows.append(rows_of("slip_bound", CONE, [[], *sides], bound, unit, none, nodes))
+        program.add("slip_bound", CONE, [[], *sides], bound, unit, None, nodes)

@@ -70,10 +70,8 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     units = np.r_[np.tile(question.shear_unit, system.tangents), question.node_unit, unit]
     sizes = np.abs(N.T) @ units[:M]
     balance = balance_rows(N, r0, r1, sizes)
-    one, none = np.ones(1), np.full(1, -1)
-    at_least_0 = rows_of(
-        "load_factor", LINEAR, [[(np.array([M]), one)]], np.zeros(1), unit * one, none, none
-    )
+    one = np.ones(1)
+    at_least_0 = rows_of("load_factor", LINEAR, [[(np.array([M]), one)]], 0.0 * one, unit * one)
     no_forces = np.full(M, np.nan)
     cost = np.zeros(M + 1)
     cost[M] = -sense

@@ -19,7 +19,7 @@ import numpy as np
 from ..base import CONDENSATION, GROWN, Array, checked_loads, frozen, listed, shown
 from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError
-from ..solve.rows import LINEAR, rows_of
+from ..solve.rows import LINEAR
 from .assembled import at_corners, within_slip_bound
 from .design_search import NoneSafeError
 from .law_rows import law_rows
@@ -262,13 +262,10 @@ def _no_larger(program: RestProgram, name: str, size: float) -> None:
     """Rows that bound the size of all entries of a named unknown."""
     count = program.named[name].stop - program.named[name].start
     entries = program.unknown(name) + np.arange(count)
-    none = np.full(count, -1)
     unit = program.named_units[program.named[name]]
     for sign in (1.0, -1.0):
         term = entries, np.full(count, -sign)
-        program.rows.append(
-            rows_of(f"size_{name}", LINEAR, [[term]], np.full(count, size), unit, none, none)
-        )
+        program.add(f"size_{name}", LINEAR, [[term]], np.full(count, size), unit)
 
 
 def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:
@@ -290,13 +287,7 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
             for name, reactions in choice.effects(scenario).items()
         },
     )
-    preload = program.unknown("preload") + np.arange(len(choice.names))
-    force = choice.reactions[-n:].sum(axis=0)
-    none, one = np.full(1, -1), np.ones(1)
-    terms = [(np.array([program.unknown("pressing")]), -one)]
-    terms += [(preload[[j]], force[[j]]) for j in range(len(force))]
-    unit = np.array([most])
-    program.rows.append(rows_of("pressing", LINEAR, [terms], np.zeros(1), unit, none, none))
+    program.row("pressing", {"pressing": -1.0, "preload": choice.reactions[-n:].sum(axis=0)})
     program.bound("most", "pressing", -1.0, _MOST_PRESSED * most)
     if user is not None:
         user.add_to(program)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base import Array, Booleans, Integers
-from ..solve.rows import CONE, EQUATION, LINEAR, Term, rows_of
+from ..solve.rows import CONE, EQUATION, LINEAR, Term
 from .corners import ruling
 from .question import Question
 from .rest_program import RestProgram
@@ -70,17 +70,8 @@ def _plane_friction(
                 terms.append(_reserve(program, mean_bound, reserve, at, nodes))
             terms = [(quantities[kept], weights[kept]) for quantities, weights in terms]
             of_nodes = nodes[kept]
-            program.rows.append(
-                rows_of(
-                    term.row,
-                    LINEAR,
-                    [terms],
-                    term.constant[of_nodes],
-                    question.shear_unit[of_nodes],
-                    at[kept],
-                    of_nodes,
-                )
-            )
+            constant, unit = term.constant[of_nodes], question.shear_unit[of_nodes]
+            program.add(term.row, LINEAR, [terms], constant, unit, at[kept], of_nodes)
 
 
 def _space_friction(
@@ -100,14 +91,12 @@ def _space_friction(
         sides = [[(program.force(at, axis * n + nodes), ones)] for axis in (0, 1)]
         unit = question.shear_unit[nodes]
         parts = [head, *sides]
-        program.rows.append(rows_of(term.row, CONE, parts, term.constant[nodes], unit, at, nodes))
+        program.add(term.row, CONE, parts, term.constant[nodes], unit, at, nodes)
         at, nodes = np.nonzero(has_term & ~room)
         for axis in (0, 1):
             side = [(program.force(at, axis * n + nodes), np.ones(len(nodes)))]
             unit = question.shear_unit[nodes]
-            program.rows.append(
-                rows_of(term.row, EQUATION, [side], np.zeros(len(nodes)), unit, at, nodes)
-            )
+            program.add(term.row, EQUATION, [side], np.zeros(len(nodes)), unit, at, nodes)
 
 
 def _normal(
@@ -124,9 +113,7 @@ def _normal(
     terms = [(normal, np.ones(len(nodes)))]
     if reserve is not None:
         terms.append(_reserve(program, margin_unit, reserve, at, nodes))
-    program.rows.append(
-        rows_of(label, LINEAR, [terms], np.zeros(len(nodes)), unit[nodes], at, nodes)
-    )
+    program.add(label, LINEAR, [terms], np.zeros(len(nodes)), unit[nodes], at, nodes)
 
 
 def _reserve(

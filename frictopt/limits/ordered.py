@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ..base import Array, Integers
-from ..solve.rows import EQUATION, LINEAR, rows_of
+from ..solve.rows import EQUATION
 from .law_rows import law_rows
 from .lift_off import LiftOff, episodes, varying, way_of
 from .mechanism import Mechanism
@@ -196,7 +195,7 @@ def _touch_without_force(program: RestProgram, question: LiftOff, events: list[i
             force = program.force(at, axis * n + nodes), np.ones(len(nodes))
             unit = question.node_unit[nodes]
             zero = np.zeros(len(nodes))
-            program.rows.append(rows_of(label, EQUATION, [[force]], zero, unit, at, nodes))
+            program.add(label, EQUATION, [[force]], zero, unit, at, nodes)
 
 
 def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
@@ -205,24 +204,19 @@ def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: flo
     number = 0
     for leg in dict.fromkeys(on_legs):
         events = [f"way{event}" for event, of in enumerate(on_legs) if of == leg]
-        unit = program.named_units[program.named[events[0]]]
         # The end is the load factor if it scales the varying loads of the leg, otherwise 1.
-        ends_at_load_factor = is_scaled(question, leg)
-        end = [] if "load_factor" not in program.named else ["load_factor"]
-        given = load_factor if ends_at_load_factor else 1.0
-        places = [None, *events, *(end if ends_at_load_factor and end else [None])]
-        for earlier, later in pairwise(places):
-            terms = [
-                (np.array([program.unknown(name)]), np.array([weight]))
-                for name, weight in ((later, 1.0), (earlier, -1.0))
-                if name is not None
-            ]
-            constant = given if later is None else 0.0
-            none = np.full(1, -1)
-            program.rows.append(
-                rows_of(f"way[{number}]", LINEAR, [terms], np.array([constant]), unit, none, none)
-            )
+        end: dict[str, float] = {}
+        last = 1.0
+        if is_scaled(question, leg):
+            last = load_factor or 0.0
+            end = {"load_factor": 1.0} if load_factor is None else {}
+        earlier: dict[str, float] = {}
+        for event in events:
+            program.row(f"way[{number}]", {event: 1.0, **earlier})
+            earlier = {event: -1.0}
             number += 1
+        program.row(f"way[{number}]", {**end, **earlier}, last)
+        number += 1
 
 
 def read_order(

@@ -30,7 +30,7 @@ from scipy.sparse import csr_array
 
 from ..base import CONDENSATION, Array, Integers
 from ..solve.arrays import Arrays
-from ..solve.rows import EQUATION, LINEAR, Rows, Stacked, rows_of, stacked
+from ..solve.rows import EQUATION, LINEAR, Rows, Stacked, Term, rows_of, stacked
 from .elastic import SlipUnknowns
 from .question import Question
 
@@ -122,11 +122,23 @@ class RestProgram:
 
     def bound(self, label: str, name: str, weight: float, constant: float) -> None:
         """Add the row `weight * unknown + constant >= 0` of a named unknown."""
-        one = np.zeros(1, dtype=int)
-        term = one + self.unknown(name), np.array([weight])
-        unit = self.named_units[self.named[name]]
-        constants = np.array([constant])
-        self.rows.append(rows_of(label, LINEAR, [[term]], constants, unit, one - 1, one - 1))
+        self.row(label, {name: weight}, constant)
+
+    def row(self, label: str, weights: Mapping[str, float | Array], constant: float = 0.0) -> None:
+        """Add a row `sum of weights * unknowns + constant >= 0`, in the unit of the first one.
+
+        Weights are one number or those of all entries of a named unknown.
+        """
+        terms = list[Term]()
+        for name, of_entries in weights.items():
+            each = np.atleast_1d(of_entries)
+            terms += [(self.unknown(name) + np.array([j]), each[[j]]) for j in range(len(each))]
+        unit = self.named_units[terms[0][0] - self.first_named]
+        self.add(label, LINEAR, [terms], np.array([constant]), unit)
+
+    def add(self, *row: Any) -> None:
+        """Add rows, see `rows_of`."""
+        self.rows.append(rows_of(*row))
 
     @cached_property
     def of_slip(self) -> bool:

@@ -39,14 +39,17 @@ def rows_of(
     parts: Sequence[Sequence[Term]],
     constant: Array,
     unit: Array,
-    instants: Integers,
-    nodes: Integers,
+    instants: Integers | None = None,
+    nodes: Integers | None = None,
 ) -> Rows:
     """Rows with the same terms. `parts` lists the terms of the first part of each cone, and so on.
 
-    `constant` (n,) belongs to the first part.
+    `constant` (n,) belongs to the first part. Rows without instants or nodes have the number -1.
     """
-    n, size = len(nodes), len(parts)
+    n, size = len(constant), len(parts)
+    none = np.full(n, -1)
+    instants = none if instants is None else instants
+    nodes = none if nodes is None else nodes
     first = size * np.arange(n)
     constants = np.zeros(n * size)
     constants[first] = constant
