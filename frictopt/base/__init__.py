@@ -62,6 +62,7 @@ from .results import (
     frame,
     make_read_only,
     places,
+    worst,
 )
 from .tolerances import *
 from .unresisted import free_motions, unresisted

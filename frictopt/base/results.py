@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import copy
 import html
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from importlib import import_module
 from pathlib import Path
 from textwrap import wrap
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -234,6 +235,21 @@ class SolveRecord:
     residual: float = np.inf
     left_out: tuple[str, ...] = ()
     seconds: float = 0.0
+
+    def joined(self, others: Iterable[SolveRecord], started: float) -> SolveRecord:
+        """The record of a result that needs other programs, too, in order; see `perf_counter`."""
+        records = [self, *others]
+        return replace(
+            self,
+            attempts=tuple(attempt for record in records for attempt in record.attempts),
+            residual=max(record.residual for record in records),
+            seconds=perf_counter() - started,
+        )
+
+
+def worst(violations: Iterable[float]) -> float:
+    """The largest of some violations; inf if one of them is not a number."""
+    return float(np.nan_to_num(np.max([*violations]), nan=np.inf))
 
 
 class Recorded(Kept):

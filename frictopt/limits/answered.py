@@ -43,6 +43,7 @@ from ..contact import (
 from ..contact.diagnosis import counted
 from ..errors import ModelError
 from ..solve.explained import Explained
+from .corners import listed_corners
 from .mechanism import Mechanism, of_nodes
 from .proven_again import check_slip
 from .question import Question
@@ -289,12 +290,15 @@ class Proven(Answered, Explained):
 A = TypeVar("A", bound=Answered)
 
 
-def answered(claim: A, record: SolveRecord, listed: int) -> A:
-    """Complete an accepted answer by its record; `listed` corners have rows."""
+def answered(claim: A, record: SolveRecord) -> A:
+    """Complete an accepted answer by its record, and by what its program leaves out."""
     question = claim._question
     left_out = list(record.left_out)
     corners = len(question.r1)
-    if listed < corners:
+    listed = len(listed_corners(question))
+    # Rows of the user may contain any corner, and places of events those between the outer ones.
+    plain = isinstance(claim, Proven) and not claim.constraints and not question.events
+    if plain and listed < corners:
         left_out.append(
             f"corners: {corners - listed} of {corners} are within the hull of the others"
         )

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from ..base import RESIDUAL, SolveRecord
+from ..base import RESIDUAL, SolveRecord, worst
 from ..contact import ContactSystem, LoadCycle
 from .assembled import most_pressed
 from .mechanism import Mechanism
@@ -46,8 +44,8 @@ def best_pressed(
         _, r = question.states(load_factor, slip)
         reached = float(min(r[:, -1].min() / question.force, 1.0))
         gap = abs(bound - reached) + defect
-        residual = max(gap, question.excess_over_slip_bound(slip))
-        return Pressing(reached, solution.motion, float(np.nan_to_num(residual, nan=np.inf)))
+        residual = worst([gap, question.excess_over_slip_bound(slip)])
+        return Pressing(reached, solution.motion, residual)
 
     pressing, record = solve(most_pressed(question, load_factor), "least", 1.0, claimed)
     assert pressing is not None

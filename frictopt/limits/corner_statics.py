@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..base import CONDENSATION, FLOOR, ZERO_LOAD_FACTOR, Array, SolveRecord, kept
+from ..base import CONDENSATION, FLOOR, ZERO_LOAD_FACTOR, Array, SolveRecord, kept, worst
 from ..contact import contact_law
 from ..solve.answer import answer, infeasible, unbounded
 from ..solve.rows import LINEAR, program_of, rows_of
@@ -98,8 +98,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         lack = float((law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
         stiffest = float(np.diag(system.S).max()) or 1.0
         strain = float(np.abs(system.S @ phi).max()) / stiffest
-        worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
-        return claim(load_factor, bound, phi, worst, forces)
+        return claim(load_factor, bound, phi, worst([residual, lack, strain]), forces)
 
     def claimed(x: Array, y: Array) -> CornerAnswer:
         value = float(x[M]) * unit

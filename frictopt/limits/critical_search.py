@@ -13,7 +13,6 @@ from . import assembled
 from .critical_state import CriticalState, critical_states
 from .mechanism import Mechanism
 from .question import Question
-from .rest_program import USER
 from .solution import Solution, contradiction, solve
 from .solved import Solved
 
@@ -100,15 +99,14 @@ class CriticalSearch:
     ) -> NodeClaim:
         """The claim of a node at its least critical load factor, or at its largest up to `most`."""
         question = self._question
-        user = self._user
         program = assembled.critical(question, state)
         if most is not None:
             program.bound("at_most", "load_factor", -1.0, most)
-        if user is not None:
-            user.add_to(program)
+        if self._user is not None:
+            self._user.add_to(program)
 
         def claimed(solution: Solution) -> NodeClaim:
-            return _claimed(solution, state, least_so_far, user)
+            return _claimed(solution, state, least_so_far)
 
         def never_critical(outcome: str, arrays: Arrays) -> NodeClaim | None:
             found = contradiction(program, "load_factor")
@@ -133,7 +131,7 @@ def _without_slip(
     return NodeClaim(state, load_factor, no_slip, residual, how=how)
 
 
-def _claimed(solution: Solution, state: CriticalState, least_so_far: float, user: Any) -> NodeClaim:
+def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> NodeClaim:
     """The claim of a solution.
 
     If its slip fails the checks, but the multipliers prove that the node is not critical up to
@@ -146,10 +144,7 @@ def _claimed(solution: Solution, state: CriticalState, least_so_far: float, user
     added = np.r_[q[state.node], p[state.node]]
     critical_reaction = state.at_zero + load_factor * state.rate
     distance = float(np.abs(added - critical_reaction).max()) / question.force
-    violations = [question.violation(load_factor, slip), distance, solution.gap]
-    if user is not None:
-        violations.append(solution.program.violation(solution.x, label=USER))
-    residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
+    residual = solution.residual(question.violation(load_factor, slip), distance)
     bound, defect = solution.bound
     if not residual <= RESIDUAL and least_so_far < bound - defect < np.inf:
         return _without_slip(question, state, bound - defect, 0.0, LEFT_OUT)

@@ -32,7 +32,7 @@ from .design_program import (
 )
 from .design_search import DesignSearch, NoneSafeError, OpenNodes, limits_of
 from .question import with_open
-from .rest_program import USER, RestProgram
+from .rest_program import RestProgram
 from .safe_model import SafeModel, in_turn
 from .solution import Solution, solve
 from .user_rows import UserRows
@@ -270,10 +270,10 @@ class DesignModel(SafeModel):
             1.0,
             partial(self._checked, opened, user),
             self._solver,
-            no_optimum=lambda outcome, arrays: raise_refusal(program, goal, user, self._choice),
+            no_optimum=lambda outcome, arrays: raise_refusal(program, goal, self._choice),
         )
         assert design is not None
-        return answered(design, record, len(opened[0].question.r1))
+        return answered(design, record)
 
     def _checked(
         self, scenarios: Sequence[Scenario], user: UserRows | None, solution: Solution
@@ -287,15 +287,11 @@ class DesignModel(SafeModel):
         values = {name: solution.values(name) for name in self._choice.components}
         built = self._choice.built(scenarios, values)
         slips: list[Array] = []
-        violations = [solution.gap]
+        violations: list[float] = []
         for number, question in enumerate(built.questions):
             slip = frozen(question.slip_at_mean_load(solution.closed_slip(number)))
             slips.append(slip)
             violations.append(question.violation(load_factor, slip))
-        prices: dict[str, Array] = {}
-        if user is not None:
-            violations.append(solution.program.violation(solution.x, label=USER))
-            prices = user.prices(solution)
         bound, defect = solution.bound
         import pandas as pd  # imported here, because only designs need it
 
@@ -309,8 +305,8 @@ class DesignModel(SafeModel):
             slip=slips[0],
             slips=tuple(slips),
             _question=built.questions[0],
-            prices=prices,
-            record=SolveRecord(residual=float(np.nan_to_num(np.max(violations), nan=np.inf))),
+            prices={} if user is None else user.prices(solution),
+            record=SolveRecord(residual=solution.residual(*violations)),
             _questions=built.questions,
             _found=Found(scenarios, solution),
         )

@@ -308,14 +308,14 @@ class Pressed(NamedTuple):
     residual: float
 
 
-def raise_refusal(program: RestProgram, goal: str, user: UserRows | None, choice: Choice) -> None:
+def raise_refusal(program: RestProgram, goal: str, choice: Choice) -> None:
     """Raise an error if it is proven that there is no best design; return if not.
 
     `goal` is the name of the maximized value.
     """
     found = contradiction(program, goal)
     if found is not None:
-        raise _contradiction_error(found[0], user)
+        raise _contradiction_error(found[0])
     grown = growth(program, goal)
     if grown is None:
         return
@@ -327,9 +327,9 @@ def raise_refusal(program: RestProgram, goal: str, user: UserRows | None, choice
     raise ModelError(_growth_text(goal, along))
 
 
-def _contradiction_error(claim: Solution, user: UserRows | None) -> ModelError:
+def _contradiction_error(claim: Solution) -> ModelError:
     """The error for rows that contradict each other."""
-    names = "" if user is None else ", ".join(user.ruling(claim))
+    names = ", ".join(claim.ruling)
     if claim.of_user_alone:
         error, why = ModelError, _CONTRADICT
     else:

@@ -387,7 +387,7 @@ def _result(
     left_out: tuple[str, ...] = ()
     if idle:
         left_out = (f"corners: {idle} of {len(corners)} are within the hull of the others",)
-    records = [answer.record for answer in answers]
+    first, *others = (answer.record for answer in answers)
     return GrossSlip(
         load_factor=governs.load_factor,
         bound=governs.bound,
@@ -398,11 +398,7 @@ def _result(
         motion=motion_table(question.system, phi),
         reason=reason,
         record=replace(
-            governs.record,
-            attempts=tuple(attempt for record in records for attempt in record.attempts),
-            residual=max(record.residual for record in records),
-            left_out=left_out,
-            seconds=sum(record.seconds for record in records),
+            first.joined(others, question.started), solver=governs.record.solver, left_out=left_out
         ),
         _asked=governs.asked,
         _forces=governs.forces,

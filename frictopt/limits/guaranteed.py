@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -231,9 +230,7 @@ class GuaranteedLimits:
         if nodes.best is None:
             return _result(shakedown, nodes, search.records)
         assert nodes.best.solved is not None  # it has a slip
-        solved = replace(nodes.best.solved, unknowns=self._unknowns)
-        if user is not None:
-            solved = user.listed(solved)
+        solved = nodes.best.solved.of_model(self._unknowns, user)
         return _of_node(_result(shakedown, nodes, search.records), nodes.best, solved)
 
     def _find_critical(
@@ -286,14 +283,7 @@ def _result(
     question = shakedown._question
     without_coupling = uncoupled(question)
     coincide = int((nodes.how == COINCIDE_ALONE).sum())
-    records = [shakedown.record, *critical]
-    record = SolveRecord(
-        shakedown.record.solver,
-        tuple(attempt for record in records for attempt in record.attempts),
-        max(record.residual for record in records),
-        nodes.left_out(),
-        perf_counter() - question.started,
-    )
+    record = shakedown.record.joined(critical, question.started)
     return GuaranteedLimit(
         load_factor=shakedown.load_factor,
         kind=shakedown.kind,
@@ -302,7 +292,7 @@ def _result(
         slip=shakedown.slip,
         node=None,
         corners=None,
-        record=record,
+        record=replace(record, left_out=nodes.left_out()),
         constraints=shakedown.constraints,
         shakedown=shakedown,
         _solved=shakedown._solved,

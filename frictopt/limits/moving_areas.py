@@ -26,6 +26,7 @@ from ..base import (
     kept,
     make_read_only,
     unresisted,
+    worst,
 )
 from ..contact import LoadCycle, off_law, other_laws
 from .lift_off import fields_of
@@ -216,19 +217,19 @@ class MovingAreas(Question):
         closing = self.system.S[:, -self.system.nodes :] @ self.system.gap
         bonded = self.at_instants(load_factor) + closing
         gap = np.pad(self.system.gap, (len(self.A), 0))
-        worst = list[float]()
+        violations = list[float]()
         states = bonded, u - gap, r
         between = [(part + np.roll(part, -1, axis=0)) / 2 for part in states]
         for loads, motions, reactions in (states, between):
             off = off_law(self.system, self.law, loads, motions, reactions, self.force)
-            worst.append(float(off.max()))
+            violations.append(float(off.max()))
         nodes = self.system.nodes
         slid = np.abs(np.roll(u, -1, axis=0) - u)[:, :-nodes].reshape(len(u), -1, nodes)
         pressure = between[2][:, -nodes:]
         pressed = pressure > CONDENSATION * float(np.abs(states[0][:, -nodes:]).max())
         slid_while_pressed = slid.max(axis=1) * pressed
-        worst.append(float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force)
-        return float(np.nan_to_num(np.max(worst), nan=np.inf))
+        slid_by_force = float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force
+        return worst([*violations, slid_by_force])
 
 
 def _blend(first: Mapping[str, float], last: Mapping[str, float], part: float) -> dict[str, float]:

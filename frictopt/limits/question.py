@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, Booleans, Integers, flag, kept, make_read_only
+from ..base import Array, Booleans, Integers, flag, kept, make_read_only, worst
 from ..base.checks import per_node
 from ..contact import (
     ContactLaw,
@@ -283,8 +283,7 @@ class Question:
         u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
         bonded = self.at_instants(load_factor) + self.system.S @ gap
         off = off_law(self.system, self.law, bonded, u - gap, r, self.force)
-        worst = max(off.max(), self.excess_over_slip_bound(slip))
-        return float(np.nan_to_num(worst, nan=np.inf))
+        return worst([off.max(), self.excess_over_slip_bound(slip)])
 
 
 def pose(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -374,16 +373,10 @@ def _answer(
         reason += ENOUGH_WITH_EVENTS()
     if not uncoupled(enough._question):
         reason += NOT_FROM_EVERY_START()
-    record = replace(
-        enough.record,
-        attempts=enough.record.attempts + too_little.record.attempts,
-        residual=max(enough.residual, too_little.residual),
-        seconds=perf_counter() - safe_slips.started,
-    )
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=enough.slip,
-        record=record,
+        record=enough.record.joined([too_little.record], safe_slips.started),
         _question=enough._question,
         required=above,
         bound=below,
@@ -396,11 +389,10 @@ def _answer(
 def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer 0, after a slip has been proven safe without friction."""
     safe = safe_slips.at(0.0)
-    seconds = perf_counter() - safe_slips.started
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=safe.slip,
-        record=replace(safe.record, seconds=seconds),
+        record=safe.record.joined([], safe_slips.started),
         _question=safe._question,
         required=0.0,
         bound=np.nan,
@@ -441,7 +433,7 @@ def _infinite(
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=frozen(np.full(question.system.slip_shape, np.nan)),
-        record=replace(record, seconds=perf_counter() - safe_slips.started),
+        record=record.joined([], safe_slips.started),
         _question=replace(question, friction=question.friction * np.inf),
         required=np.inf,
         bound=np.inf,

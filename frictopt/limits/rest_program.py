@@ -112,6 +112,11 @@ class RestProgram:
         slips = self.question.system.tangents * self.question.system.nodes
         self.first_own = self.first_slip + len(questions) * slips
 
+    @property
+    def constraints(self) -> tuple[str, ...]:
+        """Names of the rows of the user, and "objective" if they have one."""
+        return () if self.user is None else self.user.of.names
+
     def force(self, instants: Integers, entries: Integers) -> Integers:
         """Numbers of the quantities that are forces."""
         return np.asarray(instants * self.start.shape[1] + entries)

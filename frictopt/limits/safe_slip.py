@@ -19,6 +19,7 @@ from ..base import (
     finite_number,
     progress_bar,
     warns_of_odd_values,
+    worst,
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
@@ -26,7 +27,6 @@ from ..solve.arrays import Arrays
 from ..solve.solvers import LP, SOCP, solver_order
 from . import assembled
 from .answered import Proven, answered
-from .corners import listed_corners
 from .lift_off import LiftOff
 from .moving_safe_slip import safe_with_moving_areas
 from .order_search import check_events
@@ -208,13 +208,13 @@ class SafeSlips:
             user.add_to(program)
 
         def claimed(solution: Solution) -> SafeSlip:
-            safe = checked_slip(question, solution, load_factor, user)
+            safe = checked_slip(question, solution, load_factor)
             return replace(safe, _solved=solution.solved("safe_slip", margin=safe.margin))
 
         def no_slip(outcome: str, arrays: Arrays) -> None:
             """ModelError if the user's constraints admit no slip at all, safe or not."""
-            found = None if user is None else contradiction(program, "margin")
-            names = user.ruling(found[0]) if found else []
+            found = contradiction(program, "margin") if program.constraints else None
+            names = found[0].ruling if found else []
             if names:
                 raise ModelError(
                     f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
@@ -224,12 +224,8 @@ class SafeSlips:
         safe, record = solve(program, "margin", 1.0, claimed, self.solver, no_optimum=no_slip)
         assert safe is not None and safe._solved is not None
         values = {**safe._solved.values, "load_factor": load_factor}
-        solved = replace(safe._solved, values=values, unknowns=self._unknowns)
-        corners = len(listed_corners(question))
-        if user is not None:
-            solved = user.listed(solved)
-            corners = len(question.r1)
-        return answered(replace(safe, _solved=solved), record, corners)
+        solved = replace(safe._solved, values=values).of_model(self._unknowns, user)
+        return answered(replace(safe, _solved=solved), record)
 
     def _of_order(self, question: LiftOff, load_factor: float) -> SafeSlip:
         """The slip with the largest margin, with nodes that open and close in a given order.
@@ -247,7 +243,7 @@ class SafeSlips:
 
         safe, record = solve(program, "margin", 1.0, claimed, self.solver)
         assert safe is not None
-        return answered(safe, record, len(question.r1))
+        return answered(safe, record)
 
 
 def checked_load_factor(question: Question, load_factor: float) -> float:
@@ -320,7 +316,6 @@ def checked_slip(
     question: Question,
     solution: Solution,
     load_factor: float,
-    user: Any = None,
     slip: Array | None = None,
 ) -> SafeSlip:
     """The slip of a solution for the largest margin, checked by its reserve and the multipliers.
@@ -339,16 +334,15 @@ def checked_slip(
         question.violation(load_factor, slip) if question.events else 0.0,
         question.excess_over_slip_bound(slip),
     ]
-    if user is not None:
+    if solution.program.user is not None:
         violations.append(solution.program.violation(solution.x, label=USER))
-    residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,
-        record=SolveRecord(residual=residual),
+        record=SolveRecord(residual=worst(violations)),
         _question=question,
         _motion=solution.motion,
         margin=margin,
         bound=bound + defect,
-        constraints=() if user is None else user.names,
+        constraints=solution.program.constraints,
     )

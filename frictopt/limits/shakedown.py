@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
+    GROWN,
     RESIDUAL,
     Array,
     LimitKind,
@@ -29,15 +29,14 @@ from ..base import (
 )
 from ..base.checks import flag, flags
 from ..contact import ContactSystem, LoadCycle
+from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from ..solve.arrays import Arrays
 from ..solve.solvers import INFEASIBLE, NoOptimum
 from . import assembled, rest_intervals
 from .answered import answered
-from .corners import listed_corners
 from .lift_off import LiftOff
 from .mechanism import Mechanism
-from .no_limit import no_limit
 from .open_nodes import is_safe_at_mean_load
 from .order_limits import best_with_events
 from .order_search import check_events
@@ -45,11 +44,11 @@ from .ordered import read_order, solved_order
 from .question import Question, pose, with_open
 from .quick_bound import is_at_most
 from .reasons import shakedown_reason
-from .rest_program import USER, RestProgram
-from .sentences import CHOSEN
+from .rest_program import RestProgram
+from .sentences import CHOSEN, CONTRADICTED
 from .set_search import best_open_set, may_open
 from .shakedown_answer import ShakedownAnswer
-from .solution import Solution, growth, solve
+from .solution import Solution, contradiction, growth, solve
 from .solved import UNBOUNDED
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
@@ -229,12 +228,12 @@ class ShakedownLimits:
             goal = user.add_to(program)
 
         def claimed(solution: Solution) -> ShakedownLimit:
-            return checked_limit(question, solution, user)
+            return checked_limit(question, solution)
 
         def none(outcome: str, arrays: Arrays) -> ShakedownLimit | None:
             if outcome == INFEASIBLE and not proven:
                 return _none_safe(question)
-            return without_limit(program, goal, user)
+            return without_limit(program, goal)
 
         limit, record = solve(
             program,
@@ -249,24 +248,14 @@ class ShakedownLimits:
             raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
         if limit._solved is None:
             return limit
-        limit = self._listed(limit, record, user)
+        solved = limit._solved.of_model(self._unknowns, user)
+        limit = answered(replace(limit, _solved=solved), record)
         if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
             return limit
         slip = limit.slip if limit.kind is LimitKind.FINITE else None
         if user is None and is_safe_at_mean_load(question, slip):
             return replace(limit, least=0.0)
         return self._with_least(limit, program, claimed)
-
-    def _listed(self, limit: ShakedownLimit, record: SolveRecord, user: Any) -> ShakedownLimit:
-        """The limit with its record, and with what its printed problem needs."""
-        question = limit._question
-        assert limit._solved is not None  # it is proven
-        solved = replace(limit._solved, unknowns=self._unknowns)
-        corners = len(listed_corners(question))
-        if user is not None:
-            solved = user.listed(solved)
-            corners = len(question.r1)
-        return answered(replace(limit, _solved=solved), record, corners)
 
     def of_any_order(self, best: ShakedownLimit, enough: float = np.inf) -> ShakedownLimit:
         """The best limit with nodes that open and close, see `best_with_events`."""
@@ -286,12 +275,7 @@ class ShakedownLimits:
             # the least safe load factor is not known.
             return limit
         assert lower is not None
-        record = replace(
-            limit.record,
-            attempts=(*limit.record.attempts, *record.attempts),
-            residual=max(limit.residual, lower.residual),
-            seconds=perf_counter() - limit._question.started,
-        )
+        record = limit.record.joined([record], limit._question.started)
         return replace(limit, least=lower.load_factor, record=record)
 
     def of_order(
@@ -315,13 +299,12 @@ class ShakedownLimits:
         )
         if limit is None or (sense > 0 and limit.bound <= above):
             raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
-        return answered(limit, record, len(question.r1))
+        return answered(limit, record)
 
 
 def checked_limit(
     question: Question,
     solution: Solution,
-    user: Any = None,
     at_rest: tuple[Array, Mechanism] | None = None,
 ) -> ShakedownLimit:
     """The limit of a solution, with its violations and its bound.
@@ -332,42 +315,85 @@ def checked_limit(
     slip, motion = at_rest or (solution.slip_of_nodes, solution.motion)
     bound, defect = solution.bound
     objective = None if solution.goal == "load_factor" else solution.value
-    violations = [question.violation(load_factor, slip), solution.gap]
-    if user is not None:
-        violations.append(solution.program.violation(solution.x, label=USER))
-    residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     return ShakedownLimit(
         load_factor,
         slip,
-        SolveRecord(residual=residual),
+        SolveRecord(residual=solution.residual(question.violation(load_factor, slip))),
         question,
         motion,
         LimitKind.FINITE,
         bound + defect,
         objective=objective,
         _why="" if objective is None else CHOSEN(),
-        constraints=() if user is None else user.names,
+        constraints=solution.program.constraints,
         _solved=solution.solved("shakedown"),
     )
 
 
-def without_limit(program: RestProgram, goal: str, user: Any) -> ShakedownLimit | None:
-    """The answer without a finite limit, if its proof exists."""
-    proof = no_limit(program, goal, user)
-    if proof is None:
+def without_limit(program: RestProgram, goal: str) -> ShakedownLimit | None:
+    """The answer that no load factor is safe, or all above some value are; None without a proof.
+
+    ModelError if an objective of the user grows without end.
+    """
+    question = program.question
+    if program.constraints:
+        # If no slip is safe even without the constraints of the user, they are not the cause.
+        limit = _nothing_is_safe(assembled.shakedown(question), "load_factor")
+        if limit is not None:
+            return limit
+    limit = _nothing_is_safe(program, goal)
+    if limit is not None:
+        return limit
+    grown = growth(program, goal)
+    if grown is None:
         return None
-    value = np.inf if proof.kind is LimitKind.UNBOUNDED else np.nan
-    return ShakedownLimit(
-        value,
-        np.full(proof.question.system.slip_shape, np.nan),
-        SolveRecord(residual=proof.residual),
-        proof.question,
-        proof.motion,
-        proof.kind,
-        value,
-        _why=proof.why,
-        constraints=proof.constraints,
-        _solved=proof.solved,
+    if goal != "load_factor":
+        raise ModelError(
+            "objective: it grows without bound over the safe slips; subtract a penalty, or bound "
+            "it by a constraint"
+        )
+    along, residual = grown
+    return _not_finite(
+        question,
+        LimitKind.UNBOUNDED,
+        residual,
+        _why="" if program.constraints else _cause_of_growth(along),
+        constraints=program.constraints,
+        _solved=replace(along.solved("shakedown"), status=UNBOUNDED),
+    )
+
+
+def _nothing_is_safe(program: RestProgram, goal: str) -> ShakedownLimit | None:
+    """The answer that no slip is safe at any load factor, if it is proven."""
+    found = contradiction(program, goal)
+    if found is None:
+        return None
+    claim, residual = found
+    question = program.question
+    why = ""
+    rows = ", ".join(claim.ruling)
+    if rows:
+        why = CONTRADICTED(node_states=question.node_states, rows=rows)
+    return _not_finite(
+        question,
+        LimitKind.NO_SAFE_SLIP,
+        residual,
+        claim.motion,
+        _why=why,
+        constraints=program.constraints if rows else (),
+        _solved=replace(claim.solved("shakedown"), status=INFEASIBLE),
+    )
+
+
+def _cause_of_growth(along: Solution) -> str:
+    """The reason that the load may grow without end, from the slip that grows with it."""
+    question = along.program.question
+    slip = along.program.slip_at(along.x) / along.values("load_factor")
+    return growth_diagnosis(
+        question.friction,
+        (question.q1, question.p1),
+        question.reactions_of_slip(slip.reshape(question.system.slip_shape, order="F")),
+        GROWN * question.mean_bound / question.load_unit,
     )
 
 
@@ -379,28 +405,32 @@ def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLim
     along, residual = grown
     placed, _, motion = read_order(question, along)
     solved = replace(solved_order(question, along, "ordered"), status=UNBOUNDED)
-    return ShakedownLimit(
-        np.inf,
-        np.full(question.system.slip_shape, np.nan),
-        SolveRecord(residual=residual),
-        placed,
-        motion,
-        LimitKind.UNBOUNDED,
-        np.inf,
-        _solved=solved,
-    )
+    return _not_finite(placed, LimitKind.UNBOUNDED, residual, motion, _solved=solved)
 
 
 def _none_safe(question: Question) -> ShakedownLimit:
     """A set of a search with which no load factor is safe, or none above the best; not proven."""
+    return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
+
+
+def _not_finite(
+    question: Question,
+    kind: LimitKind,
+    residual: float,
+    motion: Mechanism | None = None,
+    **more: Any,
+) -> ShakedownLimit:
+    """The answer without a finite limit; `residual` is the error of its proof."""
+    value = np.inf if kind is LimitKind.UNBOUNDED else np.nan
     return ShakedownLimit(
-        np.nan,
+        value,
         np.full(question.system.slip_shape, np.nan),
-        SolveRecord(residual=0.0),
+        SolveRecord(residual=residual),
         question,
-        Mechanism(np.zeros_like(question.r1), question.friction),
-        LimitKind.NO_SAFE_SLIP,
-        np.nan,
+        motion or Mechanism(np.zeros_like(question.r1), question.friction),
+        kind,
+        value,
+        **more,
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import nnls
 
-from ..base import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord
+from ..base import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, worst
 from ..contact import lengths
 from ..solve.answer import answer, contradictions, growths, interiors, kind_of
 from ..solve.arrays import Arrays
@@ -134,6 +134,19 @@ class Solution:
         bound, defect = self.bound
         size = max(abs(self.value), FLOOR * self.program.place(self.goal).unit)
         return (abs(bound - self.value) + defect) / size
+
+    def residual(self, *violations: float) -> float:
+        """Largest of some violations, the gap, and the violation of the rows of the user."""
+        off = [*violations, self.gap]
+        if self.program.user is not None:
+            off.append(self.program.violation(self.x, label=USER))
+        return worst(off)
+
+    @property
+    def ruling(self) -> list[str]:
+        """Names of the rows of the user with a part in the contradiction that is proven."""
+        user = self.program.user
+        return [] if user is None else list(user.of.ruling(self))
 
     @cached_property
     def slip_of_nodes(self) -> Array:

@@ -56,6 +56,11 @@ class Solved:
         """Copies have variables of their own."""
         return {**vars(self), "unknowns": None, "problem": copy.deepcopy(self.problem)}
 
+    def of_model(self, unknowns: Any, user: Any) -> Solved:
+        """A solved program with the variables of the model that asks, and its `UserRows`."""
+        solved = replace(self, unknowns=unknowns)
+        return solved if user is None else user.listed(solved)
+
     def with_problem(self, problem: cp.Problem, own: Mapping[str, Array]) -> Solved:
         """A solved program with its problem, which has rows of the user, and their multipliers."""
         return replace(self, problem=problem, own=own)

@@ -67,13 +67,14 @@ class UserRows:
     ) -> None:
         self.rows = rows
         self.objective = objective
+        self.slip = x.slip
+        self.value = cp.Variable(name="objective")
         self._x = x
         self._named = named
         self._open_slip = open_slip
-        self._value = cp.Variable(name="objective")
         constraints = [*rows.values()]
         if objective is not None:
-            constraints.append(self._value <= objective)
+            constraints.append(self.value <= objective)
         self._problem = cp.Problem(cp.Minimize(0), constraints)
 
     @property
@@ -90,11 +91,10 @@ class UserRows:
             "CLARABEL", enforce_dpp=True, canon_backend=backend(self._problem), solver_opts={}
         )
         _refuse_unread(data)
-        first = None if self.objective is None else self._value
-        program.user = Substituted(program, data, self._known(program), first, self._x.slip)
+        program.user = Substituted(self, program, data)
         return "load_factor" if self.objective is None else "objective"
 
-    def _known(self, program: RestProgram) -> Iterable[tuple[cp.Variable, Known]]:
+    def known(self, program: RestProgram) -> Iterable[tuple[cp.Variable, Known]]:
         """The variables of the model, as functions of the quantities of a program."""
         question = program.question
         system = question.system
@@ -121,7 +121,7 @@ class UserRows:
             part = program.named[name]
             numbers = program.first_named + np.arange(part.start, part.stop)
             yield variable, entries(numbers, np.ones(len(numbers)), program.named_units[part])
-        yield self._x.slip, self._slip(program, closed)
+        yield self.slip, self._slip(program, closed)
 
     def _slip(self, program: RestProgram, closed: Booleans) -> Known:
         """The slips of all nodes; those of open nodes are the slips under the mean load."""
@@ -213,26 +213,16 @@ class Substituted:
 
     Parameters
     ----------
+    of
+        The rows.
     program
         The program, to which the rows are added.
     data
         The rows as cvxpy compiles them.
-    known
-        The variables of the model, as functions of the quantities of the program.
-    first
-        The variable that is the first of the own unknowns, or None.
-    slip
-        The slip of the model.
     """
 
-    def __init__(
-        self,
-        program: RestProgram,
-        data: Mapping[str, Any],
-        known: Iterable[tuple[cp.Variable, Known]],
-        first: cp.Variable | None,
-        slip: cp.Variable,
-    ) -> None:
+    def __init__(self, of: UserRows, program: RestProgram, data: Mapping[str, Any]) -> None:
+        self.of = of
         # Slacks `right - matrix @ unknowns`: equations first, then linear rows, then cones.
         matrix, right = csr_array(data["A"]), np.asarray(data["b"])
         dims = data["dims"]
@@ -241,7 +231,7 @@ class Substituted:
         columns = data["param_prob"].var_id_to_col
         places = [
             (slice(columns[part.id], columns[part.id] + part.size), entries)
-            for part, entries in known
+            for part, entries in of.known(program)
             if part.id in columns
         ]
         unit = np.zeros(matrix.shape[1])
@@ -250,14 +240,15 @@ class Substituted:
             unit[place] = entries.unit
             is_own[place] = False
         own = np.flatnonzero(is_own)
-        if first is not None:
-            own = np.r_[columns[first.id], own[own != columns[first.id]]]
+        if of.objective is not None:
+            first = columns[of.value.id]
+            own = np.r_[first, own[own != first]]
 
         # The columns of the slip, (rows, t N); zero if no row contains it.
-        self._of_slip = csr_array((len(right), slip.size))
-        if slip.id in columns:
-            start = columns[slip.id]
-            self._of_slip = csr_array(matrix[:, start : start + slip.size])
+        self._of_slip = csr_array((len(right), of.slip.size))
+        if of.slip.id in columns:
+            start = columns[of.slip.id]
+            self._of_slip = csr_array(matrix[:, start : start + of.slip.size])
         # Both factors of a product get one size, and own unknowns the units of their rows.
         self._balance = Balance(matrix, right, linear + np.cumsum(sizes) - sizes, unit)
         matrix, right = csr_array(self._balance(matrix)), self._balance(right)
