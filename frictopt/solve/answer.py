@@ -10,9 +10,9 @@ from time import perf_counter
 from typing import ClassVar
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, hstack, vstack
+from scipy.sparse import csr_array, hstack, vstack
 
-from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, Integers, SolveRecord
+from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays, polish
 from .flipped import Flipped, flipped
 from .solvers import (
@@ -142,28 +142,16 @@ def contradictions(program: Arrays) -> Iterator[Array]:
     They are those of the least e >= 0 by which all slacks must be raised. An equation is raised in
     both senses.
     """
-    width = len(program.cost)
-    zero = program.zero
-    raised = _raised(program, np.r_[np.arange(zero), program.heads])
-    opposite = _raised(program, np.arange(zero), sign=-1.0)
-    ends = csr_array(-np.eye(1, raised.shape[1], width))
-    right = program.right
-    arrays = _least_raise(
-        program,
-        csr_array(vstack([raised[: program.linear], opposite, ends, raised[program.linear :]])),
-        np.r_[right[: program.linear], -right[:zero], 0.0, right[program.linear :]],
-        zero=0,
-    )
-    for form, name in _ways(arrays):
-        outcome, *rough = run(form.arrays, name, -np.inf)
-        if outcome != OPTIMAL:
-            continue
+    width, zero, linear = len(program.cost), program.zero, program.linear
+    not_negative = csr_array(-np.eye(1, width + 1 + len(program.block), width))
+    arrays = _least_raise(program, program.right, not_negative, np.zeros(1), equations=True)
+    for solutions in _optima(arrays):
         # The polished solution comes first, because it proves more.
-        for _, (x, y) in reversed([*_solutions(form, *rough)]):
+        for x, y in reversed(solutions):
             if not float(arrays.cost @ x) > RESIDUAL:
                 continue
-            of_equations = y[:zero] - y[program.linear : program.linear + zero]
-            found = np.r_[of_equations, y[zero : program.linear], y[program.linear + zero + 1 :]]
+            of_equations = y[:zero] - y[linear : linear + zero]
+            found = np.r_[of_equations, y[zero:linear], y[linear + zero + 1 :]]
             yield program.admissible(found)
             yield program.admissible(_clean(found))
 
@@ -210,28 +198,17 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     outside of their cones; the caller checks this.
     """
     width = len(program.cost)
-    raised = _raised(program, program.heads)
-    bounds = np.zeros((1 if cost is None else 2, raised.shape[1]))
-    bounds[0, width] = -1.0  # the depth, which is minus the raise, is at most 1
-    bound_right = [1.0]
+    # The depth is minus the raise.
+    bounds = -np.eye(1 if cost is None else 2, width + 1 + len(program.block), width)
     if cost is not None:
         bounds[1, :width] = cost
-        bound_right.append(-1.0)
-    linear = program.linear
-    arrays = _least_raise(
-        program,
-        csr_array(vstack([raised[:linear], csr_array(bounds), raised[linear:]])),
-        np.r_[right[:linear], bound_right, right[linear:]],
-        program.zero,
-    )
+    bound_right = np.array([1.0, -1.0][: len(bounds)])
+    arrays = _least_raise(program, right, csr_array(bounds), bound_right)
     # If a slack is proven to be this far outside of its cone, for all values, rounding does not
     # hide values inside: they would be more than a hundred thousand times their units.
     outside = 1e-3
-    for form, name in _ways(arrays):
-        outcome, *rough = run(form.arrays, name, -np.inf)
-        if outcome != OPTIMAL:
-            continue
-        for _, (x, y) in _solutions(form, *rough):
+    for solutions in _optima(arrays):
+        for x, y in solutions:
             least, error = arrays.lower_bound(x, y)
             if least - error > outside:
                 return
@@ -239,37 +216,41 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
         yield _clean(x[:width])
 
 
-def _raised(program: Arrays, rows: Integers, sign: float = 1.0) -> csr_array:
-    """The rows with a further unknown, by which the slacks of these rows are raised.
+def _optima(program: Arrays) -> Iterator[list[tuple[Array, Array]]]:
+    """The solutions of all forms and solvers that find an optimum: each rough and polished."""
+    for form, name in _ways(program):
+        outcome, *rough = run(form.arrays, name, -np.inf)
+        if outcome == OPTIMAL:
+            yield [solution for _, solution in _solutions(form, *rough)]
 
-    With a negative sign only these rows, with the opposite sign.
+
+def _least_raise(
+    program: Arrays, right: Array, bounds: csr_array, bound_right: Array, equations: bool = False
+) -> Arrays:
+    """The program that minimises a further unknown, by which the slacks in cones are raised.
+
+    `bounds` are further linear rows. With `equations` those are raised, too, in both senses.
     """
-    width = len(program.cost)
-    sparse = sign * program.sparse
-    if sign < 0:
-        sparse = sparse[rows]
-        rows = np.arange(len(rows))
-    column = coo_array(
-        (-np.ones(len(rows)), (rows, np.zeros(len(rows), dtype=int))), shape=(sparse.shape[0], 1)
-    )
-    return csr_array(hstack([sparse[:, :width], column, sparse[:, width:]]))
-
-
-def _least_raise(program: Arrays, sparse: csr_array, right: Array, zero: int) -> Arrays:
-    """The program that minimises the last unknown under these rows, with the cones of `program`.
-
-    The first `zero` rows are equations. Further rows, which `program` does not have, are linear.
-    """
-    parts, width = len(program.block), len(program.cost)
+    width, zero, linear = len(program.cost), program.zero, program.linear
+    raised = np.zeros((len(right), 1))
+    raised[program.heads] = -1.0
+    opposite = program.sparse[:0]
+    if equations:
+        raised[:zero] = -1.0
+        opposite = -program.sparse[:zero]
+    rows = vstack([program.sparse[:linear], opposite, program.sparse[linear:]])
+    column = np.r_[raised[:linear], -np.ones((opposite.shape[0], 1)), raised[linear:]]
+    with_raise = csr_array(hstack([rows[:, :width], csr_array(column), rows[:, width:]]))
+    first = linear + opposite.shape[0]
     cones = program.sizes[program.sizes > 1]
-    linear = len(right) - zero - int(cones.sum())
+    count = first + len(bound_right) - (0 if equations else zero)
     return Arrays(
-        sparse=sparse,
-        block=np.hstack([program.block, np.zeros((parts, 1))]),
-        right=right,
+        sparse=csr_array(vstack([with_raise[:first], bounds, with_raise[first:]])),
+        block=np.hstack([program.block, np.zeros((len(program.block), 1))]),
+        right=np.r_[right[:linear], -right[: first - linear], bound_right, right[linear:]],
         cost=np.eye(1, width + 1, width)[0],
-        zero=zero,
-        sizes=np.r_[np.ones(linear, dtype=int), cones],
+        zero=0 if equations else zero,
+        sizes=np.r_[np.ones(count, dtype=int), cones],
     )
 
 
