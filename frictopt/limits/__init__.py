@@ -14,7 +14,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   `solution.py`: its solution, and what the multipliers prove; `solved.py`: a solved program as
   data; `mechanism.py`: the slip mechanism; `corners.py`: the corners that matter.
 - `models.py`: all printed problems, as cvxpy expressions in the symbols of the paper; `listing.py`,
-  `ordered_listing.py`, `design_listing.py`, `corner_listing.py`: the printed problem of an answer,
+  `ordered_listing.py`, `design_listing.py`: the printed problem of an answer,
   with its values (`filled.py`). No answer needs them.
 - `user_rows.py`: rows and objectives of users as rows of the arrays; `user_checks.py`: which of
   them are accepted.
@@ -37,7 +37,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
   of all states of rest in `moving_limit.py`. If normal loads are scaled, too: the path as a
   function of the load factor in `path_pieces.py`, and all load factors with a state of rest in
-  `rest_intervals.py`; safe slips at a load factor in `moving_safe_slip.py`.
+  `rest_intervals.py`.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
   guaranteed limit.
 - `best_pressed.py`, `least_slip.py`, `safe_vertices.py`, `region_rays.py`, `design_program.py`,

@@ -9,16 +9,17 @@ from typing import NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..base import Array
 from ..solve.problem import Problem
 from . import models
-from .design_program import Choice, Scenario
+from .design_program import Choice, Scenario, open_slips
 from .filled import fill
 from .listing import rest_rows, state_rows
 from .models import Row, Unknowns, constant, defines, unknowns
-from .question import Question
 from .solution import Solution
 from .user_rows import UserRows
+
+# Names of the matrices of the design in q, p, the gaps and the slips of open nodes.
+_SYMBOLS = {"preload": ("q_j", "p_j", "w_j", "v_j"), "profile": ("-B.T", "-C", "-w", "-v")}
 
 
 class Added(NamedTuple):
@@ -82,49 +83,31 @@ def design_problem(
 
 def _added(choice: Choice, scenario: Scenario, suffix: str) -> Added:
     """The terms that a design adds to a scenario. All names end with `suffix`."""
-    question, shares = scenario
-    by_part: list[list[cp.Expression]] = []
+    question = scenario.question
+    by_unknown: list[list[cp.Expression]] = []
     rows: list[Row] = []
-    if choice.preload is not None:
-        acting = choice.reactions * [shares.get(name, 1.0) for name in choice.names]
-        names = ("q_j", "p_j", "w_j", "v_j")
-        by_part.append(_products(question, acting, names, choice.preload, suffix))
-
-    if choice.profile is not None:
-        closing = -choice.system.S[:, -choice.system.nodes :]
-        names = ("-B.T", "-C", "-w", "-v")
-        products = _products(question, closing, names, choice.profile, suffix)
-        parts = [
-            cp.Variable(product.size, name=f"{symbol}_g{suffix}")
-            for product, symbol in zip(products, "qpwv", strict=False)
+    effects = choice.effects(scenario)
+    for variable, name in choice.variables.items():
+        of_parts = [*question.parts(question.forces_of(effects[name]).T)]
+        if question.compliance is None:
+            of_parts = of_parts[:2]
+        else:
+            of_parts.append(open_slips(question, effects[name]))
+        terms = [
+            constant(effect, symbol + suffix) @ variable
+            for effect, symbol in zip(of_parts, _SYMBOLS[name], strict=False)
         ]
-        rows = [defines(part, product) for part, product in zip(parts, products, strict=True)]
-        by_part.append(parts)
+        if name == "profile":
+            parts = [
+                cp.Variable(term.size, name=f"{part}_g{suffix}")
+                for part, term in zip("qpwv", terms, strict=False)
+            ]
+            rows = [defines(part, term) for part, term in zip(parts, terms, strict=True)]
+            terms = parts
+        by_unknown.append(terms)
 
-    q, p, *of_open_nodes = (sum(parts[1:], parts[0]) for parts in zip(*by_part, strict=True))
+    q, p, *of_open_nodes = (sum(terms[1:], terms[0]) for terms in zip(*by_unknown, strict=True))
     if choice.system.tangents > 1:
         q = cp.reshape(q, choice.system.slip_shape, order="F")
     open_slip = of_open_nodes[1] if of_open_nodes else None
     return Added([q, p, *of_open_nodes[:1]], open_slip, rows)
-
-
-def _products(
-    question: Question, r: Array, names: Sequence[str], chosen: cp.Variable, suffix: str
-) -> list[cp.Expression]:
-    """The terms of loads, with unknown amplitudes `chosen` (J,), in q and p.
-
-    `r` (M, J) are their bonded reactions. If nodes are open, also the terms in the gaps and in the
-    slips of these nodes.
-    """
-    n = question.system.nodes
-    carried = question.carried(r.T).reshape(r.shape[::-1]).T
-    effects = [carried[:-n], carried[-n:]]
-    if question.compliance is not None:
-        follow = -(question.compliance @ r)
-        open_nodes = question.open_nodes
-        open_slips = np.tile(open_nodes, question.system.tangents)
-        effects += [follow[-n:][open_nodes], follow[:-n][open_slips]]
-    return [
-        constant(effect, name + suffix) @ chosen
-        for effect, name in zip(effects, names, strict=False)
-    ]

@@ -26,6 +26,7 @@ from .design_program import (
     checked_choice,
     checked_scenario,
     design_program,
+    open_slips,
     press,
     raise_refusal,
     under_mean_load,
@@ -200,12 +201,10 @@ class DesignModel(SafeModel):
     def _slip_of_open_nodes(self, program: RestProgram) -> Array:
         """(open slips, named) slips of open nodes of the first scenario due to the design."""
         question = program.question
-        opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))
-        rates = np.zeros((len(opened), len(program.named_units)))
-        assert question.compliance is not None  # it has open nodes
+        opened = int(question.open_nodes.sum()) * question.system.tangents
+        rates = np.zeros((opened, len(program.named_units)))
         for name, reactions in self._choice.effects(Scenario(question, {})).items():
-            follow = -(reactions @ question.compliance)
-            rates[:, program.named[name]] = follow[:, opened].T
+            rates[:, program.named[name]] = open_slips(question, reactions)
         return rates
 
     def _listed(self, user: UserRows | None, design: Design) -> Design:

@@ -25,7 +25,7 @@ from .design_search import NoneSafeError
 from .law_rows import law_rows
 from .question import Question, pose, with_open
 from .rest_program import RestProgram
-from .solution import Solution, contradiction, growth, solve
+from .solution import Judged, Solution, contradiction, growth, solve
 from .user_rows import UserRows
 
 # Name of the load case of the overlap that a profile causes.
@@ -141,6 +141,13 @@ class Choice:
             closed = pose(system, cycle, question.friction, slip_bound=question.slip_bound)
             built.append(with_open(closed, question.open_nodes) or closed)
         return Built(preload, profile, tuple(built))
+
+
+def open_slips(question: Question, reactions: Array) -> Array:
+    """(open slips, n) slips of open nodes under bonded reactions (n, M)."""
+    assert question.compliance is not None  # it has open nodes
+    opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))
+    return -(reactions @ question.compliance)[:, opened].T
 
 
 def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: bool) -> Choice:
@@ -292,20 +299,13 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
     if user is not None:
         user.add_to(program)
 
-    def claimed(solution: Solution) -> Pressed:
+    def claimed(solution: Solution) -> Judged:
         values = {name: solution.values(name) for name in choice.units(question)}
-        return Pressed(values, program.violation(solution.x))
+        return Judged(values, program.violation(solution.x))
 
     pressed, _ = solve(program, "pressing", 1.0, claimed)
     assert pressed is not None
-    return pressed.values
-
-
-class Pressed(NamedTuple):
-    """The values of a design that presses as much as it may, and the violation of its rows."""
-
-    values: Mapping[str, Array]
-    residual: float
+    return dict(pressed.said)
 
 
 def raise_refusal(program: RestProgram, goal: str, choice: Choice) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Generic, NamedTuple, Protocol, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from ..base import Bar, Booleans
 from ..errors import ModelError, SolverError
 from .question import Question, with_open
 from .shakedown import ShakedownLimit, ShakedownLimits
+
+if TYPE_CHECKING:
+    from .design import Design
 
 # The open nodes (N,) of each scenario.
 OpenNodes: TypeAlias = Sequence[Booleans]
@@ -31,36 +34,6 @@ _CARRIES_LESS = (
 
 class NoneSafeError(ModelError):
     """No design is safe with the given nodes open. With other nodes open, one may be safe."""
-
-
-class Candidate(Protocol):
-    """The attributes of a design that the search uses."""
-
-    @property
-    def load_factor(self) -> float:
-        """The load factor that its program promises."""
-
-    @property
-    def value(self) -> float:
-        """The maximized value: the objective if there is one, else the load factor."""
-
-    @property
-    def touches(self) -> bool:
-        """Whether a closed node may tend to open."""
-
-    @property
-    def _questions(self) -> Sequence[Question]:
-        """The question of each scenario, with the design built in."""
-
-    @property
-    def _opened(self) -> str:
-        """How many nodes are open, as the beginning of a reason."""
-
-    def _before(self, larger: Self) -> Self:
-        """A copy of the design, with the reason that the search stops before a larger one."""
-
-
-D = TypeVar("D", bound=Candidate)
 
 
 class Size(NamedTuple):
@@ -88,7 +61,7 @@ class SearchSettings:
 SEARCH = SearchSettings()
 
 
-class DesignSearch(Generic[D]):
+class DesignSearch:
     """The designs that count, and the reasons that other designs do not count.
 
     Parameters
@@ -108,8 +81,8 @@ class DesignSearch(Generic[D]):
 
     def __init__(
         self,
-        best_with: Callable[..., D],
-        listed: Callable[[D], D],
+        best_with: Callable[..., Design],
+        listed: Callable[[Design], Design],
         goal: str,
         solver: str | None,
         bar: Bar,
@@ -119,13 +92,13 @@ class DesignSearch(Generic[D]):
         self._goal = goal
         self._solver = solver
         self._bar = bar
-        self.counted: list[D] = []
+        self.counted: list[Design] = []
         self._refused: list[Exception] = []
         # Best design for each set of open nodes, or None if it counts or does not exist.
-        self._uncounted: dict[bytes, D | None] = {}
+        self._uncounted: dict[bytes, Design | None] = {}
 
     @property
-    def best(self) -> D | None:
+    def best(self) -> Design | None:
         """The best design so far."""
         return max(self.counted, key=lambda design: design.value, default=None)
 
@@ -184,7 +157,7 @@ class DesignSearch(Generic[D]):
             self._refused.insert(0, SolverError(why))
         return [limit.open for limit in limits]
 
-    def _largest_that_counts(self, open_nodes: OpenNodes, largest: D) -> None:
+    def _largest_that_counts(self, open_nodes: OpenNodes, largest: Design) -> None:
         """Find the largest size at which the best design counts, by bisection.
 
         A size at which no design obeys the constraints is too small.
@@ -209,7 +182,7 @@ class DesignSearch(Generic[D]):
             else:
                 share = high.share * SEARCH.shrink
 
-    def _smaller(self, open_nodes: OpenNodes, largest: D, share: float) -> D | None:
+    def _smaller(self, open_nodes: OpenNodes, largest: Design, share: float) -> Design | None:
         """The best design whose size is at most a share of the size of another design.
 
         None if no such design exists.
@@ -219,13 +192,13 @@ class DesignSearch(Generic[D]):
         except (ModelError, SolverError):
             return None
 
-    def _limits(self, design: D, open_nodes: OpenNodes) -> list[ShakedownLimit]:
+    def _limits(self, design: Design, open_nodes: OpenNodes) -> list[ShakedownLimit]:
         """The limits with a design built in; empty if all nodes are closed and stay closed."""
         if np.any(open_nodes) or design.touches:
             return limits_of(design._questions, self._solver)
         return []
 
-    def _keep(self, design: D) -> None:
+    def _keep(self, design: Design) -> None:
         """Keep a design that counts, and the best one for an interrupt."""
         self.counted.append(design)
         best = self.best
@@ -253,7 +226,7 @@ def limits_of(questions: Sequence[Question], solver: str | None) -> list[Shakedo
     return limits
 
 
-def _counts(design: Candidate, open_nodes: OpenNodes, limits: Sequence[ShakedownLimit]) -> bool:
+def _counts(design: Design, open_nodes: OpenNodes, limits: Sequence[ShakedownLimit]) -> bool:
     """Whether the limit with a design built in reaches the load factor of its program.
 
     With all nodes closed this is always so.

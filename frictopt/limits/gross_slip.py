@@ -129,7 +129,7 @@ class GrossSlip(Explained):
         if self._asked is None:
             return None
         # Imported here, because cvxpy is slow to import, and answers do not need it.
-        from .corner_listing import corner_problem
+        from .listing import corner_problem
 
         return corner_problem(self._asked, self.load_factor, self._forces)
 

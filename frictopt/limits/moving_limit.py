@@ -8,10 +8,13 @@
   pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
 
 A state of rest exists at a load factor if and only if the ordinary question has a safe slip there.
+At a given load factor this is so, too, if it scales normal loads, and if fixed parts differ between
+the corners: it then decides which nodes open and close, and when.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,7 +23,8 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from .corners import vertices_of_hull
 from .mechanism import Mechanism
-from .moving_areas import MovingAreas
+from .moving_areas import MovingAreas, areas_at, holds_for_all_openings
+from .normal_path import NoPath
 from .question import Question, pose
 from .shakedown_answer import ShakedownAnswer
 
@@ -179,3 +183,46 @@ def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -
     for j, at in enumerate(instants):
         moves[at, :, nodes] += motion.moves[j].T
     return Mechanism(moves, areas.friction)
+
+
+def moving_areas_at(question: Question, load_factor: float) -> MovingAreas | None:
+    """The areas at a load factor, if loads alone open and close some nodes; else None.
+
+    A contact without friction at all nodes has the areas that it has with friction.
+    """
+    asked = question
+    if not question.friction.any():
+        asked = replace(question, friction=np.ones_like(question.friction))
+    if not holds_for_all_openings(asked):
+        return None
+    try:
+        areas = areas_at(question, load_factor)
+    except NoPath:
+        return None
+    return areas if areas.at_instant.touching.any() else None
+
+
+def safe_with_moving_areas(
+    question: Question, load_factor: float, safe_slip_of: Callable[[Question, float], Any]
+) -> Any:
+    """The `SafeSlip`, if loads alone open and close nodes at the load factor; else None.
+
+    It is also None if no node has friction, and no slip is safe.
+
+    `safe_slip_of` is the safe slip of an ordinary question. SolverError if the states at the
+    instants of a safe slip violate the contact law by more than 1e-9.
+    """
+    areas = moving_areas_at(question, load_factor)
+    if areas is None:
+        return None
+    ordinary, instants = ordinary_question(areas)
+    safe = safe_slip_of(ordinary, load_factor)
+    if not safe.exists and not question.friction.any():
+        # Without friction a state of rest need not stop the slip of nodes that press.
+        return None
+    motion = at_all_instants(safe._motion, areas, instants)
+    record = safe.record
+    if safe.exists:
+        record = checked_at_instants("safe slip", areas, load_factor, safe.slip, record)
+    slip = areas.completed(load_factor, safe.slip)
+    return replace(safe, slip=slip, record=record, _question=areas, _motion=motion)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ..contact import LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
 from .assembled import least_pressure
 from .question import Question
-from .solution import Solution, solve
+from .solution import Judged, Solution, solve
 
 # A closed node tends to open if its pressure is at most this share of the mean force. An open node
 # tends to close if its gap is at most this share of the clearance.
@@ -74,23 +73,16 @@ def stays_closed(question: Question, load_factor: float) -> bool:
     for node in np.argsort(question.r0[:, -1].min(axis=0)).tolist():
         program = least_pressure(question, node, load_factor)
         try:
-            pressure, _ = solve(program, "pressure", -1.0, _Pressure.of)
+            proven, _ = solve(program, "pressure", -1.0, _least_pressure)
         except SolverError:
             return False
-        assert pressure is not None
-        if not pressure.least > RESIDUAL * question.force:
+        assert proven is not None
+        if not proven.said > RESIDUAL * question.force:
             return False
     return True
 
 
-class _Pressure(NamedTuple):
-    """A lower bound of a normal force, and the distance of the bound from the value."""
-
-    least: float
-    residual: float
-
-    @classmethod
-    def of(cls, solution: Solution) -> _Pressure:
-        """The proven bound of a solution."""
-        bound, defect = solution.bound
-        return cls(bound - defect, solution.gap)
+def _least_pressure(solution: Solution) -> Judged:
+    """The proven lower bound of a normal force."""
+    bound, defect = solution.bound
+    return Judged(bound - defect, solution.gap)

@@ -8,7 +8,7 @@ linear programs then follow each other.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from .question import pose, with_open
 from .reasons import nothing_with_events
 from .settled_order import Settled
 from .shakedown_answer import ShakedownAnswer
-from .solution import Solution, solve
+from .solution import Judged, Solution, solve
 
 
 @dataclass(frozen=True)
@@ -143,24 +143,18 @@ def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
     about = About(settled.load_factor, settled.shares)
     for _ in range(PRODUCTS.programs):
         program = ordered_program(question, about=about)
-        solution, _ = solve(program, "load_factor", 1.0, _Placed.of, limits.solver)
-        assert solution is not None
-        placed, _, _ = read_order(question, solution.solution)
-        change = abs(solution.solution.load_factor - about.load_factor) / question.load_unit
+        judged, _ = solve(program, "load_factor", 1.0, _judged, limits.solver)
+        assert judged is not None
+        placed, _, _ = read_order(question, judged.said)
+        load_factor = judged.said.load_factor
+        change = abs(load_factor - about.load_factor) / question.load_unit
         moved = np.abs(np.subtract(placed.shares, about.places)).max()
-        about = About(solution.solution.load_factor, placed.shares)
+        about = About(load_factor, placed.shares)
         if max(change, moved) <= PRODUCTS.stays:
             break
     return replace(limits.of_order(question, program, 1.0), bound=np.inf)
 
 
-class _Placed(NamedTuple):
+def _judged(solution: Solution) -> Judged:
     """A solution of a linearised program, which counts if its multipliers prove its optimum."""
-
-    solution: Solution
-    residual: float
-
-    @classmethod
-    def of(cls, solution: Solution) -> _Placed:
-        """The solution with the distance of its bound."""
-        return cls(solution, solution.gap)
+    return Judged(solution, solution.gap)

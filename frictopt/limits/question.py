@@ -419,7 +419,7 @@ def _question(
         p1=p1,
         w0=w0,
         w1=w1,
-        **units_of(system, friction, open_nodes, r0, r1)._asdict(),
+        **units_of(system, friction, open_nodes, r0, r1),
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base import ROUNDING, Array, Integers, LimitKind, number_of, place
+from ..base import ROUNDING, Array, LimitKind, number_of, place
 from ..contact import ContactSystem, other_laws
 from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
@@ -13,6 +13,7 @@ from .critical_search import NodeClaim
 from .elastic import is_held
 from .load_path import may_open_and_close, path_of
 from .moving_areas import MovingAreas
+from .question import Question
 from .sentences import (
     AT_EVERY_LOAD,
     BELONGS_TO_MESH,
@@ -101,17 +102,16 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
         slips = question.slipping(0) if node is None else node
         cause = _mean_load(limit)
         if slips is not None:
-            cause = CLOSES_OTHERWISE(node=slips, contact=in_contact(question.system, slips))
+            cause = CLOSES_OTHERWISE(**_at(question, slips))
         return NO_STATE_OF_REST(above="", cause=cause)
     if node is not None:
         sentence = SLIPS_BUT_AT_ONE if limit.load_factor > 0 else SLIPS_AT_ANY
-        return sentence(starts=starts, node=node, contact=in_contact(question.system, node))
+        return sentence(starts=starts, **_at(question, node))
     if not limit.load_factor > 0:
         weak = limit._ruling
-        cause = TOO_LITTLE_PRESSURE(node=weak, contact=in_contact(question.system, weak))
+        cause = TOO_LITTLE_PRESSURE(**_at(question, weak))
         return NO_STATE_OF_REST(above=" above 0", cause=cause)
-    moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
-    return MOVES(nodes=_named(question.system, moving), below=below)
+    return MOVES(nodes=_moving(question), below=below)
 
 
 def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, lifted: bool) -> str:
@@ -129,28 +129,33 @@ def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, l
         node = following.slipping(0) if node is None else node
         cause = IN_ANOTHER_ORDER()
         if node is not None:
-            cause = CLOSES_ABOVE(node=node, contact=in_contact(question.system, node))
+            cause = CLOSES_ABOVE(**_at(question, node))
     elif lifted:
         cause = LIFTED_OFF()
     elif isinstance(question, MovingAreas):
-        moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
-        cause = IN_THIS_ORDER(nodes=_named(question.system, moving))
+        cause = IN_THIS_ORDER(nodes=_moving(question))
     else:
         return ""
     return LAST_REST(cause=cause, below=below)
 
 
-def _named(system: ContactSystem, nodes: Integers) -> str:
-    """Some nodes by their numbers; of many the first and the last ones."""
-    numbers = [str(node) for node in nodes.tolist()]
-    if len(numbers) == 1:
-        return f"node {numbers[0]}{in_contact(system, nodes[0])}"
+def _at(question: Question, node: int) -> dict[str, object]:
+    """The values of a sentence on a node."""
+    return {"node": node, "contact": in_contact(question.system, node)}
+
+
+def _moving(question: MovingAreas) -> str:
+    """The nodes that open and close, by their numbers; of many the first and the last ones."""
+    nodes = np.flatnonzero(question.at_instant.touching.any(axis=0))
+    contact = in_contact(question.system, nodes)
+    *numbers, last = (str(node) for node in nodes.tolist())
+    if not numbers:
+        return f"node {last}{contact}"
     # A sentence lists up to six nodes one by one.
-    longest = 6
-    if len(numbers) > longest:
-        shown = ", ".join([*numbers[:2], "...", *numbers[-2:]])
-        return f"{len(numbers)} nodes ({shown})"
-    return f"nodes {', '.join(numbers[:-1])} and {numbers[-1]}{in_contact(system, nodes)}"
+    if len(nodes) > 6:
+        shown = ", ".join([*numbers[:2], "...", numbers[-1], last])
+        return f"{len(nodes)} nodes ({shown})"
+    return f"nodes {', '.join(numbers)} and {last}{contact}"
 
 
 def governing_node(limit: ShakedownAnswer) -> str:
@@ -162,13 +167,12 @@ def governing_node(limit: ShakedownAnswer) -> str:
     if limit.kind is not LimitKind.FINITE:
         return ""
     node = limit._ruling
-    contact = in_contact(question.system, node)
     if question.compliance is not None:
         if _is_at_mesh_border(limit, node):
-            return BELONGS_TO_MESH(node=node, contact=contact)
+            return BELONGS_TO_MESH(**_at(question, node))
         return ""
     if limit._rated and question.r0[:, -1, node].max() < 0:
-        return ONLY_SLIP_PRESSES(node=node, contact=contact)
+        return ONLY_SLIP_PRESSES(**_at(question, node))
     return ""
 
 
@@ -237,13 +241,12 @@ def _weak_node(limit: ShakedownAnswer) -> str:
     """The sentence on a node that resists no cyclic load, or an empty string."""
     question = limit._question
     node = limit._ruling
-    contact = in_contact(question.system, node)
     if _slides_freely(limit):
-        return NO_FRICTION(node=node, contact=contact)
+        return NO_FRICTION(**_at(question, node))
     sheared = _shears(limit)
     alone = set(limit.mechanism["node"]) == {node}
     if alone and np.abs(question.r0[:, -1, node]).max() <= ROUNDING * question.force:
-        return NO_PRESSURE(node=node, contact=contact, moves="shears" if sheared else "lifts")
+        return NO_PRESSURE(**_at(question, node), moves="shears" if sheared else "lifts")
     return ""
 
 
@@ -317,9 +320,8 @@ def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
     """The corners at which the critical node is on its bound, and the consequences."""
     question = shakedown._question
     node = best.state.node
-    contact = in_contact(question.system, node)
     bounds = _bounds(best, question.cycle.corner_names)
-    reason = shakedown._opened + CRITICAL(node=node, contact=contact, bounds=bounds)
+    reason = shakedown._opened + CRITICAL(**_at(question, node), bounds=bounds)
     if best.above is not None:
         reason += AT_EVERY_LOAD(least=shakedown.least)
     if shakedown.constraints:
@@ -389,7 +391,7 @@ def _cause_of_slip(areas: MovingAreas, load_factor: float) -> str:
     node = areas.slipping_at(load_factor)
     if node is None:
         return TOO_LITTLE_FRICTION()
-    return CLOSES_OTHERWISE(node=node, contact=in_contact(areas.system, node))
+    return CLOSES_OTHERWISE(**_at(areas, node))
 
 
 def where(system: ContactSystem, nodes: Array, most_places: int) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base import Bar, Booleans, Table, frame
 from ..errors import SolverError
-from .moving_safe_slip import moving_areas_at
+from .moving_limit import moving_areas_at
 from .question import Question, with_friction, with_open
 from .safe_slip import SafeSlip, SafeSlips
 

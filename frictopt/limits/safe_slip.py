@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from ..base import (
     ROUNDING,
     Array,
-    Booleans,
     SolveRecord,
     Table,
     finite_number,
@@ -28,7 +27,7 @@ from ..solve.solvers import LP, SOCP, solver_order
 from . import assembled
 from .answered import Proven, answered
 from .lift_off import LiftOff
-from .moving_safe_slip import safe_with_moving_areas
+from .moving_limit import safe_with_moving_areas
 from .order_search import check_events
 from .ordered import ordered_program, read_order, solved_order
 from .proven_again import check_margin, reserve_of
@@ -133,8 +132,6 @@ class SafeSlips:
         self._limits = ShakedownLimits(solver)
         self.solver = solver
         self._unknowns = unknowns
-        # Friction, load factor and sufficient limit of the last search, and its open nodes.
-        self._last: tuple[tuple[bytes, float, float], Booleans] | None = None
 
     def of_question(
         self,
@@ -166,18 +163,14 @@ class SafeSlips:
                 closed = self.of_set(question, load_factor)
         if closed is not None and closed.exists:
             return closed
-        limit = None
-        if events:
-            limit = self._limits.of_any_set(question, start_by=load_factor, enough=enough)
-            open_nodes = limit.open
-        else:
-            open_nodes = self._best_open_nodes(question, load_factor, enough)
+        limit = self._limits.of_any_set(question, start_by=load_factor, enough=enough)
+        open_nodes = limit.open
         safe = closed
         if safe is None or open_nodes.any():
             opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
             safe = self.of_set(opened, load_factor, user)
-        if safe.exists or limit is None:
+        if safe.exists or not events:
             return safe
         return self._with_events(limit, load_factor) or safe
 
@@ -192,14 +185,6 @@ class SafeSlips:
             with suppress(SolverError):
                 return self._of_order(ordered, load_factor)
         return None
-
-    def _best_open_nodes(self, question: Question, load_factor: float, enough: float) -> Booleans:
-        """The best open nodes of which the least safe load factor is <= `load_factor`."""
-        key = question.friction.tobytes(), load_factor, enough
-        if self._last is None or self._last[0] != key:
-            limit = self._limits.of_any_set(question, start_by=load_factor, enough=enough)
-            self._last = key, limit.open
-        return self._last[1]
 
     def of_set(self, question: Question, load_factor: float, user: Any = None) -> SafeSlip:
         """The slip with the largest margin, with the open nodes of the question."""

@@ -6,7 +6,7 @@ Free slides of the body as a whole are excluded.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..solve.answer import answer
 from ..solve.solvers import NoOptimum
 from . import assembled
 from .question import Question, pose
-from .solution import Solution
+from .solution import Judged, Solution
 
 
 @warns_of_odd_values
@@ -80,9 +80,9 @@ def furthest(
     """
     program = assembled.furthest(question, load_factor)
 
-    def checked(x: Array, y: Array) -> Furthest:
+    def checked(x: Array, y: Array) -> Judged:
         slip = Solution(program, x, y[program.slides :], "").slip_of_nodes
-        return Furthest(slip, question.violation(load_factor, slip))
+        return Judged(slip, question.violation(load_factor, slip))
 
     unit = np.tile(question.shear_unit / question.node_unit, question.system.tangents)
     slips: list[Array | None] = []
@@ -93,14 +93,7 @@ def furthest(
         cost[slip.shear] = -(unit * along / largest)[slip.elastic.slips]
         try:
             found, _ = answer(program.with_cost(cost), checked)
-            slips.append(None if found is None else found.slip)
+            slips.append(None if found is None else found.said)
         except NoOptimum:
             slips.append(None)
     return slips
-
-
-class Furthest(NamedTuple):
-    """The slip that goes furthest, and how much it violates the contact law."""
-
-    slip: Array
-    residual: float

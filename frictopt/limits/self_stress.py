@@ -15,6 +15,7 @@ find the load.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -38,10 +39,8 @@ class SlidingOffSearch:
     growth: float = 4.0
     # Number of times that the load factor shrinks before the answer is 0.
     most_shrinks: int = 10
-    # Parts of a bracket, which are tried from below.
-    parts: int = 8
-    # Width of the last bracket, over its upper end, in the plane and in space.
-    tolerance: tuple[float, float] = (2e-4, 2e-3)
+    # Width of the last bracket, over its upper end.
+    tolerance: float = 2e-4
     # Increments from corner to corner in space.
     steps_in_space: int = 2
 
@@ -77,7 +76,6 @@ def sliding_off(
     from ..transients.steady import steady_without_step_error
 
     steps = SEARCH.steps_in_space if system.tangents == 2 else None
-    tolerance = SEARCH.tolerance[system.tangents - 1]
 
     def follow_first_cycle(load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps).start()
@@ -88,11 +86,8 @@ def sliding_off(
     def follow_all_cycles(load_factor: float) -> None:
         steady_without_step_error(system, cycle, friction, load_factor, None, steps)
 
-    def end_in_first_cycle(load_factor: float) -> str:
-        return _end_of(follow_first_cycle, load_factor)
-
-    def end_in_any_cycle(load_factor: float) -> str:
-        return _end_of(follow_all_cycles, load_factor)
+    end_in_first_cycle = partial(_end_of, follow_first_cycle)
+    end_in_any_cycle = partial(_end_of, follow_all_cycles)
 
     if np.isfinite(statics):
         start = SEARCH.start * statics
@@ -108,7 +103,7 @@ def sliding_off(
         with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
             # The first cycle takes little time, also near the load that is sought, and nearly
             # always decides.
-            for bracket in _approached(end_in_first_cycle, start, end, tolerance):
+            for bracket in _approached(end_in_first_cycle, start, end):
                 known = bracket
                 bar.best = f"they reach {known.low:.4g}"
             why = end_in_any_cycle(known.low) if known.low > 0 else ""
@@ -116,7 +111,7 @@ def sliding_off(
             if why:
                 known = Bracket(0.0, known.low, why)
                 first = SEARCH.start * known.high
-                for bracket in _approached(end_in_any_cycle, first, known.high, tolerance):
+                for bracket in _approached(end_in_any_cycle, first, known.high):
                     known = bracket
                     bar.best = f"they reach {known.low:.4g}"
     except OutOfTime:
@@ -141,61 +136,23 @@ def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
     return constant / cyclic if constant > 0 and cyclic > 0 else 1.0
 
 
-def _approached(
-    end_at: Callable[[float], str], start: float, end: float, tolerance: float
-) -> Iterator[Bracket]:
+def _approached(end_at: Callable[[float], str], start: float, end: float) -> Iterator[Bracket]:
     """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
 
-    A transient that continues takes far less time than a transient that finds no continuation. So
-    the load factor is approached from below.
+    Load factors shrink or grow until one of each kind is known. Then the bracket is halved.
     """
     bracket = Bracket(0.0, np.inf, "")
-    for first in _first_brackets(end_at, start, end):
-        bracket = first
-        yield bracket
-    if bracket.low == 0 or not bracket.why:
-        return
-    while bracket.high - bracket.low > tolerance * bracket.high:
-        for narrower in _parts(end_at, bracket):
-            bracket = narrower
-            yield bracket
-
-
-def _first_brackets(end_at: Callable[[float], str], start: float, end: float) -> Iterator[Bracket]:
-    """Brackets up to the first one that has a load factor below and one above, if there is one."""
-    why = end_at(start)
-    if why:
-        high = start
-        for _ in range(SEARCH.most_shrinks):
-            yield Bracket(0.0, high, why)
-            low = high / SEARCH.growth
-            why_below = end_at(low)
-            if not why_below:
-                yield Bracket(low, high, why)
-                return
-            high, why = low, why_below
-        yield Bracket(0.0, high, why)
-        return
-    low = start
-    while low < end:
-        yield Bracket(low, np.inf, "")
-        high = min(SEARCH.growth * low, end)
-        why = end_at(high)
-        if why:
-            yield Bracket(low, high, why)
-            return
-        low = high
-    yield Bracket(end, np.inf, "")
-
-
-def _parts(end_at: Callable[[float], str], bracket: Bracket) -> Iterator[Bracket]:
-    """The bracket after each trial of its parts, from below up to the first part with an end."""
-    low = bracket.low
-    width = (bracket.high - bracket.low) / SEARCH.parts
-    for trial in (bracket.low + width * np.arange(1, SEARCH.parts)).tolist():
+    trial = start
+    smallest = start / SEARCH.growth**SEARCH.most_shrinks
+    while bracket.low < min(end, (1 - SEARCH.tolerance) * bracket.high):
         why = end_at(trial)
-        if why:
-            yield Bracket(low, trial, why)
+        bracket = Bracket(bracket.low, trial, why) if why else replace(bracket, low=trial)
+        yield bracket
+        if np.isinf(bracket.high):
+            trial = min(SEARCH.growth * bracket.low, end)
+        elif bracket.low > 0:
+            trial = (bracket.low + bracket.high) / 2
+        elif bracket.high > smallest:
+            trial = bracket.high / SEARCH.growth
+        else:
             return
-        low = trial
-        yield Bracket(low, bracket.high, bracket.why)

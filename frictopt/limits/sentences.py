@@ -329,8 +329,9 @@ LARGER_DESIGNS_OPEN = Sentence(
 _RIGID_MOTIONS = (
     "the system has these supports and loads; its stiffness matters only by its rigid motions"
 )
-_FOUND_NOT_PROVEN = "computed, not proven: from another start, the bodies may slide off at "
-"another load factor"
+_FOUND_NOT_PROVEN = (
+    "computed, not proven: from another start, the bodies may slide off at another load factor"
+)
 HELD = Sentence(
     "supports hold the bodies, so the contact need not prevent any rigid motion",
     assumes="the stiffness has no rigid motion that only the contact prevents",

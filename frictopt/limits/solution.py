@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
@@ -21,6 +21,13 @@ from .mechanism import Mechanism
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram
 from .solved import OPTIMAL, Solved
+
+
+class Judged(NamedTuple):
+    """What a solution says, and the residual of the claim."""
+
+    said: Any
+    residual: float
 
 
 @dataclass(frozen=True, eq=False)

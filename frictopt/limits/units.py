@@ -5,7 +5,7 @@ t + 1, N) are the reactions of the scaled loads at load factor 1. `closed` (N,) 
 closed nodes.
 """
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,22 +13,10 @@ from ..base import CONDENSATION, Array, Booleans
 from ..contact import ContactSystem
 
 
-class Units(NamedTuple):
-    """The units of a question, see the fields of `Question` of the same names."""
-
-    force: float
-    mean_bound: float
-    mean_pressure: Array
-    load_unit: float
-    node_unit: Array
-    shear_unit: Array
-    clearance: float
-
-
 def units_of(
     system: ContactSystem, friction: Array, open_nodes: Booleans, r0: Array, r1: Array
-) -> Units:
-    """The units, from the reactions of the closed nodes."""
+) -> dict[str, Any]:
+    """The units, see the fields of `Question` of these names."""
     closed = ~open_nodes
     force = _mean_force(r0, r1, closed)
     mean_bound = _mean_bound(r0, friction, closed, force)
@@ -43,15 +31,15 @@ def units_of(
     normal_stiffness = float(np.diag(system.C).mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:
         normal_stiffness = system.stiffness_scale
-    return Units(
-        force=force,
-        mean_bound=mean_bound,
-        mean_pressure=mean_bound / np.maximum(friction, least_friction),
-        load_unit=_load_unit(r0, r1, friction, closed, force),
-        node_unit=node_unit,
-        shear_unit=node_unit * np.where(small_cones, friction, 1.0),
-        clearance=mean_bound / normal_stiffness,
-    )
+    return {
+        "force": force,
+        "mean_bound": mean_bound,
+        "mean_pressure": mean_bound / np.maximum(friction, least_friction),
+        "load_unit": _load_unit(r0, r1, friction, closed, force),
+        "node_unit": node_unit,
+        "shear_unit": node_unit * np.where(small_cones, friction, 1.0),
+        "clearance": mean_bound / normal_stiffness,
+    }
 
 
 def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:

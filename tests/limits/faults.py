@@ -109,7 +109,7 @@ FAULTS = (
         tests="rest_intervals",
     ),
     Fault(
-        "limits/moving_safe_slip.py",
+        "limits/moving_limit.py",
         "areas without friction do not move",
         old="not question.friction.any()",
         new="False",
@@ -222,7 +222,7 @@ FAULTS = (
         tests="moving_safe_slip",
     ),
     Fault(
-        "limits/moving_safe_slip.py",
+        "limits/moving_limit.py",
         "the areas are those of another load factor",
         old="areas_at(question, load_factor)",
         new="areas_at(question, 0.5 * load_factor)",
