@@ -43,14 +43,13 @@ class CornerAnswer:
     The load factor is NaN if none has forces that balance the load.
     """
 
-    corner: int
+    asked: CornerQuestion
     load_factor: float
     bound: float
-    phi: Array
     residual: float
-    record: SolveRecord
-    asked: CornerQuestion
+    phi: Array
     forces: Array  # (M,) that balance the load factor; NaN without one
+    record: SolveRecord = SolveRecord()
 
 
 def corner_answer(asked: CornerQuestion) -> CornerAnswer:
@@ -72,33 +71,35 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     balance = balance_rows(N, r0, r1, sizes)
     one = np.ones(1)
     at_least_0 = rows_of("load_factor", LINEAR, [[(np.array([M]), one)]], 0.0 * one, unit * one)
-    no_forces = np.full(M, np.nan)
     cost = np.zeros(M + 1)
     cost[M] = -sense
     program = program_of([balance, *rows, at_least_0], units, cost)
 
     def claim(
-        load_factor: float, bound: float, phi: Array, residual: float, forces: Array = no_forces
+        load_factor: float,
+        bound: float,
+        residual: float,
+        y: Array | None = None,
+        forces: Array | None = None,
     ) -> CornerAnswer:
-        record = SolveRecord(residual=residual)
-        return CornerAnswer(asked.corner, load_factor, bound, phi, residual, record, asked, forces)
-
-    def moved(
-        load_factor: float, bound: float, y: Array, residual: float, forces: Array = no_forces
-    ) -> CornerAnswer:
-        """The answer with the motion of the multipliers, and how far it is no rigid mechanism.
+        """The claim with the motion of multipliers, and how far it is no rigid mechanism.
 
         It strains the bodies, or lifts nodes less than friction needs.
         """
-        phi = -N @ (y[: N.shape[1]] / sizes)
-        size = float(np.linalg.norm(phi.reshape(-1, system.nodes), axis=0).max())
-        phi = phi / (size or np.nan)
-        *v, w = phi.reshape(-1, system.nodes)
-        # A node that shears off its surface need not rise.
-        lack = float((law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
-        stiffest = float(np.diag(system.S).max()) or 1.0
-        strain = float(np.abs(system.S @ phi).max()) / stiffest
-        return claim(load_factor, bound, phi, worst([residual, lack, strain]), forces)
+        phi = np.zeros(M)
+        if y is not None:
+            phi = -N @ (y[: N.shape[1]] / sizes)
+            size = float(np.linalg.norm(phi.reshape(-1, system.nodes), axis=0).max())
+            phi = phi / (size or np.nan)
+            *v, w = phi.reshape(-1, system.nodes)
+            # A node that shears off its surface need not rise.
+            lack = float((law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
+            stiffest = float(np.diag(system.S).max()) or 1.0
+            strain = float(np.abs(system.S @ phi).max()) / stiffest
+            residual = worst([residual, lack, strain])
+        if forces is None:
+            forces = np.full(M, np.nan)
+        return CornerAnswer(asked, load_factor, bound, residual, phi, forces)
 
     def claimed(x: Array, y: Array) -> CornerAnswer:
         value = float(x[M]) * unit
@@ -107,18 +108,17 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         bound = -sense * least_cost * unit
         gap = (abs(bound - value) + error * unit) / max(value, FLOOR * unit)
         residual = max(gap, program.violation(x))
-        forces = x[:M] * units[:M]
         # No motion needs to prove that a load factor is at least 0.
-        if value == 0 and sense < 0:
-            return claim(value, bound, np.zeros(M), residual, forces)
-        return moved(value, bound, y, residual, forces)
+        proof = None if value == 0 and sense < 0 else y
+        return claim(value, bound, residual, proof, x[:M] * units[:M])
 
     def without_optimum(outcome: str) -> CornerAnswer | None:
         found = infeasible(program)
         if found is not None:
-            return moved(np.nan, np.nan, *found)
-        error = unbounded(program)
-        return None if error is None else claim(np.inf, np.inf, np.zeros(M), error)
+            y, error = found
+            return claim(np.nan, np.nan, error, y)
+        grown = unbounded(program)
+        return None if grown is None else claim(np.inf, np.inf, grown)
 
     found, record = answer(program, claimed, no_optimum=without_optimum)
     assert found is not None

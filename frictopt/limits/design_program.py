@@ -20,7 +20,7 @@ from ..base import CONDENSATION, GROWN, Array, checked_loads, frozen, listed, sh
 from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError
 from ..solve.rows import LINEAR
-from .assembled import at_corners, within_slip_bound
+from .assembled import within_slip_bound
 from .design_search import NoneSafeError
 from .law_rows import law_rows
 from .question import Question, pose, with_open
@@ -230,38 +230,40 @@ def design_program(
     If `larger` is given, preloads are at most `share` times the largest preload of that design, and
     the profile at most `share` times its largest depth.
     """
+    program = _of_scenarios(choice, scenarios)
+    for number, question in enumerate(program.questions):
+        here = (program.response_of == number)[:, None]
+        law_rows(program, question, here & ~question.open_nodes, here & question.open_nodes)
+    if larger is not None:
+        sizes = {"preload": larger.preload.to_numpy(), "profile": larger.profile}
+        for name in choice.components:
+            _no_larger(program, name, share * float(np.abs(sizes[name]).max()))
+    return program
+
+
+def _of_scenarios(choice: Choice, scenarios: Sequence[Scenario], **units: float) -> RestProgram:
+    """The program at the corners of all scenarios, without friction; `units` of more unknowns."""
     questions = [scenario.question for scenario in scenarios]
     first = questions[0]
-    units = {"load_factor": first.load_unit, **choice.units(first)}
+    effects = {"load_factor": np.concatenate([question.rate for question in questions])}
+    of_design = [choice.effects(scenario) for scenario in scenarios]
+    for name in choice.components:
+        at_corners = list[Array]()
+        for question, reactions in zip(questions, of_design, strict=True):
+            by_unit = question.forces_of(reactions[name]).T  # (M, n)
+            at_corners.append(np.broadcast_to(by_unit, (len(question.r1), *by_unit.shape)))
+        effects[name] = np.concatenate(at_corners)
     counts = [len(question.r1) for question in questions]
-    starts, rates = [], []
-    effects: dict[str, list[Array]] = {name: [] for name in units if name != "load_factor"}
-    for scenario, count in zip(scenarios, counts, strict=True):
-        question = scenario.question
-        starts.append(np.broadcast_to(question.start, question.rate.shape))
-        rates.append(question.rate)
-        for name, reactions in choice.effects(scenario).items():
-            by_unit = question.forces_of(reactions).T  # (M, n)
-            effects[name].append(np.broadcast_to(by_unit, (count, *by_unit.shape)))
     program = RestProgram(
         questions,
-        units,
-        np.concatenate(starts),
-        {
-            "load_factor": np.concatenate(rates),
-            **{name: np.concatenate(parts) for name, parts in effects.items()},
-        },
+        {"load_factor": first.load_unit, **choice.units(first), **units},
+        np.vstack([np.broadcast_to(each.start, each.rate.shape) for each in questions]),
+        effects,
         slip_of=np.repeat(np.arange(len(counts)), counts),
     )
     program.bound("load_factor", "load_factor", 1.0, 0.0)
-    for number, question in enumerate(questions):
-        here = (program.response_of == number)[:, None]
-        law_rows(program, question, here & ~question.open_nodes, here & question.open_nodes)
+    for number in range(len(questions)):
         within_slip_bound(program, number)
-    if larger is not None:
-        sizes = {"preload": larger.preload.to_numpy(), "profile": larger.profile}
-        for name in effects:
-            _no_larger(program, name, share * float(np.abs(sizes[name]).max()))
     return program
 
 
@@ -284,16 +286,7 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
     question = scenario.question
     n = question.system.nodes
     most = n * question.force
-    program = at_corners(
-        question,
-        units={**choice.units(question), "pressing": most},
-        effects={
-            name: np.broadcast_to(
-                (by_unit := question.forces_of(reactions).T), (len(question.r1), *by_unit.shape)
-            )
-            for name, reactions in choice.effects(scenario).items()
-        },
-    )
+    program = _of_scenarios(choice, [scenario], pressing=most)
     program.row("pressing", {"pressing": -1.0, "preload": choice.reactions[-n:].sum(axis=0)})
     program.bound("most", "pressing", -1.0, _MOST_PRESSED * most)
     if user is not None:

@@ -275,7 +275,7 @@ class Words:
 
     def load(self, answer: CornerAnswer) -> str:
         """The corner of an answer."""
-        return f"the load at the corner ({self.question.cycle.corner_names[answer.corner]})"
+        return f"the load at the corner ({self.question.cycle.corner_names[answer.asked.corner]})"
 
     def motion(self, answer: CornerAnswer) -> str:
         """The motion of an answer."""
@@ -383,7 +383,7 @@ def _result(
     """The answer of the corner that governs, with the records of all programs."""
     phi = governs.phi.reshape(-1, question.system.nodes)
     corners = question.cycle.corner_names
-    idle = len(corners) - len({answer.corner for answer in answers})
+    idle = len(corners) - len({answer.asked.corner for answer in answers})
     left_out: tuple[str, ...] = ()
     if idle:
         left_out = (f"corners: {idle} of {len(corners)} are within the hull of the others",)
@@ -392,8 +392,8 @@ def _result(
         load_factor=governs.load_factor,
         bound=governs.bound,
         least=least,
-        corner=governs.corner if np.isfinite(phi).all() and phi.any() else -1,
-        loads=corners[governs.corner] if phi.any() else "",
+        corner=governs.asked.corner if np.isfinite(phi).all() and phi.any() else -1,
+        loads=corners[governs.asked.corner] if phi.any() else "",
         phi=phi,
         motion=motion_table(question.system, phi),
         reason=reason,

@@ -161,29 +161,20 @@ def _critical_state(
     ]
     if question.fixed:
         mean = [
-            cp.CallbackParam(partial(_minus_at_zero, loads, f, part), name=name)
+            cp.CallbackParam(partial(_needed, loads, f, 0, part), name=name)
             for part, name in enumerate(("c0", "rho0"))
         ]
+    shear = slice(0, 2) if shape else 0
     needed = [
-        cp.CallbackParam(partial(_shear, loads, f), shape, name="c"),
-        cp.CallbackParam(partial(_pressure, loads, f), name="rho"),
+        cp.CallbackParam(partial(_needed, loads, f, 1, shear), shape, name="c"),
+        cp.CallbackParam(partial(_needed, loads, f, 1, -1), name="rho"),
     ]
     return mean, needed
 
 
-def _minus_at_zero(loads: NodeLoads, f: cp.Parameter, part: int) -> float:
-    at_zero, _ = loads.added(_friction_of(loads, f))
-    return -float(at_zero[part])
-
-
-def _shear(loads: NodeLoads, f: cp.Parameter) -> Any:
-    _, rate = loads.added(_friction_of(loads, f))
-    return rate[0] if len(rate) == 2 else rate[:-1]
-
-
-def _pressure(loads: NodeLoads, f: cp.Parameter) -> float:
-    _, rate = loads.added(_friction_of(loads, f))
-    return float(rate[-1])
+def _needed(loads: NodeLoads, f: cp.Parameter, rate: int, part: Any) -> Any:
+    """A part of the rate of the reactions that a slip adds, or minus a part at load factor 0."""
+    return loads.added(_friction_of(loads, f))[rate][part] * (1.0 if rate else -1.0)
 
 
 def _friction_of(loads: NodeLoads, f: cp.Parameter) -> float:

@@ -38,17 +38,22 @@ class Mechanism:
     open: Booleans | None = None
 
     @classmethod
-    def of(cls, question: Question, moves: Array, press: Array) -> Mechanism:
-        """The mechanism of the moves (K, t + 1, N) of closed nodes, which open nodes follow.
+    def of(cls, question: Question, moves: Array) -> Mechanism:
+        """The mechanism of multipliers (K, M) of the forces, see `Question.response`.
 
-        `press` (K, M) are the forces with which open nodes touch.
+        Open nodes follow the closed ones. The multipliers of their gaps, if they are positive, are
+        forces with which they touch.
         """
+        shape = (len(moves), *question.r1.shape[1:])
         if question.compliance is None:
-            return cls(moves, question.friction)
-        flat = moves.reshape(len(moves), -1)
-        follow = (flat @ question.system.S + press) @ question.compliance
-        moves = moves - follow.reshape(moves.shape)
-        return cls(moves, question.friction * ~question.open_nodes, open=question.open_nodes)
+            return cls(moves.reshape(shape), question.friction)
+        normals = moves.shape[1] - question.system.nodes
+        opened = np.r_[np.zeros(normals, dtype=bool), question.open_nodes]
+        press = np.where(opened, moves.clip(0.0), 0.0)
+        moves = np.where(opened, 0.0, moves)
+        moves = moves - (moves @ question.system.S + press) @ question.compliance
+        friction = question.friction * ~question.open_nodes
+        return cls(moves.reshape(shape), friction, open=question.open_nodes)
 
     @property
     def size(self) -> Array:

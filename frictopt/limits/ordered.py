@@ -21,7 +21,6 @@ from ..solve.rows import EQUATION
 from .law_rows import law_rows
 from .lift_off import LiftOff, episodes, varying, way_of
 from .mechanism import Mechanism
-from .question import Question
 from .rest_program import RestProgram
 from .solution import Solution
 from .solved import Solved
@@ -246,7 +245,7 @@ def read_order(
 
     moves = np.zeros((len(question.sets), *question.r1.shape[1:]))
     for m, of_set in enumerate(question.sets):
-        moves[m] = _followed(of_set, solution.moves[m])
+        moves[m] = Mechanism.of(of_set, solution.moves[[m]]).moves[0]
     opened = np.array([of_set.open_nodes for of_set in question.sets])
     motion = Mechanism(moves, question.friction * ~opened, open=opened)
     return placed_question, question.slip_at_mean_load(first), motion
@@ -260,18 +259,6 @@ def solved_order(question: LiftOff, solution: Solution, goal: str, **values: Any
         axes = question.system.tangents
         values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T
     return solution.solved(goal, **values)
-
-
-def _followed(of_set: Question, moves: Array) -> Array:
-    """(t + 1, N) motions at an instant, with those of the open nodes, which follow."""
-    moves = moves.copy()
-    press = np.zeros_like(moves)
-    if of_set.compliance is not None:
-        opened = len(moves) - of_set.system.nodes + np.flatnonzero(of_set.open_nodes)
-        press[opened] = np.maximum(moves[opened], 0.0)
-        moves[opened] = 0.0
-    shape = (1, of_set.system.tangents + 1, of_set.system.nodes)
-    return np.asarray(Mechanism.of(of_set, moves.reshape(shape), press[None]).moves[0])
 
 
 def placed_order(question: LiftOff, places: Sequence[float], load_factor: float) -> LiftOff:

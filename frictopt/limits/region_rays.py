@@ -205,18 +205,12 @@ def _at_governing_corners(motion: Mechanism, units: Sequence[Question]) -> Mecha
     # Nodes that open without slip do so at the corner of the least pressure.
     least_pressed = r1[:, -1].argmin(axis=0)
     moves[least_pressed, -1, nodes] += motion.opening.sum(axis=0)
-    if first.compliance is None:
-        return Mechanism(moves, motion.friction)
-
-    # Open nodes follow without force, except for forces that keep them from touching.
-    open_nodes = first.open_nodes
-    S = first.system.S
-    moves[:, :, open_nodes] = 0.0
-    forces = motion.moves.reshape(len(motion.moves), -1) @ S
-    touching = -forces[:, -n:][:, open_nodes].sum(axis=0)
-    press = np.zeros((len(moves), len(S)))
-    narrowest = (first.w1 + second.w1).argmin(axis=0)
-    rows = np.flatnonzero(open_nodes) + len(S) - n
-    press[narrowest, rows] = touching.clip(0.0)
-    follow = (moves.reshape(len(moves), -1) @ S + press) @ first.compliance
-    return Mechanism(moves - follow.reshape(moves.shape), motion.friction, open=open_nodes)
+    if first.compliance is not None:
+        # Open nodes follow without force, except for forces that keep them from touching.
+        opened = np.flatnonzero(first.open_nodes)
+        forces = motion.moves.reshape(len(motion.moves), -1) @ first.system.S
+        touching = -forces[:, -n:][:, opened].sum(axis=0)
+        narrowest = (first.w1 + second.w1).argmin(axis=0)
+        moves[:, :, opened] = 0.0
+        moves[narrowest, -1, opened] = touching.clip(0.0)
+    return Mechanism.of(first, moves.reshape(len(moves), -1))

@@ -237,43 +237,40 @@ class Border:
     """
 
     points: list[BorderPoint]
-    unit: Array  # (2,) units of the amplitudes, in which intersections lose no digits
     unlimited: tuple[str, ...]
     reason: str
 
 
 def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: float) -> Border:
     """The border between the ends of the rays of each load alone."""
-    unit = np.ones(2)
     for point in (first, second):
         if np.isnan(point.limit.load_factor):
-            return Border([], unit, (), NO_AMPLITUDES(limit=point.limit.reason))
+            return Border([], (), NO_AMPLITUDES(limit=point.limit.reason))
     if np.isinf(first.limit.load_factor) and np.isinf(second.limit.load_factor):
-        return Border([], unit, rays.names, ALL_AMPLITUDES(limit=first.limit.reason))
+        return Border([], rays.names, ALL_AMPLITUDES(limit=first.limit.reason))
 
     # If one load is unlimited, the other one has the limit that it has alone: the region is convex
     # and closed.
     for load, point, limited in zip(rays.names, (first, second), (second, first), strict=True):
         if np.isinf(point.limit.load_factor):
-            return Border([limited], unit, (load,), ONE_UNLIMITED(load=load))
+            return Border([limited], (load,), ONE_UNLIMITED(load=load))
 
-    unit = np.array([first.limit.load_factor or 1.0, second.limit.load_factor or 1.0])
-    points = [first, *_points_between(rays, first, second, unit, tolerance), second]
+    points = [first, *_points_between(rays, first, second, tolerance), second]
     limit = first.limit
     reason = SIDES(opened=limit._opened, node_states=limit._question.node_states)
     if first.limit.load_factor == 0 and second.limit.load_factor == 0:
         reason = NO_AMPLITUDES_ABOVE_ZERO(limit=limit.reason)
-    return Border(points, unit, (), reason)
+    return Border(points, (), reason)
 
 
 def _points_between(
-    rays: Rays, left: BorderPoint, right: BorderPoint, unit: Array, tolerance: float
+    rays: Rays, left: BorderPoint, right: BorderPoint, tolerance: float
 ) -> list[BorderPoint]:
     """Points of the border between two points, one for each side between them.
 
     In space points are added until neighbouring lines meet close to the chord of their points.
     """
-    corner = meeting_point(left, right, unit)
+    corner = meeting_point(left, right)
     if corner is left.amplitudes or corner is right.amplitudes:
         return []
     if beyond_chord(left.amplitudes, right.amplitudes, corner) < tolerance:
@@ -283,13 +280,13 @@ def _points_between(
     if middle.limit.load_factor >= 1 - _ON_LINE:
         return [middle]
     return [
-        *_points_between(rays, left, middle, unit, tolerance),
+        *_points_between(rays, left, middle, tolerance),
         middle,
-        *_points_between(rays, middle, right, unit, tolerance),
+        *_points_between(rays, middle, right, tolerance),
     ]
 
 
-def meeting_point(left: BorderPoint, right: BorderPoint, unit: Array) -> Array:
+def meeting_point(left: BorderPoint, right: BorderPoint) -> Array:
     """The point where the lines of two neighbours meet.
 
     If the point of one neighbour is on the line of the other, the same array of this point is
@@ -302,8 +299,7 @@ def meeting_point(left: BorderPoint, right: BorderPoint, unit: Array) -> Array:
     if abs(right_off) <= _ON_LINE:
         return left.amplitudes
     try:
-        lines = np.array([left.line, right.line]) * unit
-        return np.asarray(unit * np.linalg.solve(lines, [left.bound, right.bound]))
+        return np.asarray(np.linalg.solve([left.line, right.line], [left.bound, right.bound]))
     except np.linalg.LinAlgError as parallel:
         error = max(abs(left_off), abs(right_off))
         raise SolverError(_DIFFER.format(error=error)) from parallel
@@ -337,7 +333,7 @@ class Side:
 def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
     """The region of a border; SolverError if a side misses its vertices."""
     points = border.points
-    ends = _ends(points, border.unit)
+    ends = _ends(points)
     sides = _sides(points, ends, bool(border.unlimited))
     error = max((side.error for side in sides), default=0.0)
     if error > 2 * _ON_LINE:
@@ -351,7 +347,7 @@ def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
     if gap > 0:
         reason += GAP_OF_SIDES(gap=gap)
     corners = domain(rays.mean, rays.parts, (1.0, 1.0)).corner_names
-    attempts = [attempt for limit in rays.limits for attempt in limit.record.attempts]
+    record, *others = (limit.record for limit in rays.limits)
     return SafeRegion(
         loads=rays.names,
         vertices=frozen(vertices),
@@ -362,10 +358,8 @@ def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
         gap=gap,
         reason=reason,
         record=replace(
-            rays.limits[0].record,
-            attempts=tuple(attempts),
+            record.joined(others, started),
             residual=max([error, *(point.limit.residual for point in points)]),
-            seconds=perf_counter() - started,
         ),
         _mean=rays.mean,
         _parts=rays.parts,
@@ -398,11 +392,11 @@ def _table(sides: Sequence[Side], unlimited: Booleans) -> Table:
     return frame(rows, names=["a", "b", "bound"])
 
 
-def _ends(points: Sequence[BorderPoint], unit: Array) -> list[Array]:
+def _ends(points: Sequence[BorderPoint]) -> list[Array]:
     """The ends of the sides: the outer points, and the meeting points of neighbouring lines."""
     if not points:
         return []
-    meeting = [meeting_point(left, right, unit) for left, right in pairwise(points)]
+    meeting = [meeting_point(left, right) for left, right in pairwise(points)]
     return [points[0].amplitudes, *meeting, points[-1].amplitudes]
 
 

@@ -176,14 +176,7 @@ class Solution:
     def motion(self) -> Mechanism:
         """The slip mechanism of the multipliers."""
         question = self.program.question
-        count = len(question.r1)
-        moves = self.moves[:count].copy()
-        press = np.zeros_like(moves)
-        if question.compliance is not None:
-            opened = moves.shape[1] - question.system.nodes + np.flatnonzero(question.open_nodes)
-            press[:, opened] = np.maximum(moves[:, opened], 0.0)
-            moves[:, opened] = 0.0
-        return Mechanism.of(question, moves.reshape(question.r1.shape), press)
+        return Mechanism.of(question, self.moves[: len(question.r1)])
 
     def solved(self, goal: str, **values: Any) -> Solved:
         """The program as data; `goal` names its listing, `values` are those of further unknowns."""

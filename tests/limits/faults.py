@@ -892,10 +892,10 @@ FAULTS = (
         tests="shakedown load_rates",
     ),
     Fault(
-        "limits/solution.py",
+        "limits/mechanism.py",
         "nodes that touch bound nothing",
-        old="np.maximum(moves[:, opened], 0.0)",
-        new="0.0 * moves[:, opened]",
+        old="moves.clip(0.0)",
+        new="0.0 * moves",
         tests="open_nodes load_rates",
     ),
     Fault(
