@@ -46,9 +46,6 @@ def _fill_row(row: Row, solved: Solved) -> None:
     value = _multipliers(row.label, solved)
     if value is None:
         return
-    if isinstance(row, cp.SOC):
-        row.dual_variables[0].save_value(np.asarray(value))
-        return
     shape = row.dual_variables[0].shape
     row.save_dual_value(np.reshape(value, shape, order="F"))
 

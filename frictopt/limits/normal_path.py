@@ -50,12 +50,6 @@ class NormalPath:
         following = np.roll(self.pressure, -1, axis=0)
         return np.asarray(self.pressure + following > 0)
 
-    def at_instants(self, corners: Array) -> Array:
-        """Values (M, ...) at the instants, of values (K, ...) that are linear between corners."""
-        part = self.part.reshape(-1, *[1] * (corners.ndim - 1))
-        following = np.roll(corners, -1, axis=0)
-        return np.asarray((1 - part) * corners[self.leg] + part * following[self.leg])
-
 
 class NoPath(Exception):
     """The normal problem has no solution, or many: nothing holds the bodies together."""
@@ -103,8 +97,7 @@ class _NormalProblem:
 
     def __init__(self, C: Array, corners: Array) -> None:
         self._C = C
-        self.force = PATH.zero * (float(np.abs(corners).max()) or 1.0)
-        self.length = self.force / (float(C.diagonal().max()) or 1.0)
+        self.force, self.length = _rounding(C, corners)
 
     def clean(self, pressure: Array, gap: Array) -> tuple[Array, Array]:
         """Pressures and gaps, their rounding set to zero."""
@@ -122,8 +115,7 @@ class _NormalProblem:
         pressure, gap = now
         touching = (pressure == 0) & (gap == 0)
         reactions = np.stack([first, change])
-        force = PATH.zero * (float(np.abs(change).max()) or 1.0)
-        length = force / (float(self._C.diagonal().max()) or 1.0)
+        force, length = _rounding(self._C, change)
         # Mostly each node whose pressure or gap comes to zero opens or closes.
         opened = opened ^ touching
         pressures, gaps = states(self._C, reactions, opened)
@@ -144,10 +136,14 @@ class _NormalProblem:
             motions = follow(self._C[np.ix_(opened, opened)], np.c_[across, change[opened]])
             C = C - across.T @ motions[:, :-1]
             rates = rates - across.T @ motions[:, -1]
-        rounding = PATH.zero * (float(np.abs(change).max()) or 1.0)
-        length = rounding / (float(C.diagonal().max()) or 1.0)
-        opened[touching] = _open_nodes(C, rates, rounding, length)
+        opened[touching] = _open_nodes(C, rates, *_rounding(C, change))
         return opened
+
+
+def _rounding(C: Array, reactions: Array) -> tuple[float, float]:
+    """The force and the length that count as zero, for a stiffness and reactions."""
+    force = PATH.zero * (float(np.abs(reactions).max()) or 1.0)
+    return force, force / (float(C.diagonal().max()) or 1.0)
 
 
 def follow(stiffness: Array, forces: Array) -> Array:

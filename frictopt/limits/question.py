@@ -177,13 +177,11 @@ class Question:
         pressures[self.open_nodes] = 0.0
         return shear, pressures, normal[self.open_nodes]
 
-    def carried(self, r: Array) -> Array:
-        """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
-        return _carried(self.system, self.open_nodes, self.compliance, r)
-
     def forces_of(self, r: Array) -> Array:
         """(K, M) forces, see `response`, from bonded reactions (K, M)."""
-        return self._forces(self.carried(r), _gaps_of_open(r, self.open_nodes, self.compliance))
+        system, opened, compliance = self.system, self.open_nodes, self.compliance
+        carried = _carried(system, opened, compliance, r)
+        return self._forces(carried, _gaps_of_open(r, opened, compliance))
 
     def reactions_of_slip(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` of the closed nodes that a residual slip adds, (N,) or (N, 2)."""

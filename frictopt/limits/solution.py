@@ -66,12 +66,6 @@ class Solution:
         return np.concatenate(references) + self.program.slip_at(self.x)
 
     @cached_property
-    def own(self) -> Array:
-        """Values of the unknowns of the user."""
-        units = self.program.own_units
-        return np.asarray(self.x[len(self.x) - len(units) :] * units)
-
-    @cached_property
     def _multipliers(self) -> Array:
         """(R,) multipliers of the rows in user units, for the goal in its unit."""
         unit = self.program.place(self.goal).unit

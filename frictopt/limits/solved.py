@@ -5,13 +5,10 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base import Array, kept
 from .question import Question
-
-if TYPE_CHECKING:
-    import cvxpy as cp
 
 OPTIMAL = "optimal"
 INFEASIBLE = "infeasible"
@@ -60,7 +57,3 @@ class Solved:
         """A solved program with the variables of the model that asks, and its `UserRows`."""
         solved = replace(self, unknowns=unknowns)
         return solved if user is None else user.listed(solved)
-
-    def with_problem(self, problem: cp.Problem, own: Mapping[str, Array]) -> Solved:
-        """A solved program with its problem, which has rows of the user, and their multipliers."""
-        return replace(self, problem=problem, own=own)

@@ -172,7 +172,7 @@ class UserRows:
                 printed = label_of(row)
                 unique = name if printed in taken or printed in own else printed
                 own[unique] = np.atleast_1d(np.array(dual, dtype=float))
-        return solved.with_problem(problem, own)
+        return replace(solved, problem=problem, own=own)
 
     def save(self, values: tuple[Array, Array]) -> None:
         """Put values of the own unknowns, and multipliers, into the rows of the user."""

@@ -6,7 +6,7 @@ FAULTS = (
     Fault(
         "limits/normal_path.py",
         "nodes that touch stay as they are",
-        old="opened[touching] = _open_nodes(C, rates, rounding, length)",
+        old="opened[touching] = _open_nodes(C, rates, *_rounding(C, change))",
         new="None",
         tests="moving_areas",
     ),
