@@ -3,7 +3,6 @@
 It has a cost, sparse rows and one dense block, in cones.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,8 +27,6 @@ class PolishSettings:
     steps: int = 8
     # Number of gaps between ratios of multiplier to slack that are tried.
     gaps: int = 4
-    # Largest number of revisions of the active rows and cones for each gap.
-    revisions: int = 4
     # Ratios are clipped to this number and its inverse.
     least_ratio: float = 1e-12
 
@@ -160,15 +157,18 @@ def polish(
 
     The ratio of multiplier to slack shows whether a row or cone is active: solvers leave it large
     if it is active and small if not. The widest gap between the ratios separates the two sets. If
-    this is wrong, the next gaps are tried, and the sets are revised by the solution. The answer is
-    the point with the smallest violation of the optimality conditions. The caller judges its
-    residual.
+    this is wrong, the next gaps are tried. The answer is the point with the smallest violation of
+    the optimality conditions. The caller judges its residual.
     """
     best = x, program.admissible(y)
     least = program.off(*best)
     with np.errstate(all="ignore"):  # a wrong guess may overflow, and `off` rejects it
         for share in _shares(program, x, y, settings):
-            for solution in _revised(program, x, y, share, settings):
+            at, slopes = _Active(program, x, y, share).solved(x, y, settings)
+            # If there are more active equations than unknowns, the multipliers are not unique, and
+            # the rough ones may be as good.
+            for multipliers in (slopes, y):
+                solution = at, program.admissible(multipliers)
                 off = program.off(*solution)
                 if off < least:
                     best = solution
@@ -176,26 +176,6 @@ def polish(
                 if least <= ROUNDING:
                     return best
     return best
-
-
-def _revised(
-    program: Arrays, x: Array, y: Array, share: float, settings: PolishSettings
-) -> Iterator[tuple[Array, Array]]:
-    """Solutions for the active rows and cones, which are revised until they no longer change.
-
-    If there are more active equations than unknowns, the multipliers are not unique, and the rough
-    ones may be as good.
-    """
-    at, slopes = x, y
-    before: list[Integers] | None = None
-    for _ in range(settings.revisions):
-        active = _Active(program, at, slopes, share)
-        if before is not None and all(map(np.array_equal, active.rows, before)):
-            return
-        at, slopes = active.solved(at, slopes, settings)
-        yield at, program.admissible(slopes)
-        yield at, program.admissible(y)
-        before = active.rows
 
 
 def _shares(program: Arrays, x: Array, y: Array, settings: PolishSettings) -> list[float]:
