@@ -37,21 +37,13 @@ class Condensed:
         dense = program.block[:, self._pivots]
         remaining = csr_array(rows[:, self._remaining])
         eliminated = (rows[:, width:], rows[:, self._pivots])
-        # Rows with more than a fifth of the unknowns would fill the sparse products, so they are
-        # treated as dense. Nodes that balance free bodies have such rows.
-        long = np.diff(remaining.indptr) > 0.2 * len(self._remaining)
-        count = int(long.sum())
-        chosen = csr_array(
-            (np.ones(count), (np.flatnonzero(long), np.arange(count))), shape=(len(long), count)
-        )
         # Stored by columns, because the equations of a step multiply its transpose.
-        self.block = np.empty((len(dense) + zero + count, len(self._remaining)), order="F")
+        self.block = np.empty((len(dense) + zero, len(self._remaining)), order="F")
         self.block[: len(dense)] = program.block[:, self._remaining]
         if zero:
             self.block[: len(dense)] += dense @ self._rest
-        self.block[len(dense) : len(dense) + zero] = self._rest
-        self.block[len(dense) + zero :] = remaining[long].toarray()
-        self.sparse = csr_array(hstack([remaining.multiply(~long[:, None]), *eliminated, chosen]))
+        self.block[len(dense) :] = self._rest
+        self.sparse = csr_array(hstack([remaining, *eliminated]))
         self.right = (
             program.right[program.zero :]
             - hstack(eliminated) @ np.r_[dense @ self._start, self._start]
