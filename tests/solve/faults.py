@@ -12,6 +12,13 @@ FAULTS = (
     ),
     Fault(
         "solve/interior_point.py",
+        "a bound waits for the optimum",
+        old="(pair[1].proven > above, pair[1].error)",
+        new="pair[1].error",
+        tests="set_search::test_a_set_is_given_up_as_early_in_any_unit_of_the_load",
+    ),
+    Fault(
+        "solve/interior_point.py",
         "multipliers without their defect prove a bound",
         old="self.bound + settings.surely * off / tau",
         new="self.bound",
