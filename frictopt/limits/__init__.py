@@ -26,7 +26,8 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   limit is `ShakedownLimits` in `shakedown.py`.
 - `answered.py`: what all answers share; `sentences.py`: the sentences of their reasons;
   `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
-  states; `proven_again.py`: answers of files are checked.
+  states; `proven_again.py`: answers of files are checked;
+  `last_resort.py`: plain cvxpy solves the printed problem if no answer of the arrays passes.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
 - `set_search.py`, `open_nodes.py`: the search of open nodes; `quick_bound.py` proves that a set

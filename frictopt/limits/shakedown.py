@@ -235,15 +235,19 @@ class ShakedownLimits:
                 return _none_safe(question)
             return without_limit(program, goal)
 
-        limit, record = solve(
-            program,
-            goal,
-            1.0,
-            claimed,
-            self.solver,
-            no_optimum=none,
-            above=above,
-        )
+        try:
+            limit, record = solve(
+                program, goal, 1.0, claimed, self.solver, no_optimum=none, above=above
+            )
+        except NoOptimum:
+            raise
+        except SolverError as error:
+            if self.solver is not None or user is not None or np.isfinite(largest):
+                raise
+            # Imported here, because cvxpy is slow to import.
+            from .last_resort import by_plain_cvxpy
+
+            limit, record = by_plain_cvxpy(question, claimed, error)
         if limit is None or limit.bound <= above:
             raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
         if limit._solved is None:
@@ -464,10 +468,11 @@ class ShakedownLimit(ShakedownAnswer):
         Inf if nodes open or close while fixed and scaled loads both vary: the program is then not
         convex, and proves no bound.
     record
-        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of the violation of
-        the contact law by `slip` at the corners and the relative distance of `bound`. The same two
-        errors of `least` count if it is above 0. Without a finite limit it is the error of the
-        proof.
+        Solver, attempts and time. If no answer of the arrays passes the checks, plain cvxpy solves
+        `problem`, and the solver is "cvxpy: CLARABEL". The `residual`, at most 1e-9, is the larger
+        of the violation of the contact law by `slip` at the corners and the relative distance of
+        `bound`. The same two errors of `least` count if it is above 0. Without a finite limit it is
+        the error of the proof.
     constraints
         Names of user constraints, and "objective" if you passed an objective. They are part of the
         program; slip, residual and bound take them into account.

@@ -4,17 +4,22 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import nnls
 
+from frictopt.errors import SolverError
+from frictopt.limits import last_resort
 from frictopt.solve import answer, by_cvxpy
 from frictopt.solve.solvers import OPTIMAL
 
 HONEST, TOLD, BY_CVXPY = answer.run, answer._solutions, by_cvxpy._run
 
 
-def lying(monkeypatch, lie):
+def lying(monkeypatch, lie, plain=False):
     """Let every optimum of a program of arrays pass through `lie(program, solver, x, y)`.
 
-    `lie` returns None, other x and multipliers instead, or a status.
+    `lie` returns None, other x and multipliers instead, or a status. With `plain`, plain cvxpy may
+    answer as the last resort.
     """
+    if not plain:
+        without_plain_cvxpy(monkeypatch)
 
     def run(program, name, above):
         status, x, y = HONEST(program, name, above)
@@ -30,8 +35,18 @@ def lying(monkeypatch, lie):
     monkeypatch.setattr(answer, "run", run)
 
 
+def without_plain_cvxpy(monkeypatch):
+    """Let plain cvxpy find nothing as the last resort."""
+
+    def nothing(problem, residual, kind):
+        raise SolverError("nothing")
+
+    monkeypatch.setattr(last_resort, "solve", nothing)
+
+
 def misread(monkeypatch, lie):
     """Let every answer pass through `lie(program, x, y)`, which changes it, and no polish repairs it."""
+    without_plain_cvxpy(monkeypatch)
 
     def solutions(form, x, y):
         for outcome, (found, multipliers) in TOLD(form, x, y):

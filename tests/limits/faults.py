@@ -948,6 +948,20 @@ FAULTS = (
         tests="limit_checks",
     ),
     Fault(
+        "limits/last_resort.py",
+        "plain cvxpy is believed",
+        old="claims[0].residual <= RESIDUAL",
+        new="True",
+        tests="limit_checks",
+    ),
+    Fault(
+        "limits/last_resort.py",
+        "both rows get the multiplier, whatever the shear force is",
+        old="own + rows.weights[: len(at)] * shears[0]",
+        new="own",
+        tests="limit_checks",
+    ),
+    Fault(
         "limits/shakedown.py",
         "an objective grows without a word",
         old="goal != 'load_factor'",

@@ -11,13 +11,20 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits import pose, shakedown
+from frictopt.limits import last_resort, pose, shakedown
 from frictopt.limits.critical_bounds import load_factor_bounds
 from frictopt.solve import solvers as policy
 from helpers.cases import few
 from helpers.guaranteed import least_by_node, random_cycle
-from helpers.liars import is_excess, lying, misread, persuasive, unpolished
-from helpers.spatial import single
+from helpers.liars import (
+    is_excess,
+    lying,
+    lying_by_cvxpy,
+    misread,
+    persuasive,
+    unpolished,
+)
+from helpers.spatial import CORNERS, random_contact, single
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 
 
@@ -43,6 +50,42 @@ def largest(program):
         program.right[:zero],
         **free,
     ).x
+
+
+@pytest.mark.parametrize("opened", [False, True], ids=["closed", "one open"])
+@pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
+def test_plain_cvxpy_answers_if_no_answer_of_the_arrays_passes(tangents, opened, monkeypatch):
+    """Plain cvxpy has the limit, its slip and its proof, and a wrong answer of it is refused.
+
+    Friction is low at one node, so that the pressure has a row of its own.
+    """
+    rng = np.random.default_rng(5)
+    if tangents == 1:
+        contact, cycle = random_system(rng, 4), CYCLE
+    else:
+        contact, cycle = random_contact(rng, 4), fo.LoadCycle({"mean": 1.0}, CORNERS)
+    open_nodes = np.zeros(4, dtype=bool)
+    if opened:
+        open_nodes[3] = True
+        contact = contact.with_gap(8.0 * open_nodes)
+    friction = [0.3, 0.005, 0.4, 0.2]
+    right = fo.shakedown_limit(contact, cycle, friction, open=open_nodes)
+    lying(monkeypatch, lambda program, name, x, y: "stopped", plain=True)
+    limit = fo.shakedown_limit(contact, cycle, friction, open=open_nodes)
+    assert limit.record.solver.startswith("cvxpy: CLARABEL")
+    assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
+    assert limit.bound == pytest.approx(right.load_factor, rel=1e-9)
+    assert limit._question.violation(limit.load_factor, limit.slip) <= 1e-9
+    assert limit.friction_rate == pytest.approx(right.friction_rate, rel=1e-6, abs=1e-9)
+
+    def longer(problem, name):
+        problem.var_dict["slip"].save_value(1.01 * problem.var_dict["slip"].value)
+
+    lying_by_cvxpy(monkeypatch, longer)
+    unpolished(monkeypatch)
+    monkeypatch.setattr(last_resort, "polish", lambda program, x, y: (x, y))
+    with pytest.raises(fo.SolverError, match="stopped"):
+        fo.shakedown_limit(contact, cycle, friction, open=open_nodes)
 
 
 def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):

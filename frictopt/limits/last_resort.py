@@ -1,0 +1,93 @@
+"""The last resort: plain cvxpy solves the printed problem of a limit, and the same proof judges it.
+
+It is asked if no answer of the arrays passes its checks. Its unknowns and multipliers are read as
+those of the arrays, so that polish and proof are the same. It knows Coulomb's law with friction at
+all nodes, without a slip bound and rows of users.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import cvxpy as cp
+import numpy as np
+
+from ..base import RESIDUAL, Array, SolveRecord
+from ..contact import other_laws
+from ..errors import SolverError
+from ..solve.arrays import polish
+from ..solve.by_cvxpy import solve
+from ..solve.rows import CONE, Rows
+from ..solve.solvers import SOCP, C
+from .assembled import shakedown
+from .listing import unfilled
+from .question import Question
+from .rest_program import RestProgram
+from .solution import Solution
+
+GOAL = "load_factor"
+
+
+def by_plain_cvxpy(
+    question: Question, claimed: Callable[[Solution], C], error: SolverError
+) -> tuple[C, SolveRecord]:
+    """The claim of plain cvxpy, and its record; the error if it does not pass the checks either."""
+    known = question.slip_bound is None and not other_laws(question.system)
+    if not known or not question.friction.all():
+        raise error
+    question = replace(question, simplify=False)
+    program = shakedown(question)
+    problem = unfilled("shakedown", question)
+    claims = list[C]()
+
+    def residual() -> float:
+        rough = _read(program, problem)
+        for x, y in (rough, polish(program.arrays(GOAL, 1.0), *rough)):
+            claims.append(claimed(Solution(program, x, y[program.slides :], GOAL)))
+        claims.sort(key=lambda claim: claim.residual)
+        return claims[0].residual
+
+    try:
+        attempts = solve(problem, residual, SOCP)
+    except SolverError:
+        raise error from None
+    if not claims[0].residual <= RESIDUAL:
+        raise error
+    return claims[0], SolveRecord(f"cvxpy: {attempts[-1].solver}", attempts, claims[0].residual)
+
+
+def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
+    """Unknowns and multipliers of the arrays, from the values in a solved problem."""
+    question = program.question
+    values = {variable.name(): variable.value for variable in problem.variables()}
+    x = np.zeros(program.width)
+    goal = program.place(GOAL)
+    x[goal.column] = values[GOAL] / goal.unit
+    slip = program.slips[0]
+    beyond = values["slip"].ravel(order="F") - slip.reference
+    x[slip.shear] = (question.A @ beyond)[slip.elastic.slips] / slip.shear_units
+    x[slip.slide] = np.linalg.pinv(slip.slides) @ beyond[slip.elastic.slips]
+
+    duals = {row.label: np.atleast_1d(row.dual_value) for row in problem.constraints}
+    corners = range(len(question.r1))
+    q = np.array([duals[f"q[{k}]"].ravel(order="F") for k in corners])
+    n = question.system.nodes
+    places = {"apart": np.cumsum(question.open_nodes) - 1}
+
+    def of(rows: Rows) -> Array:
+        at, nodes = rows.instants, rows.nodes
+        if rows.label == GOAL or not len(nodes):
+            return duals[GOAL][: len(nodes)]
+        listed = np.array([duals[f"{rows.label}[{k}]"] for k in corners])
+        own = listed[at, places.get(rows.label, np.arange(n))[nodes]]
+        if rows.label != "stuck":
+            return np.asarray(own)
+        shears = [q[at, axis * n + nodes] for axis in range(question.system.tangents)]
+        if rows.kind == CONE:
+            return np.column_stack([own, *shears]).ravel()
+        # Two rows share the multiplier of `abs(q) <= f p`, by the sign of the shear force.
+        return np.asarray((own + rows.weights[: len(at)] * shears[0]) / 2)
+
+    y = np.concatenate([of(rows) for rows in program.stacked.rows]) * program.stacked.units
+    return x, np.r_[np.zeros(program.slides), y / goal.unit]
