@@ -6,18 +6,17 @@ solves for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from ..base import Array
+from ..base import Array, Booleans
 from ..contact import LoadCycle
 from ..solve.explained import Explained
 from .answered import Answered
-from .design_search import OpenNodes
 from .open_nodes import TOUCHES, is_safe_at_mean_load
 from .question import Question
 from .sentences import (
@@ -32,6 +31,10 @@ from .shakedown import ShakedownLimits
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+# The open nodes (N,) of each scenario.
+OpenNodes: TypeAlias = Sequence[Booleans]
 
 
 @dataclass(frozen=True)

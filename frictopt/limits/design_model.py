@@ -19,7 +19,7 @@ from ..base import Array, SolveRecord, flag, frozen, listed, progress_bar, warns
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from .answered import answered
-from .design import Design, Found
+from .design import Design, Found, OpenNodes
 from .design_listing import design_problem
 from .design_program import (
     Scenario,
@@ -31,7 +31,7 @@ from .design_program import (
     raise_refusal,
     under_mean_load,
 )
-from .design_search import DesignSearch, NoneSafeError, OpenNodes, limits_of
+from .design_search import DesignSearch, NoneSafeError, limits_of
 from .question import with_open
 from .rest_program import RestProgram
 from .safe_model import SafeModel, in_turn

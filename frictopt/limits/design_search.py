@@ -11,20 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from ..base import Bar, Booleans
+from ..base import Bar
 from ..errors import ModelError, SolverError
+from .design import Design, OpenNodes
 from .question import Question, with_open
 from .shakedown import ShakedownLimit, ShakedownLimits
-
-if TYPE_CHECKING:
-    from .design import Design
-
-# The open nodes (N,) of each scenario.
-OpenNodes: TypeAlias = Sequence[Booleans]
 
 _CARRIES_LESS = (
     "design: {opened}the best design has the load factor {load_factor:.6g}, but other nodes open "
