@@ -20,8 +20,10 @@ from ..solve.arrays import polish
 from ..solve.by_cvxpy import solve
 from ..solve.rows import CONE, Rows
 from ..solve.solvers import SOCP, C
+from . import models
 from .assembled import shakedown
-from .listing import unfilled
+from .listing import state_rows
+from .models import unknowns
 from .question import Question
 from .rest_program import RestProgram
 from .solution import Solution
@@ -38,7 +40,10 @@ def by_plain_cvxpy(
         raise error
     question = replace(question, simplify=False)
     program = shakedown(question)
-    problem = unfilled("shakedown", question)
+    x = unknowns(question.system.slip_shape, range(len(question.r1)))
+    problem = models.shakedown(
+        x, state_rows(question, x, models.friction(question.friction), [*x.q])
+    )
     claims = list[C]()
 
     def residual() -> float:

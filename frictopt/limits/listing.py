@@ -70,12 +70,6 @@ def problem_of(
     return problem
 
 
-def unfilled(goal: str, question: Question) -> cp.Problem:
-    """The printed problem of a question, without an answer."""
-    asked = Solved(goal, question, "", {"slip": None, "load_factor": None}, np.zeros(0), {})
-    return _LISTED[goal](asked, False)[0]
-
-
 def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.Parameter]:
     """The unknowns of a problem and its friction."""
     question = solved.question
