@@ -93,11 +93,10 @@ class NodeLoads(NamedTuple):
     p1: Array
 
     @classmethod
-    def of(cls, question: Question, state: CriticalState) -> "NodeLoads":
-        """The loads of the node of a state."""
+    def of(cls, question: Question, node: int, corners: tuple[int, ...]) -> "NodeLoads":
+        """The loads of a node."""
         arrays = question.q0, question.p0, question.q1, question.p1
-        of_node = (array[:, [state.node]] for array in arrays)
-        return cls(state.node, state.corners, question.fixed, *of_node)
+        return cls(node, corners, question.fixed, *(array[:, [node]] for array in arrays))
 
     def added(self, friction: float) -> tuple[Array, Array]:
         """Reactions that a slip adds at load factor 0, and their rate; see `CriticalState`."""
@@ -129,10 +128,9 @@ def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
         for k, j in ends:
             if not (np.abs(rows[:, k, i] - rows[:, j, i]) > rounding[:, i]).any():
                 continue
-            pair = [int(k), int(j)]
-            at_zero = _at_both_bounds(friction, q0[pair, i], p0[pair, i])
-            rate = _at_both_bounds(friction, q1[pair, i], p1[pair, i])
-            states[i].append(CriticalState(i, (int(k), int(j)), at_zero, rate))
+            corners = int(k), int(j)
+            added = NodeLoads.of(question, i, corners).added(friction)
+            states[i].append(CriticalState(i, corners, *added))
     return states
 
 

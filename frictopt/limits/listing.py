@@ -153,7 +153,7 @@ def _critical_state(
     They follow from the friction of the node. If the corners differ at load factor 0, so do those
     of the mean load.
     """
-    loads = NodeLoads.of(question, state)
+    loads = NodeLoads.of(question, state.node, state.corners)
     shape = () if len(state.rate) == 2 else (2,)
     mean = [
         constant(loads.q0[0, 0], f"q0[{state.node}]"),
