@@ -4,7 +4,7 @@ Run with `python -m pytest -n auto --dist worksteal -m "" -p benchmarks.slow_tes
 test is its processor time with that of its processes. Other work on the machine raises all costs,
 but hardly changes their order. The default run of pytest leaves the listed tests out. These are
 
-- the dearest quarter of each room, without tests below half the mean cost of all tests, and
+- the dearest third of each room, without tests below half the mean cost of all tests, and
 - all tests of a fixture that computes for several tests, because the cost of such a fixture falls on
   the test that happens to be the first or the last one.
 
@@ -24,7 +24,7 @@ from benchmarks.mutants import FAULTS, ROOT, test_files
 
 LIST = ROOT / "tests" / "slow.txt"
 # The part of the tests of a room that is left out.
-SHARE = 0.25
+SHARE = 1 / 3
 # Fixtures that compute for several tests: tables of studies, and commands in a process.
 TOGETHER = {"quick", "typed"}
 
