@@ -24,7 +24,7 @@ from .solved import OPTIMAL, Solved
 
 
 class Judged(NamedTuple):
-    """What a solution says, and the residual of the claim."""
+    """A claim of a solution, with its residual."""
 
     said: Any
     residual: float

@@ -242,7 +242,7 @@ def test_the_way_of_a_question_is_the_one_that_is_told(title):
     finally:
         sys.setprofile(None)
     assert {name for name in told if name not in entered} == (
-        {"limits/lift_off.py", "limits/listing.py", "limits/models.py"}
+        {"limits/last_resort.py", "limits/lift_off.py", "limits/listing.py", "limits/models.py"}
         if title == "limit"
         else {"transients/stepped.py"}
     )

@@ -12,7 +12,7 @@ from frictopt.base import unresisted
 from frictopt.limits import ShakedownLimits, pose, with_open
 from frictopt.solve import answer
 from helpers.cases import few
-from helpers.liars import persuasive, unpolished
+from helpers.liars import persuasive, unpolished, without_plain_cvxpy
 from helpers.oracle import Oracle
 
 
@@ -106,6 +106,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
     with monkeypatch.context() as patch:
         patch.setattr(answer, "run", less)
         unpolished(patch)
+        without_plain_cvxpy(patch)
         for share in (0.5, 1.0):  # noqa: B007  the solver returns it
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                 ShakedownLimits().of_set(question)
