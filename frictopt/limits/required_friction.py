@@ -131,7 +131,7 @@ class RequiredFriction(Answered):
         it is below 0. ModelError if no friction is enough.
         """
         if self._solved is None:
-            raise ModelError("problem: this answer has none; ask again, with friction that can be enough")
+            raise ModelError("problem: this answer has none; ask again with enough friction")
         # Imported here, because cvxpy is slow to import, and answers do not need it.
         from .listing import problem_of
 
