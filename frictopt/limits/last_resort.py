@@ -35,8 +35,8 @@ def by_plain_cvxpy(
     question: Question, claimed: Callable[[Solution], C], error: SolverError
 ) -> tuple[C, SolveRecord]:
     """The claim of plain cvxpy, and its record; the error if it does not pass the checks either."""
-    known = question.slip_bound is None and not other_laws(question.system)
-    if not known or not question.friction.all():
+    other = question.slip_bound is not None or other_laws(question.system)
+    if other or not question.friction.all():
         raise error
     question = replace(question, simplify=False)
     program = shakedown(question)
@@ -48,8 +48,10 @@ def by_plain_cvxpy(
 
     def residual() -> float:
         rough = _read(program, problem)
-        for x, y in (rough, polish(program.arrays(GOAL, 1.0), *rough)):
-            claims.append(claimed(Solution(program, x, y[program.slides :], GOAL)))
+        polished = polish(program.arrays(GOAL, 1.0), *rough)
+        for values, multipliers in (rough, polished):
+            solution = Solution(program, values, multipliers[program.slides :], GOAL)
+            claims.append(claimed(solution))
         claims.sort(key=lambda claim: claim.residual)
         return claims[0].residual
 
@@ -80,10 +82,12 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
     n = question.system.nodes
     places = {"apart": np.cumsum(question.open_nodes) - 1}
 
-    def of(rows: Rows) -> Array:
+    def multipliers_of(rows: Rows) -> Array:
         at, nodes = rows.instants, rows.nodes
-        if rows.label == GOAL or not len(nodes):
-            return duals[GOAL][: len(nodes)]
+        if not len(nodes):
+            return np.zeros(0)
+        if rows.label == GOAL:
+            return duals[GOAL]
         listed = np.array([duals[f"{rows.label}[{k}]"] for k in corners])
         own = listed[at, places.get(rows.label, np.arange(n))[nodes]]
         if rows.label != "stuck":
@@ -94,5 +98,8 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
         # Two rows share the multiplier of `abs(q) <= f p`, by the sign of the shear force.
         return np.asarray((own + rows.weights[: len(at)] * shears[0]) / 2)
 
-    y = np.concatenate([of(rows) for rows in program.stacked.rows]) * program.stacked.units
+    y = (
+        np.concatenate([multipliers_of(rows) for rows in program.stacked.rows])
+        * program.stacked.units
+    )
     return x, np.r_[np.zeros(program.slides), y / goal.unit]

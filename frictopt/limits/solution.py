@@ -12,7 +12,14 @@ from scipy.optimize import nnls
 
 from ..base import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, worst
 from ..contact import lengths
-from ..solve.answer import answer, contradictions, growths, interiors, kind_of
+from ..solve.answer import (
+    answer,
+    contradictions,
+    error_of_contradiction,
+    growths,
+    interiors,
+    kind_of,
+)
 from ..solve.arrays import Arrays
 from ..solve.rows import EQUATION, Rows
 from ..solve.solvers import LP, LP_SOLVERS, SOCP, C, solver_order
@@ -268,7 +275,6 @@ def contradiction(program: RestProgram, goal: str) -> tuple[Solution, float] | N
 
     The proof holds for unknowns up to a million times their units, and along a ray of growth.
     """
-    far = 1e-3 / RESIDUAL
     arrays = program.arrays(goal, 1.0)
     ray = next((ray for ray, _ in _rays(program, arrays)), None)
     for y in contradictions(arrays):
@@ -276,8 +282,7 @@ def contradiction(program: RestProgram, goal: str) -> tuple[Solution, float] | N
         if ray is not None and not claim.balances_along(ray):
             continue
         resistance, rates = claim.balance
-        unbalanced = float(np.abs(rates).sum())
-        error = RESIDUAL * far * unbalanced / -resistance if resistance < 0 else np.inf
+        error = error_of_contradiction(float(np.abs(rates).sum()), -resistance)
         if error <= RESIDUAL:
             return claim, error
     return None

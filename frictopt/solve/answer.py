@@ -160,20 +160,27 @@ def infeasible(program: Arrays) -> tuple[Array, float] | None:
     """Multipliers that prove that no values of the size of their units obey all rows, and an error.
 
     They are those with the smallest error, or the first whose error is rounding. None without a
-    proof. The proof holds for values up to a million units.
+    proof.
     """
-    far = 1e-3 / RESIDUAL
     best: tuple[Array, float] | None = None
     for y in contradictions(program):
-        lack = -float(program.right @ y)
-        if not lack > 0:
-            continue
-        error = float(np.abs(program.columns(y)).sum()) * RESIDUAL * far / lack
+        unbalanced = float(np.abs(program.columns(y)).sum())
+        error = error_of_contradiction(unbalanced, -float(program.right @ y))
         if error <= (best[1] if best else RESIDUAL):
             best = y, error
         if error <= ROUNDING:
             break
     return best
+
+
+def error_of_contradiction(unbalanced: float, lack: float) -> float:
+    """The error of multipliers that prove a lack of slack; inf if they prove none.
+
+    `unbalanced` is the sum of what they leave unbalanced. The proof holds for unknowns up to a
+    million times their units.
+    """
+    far = 1e6
+    return RESIDUAL * far * unbalanced / lack if lack > 0 else np.inf
 
 
 def unbounded(program: Arrays) -> float | None:

@@ -30,22 +30,20 @@ def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) 
     for term in law.terms:
         pressed[term.nodes] |= (term.slope > 0)[term.nodes] & (term.constant == 0)[term.nodes]
     others = np.flatnonzero(~pressed)
-    none = np.full(len(others), -1)
     pressure = [[(axes * n + others, np.ones(len(others)))]]
     constant = np.zeros(len(others))
-    rows = [rows_of("pressed", LINEAR, pressure, constant, node_unit[others], none, others)]
+    rows = [rows_of("pressed", LINEAR, pressure, constant, node_unit[others], nodes=others)]
     for term in law.terms:
         nodes = term.nodes
-        none = np.full(len(nodes), -1)
         ones = np.ones(len(nodes))
         bound = [(axes * n + nodes, term.slope[nodes])] if term.slope[nodes].any() else []
         constant, unit = term.constant[nodes], shear_unit[nodes]
         if axes == 1:
             sides = [[[(nodes, -sign * ones), *bound]] for sign in (1.0, -1.0)]
-            rows += [rows_of(term.row, LINEAR, side, constant, unit, none, nodes) for side in sides]
+            rows += [rows_of(term.row, LINEAR, side, constant, unit, nodes=nodes) for side in sides]
         else:
             shear = [[(axis * n + nodes, ones)] for axis in range(axes)]
-            rows.append(rows_of(term.row, CONE, [bound, *shear], constant, unit, none, nodes))
+            rows.append(rows_of(term.row, CONE, [bound, *shear], constant, unit, nodes=nodes))
     return rows
 
 
