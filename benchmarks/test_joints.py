@@ -142,27 +142,6 @@ def test_required_friction_in_limits(made, record_property):
     assert ratio(ours, rival, record_property) < 3.0
 
 
-def test_two_million_sets_of_open_nodes_against_single_limits(made, record_property):
-    """`best_open_nodes` with 21 nodes at the border of the open nodes, over the limit of one set."""
-    system = made("fir tree")
-    cycle, friction = asked("fir tree")
-    limit = fo.shakedown_limit(system, cycle, friction)
-    changes = np.roll(limit.open, 1) != limit.open
-    border = changes | np.roll(changes, -1)
-    nodes = np.flatnonzero(border | np.roll(border, 1) | np.roll(border, -1))[:21]
-    found = []
-    whole = seconds(lambda: found.append(fo.best_open_nodes(limit, nodes)))
-    one = min(
-        seconds(lambda: fo.shakedown_limit(system, cycle, friction, open=limit.open))
-        for _ in range(3)
-    )
-    record_property("ratio", whole / one)
-    print(
-        f"\n    {2 ** len(nodes)} sets {whole:.2f} s, {found[0].programs} programs; one {one:.3f} s"
-    )
-    assert found[0].proven and whole / one < 400.0
-
-
 @pytest.mark.parametrize("friction", [0.2, 0.3, 0.5])
 def test_the_search_of_open_nodes_against_one_limit(made, friction, record_property):
     """The search computes 15 to 34 sets. The rival is the limit of the best set."""

@@ -143,12 +143,12 @@ CLAIMS = (
         also="`least`",
     ),
     Claim(
-        "best_open_nodes.BETTER_SET best_open_nodes.NO_SET_ABOVE best_open_nodes.MORE_PROGRAMS best_open_nodes.SEPARATE",
-        by="`BestOpenNodes`, `best_open_nodes`, validity, faq, theory",
-        holds_if="the other nodes stay as they are, and the closed nodes hold the open ones; sets that are not safe at the best load factor are returned separately; with nodes that open and close the contact may also shake down",
-        source='multipliers of each branch, checked in each run (theory, "Proof for given nodes")',
-        tests="test_best_open_nodes::test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven test_best_open_nodes::test_limits_above_load_factors_that_are_not_safe_are_separate",
-        also="`proven`, `bound`",
+        "sentences.NOT_HIGHER_WITH_OTHERS_OPEN",
+        by="`ShakedownLimit`, validity, faq, theory",
+        holds_if="the closed nodes hold the open ones; sets that are not safe at the limit do not count; with nodes that open and close the contact may also shake down",
+        source='multipliers of each branch, checked in each run (theory, "All sets")',
+        tests="test_all_sets::test_no_set_of_a_small_contact_in_the_plane_is_better test_all_sets::test_limits_above_load_factors_that_are_not_safe_are_separate",
+        also="`best_of_all`, `bound_of_sets`",
     ),
     Claim(
         "sentences.START_UNKNOWN",

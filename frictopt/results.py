@@ -11,7 +11,6 @@ from .joints.report import Report
 from .joints.wear import WearHistory
 from .joints.worn_in import WornIn
 from .limits import (
-    BestOpenNodes,
     Design,
     GrossSlip,
     GuaranteedLimit,
@@ -31,7 +30,6 @@ from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 __all__ = [
     "Attempt",
     "BackboneCurve",
-    "BestOpenNodes",
     "DamagedRows",
     "Design",
     "DissipationRange",

@@ -28,12 +28,11 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
   states; `proven_again.py`: answers of files are checked;
   `last_resort.py`: plain cvxpy solves the printed problem if no answer of the arrays passes.
-- `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
-  better, and its program.
-- `set_search.py`, `open_nodes.py`: the search of open nodes; `quick_bound.py` proves that a set
-  needs no program. `lift_off.py`, `ordered.py`, `load_path.py`: nodes that open and close in
-  each cycle, the program of their order, and where they can; `order_search.py`,
-  `settled_order.py`: the search of their order.
+- `set_search.py`: the search of open nodes; `likely_sets.py`, `open_nodes.py`: sets that it tries;
+  `loose_nodes.py` bounds many sets at once, `quick_bound.py` one set without a program.
+  `lift_off.py`, `ordered.py`, `load_path.py`: nodes that open and close in each cycle, the program
+  of their order, and where they can; `order_search.py`, `settled_order.py`: the search of their
+  order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
   pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
   of all states of rest in `moving_limit.py`. If normal loads are scaled, too: the path as a
@@ -52,7 +51,6 @@ from typing import TYPE_CHECKING
 import lazy_loader  # type: ignore[import-untyped]  # it has no types
 
 from ..base import LimitKind
-from .best_open_nodes import BestOpenNodes, best_open_nodes
 from .design import Design
 from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit

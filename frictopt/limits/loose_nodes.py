@@ -1,45 +1,37 @@
 """The program of loose nodes, which bounds the limits of many sets of open nodes at once.
 
 A loose node has forces as a closed node, and at each corner also a slip and a gap of its own. In a
-branch some loose nodes are open, some closed, and the others open or closed (theory, "Proof for
-given nodes").
+branch some loose nodes are open, some closed, and the others open or closed (theory, "The search of
+the open nodes"). Branches differ in bounds alone: an open node has no pressure, and a closed one no
+motion of its own.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
-from ..base import Array, Booleans, Integers
-from ..errors import SolverError
-from ..solve.rows import EQUATION, LINEAR, rows_of
-from ..solve.solvers import CUT_OFF, OPTIMAL, WarmProgram
+from ..base import RESIDUAL, Array, Booleans, Integers
+from ..solve.arrays import Arrays
+from ..solve.rows import LINEAR, rows_of
+from ..solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
 from .assembled import at_corners, stuck
 from .question import Question
-from .rest_program import RestProgram
-from .solution import Solution, solve
 
 
 @dataclass(frozen=True)
 class BranchSettings:
-    """Numbers of the branch and bound."""
+    """Numbers of the programs of branches."""
 
-    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
-    gain: float = 1e-7
-    # A bound counts if it is this close to the value of its program. A worse one, too, is proven,
-    # but its branch would have to be divided further.
-    tolerance: float = 1e-7
-    # Price of an excess of one mean friction bound, in units of the load. Any price gives a valid
-    # bound; with too small a price branches without a solution are divided further.
-    price: float = 1e3
     # Load factor up to which branches have bounds, relative to the limit or to the unit of the
     # load. While many nodes are loose, the load factor may grow without end.
     most: float = 100.0
-    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
-    # motion is below this share. Then the solution is the state of one set.
-    decided: float = 1e-6
+    # Relative distance from `most` below which a bound is infinite.
+    at_most: float = 1e-6
+    # A proof that a branch has no state holds for unknowns up to this number of units.
+    far: float = 1e-3 / RESIDUAL
 
 
 BRANCHES = BranchSettings()
@@ -55,8 +47,6 @@ class Branch:
     opens: Booleans  # (n,)
     closes: Booleans  # (n,)
     bound: float = np.inf
-    # Where the solution of a linear program starts.
-    basis: Any = None
 
     @property
     def undecided(self) -> Booleans:
@@ -79,202 +69,170 @@ class Relaxed:
     """The bound of a branch, and the motions and pressures of loose nodes in its solution."""
 
     bound: float
-    residual: float
     # (n,) largest own motions and largest pressures over the corners, in their units; None without
-    # a solution that passes the checks.
+    # a solution.
     motion: Array | None = None
     pressure: Array | None = None
-    # By how much the solution violates the rows, in mean friction bounds.
-    excess: float = np.inf
-    basis: Any = None
 
 
 class LooseNodes:
-    """The program with loose nodes, for the bounds of branches.
+    """The programs of the branches, for their bounds.
 
-    At corner k a loose node has a `lift[k]` and, at all corners but the first, a slip of its own
-    beside the common slip. An excess raises all rows of the contact law at a price, so that each
-    branch has a solution.
+    A bound of the slip is left out, because open nodes do not have it.
     """
 
-    def __init__(
-        self, question: Question, nodes: Integers, limit: float, solver: str | None
-    ) -> None:
-        self._question = question
-        self._nodes = nodes
-        self._solver = solver
+    def __init__(self, question: Question, nodes: Integers, load_factor: float) -> None:
+        """`load_factor`: the limit so far."""
         system = question.system
-        self._lift_unit = question.node_unit[nodes] / system.own_stiffness[-system.nodes :][nodes]
-        slip_unit = question.shear_unit[nodes] / system.own_stiffness[nodes]
-        self._slip_unit = np.tile(slip_unit, system.tangents)
-        self._most = BRANCHES.most * max(limit, question.load_unit)
-        # In the plane HiGHS keeps one program, whose bounds change, unless the user asks for
-        # another solver.
-        self._warm: tuple[RestProgram, WarmProgram, Integers] | None = None
-        if system.tangents == 1 and solver in (None, "HIGHS"):
-            self._warm = self._warm_program()
-
-    def _program(self, chosen: Booleans, kind: int) -> RestProgram:
-        """The program, with rows of a kind for the chosen entries, see `_fixed`."""
-        question, nodes = self._question, self._nodes
-        system = question.system
-        corners, n = len(question.r1), len(nodes)
-        tangents = system.tangents
-        normal = tangents * system.nodes
-        lifts = question.forces_of(system.S[:, normal + nodes].T).T  # (M, n)
-        along = np.concatenate([nodes + axis * system.nodes for axis in range(tangents)])
-        slips = question.forces_of(system.S[:, along].T).T  # (M, t n)
-        units = {
-            "margin": 1.0,
-            "lift": np.tile(self._lift_unit, corners),
-            "own_slip": np.tile(self._slip_unit, corners - 1),
-            "total": question.load_unit,
-        }
-        effects = {
-            "lift": np.zeros((corners, len(lifts), corners * n)),
-            "own_slip": np.zeros((corners, len(lifts), (corners - 1) * tangents * n)),
-        }
-        for k in range(corners):
-            effects["lift"][k, :, k * n : (k + 1) * n] = lifts
-            if k:
-                here = slice((k - 1) * tangents * n, k * tangents * n)
-                effects["own_slip"][k, :, here] = slips
-        program = stuck(at_corners(question, None, units, effects), margin=True, every=True)
-
-        # The margin is minus the excess.
-        program.bound("excess", "margin", -1.0, 0.0)
+        n, axes, corners = len(nodes), system.tangents + 1, len(question.r1)
+        entries = np.concatenate([nodes + axis * system.nodes for axis in range(axes)])
+        moved = question.forces_of(system.S[:, entries].T).T  # (M, axes n)
+        own = np.zeros((corners, len(moved), corners, axes * n))
+        own[np.arange(corners), :, np.arange(corners)] = moved
+        node_units = [*[question.shear_unit] * system.tangents, question.node_unit]
+        unit = np.concatenate(node_units)[entries]
+        program = at_corners(
+            replace(question, slip_bound=None),
+            None,
+            {"own": np.tile(unit / system.own_stiffness[entries], corners)},
+            {"own": own},
+        )
+        stuck(program, every=True)
+        self._most = BRANCHES.most * max(load_factor, question.load_unit)
         program.bound("most", "load_factor", -1.0, self._most)
-        count = corners * n
-        every = np.full(count, -1)
-        lift = program.unknown("lift") + np.arange(count), np.ones(count)
-        margin = np.full(count, program.unknown("margin")), np.full(count, -question.clearance)
-        unit = np.tile(self._lift_unit, corners)
-        program.rows.append(
-            rows_of("lift", LINEAR, [[lift, margin]], np.zeros(count), unit, every, every)
+        at = np.repeat(np.arange(corners), len(entries))
+        of_entry = np.tile(entries, corners)
+        force = program.force(at, of_entry), np.ones(len(at))
+        forces = rows_of(
+            "loose", LINEAR, [[force]], np.zeros(len(at)), np.tile(unit, corners), at, of_entry
         )
-        price = BRANCHES.price * question.load_unit
-        terms = [("load_factor", 1.0), ("margin", price), ("total", -1.0)]
-        total = [(np.array([program.unknown(name)]), np.array([weight])) for name, weight in terms]
-        one, none = np.array([question.load_unit]), np.full(1, -1)
-        program.rows.append(rows_of("total", LINEAR, [total], np.zeros(1), one, none, none))
+        program.rows.append(forces)
 
-        corner = np.repeat(np.arange(corners), n)
-        pressures = program.force(corner, normal + np.tile(nodes, corners))
-        motions = program.unknown("lift") + np.arange(len(chosen) - count)
-        entries = np.r_[pressures, motions][chosen]
-        units_of = np.r_[np.tile(question.node_unit[nodes], corners), unit, units["own_slip"]][
-            chosen
-        ]
-        none = np.full(len(entries), -1)
-        fixed = [[(entries, np.ones(len(entries)))]]
-        program.rows.append(
-            rows_of("fixed", kind, fixed, np.zeros(len(entries)), units_of, none, none)
-        )
-        return program
-
-    def _fixed(self, branch: Branch) -> Booleans:
-        """Which entries are zero: pressures by corner, then lifts, then own slips."""
-        corners = len(self._question.r1)
-        opened = np.tile(branch.opens, corners)
-        slips = (corners - 1) * self._question.system.tangents
-        return np.asarray(np.r_[opened, np.tile(branch.closes, corners + slips)])
-
-    def _warm_program(self) -> tuple[RestProgram, WarmProgram, Integers]:
-        """The program in which rows of all entries may be switched on, and their places."""
-        nothing = np.zeros(len(self._nodes), dtype=bool)
-        every = np.ones_like(self._fixed(Branch(nothing, nothing)))
-        program = self._program(every, LINEAR)
-        arrays = program.arrays("total", 1.0)
-        count = len(arrays.right)
+        self._unit = question.load_unit
+        self._arrays = program.arrays("load_factor", 1.0)
+        self._matrix = self._arrays.matrix.toarray()
+        # The own motions among the unknowns, and the forces among the rows: lifts and normal forces
+        # last.
+        shape = corners, axes, n
+        self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
+        self._forces = np.zeros(shape, dtype=int)
+        # The loose node of each row of the contact law; -1 for other rows.
+        self._node = np.full(len(self._matrix), -1)
+        index = np.full(system.nodes + 1, -1)
+        index[nodes] = np.arange(n)
         first = program.slides
         for rows in program.stacked.rows:
-            if rows.label == "fixed":
-                break
-            first += len(rows.constants)
-        places = first + np.arange(len(every))
-        least = np.full(count, -np.inf)
+            of_rows = np.arange(first, first + len(rows.constants))
+            first += len(of_rows)
+            if rows is forces:
+                self._forces = of_rows.reshape(shape)
+            elif len(of_rows):
+                self._node[of_rows] = np.repeat(index[rows.nodes], rows.sizes)
+        # In the plane HiGHS keeps one program, whose bounds change.
+        self._warm = self._warm_program() if system.tangents == 1 else None
+
+    def _warm_program(self) -> WarmProgram:
+        arrays = self._arrays
+        least = np.full(len(arrays.right), -np.inf)
         least[: arrays.zero] = arrays.right[: arrays.zero]
-        most = arrays.right.copy()
-        most[places] = np.inf
         free = np.full(len(arrays.cost), np.inf)
-        engine = WarmProgram(arrays.matrix, least, most, arrays.cost, -free, free)
-        self._switched = np.zeros(len(every), dtype=bool)
-        return program, engine, places
+        return WarmProgram(self._matrix, least, arrays.right, arrays.cost, -free, free)
 
     def solve(self, branch: Branch, above: float) -> Relaxed:
-        """The bound of a branch; inf if no solver's answer passes the checks.
+        """The bound of a branch; inf if no solver proves one.
 
         A solver may stop once it knows that the bound is not `above` a load factor.
         """
-        fixed = self._fixed(branch)
-        if self._warm is not None:
-            return self._solved_warm(*self._warm, branch, fixed, above)
+        # The common slip is that of the first corner.
+        still = np.zeros(len(self._arrays.cost), dtype=bool)
+        still[self._own[:, :, branch.closes]] = True
+        still[self._own[0, :-1]] = True
+        zero = np.zeros(len(self._matrix), dtype=bool)
+        zero[: self._arrays.zero] = True
+        zero[self._forces[:, :, branch.opens]] = True
+        if self._warm is None:
+            outcome, x, y = self._solved(branch, still, zero)
+        else:
+            outcome, x, y = self._solved_warm(self._warm, still, zero, above)
+        if outcome == INFEASIBLE:
+            unbalanced = self._unbalanced(np.zeros(len(still)), y, still).sum()
+            impossible = unbalanced * BRANCHES.far < -float(self._arrays.right @ y)
+            return Relaxed(-np.inf if impossible else np.inf)
+        if outcome not in (OPTIMAL, CUT_OFF):
+            return Relaxed(np.inf)
+        unbalanced = self._unbalanced(self._arrays.cost, y, still)
+        bound = float(self._arrays.right @ y + unbalanced @ np.maximum(np.abs(x), 1.0))
+        bound *= self._unit
+        if bound >= self._most * (1 - BRANCHES.at_most):
+            bound = np.inf
+        if outcome == CUT_OFF:
+            return Relaxed(bound)
+        rows = self._forces[:, -1]
+        pressure = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
+        return Relaxed(bound, np.abs(x[self._own]).max(axis=(0, 1)), pressure.max(axis=0))
 
-        def claimed(solution: Solution) -> Relaxed:
-            bound = self._counted(sum(solution.bound))
-            # A bound that ends the branch need not be close to the value of the program.
-            return self._relaxed(bound, 0.0 if bound <= above else solution.gap, solution)
+    def _unbalanced(self, cost: Array, y: Array, still: Booleans) -> Array:
+        """(X,) by how much the multipliers of the rows do not balance a cost.
 
-        program = self._program(fixed, EQUATION)
-        try:
-            relaxed, _ = solve(
-                program,
-                "total",
-                1.0,
-                claimed,
-                self._solver,
-                above=above,
-                tolerance=BRANCHES.tolerance,
-            )
-        except SolverError:
-            return Relaxed(np.inf, np.inf)
-        return Relaxed(above, 0.0) if relaxed is None else relaxed
+        Unknowns that are zero balance any cost, and lifts a positive one, because they are >= 0.
+        """
+        rest = cost + self._matrix.T @ y
+        lifts = self._own[:, -1]
+        rest[lifts] = np.minimum(rest[lifts], 0.0)
+        return np.where(still, 0.0, np.abs(rest))
 
     def _solved_warm(
-        self,
-        program: RestProgram,
-        engine: WarmProgram,
-        places: Integers,
-        branch: Branch,
-        fixed: Booleans,
-        above: float,
-    ) -> Relaxed:
-        """The bound of a branch in the plane, by a program that differs in bounds alone."""
-        changed = np.flatnonzero(fixed != self._switched)
-        ends = np.where(fixed[changed], 0.0, np.inf)
-        engine.bound_rows(places[changed], -ends, ends)
-        self._switched = fixed
-        outcome, x, y = engine.solve(branch.basis, -above / self._question.load_unit)
-        if outcome not in (OPTIMAL, CUT_OFF):
-            return Relaxed(np.inf, np.inf)
+        self, program: WarmProgram, still: Booleans, zero: Booleans, above: float
+    ) -> tuple[str, Array, Array]:
+        """Outcome, x and multipliers of a branch in the plane."""
+        rows, own = self._forces.ravel(), self._own.ravel()
+        right = self._arrays.right[rows]
+        ends = np.where(zero[rows], 0.0, np.inf)
+        program.bound_rows(rows, right - ends, right + ends)
+        most = np.where(still, 0.0, np.inf)
+        least = -most
+        least[self._own[:, -1]] = 0.0
+        program.bound_columns(own, least[own], most[own])
+        outcome, x, y = program.solve(-above / self._unit)
         # Multipliers of inequalities are not negative, and those of rows without bounds are zero.
-        signed = np.zeros(len(y), dtype=bool)
-        signed[: program.slides] = True
-        signed[places] = fixed
-        y = np.where(signed, y, np.maximum(y, 0.0))
-        y[places[~fixed]] = 0.0
-        solution = Solution(program, x, y[program.slides :], "total")
-        bound = self._counted(sum(solution.bound))
-        if outcome == CUT_OFF:
-            return Relaxed(bound, np.inf)
-        return replace(self._relaxed(bound, 0.0, solution), basis=engine.basis)
+        y = np.where(zero, y, np.maximum(y, 0.0))
+        y[rows[~zero[rows]]] = 0.0
+        return outcome, x, y
 
-    def _counted(self, bound: float) -> float:
-        """A bound; inf if it is the largest load factor of the program."""
-        return np.inf if bound >= self._most * (1 - BRANCHES.gain) else bound
+    def _solved(self, branch: Branch, still: Booleans, zero: Booleans) -> tuple[str, Array, Array]:
+        """Outcome, x and multipliers of a branch in space, whose program is solved anew.
 
-    def _relaxed(self, bound: float, residual: float, solution: Solution) -> Relaxed:
-        """The bound of a branch, with the largest motions and pressures of its loose nodes."""
-        question, n = self._question, len(self._nodes)
-        corners = len(question.r1)
-        motion = solution.values("lift").reshape(corners, n).max(axis=0) / self._lift_unit
-        if corners > 1:
-            slips = solution.values("own_slip").reshape(corners - 1, -1) / self._slip_unit
-            sizes = np.abs(slips).reshape(-1, n).max(axis=0)
-            motion = np.maximum(motion, sizes)
-        quantities, _ = solution.program.quantities(solution.x)
-        forces = quantities[: solution.program.first_named].reshape(corners, -1)
-        pressure = forces[:, -question.system.nodes :][:, self._nodes].max(axis=0)
-        pressure = pressure / question.node_unit[self._nodes]
-        excess = -float(solution.values("margin")[0])
-        return Relaxed(bound, residual, motion, pressure, excess)
+        Open nodes have no cone, which would hold one point alone.
+        """
+        arrays, matrix = self._arrays, self._matrix
+        left = ~zero & ~np.isin(self._node, np.flatnonzero(branch.opens))
+        left[self._forces] = False
+        of_cones = np.arange(len(left)) >= arrays.linear
+        rows = [np.flatnonzero(part) for part in (zero, left & ~of_cones, left & of_cones)]
+        lifts = self._own[:, -1].ravel()
+        above_zero = -np.eye(len(still))[lifts[~still[lifts]]]
+        parts = [matrix[rows[0]], above_zero, matrix[rows[1]], matrix[rows[2]]]
+        right = [
+            arrays.right[rows[0]],
+            np.zeros(len(above_zero)),
+            *map(arrays.right.take, rows[1:]),
+        ]
+        sizes = [np.ones(len(above_zero) + len(rows[1])), np.full(len(rows[2]) // 3, 3)]
+        program = Arrays(
+            sparse=csr_array(np.vstack(parts)[:, ~still]),
+            block=np.zeros((0, int((~still).sum()))),
+            right=np.concatenate(right),
+            cost=arrays.cost[~still],
+            zero=len(rows[0]),
+            sizes=np.concatenate(sizes).astype(int),
+        )
+        x, y = np.zeros(len(still)), np.zeros(len(left))
+        for name in solver_order(None, SOCP):
+            outcome, moved, multipliers = run(program, name, -np.inf)
+            if outcome in (OPTIMAL, INFEASIBLE):
+                x[~still] = moved
+                multipliers = program.admissible(multipliers)
+                of_lifts = slice(program.zero, program.zero + len(above_zero))
+                y[np.concatenate(rows)] = np.delete(multipliers, of_lifts)
+                break
+        return outcome, x, y

@@ -23,10 +23,11 @@ from ..base import Array, Bar, Booleans, flag, progress_bar
 from ..contact import other_laws
 from ..errors import FrictoptError, ModelError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
+from .likely_sets import SEARCH
 from .load_path import path_of
 from .open_nodes import TOUCHES
 from .question import Question, with_open
-from .set_search import SEARCH, keep_best
+from .set_search import keep_best
 from .settled_order import Settled, settled_orders
 from .shakedown_answer import ShakedownAnswer
 
@@ -76,7 +77,7 @@ class _OrderSearch(Generic[L]):
         self._programs = min(SEARCH.programs, SEARCH.work // start.slip.size)
         self._with_open = cache(self._of_set)
         self._bar = bar
-        keep_best(bar, start)
+        keep_best(bar, lambda: self.best)
 
     def _of_set(self, nodes: Nodes) -> Question | None:
         return with_open(self._question, among(nodes, self._question.system.nodes))
@@ -135,7 +136,6 @@ class _OrderSearch(Generic[L]):
     def _keep(self, order: Order, limit: L, least: float) -> None:
         self.best = replace(limit, least=least)
         self.order = order
-        keep_best(self._bar, self.best)
 
 
 def check_events(events: object, question: Question, restricted: bool) -> None:

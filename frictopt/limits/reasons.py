@@ -42,6 +42,7 @@ from .sentences import (
     NO_SLIP_IS_SAFE,
     NO_STATE_OF_REST,
     NOR_WITH_SOME_OPEN,
+    NOT_HIGHER_WITH_OTHERS_OPEN,
     NOTHING_SAFE,
     OBSERVED,
     ONLY_AT_LEAST,
@@ -281,11 +282,13 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
 def _others(limit: ShakedownAnswer) -> str:
     """Phrases on the states of rest that a finite limit does not cover."""
     others = ""
-    if limit.open.any() and not limit._ends_rests:
+    if limit.best_of_all:
+        others += NOT_HIGHER_WITH_OTHERS_OPEN()
+    elif limit.open.any() and not limit._ends_rests:
         others += HIGHER_WITH_OTHERS_OPEN()
     if limit.constraints:
         others += BOUND_COVERS()
-    elif limit._question.static:
+    elif limit._question.static and not limit.best_of_all:
         others += STATIC()
     return others
 

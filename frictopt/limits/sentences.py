@@ -57,6 +57,10 @@ HIGHEST = Sentence(
 HIGHER_WITH_OTHERS_OPEN = Sentence(
     "; with other nodes open it may be higher", assumes="some nodes stay open"
 )
+NOT_HIGHER_WITH_OTHERS_OPEN = Sentence(
+    "; with other nodes open all through the cycle it is not higher",
+    assumes="branch and bound has compared all sets of nodes that stay open",
+)
 BOUND_COVERS = Sentence(
     "; the dual bound covers them", assumes="there are user constraints, which are named before"
 )

@@ -1,13 +1,14 @@
-"""Search for the open nodes of a state of rest.
+"""Search for the open nodes of a state of rest: the best set of open nodes, with its gap.
 
-The search stays near the settled mean load (theory, "Contacts that open"). The largest limit over
-all sets is not useful for design: sets far from the settled state also obey the contact law, but no
-usual start leads to them. The limit of a given set never falls as friction grows, so that the open
-nodes at less friction are good starts. The open nodes at more friction are starts from the other
-side.
+Branch and bound compares all sets of open nodes at once. In a branch some nodes are open, some are
+closed, and the others are loose (`loose_nodes.py`). If the bound of a branch is not above the best
+limit so far, its sets are done; else one loose node opens in one part of the branch and closes in
+the other. In contacts of many nodes this takes too many programs. There a local search begins at
+the nodes that the mean load opens, and opens or closes nodes that govern (theory, "The search of
+the open nodes").
 
-The search calls a function that returns a limit; it does not depend on the program behind it. Each
-limit passes the usual checks, and its bound holds for its own open nodes only.
+The search calls a function that returns the limit of a set; it does not depend on the program
+behind it. Each limit passes the usual checks.
 """
 
 from __future__ import annotations
@@ -18,44 +19,30 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..base import RESIDUAL, Array, Bar, Booleans, Integers, progress_bar
+from ..base import FLOOR, RESIDUAL, Bar, Booleans, Integers, progress_bar
 from ..contact import reactions
 from ..errors import FrictoptError, SolverError
-from ..transients.statics import Statics, note_balanced
-from .open_nodes import TOUCHES, open_under_mean
+from ..transients.statics import note_balanced
+from .likely_sets import SEARCH, governing, motion_of, next_to, settled_sets, tends_to_open
+from .loose_nodes import Branch, LooseNodes
 from .question import Question, with_open
-from .shakedown_answer import ShakedownAnswer
+from .shakedown_answer import Searched, ShakedownAnswer
 
 
 @dataclass(frozen=True)
-class SearchSettings:
-    """Numbers of the searches of sets and of orders (`order_search.py`)."""
+class CompareSettings:
+    """Numbers of the comparison of all sets."""
 
-    # Shares of the friction with which the mean load may open other nodes.
-    frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
-    # A node governs the limit if its motion in the mechanism is above this share of the largest.
-    governs: float = 0.02
-    # The same share for a node that touches, also in a search of orders: an open node without gap
-    # at a corner, or a closed node without pressure. The motion of an open node is in the unit of
-    # its gap, and can be far smaller than the slips of closed nodes.
-    governs_touching: float = 1e-6
-    # Pressed nodes of a closed contact are opened only if nodes have gaps, or if the contact has at
-    # most this number of nodes. In a larger closed contact this costs a program for each of them,
-    # and in the contacts measured it gains nothing.
-    small: int = 16
-    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
-    gain: float = 1e-7
-    # Largest number of programs of one search.
-    programs: int = 60
-    # Largest number of programs times unknown slips, in a search of orders; up to it, a search of
-    # sets climbs from a second start.
-    work: int = 20_000
-    # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
-    few: int = 16
-    group: int = 4
+    # Largest number of nodes, in the plane and in space, of a contact of which all sets are
+    # compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400.
+    small: tuple[int, int] = (14, 8)
+    programs: int = 1000
+    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
+    # motion is below this share. Then the solution is the state of one set.
+    decided: float = 1e-6
 
 
-SEARCH = SearchSettings()
+COMPARE = CompareSettings()
 
 # A shakedown limit.
 L = TypeVar("L", bound=ShakedownAnswer)
@@ -64,46 +51,34 @@ L = TypeVar("L", bound=ShakedownAnswer)
 def best_open_set(
     limit_of: Callable[[Question, float], L],
     closed: L,
-    start_by: float,
-    enough: float,
+    start_by: float = np.inf,
+    enough: float = np.inf,
+    programs: int | None = None,
 ) -> L:
     """The best limit over sets of open nodes that the search finds.
 
-    `closed` is the limit with all nodes closed. It is the answer if zero slip is safe under the
-    mean load and no governing node may open. `limit_of(question, above)` computes the limit of a
+    `closed` is the limit with all nodes closed. `limit_of(question, above)` computes the limit of a
     question with other open nodes; it may raise an error if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
-    The first limit that reaches `enough` ends the search. Under a static load only the nodes that
-    the mean load opens are tried: a search would open more nodes until a body slides off.
+    The first limit that reaches `enough` ends the search. All sets are compared if the contact is
+    small, or if a largest number of `programs` is given.
 
     If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
     safe.
     """
-    question = closed._question
-    may_change = not question.static
-    searches = may_change and _counts(closed, start_by) and closed.load_factor < enough
-    may_open = searches and len(_governing(closed)) > 0
-    tends_to_open = searches and bool(_tends_to_open(closed).any())
-    no_slip = np.zeros(question.system.slip_shape)
-    # If zero slip is safe, the mean load alone leaves all nodes closed, as `closed` does.
-    settles_closed = question.violation(0.0, no_slip) <= RESIDUAL
-    if settles_closed and not may_open:
-        return closed
-    if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
-        # The search for a motion of bodies under the mean load would factorise the stiffness.
-        mean = reactions(question.system, [question.cycle.mean])[0]
-        note_balanced(question.system, question.friction, mean)
-
+    system = closed._question.system
+    small = system.nodes <= COMPARE.small[system.tangents - 1]
     with progress_bar(True, "open nodes", "program") as bar:
-        search = _SetSearch(limit_of, closed, start_by, enough, may_change, bar)
-        search.climb(closed)
-        if tends_to_open or not settles_closed:
-            safe = _counts(search.best, start_by)
-            search.climb_from(_settled(question, tends_to_open, safe))
+        most = programs or (COMPARE.programs if small else SEARCH.programs)
+        search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
+        if not (small and _counts(closed, start_by)):
+            search.locally()
+        if small or programs is not None:
+            search.compare()
     if search.failed is not None and not _counts(search.best, start_by):
         raise search.failed
-    return search.best
+    return search.answer()
 
 
 def may_open(question: Question) -> bool:
@@ -117,7 +92,7 @@ def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
 
 
 class _SetSearch(Generic[L]):
-    """The sets that have been tried, and the best limit so far, which an interrupt keeps."""
+    """The sets that are known, and the best limit so far, which an interrupt keeps."""
 
     def __init__(
         self,
@@ -125,195 +100,241 @@ class _SetSearch(Generic[L]):
         closed: L,
         start_by: float,
         enough: float,
-        moves: bool,
+        programs: int,
         bar: Bar,
     ) -> None:
         self.best = closed
         self.failed: SolverError | None = None
-        self.tried = {closed.open.tobytes()}
-        self._question = closed._question
+        self._closed = closed
         self._limit_of = limit_of
         self._start_by = start_by
         self._enough = enough
-        self._moves = moves
+        self._most = programs
+        self._programs = 1
         self._bar = bar
-        self._keep(closed)
+        # The bound of each set that is known. If its limit is not safe at the best load factor, the
+        # set is separate, and does not count.
+        self._bounds = {closed.open.tobytes(): _bound(closed)}
+        self._separate = list[L]()
+        # The nodes that may open and close, and the open ones of the others.
+        self._nodes = np.zeros(0, dtype=int)
+        self._fixed = closed.open
+        # Branches that are not done, and the largest bound of those that are done.
+        self._branches: list[Branch] | None = None
+        self._done = -np.inf
+        keep_best(bar, self.answer)
 
-    def climb(self, start: L) -> None:
-        """Move to a neighbouring set with a higher limit, as long as there is one."""
-        current: L | None = start
-        while current and self._moves and self._goes_on():
-            above = current.load_factor * (1 + SEARCH.gain)
-            neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(current))
-            current = next(filter(None, neighbours), None)
+    def answer(self) -> L:
+        """The best limit, and what is known of all other sets."""
+        separate = min((limit.least for limit in self._separate), default=np.inf)
+        return replace(self.best, _searched=Searched(self._programs, self.bound, separate))
 
-    def climb_from(self, sets: Iterator[Booleans]) -> None:
-        """Climb from the best of some sets and, if that is no great work, from the last one."""
-        starts = [limit for limit in map(self.limit, sets) if limit is not None]
-        if not starts:
-            return
-        self.climb(max(starts, key=lambda limit: limit.load_factor))
-        # The last start has the least friction. Other sets are close to it.
-        if len(self.tried) * starts[-1].slip.size < SEARCH.work:
-            self.climb(starts[-1])
+    @property
+    def bound(self) -> float:
+        """Load factor that no set exceeds, apart from separate ones."""
+        if self._branches is None or len(self._nodes) < len(self.best.open):
+            return np.inf
+        return max(self._done, _bound(self.best), *(branch.bound for branch in self._branches))
+
+    @property
+    def _above(self) -> float:
+        """The load factor above which a limit is higher than the best one."""
+        best = self.best
+        if not _counts(best, self._start_by):
+            return -np.inf
+        unit = FLOOR * best._question.load_unit
+        return best.load_factor + SEARCH.gain * max(best.load_factor, unit)
 
     def _goes_on(self) -> bool:
-        return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
+        reached = _counts(self.best, self._start_by) and self.best.load_factor >= self._enough
+        return self._programs < self._most and not reached
 
-    def limit(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
-        """The limit of a new set; None if it does not count or is at most `above`."""
-        if open_nodes.tobytes() in self.tried or len(self.tried) > SEARCH.programs:
-            return None
-        self.tried.add(open_nodes.tobytes())
-        self._bar.update()
-        limit = self._solved(open_nodes, above)
-        if limit is None or not _counts(limit, self._start_by) or limit.load_factor <= above:
-            return None
-        if not self._compared(limit):
-            return None
-        self._keep(self.best)
-        return limit
+    def compare(self) -> None:
+        """Bound the limits of all sets, until no other set may have a higher limit.
 
-    def _keep(self, limit: L) -> None:
-        keep_best(self._bar, limit)
+        In a large contact, first only the nodes that move most may open and close: twelve, then
+        twice as many, until all may.
+        """
+        count = COMPARE.small[0]
+        total = self._closed._question.system.nodes
+        while self._branches is None and self._goes_on():
+            best = self.best
+            self._compare(np.sort(np.argsort(-motion_of(best), kind="stable")[:count]))
+            if count < total:
+                self._branches = None
+                count *= 2 if self.best is best else 1
 
-    def _solved(self, open_nodes: Booleans, above: float) -> L | None:
-        """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
-        if open_nodes.all():
+    def _compare(self, nodes: Integers) -> None:
+        """Bound the limits of the sets that differ from the best one in some nodes alone."""
+        self._nodes = nodes
+        self._fixed = self.best.open.copy()
+        self._fixed[nodes] = False
+        question = with_open(self._closed._question, self._fixed)
+        assert question is not None  # fewer nodes are open than in the best set
+        loose = LooseNodes(question, nodes, float(np.nan_to_num(self.best.load_factor)))
+        none = np.zeros(len(nodes), dtype=bool)
+        self._branches = [Branch(none, none)]
+        self._done = -np.inf
+        while self._branches and self._goes_on():
+            # An interrupt must find the branch that is being solved.
+            self._branches[-1:] = self._parts(self._branches[-1], loose)
+
+    def _parts(self, branch: Branch, loose: LooseNodes) -> list[Branch]:
+        """Bound a branch; if some of its sets may be better than the best one, return its parts."""
+        if self._may_be_better(branch):
+            self._count()
+            relaxed = loose.solve(branch, self._least_wanted)
+            branch = replace(branch, bound=min(branch.bound, relaxed.bound))
+        if not self._may_be_better(branch):
+            self._done = max(self._done, branch.bound)
+            return []
+        undecided = branch.undecided
+        opens = branch.opens
+        index = int(undecided.argmax())
+        decided = not undecided.any()
+        if relaxed.motion is not None and relaxed.pressure is not None:
+            opens = np.where(undecided, relaxed.pressure <= relaxed.motion, branch.opens)
+            between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), 0.0)
+            decided = bool(between.max() <= COMPARE.decided)
+            index = int(np.where(undecided, relaxed.motion * relaxed.pressure, -1.0).argmax())
+        open_nodes = self._fixed.copy()
+        open_nodes[self._nodes] = opens
+        if decided:
+            self.limit(open_nodes, self._above)
+        if undecided.any() and self._may_be_better(branch):
+            return branch.divided(index, open_first=bool(opens[index]))
+        bound = branch.bound if undecided.any() else self._bounds[open_nodes.tobytes()]
+        self._done = max(self._done, bound)
+        return []
+
+    @property
+    def _least_wanted(self) -> float:
+        """The load factor above which limits are searched."""
+        enough = self._enough * (1 - RESIDUAL) if self._enough < np.inf else -np.inf
+        return max(self._above, enough)
+
+    def _may_be_better(self, branch: Branch) -> bool:
+        return branch.bound > self._least_wanted
+
+    def locally(self) -> None:
+        """Search near the nodes that the mean load opens, and near the nodes that govern.
+
+        Under a static load only the nodes that the mean load opens are tried: a search would open
+        more nodes until a body slides off.
+        """
+        closed = self._closed
+        question = closed._question
+        moves = not question.static and self._goes_on() and _counts(closed, self._start_by)
+        governed = moves and len(governing(closed)) > 0
+        tending = moves and bool(tends_to_open(closed).any())
+        no_slip = np.zeros(question.system.slip_shape)
+        # If zero slip is safe, the mean load alone leaves all nodes closed, as `closed` does.
+        settles_closed = question.violation(0.0, no_slip) <= RESIDUAL
+        if settles_closed and not governed:
+            return
+        if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
+            # The search for a motion of bodies under the mean load would factorise the stiffness.
+            mean = reactions(question.system, [question.cycle.mean])[0]
+            note_balanced(question.system, question.friction, mean)
+        self._climb(closed)
+        if tending or not settles_closed:
+            safe = _counts(self.best, self._start_by)
+            self._climb_from(settled_sets(question, tending, safe))
+
+    def _climb(self, start: L) -> None:
+        """Move to a neighbouring set with a higher limit, as long as there is one."""
+        current: L | None = start
+        moves = not start._question.static
+        while current and moves and self._goes_on() and _counts(self.best, self._start_by):
+            above = current.load_factor * (1 + SEARCH.gain)
+            neighbours = (self._neighbour(opened, above) for opened in next_to(current))
+            current = next(filter(None, neighbours), None)
+
+    def _climb_from(self, sets: Iterator[Booleans]) -> None:
+        """Climb from the best of some sets and, if that is no great work, from the last one."""
+        starts = [limit for limit in map(self._neighbour, sets) if limit is not None]
+        if not starts:
+            return
+        self._climb(max(starts, key=lambda limit: limit.load_factor))
+        # The last start has the least friction. Other sets are close to it.
+        if len(self._bounds) * starts[-1].slip.size < SEARCH.work:
+            self._climb(starts[-1])
+
+    def _neighbour(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
+        return self.limit(open_nodes, above) if self._goes_on() else None
+
+    def limit(self, open_nodes: Booleans, above: float) -> L | None:
+        """The limit of a new set; None if it does not count, or is at most `above`."""
+        key = open_nodes.tobytes()
+        if key in self._bounds:
             return None
+        # If its answer fails, the set may have any limit.
+        self._bounds[key] = np.inf
+        limit: L | None = None
         try:
-            question = with_open(self._question, open_nodes)
+            question = None
+            if not open_nodes.all():
+                question = with_open(self._closed._question, open_nodes)
+            # Closed nodes that do not hold the others have no limit.
             if question is not None:
-                return self._limit_of(question, above)
+                self._count()
+                limit = self._limit_of(question, above)
         except SolverError as error:
             self.failed = error
+            return None
         except FrictoptError:
-            pass
-        return None
+            return None
+        self._bounds[key] = above
+        if limit is None or not _counts(limit, self._start_by) or limit.load_factor <= above:
+            return None
+        counts = self._compared(limit)
+        self._bounds[key] = _bound(limit) if counts else -np.inf
+        return limit if counts else None
 
     def _compared(self, limit: L) -> bool:
         """Keep the better limit; False if load factors between both limits are not safe."""
-        best = self.best
-        if not _counts(best, self._start_by):
-            self.best = limit
+        if limit.load_factor <= self._above:
             return True
-        gain = 1 + SEARCH.gain
-        if limit.load_factor > best.load_factor * gain:
-            reach = max(best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
-            if limit.least > reach * gain:
-                return False
-            self.best = replace(limit, least=min(best.least, limit.least))
-        return True
+        self._separate.append(limit)
+        joined = [limit]
+        while joined:
+            joined = [other for other in self._separate if self._joins(other)]
+            if joined:
+                highest = max(joined, key=lambda other: other.load_factor)
+                least = highest.least
+                if _counts(self.best, self._start_by):
+                    least = min(self.best.least, least)
+                self.best = replace(highest, least=least)
+            above = self._above
+            self._separate = [other for other in self._separate if other.load_factor > above]
+        return limit not in self._separate
+
+    def _joins(self, limit: L) -> bool:
+        """Whether a higher limit is safe at the best load factor."""
+        if not _counts(self.best, self._start_by):
+            return True
+        reach = max(self.best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
+        return not limit.least > reach * (1 + SEARCH.gain)
+
+    def _count(self) -> None:
+        self._programs += 1
+        self._bar.update()
 
 
-def keep_best(bar: Bar, limit: ShakedownAnswer) -> None:
-    """Keep the best limit for an interrupt."""
-    best = f"at least {limit.load_factor:.4g} so far"
-    if np.isnan(limit.load_factor):
-        best = "none safe so far"
-    bar.keep("limit", limit, "the best limit by then is in the attribute `limit`", best)
+def _bound(limit: ShakedownAnswer) -> float:
+    """The bound of a set; -inf if no load factor is safe."""
+    return -np.inf if np.isnan(limit.load_factor) else limit.bound
 
 
-def _settled(question: Question, tends_to_open: bool, safe: bool) -> Iterator[Booleans]:
-    """Open nodes under the mean load, for the given friction, for more and for less.
+def keep_best(bar: Bar, answer: Callable[[], ShakedownAnswer]) -> None:
+    """Keep the best limit for an interrupt, and show it with the bound of all sets."""
 
-    If the mean load opens no node with the given friction, other frictions are tried only if some
-    governing node `tends_to_open`. `safe`: whether some set is known to be safe.
-    """
-    for share in SEARCH.frictions:
-        try:
-            opened = open_under_mean(question, share * question.friction)
-        except SolverError:
-            # The state under the mean load is not known, so that this start is missing. If no other
-            # state of rest is known, raise: a failed solver does not prove that none exists. A body
-            # that slides off has no such state.
-            if share == 1.0 and not safe and not _slides_off(question):
-                raise
-            continue
-        yield from opened
-        if share == 1.0 and not (opened or tends_to_open):
-            return
+    def so_far() -> str:
+        limit = answer()
+        if np.isnan(limit.load_factor):
+            return "none safe so far"
+        most = limit._searched.bound
+        bound = f", at most {most:.4g}" if most < np.inf else ""
+        return f"at least {limit.load_factor:.4g}{bound} so far"
 
-
-def _slides_off(question: Question) -> bool:
-    """Whether the mean load slides a body off at the pressures of the closed contact."""
-    statics = Statics(question.system, question.friction)
-    return any(
-        statics.slides_off("the mean load", forces.ravel()) is not None for forces in question.r0
-    )
-
-
-def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
-    """Neighbouring sets of open nodes: some governing nodes of the limit are opened or closed.
-
-    First all governing nodes change, then only the nodes at the border between open and closed
-    nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
-    may govern on one side only. Then governing nodes change one by one, in space in small groups,
-    beginning at the border.
-    """
-    question = limit._question
-    open_nodes = question.open_nodes
-    plane = question.system.tangents == 1
-    governing = _governing(limit)
-    changes = np.roll(open_nodes, 1) != open_nodes
-    border = changes | np.roll(changes, -1)
-    edge = governing[border[governing]]
-    inner = governing[~border[governing]]
-
-    groups = [governing, edge]
-    if plane:
-        groups += [np.flatnonzero(border & (open_nodes == state)) for state in (False, True)]
-    size = 1 if plane or len(governing) <= SEARCH.few else SEARCH.group
-    for part in (edge, inner):
-        groups += [part[start : start + size] for start in range(0, len(part), size)]
-    for nodes in groups:
-        flipped = open_nodes.copy()
-        flipped[nodes] ^= True
-        yield flipped
-
-
-def _governing(limit: ShakedownAnswer) -> Integers:
-    """Nodes that govern a limit and may change, largest motion first.
-
-    In a large closed contact without gaps, only nodes that tend to open govern.
-    """
-    question = limit._question
-    motion = _motion(limit)
-    share = np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)
-    governs = motion > share * motion.max()
-    if not (question.open_nodes.any() or _pressed_nodes_may_open(question)):
-        governs = _tends_to_open(limit)
-    order = np.argsort(-motion, kind="stable")
-    return np.asarray(order[governs[order]])
-
-
-def _tends_to_open(closed: ShakedownAnswer) -> Booleans:
-    """(N,) governing nodes of a closed contact without pressure, or pulled by the mean load."""
-    motion = _motion(closed)
-    unpressed = _touching(closed) & (motion > SEARCH.governs_touching * motion.max())
-    pulled = closed._question.r0[:, -1].max(axis=0) < 0
-    return np.asarray(unpressed | pulled & (motion > SEARCH.governs * motion.max()))
-
-
-def _motion(limit: ShakedownAnswer) -> Array:
-    """(N,) motions of the nodes in the mechanism of a limit; of open nodes, how far they touch."""
-    motion: Array = limit._motion.parts(limit._question.system).sum(axis=(0, 1))
-    return motion
-
-
-def _pressed_nodes_may_open(question: Question) -> bool:
-    """Whether pressed nodes are opened, too, while all nodes are closed."""
-    system = question.system
-    has_gaps = bool((system.gap > TOUCHES * question.clearance).any())
-    return has_gaps or system.nodes <= SEARCH.small
-
-
-def _touching(limit: ShakedownAnswer) -> Booleans:
-    """(N,) open nodes whose gap closes at a corner, and closed nodes without pressure at one."""
-    question = limit._question
-    if not np.isfinite(limit.load_factor):
-        return np.zeros(question.system.nodes, dtype=bool)
-    u, r = question.states(limit.load_factor, limit.slip)
-    shut = u[:, -1].min(axis=0) <= TOUCHES * question.clearance
-    unpressed = r[:, -1].min(axis=0) <= TOUCHES * question.force
-    return np.asarray(np.where(question.open_nodes, shut, unpressed))
+    bar.keep("limit", answer, "the best limit by then is in the attribute `limit`", so_far)

@@ -27,7 +27,7 @@ from ..base import (
     progress_bar,
     warns_of_odd_values,
 )
-from ..base.checks import flag, flags
+from ..base.checks import flag, flags, whole_number
 from ..contact import ContactSystem, LoadCycle
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
@@ -62,6 +62,7 @@ def shakedown_limit(
     *,
     open: ArrayLike | None = None,
     events: bool = False,
+    programs: int | None = None,
     slip_bound: Any = None,
     simplify: bool = True,
     solver: str | None = None,
@@ -71,13 +72,14 @@ def shakedown_limit(
 
     `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at every
     corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With `events`,
-    nodes may also be open during a part of the cycle. The open nodes are searched near the settled
-    mean load. With other nodes open, a contact may shake down above the limit. If the contact is
-    uncoupled (B = 0), only loads open and close nodes. Then the limit holds for all openings and
-    closings (theory, "Contact areas that move"). If the load factor scales normal loads, too, the
-    contact may shake down again above the limit, see `ShakedownLimit.intervals`. Ctrl-C in a search
-    raises KeyboardInterrupt with an attribute `limit`, the best limit so far. Theory, eq. (7);
-    Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
+    nodes may also be open during a part of the cycle. Of a small contact all sets of open nodes are
+    compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger one they are
+    searched near the settled mean load: with other nodes open, it may shake down above the limit.
+    If the contact is uncoupled (B = 0), only loads open and close nodes. Then the limit holds for
+    all openings and closings (theory, "Contact areas that move"). If the load factor scales normal
+    loads, too, the contact may shake down again above the limit, see `ShakedownLimit.intervals`.
+    Ctrl-C in a search raises KeyboardInterrupt with an attribute `limit`, the best limit so far.
+    Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
@@ -93,6 +95,11 @@ def shakedown_limit(
         is searched by pivots and transients, which takes some seconds. If the load does not return
         along the same path, no order is searched, because events cannot raise the limit. Not
         allowed with a slip bound, or constraints.
+    programs
+        Largest number of programs of the search of open nodes, which then compares all sets.
+        None: 1000 if the contact has at most 16 nodes, in space 8. Else 60, and sets near the
+        settled mean load alone are compared. `ShakedownLimit.bound_of_sets` is what is proven of
+        all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
@@ -121,7 +128,9 @@ def shakedown_limit(
         question = pose(
             system, cycle, friction, simplify=simplify, slip_bound=slip_bound, question_name=name
         )
-        return ShakedownLimits(solver).of_question(question, open, events)
+        if programs is not None:
+            programs = whole_number("programs", programs, least=1)
+        return ShakedownLimits(solver).of_question(question, open, events, programs=programs)
 
 
 class ShakedownLimits:
@@ -135,11 +144,17 @@ class ShakedownLimits:
         self._unknowns = unknowns
 
     def of_question(
-        self, question: Question, open: Any, events: bool, user: Any = None
+        self,
+        question: Question,
+        open: Any,
+        events: bool,
+        user: Any = None,
+        programs: int | None = None,
     ) -> ShakedownLimit:
         """The limit with given nodes open, or with the best set of open nodes that a search finds.
 
         With `events` some nodes may open and close in each cycle. `user`: the `UserRows`.
+        `programs`: see `best_open_set`.
         """
         restricted = user is not None or open is not None
         flag("events", events)
@@ -156,7 +171,7 @@ class ShakedownLimits:
                     "closed"
                 )
             return self.of_set(opened, user)
-        limit = self.of_any_set(question)
+        limit = self.of_any_set(question, programs=programs)
         if user is not None:
             return self.of_set(limit._question, user)
         known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
@@ -184,17 +199,22 @@ class ShakedownLimits:
         return ShakedownLimits(self.solver).of_set(question, largest=largest)
 
     def of_any_set(
-        self, question: Question, start_by: float = np.inf, enough: float = np.inf
+        self,
+        question: Question,
+        start_by: float = np.inf,
+        enough: float = np.inf,
+        programs: int | None = None,
     ) -> ShakedownLimit:
         """The limit with the best open nodes of a search; see `best_open_set`."""
         if may_open(question):
             closed = self._in_search(question, -np.inf)
         else:
             closed = self.of_set(question)
-        best = best_open_set(self._in_search, closed, start_by, enough)
+        best = best_open_set(self._in_search, closed, start_by, enough, programs)
         if best._solved is None:
             # That no load factor is safe has no proof yet.
-            return replace(self.of_set(best._question), least=best.least)
+            proven = self.of_set(best._question)
+            return replace(proven, least=best.least, _searched=best._searched)
         return best
 
     def _in_search(self, question: Question, above: float) -> ShakedownLimit:
@@ -442,9 +462,10 @@ def _not_finite(
 class ShakedownLimit(ShakedownAnswer):
     """Shakedown limit with its proof from both sides, for one set of `open` nodes.
 
-    A local search near the settled mean load finds the set. With `events` some nodes may open and
-    close in each cycle. With other open nodes, or another order of events, the contact may shake
-    down above the limit, see `covers`. Theory, eq. (8).
+    A search finds the set. If `best_of_all` is True, no other set is better; else `bound_of_sets`
+    is what is proven of all sets. With `events` some nodes may open and close in each cycle. With
+    other open nodes, or another order of events, the contact may shake down above the limit, see
+    `covers`. Theory, eq. (8).
 
     Attributes
     ----------

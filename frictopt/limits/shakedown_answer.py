@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ..base import (
+    FLOOR,
     RESIDUAL,
     ZERO_LOAD_FACTOR,
     Array,
@@ -15,6 +17,7 @@ from ..base import (
     Table,
     finite_number,
     frozen,
+    kept,
     number_of,
 )
 from ..contact import lengths
@@ -29,6 +32,17 @@ from .proven_again import check_bound, check_slip
 from .question import Question
 
 
+@kept
+class Searched(NamedTuple):
+    """What the search of open nodes knows of all sets of nodes that stay open."""
+
+    programs: int = 0
+    # Load factor that no set exceeds, apart from those that are not safe at the limit. These are
+    # safe from the load factor `separate` on. -inf if no set has a safe load factor.
+    bound: float = np.inf
+    separate: float = np.inf
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownAnswer(Rated):
     """Base of `ShakedownLimit`, whose docstring describes the fields."""
@@ -39,6 +53,7 @@ class ShakedownAnswer(Rated):
     objective: float | None = None
     # The reason that there is no largest safe load factor, or one that replaces the usual reason.
     _why: str = ""
+    _searched: Searched = Searched()
     # Whether it ends load factors of rest, for all openings and closings.
     _ends_rests: bool = False
 
@@ -111,10 +126,48 @@ class ShakedownAnswer(Rated):
         if self.open.any():
             opened = number_of(int(self.open.sum()), "node")
             states = f"{opened} open (`open`) and the others closed"
+        others = "with other nodes open, or"
+        if self.best_of_all:
+            states = f"any nodes open (here {states})"
+            others = "with"
+            if self._searched.separate < np.inf:
+                least = self._searched.separate
+                others = f"with other nodes open from {least:.6g} on, or with"
         return (
-            f"states of rest with {states} all through the cycle; with other nodes open, or "
-            "nodes that open and close, the contact may shake down above it"
+            f"states of rest with {states} all through the cycle; {others} nodes that open and "
+            "close, the contact may shake down above it"
         )
+
+    @property
+    def programs(self) -> int:
+        """The number of programs of the search of open nodes; 0 if they were given."""
+        return self._searched.programs
+
+    @property
+    def best_of_all(self) -> bool:
+        """Whether no other set of nodes that stay open all through the cycle has a higher limit.
+
+        It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
+        open ones, by branch and bound. Sets that are safe only from a load factor above the limit
+        on do not count; `covers` names this load factor. False if the search ended before, or if
+        the set was given.
+        """
+        if not np.isfinite(self.load_factor):
+            return bool(self._searched.bound == -np.inf or self.load_factor > 0)
+        unit = FLOOR * self._question.load_unit
+        # Twice the gain that counts in the search.
+        return bool(self._searched.bound <= self.load_factor + 2e-7 * max(self.load_factor, unit))
+
+    @cached_property
+    def bound_of_sets(self) -> float:
+        """Load factor that no set of nodes that stay open all through the cycle exceeds.
+
+        It is the bound of the search, or `bound_for_all` if that is less. Sets that are safe only
+        from a load factor above the limit on do not count. -inf if no set has a safe load factor.
+        """
+        if self.best_of_all:
+            return self._searched.bound
+        return min(self._searched.bound, self.bound_for_all)
 
     @cached_property
     def bound_for_all(self) -> float:

@@ -346,7 +346,8 @@ def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Ar
     gaps = forces[here, -question.system.nodes :][:, question.open_nodes]
     slides = elastic.slides.T @ values[elastic.slips]  # (k,)
     opening = elastic.opening[question.open_nodes] / question.clearance  # (O, k) gaps by slide
-    needed = opening @ slides - gaps.min(axis=0) / question.clearance
+    margin = solution.values("margin")[0] if "margin" in program.named else 0.0
+    needed = opening @ slides - gaps.min(axis=0) / question.clearance + margin
 
     columns = np.vstack([opening.T, needed])
     last = np.eye(len(slides) + 1)[-1]

@@ -251,11 +251,10 @@ def _answer(engine: Any) -> tuple[str, Array, Array]:
 
 
 class WarmProgram:
-    """A linear program that HiGHS keeps: a solution starts from the basis of an earlier one.
+    """A linear program that HiGHS keeps: a solution starts from the basis of the last one.
 
-    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds of
-    rows may change between two solutions. With tighter bounds of rows an earlier basis is dual
-    feasible, so that the dual simplex takes few steps.
+    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds may
+    change between two solutions.
     """
 
     def __init__(
@@ -274,21 +273,18 @@ class WarmProgram:
         """Change the bounds of some rows."""
         self._engine.changeRowsBounds(len(rows), rows.astype(np.int32), least, most)
 
-    @property
-    def basis(self) -> Any:
-        """The basis of the last solution."""
-        return self._engine.getBasis()
+    def bound_columns(self, columns: Integers, lower: Array, upper: Array) -> None:
+        """Change the bounds of some unknowns."""
+        self._engine.changeColsBounds(len(columns), columns.astype(np.int32), lower, upper)
 
-    def solve(self, basis: Any = None, cutoff: float = np.inf) -> tuple[str, Array, Array]:
+    def solve(self, cutoff: float = np.inf) -> tuple[str, Array, Array]:
         """Status, x, and the multipliers of the rows: above 0 at `most`, below 0 at `least`.
 
-        Without a basis the solution starts from the last one. It may stop, `CUT_OFF`, as soon as
-        its multipliers prove that the cost is above the cutoff.
+        It may stop, `CUT_OFF`, as soon as its multipliers prove that the cost is above the cutoff.
+        If it is infeasible, the multipliers are those of the proof.
         """
         engine = self._engine
         engine.setOptionValue("objective_bound", cutoff)
-        if basis is not None:
-            engine.setBasis(basis)
         engine.run()
         if engine.getModelStatus() not in _OUTCOMES:
             # From no basis, the other simplex often ends where the first one gives up.
@@ -296,7 +292,11 @@ class WarmProgram:
             engine.setOptionValue("simplex_strategy", _PRIMAL)
             engine.run()
             engine.setOptionValue("simplex_strategy", _DUAL)
-        return _answer(engine)
+        outcome, x, y = _answer(engine)
+        if outcome == INFEASIBLE:
+            _, exists, ray = engine.getDualRay()
+            y = -np.array(ray) if exists else np.zeros(len(y))
+        return outcome, x, y
 
 
 def _by_clarabel(program: Arrays, solver: str) -> tuple[str, Array, Array]:

@@ -67,7 +67,6 @@ MADE = {  # name, which begins with the kind -> how it is made
     "ShakedownLimit with an open node": lambda: fo.shakedown_limit(NODE, LIFTS, 0.5),
     "GrossSlip": lambda: fo.gross_slip(PUNCH.condense(), SHEARED, 0.5),
     "LoadLoop": lambda: fo.march(PUNCH.condense(), SWAYED, 0.5, 1.0, cycles=1).loop("Q"),
-    "BestOpenNodes": lambda: fo.best_open_nodes(answer("ShakedownLimit"), nodes=[0]),
     "BackboneCurve": lambda: fo.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
     "ForcedResponse": lambda: backbone().response([0.1], damping=0.01),
     "Report": lambda: fo.report(*ASKED, [0.5]),

@@ -318,7 +318,7 @@ def test_closed_contacts_keep_their_limit():
     cycle = fo.LoadCycle({"P": P}, [{"Q": -0.3, "P": 0.1}, {"Q": 0.3, "P": -0.2}])
     limit = fo.shakedown_limit(flat, cycle, F)
     closed = fo.shakedown_limit(flat, cycle, F, open=np.zeros(8, dtype=bool))
-    assert limit.load_factor == closed.load_factor and limit.reason == closed.reason
+    assert limit.load_factor == closed.load_factor and limit.reason.startswith(closed.reason)
     assert_allclose(limit.intervals[0], [0, limit.load_factor])
 
 

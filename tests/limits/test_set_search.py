@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits import ShakedownLimits, pose, with_open
-from frictopt.limits.set_search import _settled
+from frictopt.limits.likely_sets import settled_sets
 from frictopt.solve import interior_point
 from helpers import spatial
+from helpers.blocks import block
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, NODE, explained, random_system, system
@@ -409,24 +410,34 @@ def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed,
         assert fo.safe_slip(contact, cycle, f, limit.least + share * (most - limit.least)).exists
 
 
-def test_a_static_load_opens_no_node_for_a_higher_limit():
-    """The search opens no node by a static load for a higher limit.
+def test_a_static_load_opens_a_node_above_the_limit_of_the_closed_contact():
+    """Node 1 slips as it is unloaded: without shear its pressure is 1 - lam - 0.006 lam.
 
-    Node 1 slips as it is unloaded: without shear its pressure is 1 - lam - 0.006 lam. Above 1 /
-    1.006 it opens, and any load finds a state of rest, which the limit leaves to the path.
+    Above 1 / 1.006 it opens, and any load finds a state of rest.
     """
     B = np.diag([0.0, 0.01])
     pair = system(np.eye(2), B, 0.0, [2.0, 1.0], [0.5, 0.6], [0.0, -1.0])
-    limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5)
-    assert limit.load_factor == pytest.approx(1 / 1.006)
-    assert not limit.open.any()
+    static = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+    closed = fo.shakedown_limit(pair, static, 0.5, open=[False, False])
+    assert closed.load_factor == pytest.approx(1 / 1.006)
+    assert "until a body slides off" in closed.reason
+    limit = fo.shakedown_limit(pair, static, 0.5)
+    assert limit.load_factor == np.inf and limit.open.tolist() == [False, True]
+    steady = fo.steady_state(pair, static, 0.5, 1.5)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
+
+
+def test_a_static_load_opens_no_further_nodes_of_a_large_contact():
+    """The search opens only the nodes that the mean load opens, here none."""
+    contact, static, friction = block(47, nodes=16, corners=1)
+    limit = fo.shakedown_limit(contact, static, friction)
     assert "until a body slides off" in limit.reason
-    assert (
-        fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome
-        is fo.Outcome.SHAKEDOWN
-    )
-    twice = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}] * 2), 0.5)
-    assert twice.load_factor == pytest.approx(1 / 1.006) and twice.reason == limit.reason
+    assert not fo.march(contact, static, friction, 0.0, cycles=1).gap[-1].any()
+    assert not limit.open.any()
+    (corner,) = static.corners
+    twice = fo.LoadCycle(static.mean, [corner, corner])
+    again = fo.shakedown_limit(contact, twice, friction)
+    assert again.load_factor == pytest.approx(limit.load_factor) and again.reason == limit.reason
 
 
 def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
@@ -437,8 +448,7 @@ def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
     """
     pair = system(np.eye(2), [[0.0, 0.0], [0.5, 0.0]], [1.0, 0.0], [1.0, 0.1], [0.1, 0.0], 0.0)
     starts = [
-        opened.tolist()
-        for opened in _settled(pose(pair, CYCLE, 1.2), tends_to_open=True, safe=True)
+        opened.tolist() for opened in settled_sets(pose(pair, CYCLE, 1.2), tending=True, safe=True)
     ]
     assert (
         fo.march(pair, CYCLE, 1.2, 0.0, cycles=1).gap.max()
@@ -456,8 +466,7 @@ def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction
     """
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [1.0, 0.0], [1.0, -0.05], [0.1, 0.0], 0.0)
     starts = [
-        opened.tolist()
-        for opened in _settled(pose(pair, CYCLE, 0.7), tends_to_open=True, safe=True)
+        opened.tolist() for opened in settled_sets(pose(pair, CYCLE, 0.7), tending=True, safe=True)
     ]
     assert (
         fo.march(pair, CYCLE, 1.05, 0.0, cycles=1).gap[-1, 1]

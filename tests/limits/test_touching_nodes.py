@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import set_search, shakedown
+from frictopt.limits import likely_sets, set_search, shakedown
 from helpers.cases import few
 from helpers.separation import lifted_system, open_in_space, pulled_system, rests
 from helpers.spatial import vectors
@@ -82,7 +82,7 @@ def test_pressed_nodes_of_a_small_contact_are_opened(seed, monkeypatch):
     limit = fo.shakedown_limit(contact, cycle, friction)
     assert limit.residual < 1e-9
     assert better_set(contact, cycle, friction, limit) == limit.load_factor
-    monkeypatch.setattr(set_search, "SEARCH", replace(set_search.SEARCH, small=0))
+    monkeypatch.setattr(set_search, "COMPARE", replace(set_search.COMPARE, small=(0, 0)))
     assert fo.shakedown_limit(contact, cycle, friction).load_factor < 0.95 * limit.load_factor
 
 
@@ -92,7 +92,7 @@ def test_pressed_nodes_are_opened_where_nodes_have_gaps():
     with_gap = contact.with_gap(np.eye(contact.nodes)[0] * gap)
     best = fo.shakedown_limit(contact, cycle, friction).load_factor
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(set_search, "SEARCH", replace(set_search.SEARCH, small=0))
+        patch.setattr(set_search, "COMPARE", replace(set_search.COMPARE, small=(0, 0)))
         closed = fo.shakedown_limit(contact, cycle, friction).load_factor
         opened = fo.shakedown_limit(with_gap, cycle, friction).load_factor
     assert closed < 0.9 * best
@@ -101,7 +101,7 @@ def test_pressed_nodes_are_opened_where_nodes_have_gaps():
 
 @pytest.mark.parametrize("seed", few(SETTLED, 2))
 def test_the_set_of_the_mean_load_is_tried_though_a_slip_keeps_all_nodes_closed(seed, monkeypatch):
-    monkeypatch.setattr(set_search, "SEARCH", replace(set_search.SEARCH, small=0))
+    monkeypatch.setattr(set_search, "COMPARE", replace(set_search.COMPARE, small=(0, 0)))
     contact, cycle, friction = fuzzed(seed)
     settled = fo.march(contact, cycle, friction, 0.0, cycles=1).status[-1] == 2
     closed = fo.shakedown_limit(contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool))
@@ -145,7 +145,7 @@ def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
     assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
     changed = again._motion.parts(other).sum(axis=(0, 1))
     assert 1e-5 < changed[node] / changed.max() < 0.02 < motion[node] / motion.max()
-    flips = [np.flatnonzero(opened ^ limit.open).tolist() for opened in set_search._next_to(again)]
+    flips = [np.flatnonzero(opened ^ limit.open).tolist() for opened in likely_sets.next_to(again)]
     assert [node] in flips
 
 
@@ -173,7 +173,7 @@ def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
         quarter, cycle, 0.15, 0.99 * limit.load_factor, initial_state=limit.state, most_cycles=200
     )
     assert steady.outcome is fo.Outcome.SHAKEDOWN
-    search = replace(set_search.SEARCH, governs_touching=set_search.SEARCH.governs)
-    monkeypatch.setattr(set_search, "SEARCH", search)
+    search = replace(likely_sets.SEARCH, governs_touching=likely_sets.SEARCH.governs)
+    monkeypatch.setattr(likely_sets, "SEARCH", search)
     few_nodes = fo.shakedown_limit(quarter, cycle, 0.15)
     assert few_nodes.load_factor < 0.96 * limit.load_factor

@@ -25,7 +25,6 @@ def state():
 def ask(seed):
     system = random_system(np.random.default_rng(seed), 3)
     limit = fo.shakedown_limit(system, CYCLE, 0.5, progress=False)
-    fo.best_open_nodes(limit, nodes=[0], progress=False)
     fo.dissipation_study(system, CYCLE, 0.5, [0.5], progress=False)
     return limit.load_factor
 

@@ -31,9 +31,6 @@ def _curve(contact, lam, steps):
 ASKED = {
     "onset": lambda s, lam, steps: fo.onset(s, CYCLE, F),
     "shakedown_limit": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F),
-    "best_open_nodes": lambda s, lam, steps: fo.best_open_nodes(
-        fo.shakedown_limit(s, CYCLE, F), range(s.nodes)
-    ),
     "ShakedownLimit.least_slip": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F).least_slip(
         1.2 * lam
     ),

@@ -269,10 +269,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1},
     ),
     "order_preserving": (fo.reference.order_preserving, {"system": CONTACT}),
-    "best_open_nodes": (
-        fo.best_open_nodes,
-        {"limit": fo.shakedown_limit(**ASKED), "nodes": [0, 1], "programs": 50},
-    ),
     "onset": (fo.onset, ASKED),
     "check_contact_law": (
         fo.reference.check_contact_law,

@@ -1,0 +1,80 @@
+"""Load factors that are safe with nodes that stay open, for all sets of them.
+
+Plain linear programs of scipy have the slips of the closed nodes as unknowns. They share no code
+with the search of open nodes.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linprog
+
+import frictopt as fo
+
+
+def interval_of_set(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, opened: Any
+) -> tuple[float, float] | None:
+    """The least and the largest safe load factor with these nodes open.
+
+    None if none is safe, or if the closed nodes do not hold the open ones.
+    """
+    n = system.nodes
+    S = system.S / system.stiffness_scale
+    force = float(np.abs(np.concatenate(system.reaction(cycle.mean))).sum()) or 1.0
+    gap = system.gap * system.stiffness_scale / force
+    f = np.broadcast_to(friction, n)
+    closed = np.flatnonzero(~opened)
+    free = np.flatnonzero(np.tile(opened, 2))
+    # Rounding of a condensed stiffness makes a motion that nothing holds this soft.
+    if len(free) and np.linalg.cond(S[np.ix_(free, free)]) > 1e12:
+        return None
+    mean = np.concatenate(system.reaction(cycle.mean)) / force
+    # The columns are the load factor, the slips of the closed nodes, and 1.
+    rows = []
+    for corner in np.hstack(cycle.corner_reactions(system)) / force:
+        constant = mean - S[:, n + closed] @ gap[closed]
+        forces = np.column_stack([corner, S[:, closed], constant])
+        if len(free):
+            motion = -np.linalg.solve(S[np.ix_(free, free)], forces[free])
+            forces = forces + S[:, free] @ motion
+            gaps = motion[len(free) // 2 :].copy()
+            gaps[:, -1] += gap[opened]
+            rows.append(gaps)
+        q, p = forces[closed], forces[n + closed]
+        rows += [f[closed, None] * p - q, f[closed, None] * p + q, p]
+    inequalities = np.vstack(rows)
+    ends = []
+    for sense in (1.0, -1.0):
+        cost = np.r_[sense, np.zeros(len(closed))]
+        answer = linprog(
+            cost,
+            -inequalities[:, :-1],
+            inequalities[:, -1],
+            bounds=[(0, None)] + [(None, None)] * len(closed),
+        )
+        if answer.status not in (0, 3):
+            return None
+        ends.append(np.inf if answer.status == 3 else float(answer.x[0]))
+    return ends[0], ends[1]
+
+
+def intervals(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
+) -> Iterator[tuple[float, float]]:
+    """The intervals of all sets but that of all nodes."""
+    for opened in product((False, True), repeat=system.nodes):
+        if not all(opened):
+            found = interval_of_set(system, cycle, friction, np.array(opened))
+            if found is not None:
+                yield found
+
+
+def reach(known: list[tuple[float, float]], load_factor: float, alike: float = 1e-7) -> float:
+    """The load factor up to which all are safe from `load_factor` on, with one set or another."""
+    for least, largest in sorted(known):
+        if least <= load_factor * (1 + alike) + alike:
+            load_factor = max(load_factor, largest)
+    return load_factor
