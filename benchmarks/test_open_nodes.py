@@ -1,8 +1,8 @@
 """The search of open nodes, against the limit of the closed contact.
 
 If a contact lifts off under the mean load, the search solves several programs, here 6 to 19, and
-follows one to seven transients. The closed contact has one program. In small contacts the search
-also opens nodes that the mean load presses.
+follows one to seven transients. The closed contact has one program. In small contacts all
+sets of open nodes are compared.
 """
 
 import time
@@ -62,7 +62,7 @@ def test_small_contacts_in_space(record_property):
         closed += least(question, open=all_closed)
     record_property("ratio", searches / closed)
     print(f"\n    search {searches:.3f} s, closed {closed:.3f} s, ratio {searches / closed:.2f}")
-    assert searches / closed < 3.0
+    assert searches / closed < 10.0
 
 
 def least(question, **options):
