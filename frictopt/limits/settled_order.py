@@ -14,6 +14,7 @@ import numpy as np
 from ..base import Array, Outcome
 from ..contact import ContactSystem
 from ..errors import FrictoptError
+from .elastic import slip_units
 from .lift_off import Nodes, Order
 from .load_path import LoadPath, path_of
 from .question import Question
@@ -33,6 +34,10 @@ class TransientSettings:
     first: tuple[float, ...] = (0.005, 0.05, 0.3, 1.0)
     # An overload before the cycles, relative to the load factor: it leaves another slip.
     overload: float = 5.0
+    # Largest number of nodes of a contact in which a transient also starts from the slip of the
+    # limit with each slip of a node moved by its unit, in both senses: it may settle to another
+    # order.
+    moved: int = 6
     # Cycles after which a transient is given up.
     cycles: int = 300
     # A node is open if its gap is above this share of the largest one, and an interval counts if
@@ -78,6 +83,13 @@ def _starts(limit: ShakedownAnswer) -> Iterator[tuple[float, dict[str, Any]]]:
         yield load_factor, {"initial_state": limit.state}
         yield load_factor, {}
         yield load_factor, {"overload": TRANSIENT.overload * load_factor}
+        units = slip_units(limit._question).reshape(limit.slip.shape, order="F")
+        entries = np.ndindex(units.shape) if limit.system.nodes <= TRANSIENT.moved else ()
+        for entry in entries:
+            for sense in (-1.0, 1.0):
+                slip = limit.slip.copy()
+                slip[entry] += sense * units[entry]
+                yield load_factor, {"initial_slip": slip}
 
 
 def _settled(

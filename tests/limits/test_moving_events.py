@@ -21,6 +21,22 @@ from validation.moving_events import IN_PHASE, ROLLS, contact, cylinder, limits_
 from validation.moving_events import PRESS as P
 
 
+def test_an_order_that_only_a_start_away_from_the_limit_shows_is_found():
+    """From the state of the limit and from no slip, transients just above the limit slip for ever.
+
+    From a slip beside it they come to rest, with a node that opens and closes.
+    """
+    case = contact(9001, "there and back")
+    without_events = fo.shakedown_limit(*case.arguments)
+    above = 1.01 * without_events.load_factor
+    slip = without_events.slip - 0.2 * np.eye(case.system.nodes)[0]
+    assert rests(*case.arguments, above, initial_slip=slip)
+    assert not rests(*case.arguments, above, initial_slip=without_events.slip)
+    limit = fo.shakedown_limit(*case.arguments, events=True)
+    assert limit.load_factor > above and set(limit.events["node"]) == {1}
+    assert rests(*case.arguments, 0.999 * limit.load_factor, initial_state=limit.state)
+
+
 def definite(rng, size):
     """A random stiffness."""
     factor = rng.normal(size=(size, size))
