@@ -34,9 +34,10 @@ class CompareSettings:
     """Numbers of the comparison of all sets."""
 
     # Largest number of nodes, in the plane and in space, of a contact of which all sets are
-    # compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400.
+    # compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400,
+    # clamps of 14 nodes 300 to 2000.
     small: tuple[int, int] = (14, 8)
-    programs: int = 1000
+    programs: int = 2000
     # A loose node is open if its pressure is below this share of its unit. It is closed if its own
     # motion is below this share. Then the solution is the state of one set.
     decided: float = 1e-6

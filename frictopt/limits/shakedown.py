@@ -97,7 +97,7 @@ def shakedown_limit(
         allowed with a slip bound, or constraints.
     programs
         Largest number of programs of the search of open nodes, which then compares all sets.
-        None: 1000 if the contact has at most 16 nodes, in space 8. Else 60, and sets near the
+        None: 2000 if the contact has at most 14 nodes, in space 8. Else 60, and sets near the
         settled mean load alone are compared. `ShakedownLimit.bound_of_sets` is what is proven of
         all sets.
     slip_bound, simplify, solver

@@ -1,4 +1,4 @@
-"""Blocks on a rigid base, by finite elements of their own: small contacts whose nodes lift off."""
+"""Blocks on a rigid base and clamps, by finite elements of their own: contacts that lift off."""
 
 import numpy as np
 
@@ -84,3 +84,63 @@ def block(seed, nodes=None, corners=None):
     points = np.column_stack([size * np.arange(nodes), np.zeros(nodes)])
     system = fo.ContactSystem((S + S.T) / 2, points, reactions, gap=gap)
     return system, cycle, float(rng.choice([0.2, 0.4, 0.6, 0.9]))
+
+
+def clamp(seed, noise=0.0, member=0):
+    """A bolt of C shape that grips a rigid plate at 14 nodes, its load cycle and friction.
+
+    `noise`: relative size of random changes of all numbers; `member` is their seed.
+    """
+    rng = np.random.default_rng([seed, 14])
+    arm, back, opening = (int(number) for number in rng.integers(1, [3, 3, 4]))
+    across, height = back + 6, 2 * arm + opening
+    cells = [
+        (i, j)
+        for i in range(across)
+        for j in range(height)
+        if i < back or not arm <= j < arm + opening
+    ]
+    corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    places = sorted({(i + a, j + b) for i, j in cells for a, b in corners})
+    number = {place: k for k, place in enumerate(places)}
+    K = np.zeros((2 * len(places),) * 2)
+    for i, j in cells:
+        dofs = np.ravel([[2 * k, 2 * k + 1] for k in (number[i + a, j + b] for a, b in corners)])
+        K[np.ix_(dofs, dofs)] += square_stiffness(0.25)
+    spine = np.array([number[0, j] for j in range(height + 1)])
+    springs = np.r_[2 * spine, 2 * spine + 1]
+    K[springs, springs] += 10 ** rng.uniform(-3, -1)
+
+    def load(shear=0.0, lift=0.0, tip=0.0):
+        forces = np.zeros(len(K))
+        forces[2 * spine] = shear / len(spine)
+        forces[2 * spine + 1] = lift / len(spine)
+        forces[2 * number[across, height]] += tip
+        return forces
+
+    loads = {"bolt": load(0.1 * rng.normal() * (rng.random() < 0.5))}
+    gripped = back + int(rng.integers(2, 6))
+    loads["bolt"][2 * number[gripped, height] + 1] -= 1.0
+    loads["bolt"][2 * number[gripped, 0] + 1] += 1.0
+    kind = rng.integers(3)
+    loads["c0"] = load(rng.normal(), rng.normal() * (kind == 1), rng.normal() * (kind == 2))
+    loads["c1"] = -loads["c0"] if rng.random() < 0.6 else load(rng.normal(), 0.3 * rng.normal())
+
+    jaws = [number[i, j] for j in (arm, arm + opening) for i in range(back, across + 1)]
+    contact = np.r_[2 * np.array(jaws), 2 * np.array(jaws) + 1]
+    # The gap of the lower jaw opens downwards.
+    sign = np.where((np.arange(28) >= 14) & (np.arange(28) < 21), -1.0, 1.0)
+    others = np.setdiff1d(np.arange(len(K)), contact)
+    follow = K[np.ix_(contact, others)] @ np.linalg.inv(K[np.ix_(others, others)])
+    S = K[np.ix_(contact, contact)] - follow @ K[np.ix_(others, contact)]
+    S = (S + S.T) / 2 * np.outer(sign, sign)
+    random = np.random.default_rng(member)
+    changes = random.normal(size=S.shape)
+    S *= 1 + noise * (changes + changes.T) / 2
+    reactions = {}
+    for name, part in loads.items():
+        r = (follow @ part[others] - part[contact]) * sign
+        reactions[name] = r * (1 + noise * random.normal(size=len(r)))
+    points = np.column_stack([0.25 * np.arange(14), np.zeros(14)])
+    cycle = fo.LoadCycle({"bolt": 1.0}, [{"c0": 1.0}, {"c1": 1.0}])
+    return fo.ContactSystem(S, points, reactions), cycle, float(rng.choice([0.15, 0.3, 0.5]))

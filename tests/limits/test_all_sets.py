@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.blocks import block
+from helpers.blocks import block, clamp
 from helpers.cases import few
 from helpers.separation import lifted_system, open_in_space, pulled_system
 from helpers.systems import CYCLE
@@ -107,6 +107,15 @@ def test_the_best_limit_rests_in_a_transient(seed):
         contact, cycle, friction, 0.999 * limit.load_factor, initial_state=limit.state
     )
     assert steady.outcome is fo.Outcome.SHAKEDOWN
+
+
+@pytest.mark.parametrize("seed", few(range(20), 2))
+def test_a_clamp_has_one_answer_whatever_its_last_digits(seed):
+    """Its best sets of open nodes are far apart, and a local search found one or another."""
+    limits = [fo.shakedown_limit(*clamp(seed, 1e-7, member)) for member in range(3)]
+    factors = [limit.load_factor for limit in limits]
+    assert np.ptp(factors) < 1e-4 * factors[0]
+    assert all(limit.best_of_all for limit in limits)
 
 
 @pytest.mark.parametrize("seed", few([13, 75]))
