@@ -7,15 +7,17 @@ named unknowns.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..base import Array
+from ..base import Array, Integers
 from ..solve.rows import CONE, EQUATION, LINEAR
 from .corners import listed_corners
 from .critical_state import CriticalState
 from .law_rows import law_rows
+from .loose_nodes import own_motions
 from .question import Question
 from .rest_program import RestProgram
 
@@ -85,6 +87,18 @@ def stuck(
 def shakedown(question: Question) -> RestProgram:
     """The load factors of states of rest, for their largest or least value."""
     return stuck(at_corners(question))
+
+
+def loose(question: Question, nodes: Integers) -> RestProgram:
+    """The load factors of states of rest in which some nodes are neither open nor closed.
+
+    The slip has no bound, because open nodes do not have it.
+    """
+    slips = np.zeros(len(question.r1), dtype=int)
+    program = at_corners(
+        replace(question, slip_bound=None), None, *own_motions([question], slips, nodes)
+    )
+    return stuck(program, every=True)
 
 
 def safe_slip(question: Question, load_factor: float) -> RestProgram:

@@ -8,6 +8,7 @@ motion of its own.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,19 +18,21 @@ from ..base import RESIDUAL, Array, Booleans, Integers
 from ..solve.arrays import Arrays
 from ..solve.rows import LINEAR, rows_of
 from ..solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
-from .assembled import at_corners, stuck
 from .question import Question
+from .rest_program import RestProgram
 
 
 @dataclass(frozen=True)
 class BranchSettings:
     """Numbers of the programs of branches."""
 
-    # Load factor up to which branches have bounds, relative to the limit or to the unit of the
-    # load. While many nodes are loose, the load factor may grow without end.
+    # Value up to which branches have bounds, relative to a value that is large.
     most: float = 100.0
-    # Relative distance from `most` below which a bound is infinite.
+    # Relative distance from it below which a bound is infinite.
     at_most: float = 1e-6
+    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
+    # motion is below this share. Then the solution is the state of one set.
+    decided: float = 1e-6
     # A proof that a branch has no state holds for unknowns up to this number of units.
     far: float = 1e-3 / RESIDUAL
 
@@ -75,50 +78,85 @@ class Relaxed:
     pressure: Array | None = None
 
 
+def own_motions(
+    questions: Sequence[Question], slip_of: Integers, nodes: Integers
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Units and effects of the named unknown `own`, the motions of loose nodes at each instant.
+
+    The nodes are closed in all questions. `slip_of` (I,) is the question of each instant.
+    """
+    system = questions[0].system
+    axes = system.tangents + 1
+    entries = np.concatenate([nodes + axis * system.nodes for axis in range(axes)])
+    moved = [question.forces_of(system.S[:, entries].T).T for question in questions]  # (M, axes n)
+    count = len(slip_of)
+    effects = np.zeros((count, len(moved[0]), count, len(entries)))
+    effects[np.arange(count), :, np.arange(count)] = np.array(moved)[slip_of]
+    unit = _units(questions[0])[entries] / system.own_stiffness[entries]
+    return {"own": np.tile(unit, count)}, {"own": effects}
+
+
+def _units(question: Question) -> Array:
+    """(M,) units of the forces."""
+    shear = np.tile(question.shear_unit, question.system.tangents)
+    return np.concatenate([shear, question.node_unit])
+
+
 class LooseNodes:
     """The programs of the branches, for their bounds.
 
-    A bound of the slip is left out, because open nodes do not have it.
+    Parameters
+    ----------
+    program
+        The program with the unknown `own` of `own_motions` and all rows.
+    nodes
+        (n,) the loose nodes.
+    goal
+        Name of the value that is maximised.
+    largest
+        A value that is large for the goal; a bound much above it is infinite. While many nodes are
+        loose, the goal may grow without end.
+    sets
+        (S,) for each slip of the program, which of G sets of open nodes it has. A branch decides on
+        G n nodes.
     """
 
-    def __init__(self, question: Question, nodes: Integers, load_factor: float) -> None:
-        """`load_factor`: the limit so far."""
-        system = question.system
-        n, axes, corners = len(nodes), system.tangents + 1, len(question.r1)
-        entries = np.concatenate([nodes + axis * system.nodes for axis in range(axes)])
-        moved = question.forces_of(system.S[:, entries].T).T  # (M, axes n)
-        own = np.zeros((corners, len(moved), corners, axes * n))
-        own[np.arange(corners), :, np.arange(corners)] = moved
-        node_units = [*[question.shear_unit] * system.tangents, question.node_unit]
-        unit = np.concatenate(node_units)[entries]
-        program = at_corners(
-            replace(question, slip_bound=None),
-            None,
-            {"own": np.tile(unit / system.own_stiffness[entries], corners)},
-            {"own": own},
-        )
-        stuck(program, every=True)
-        self._most = BRANCHES.most * max(load_factor, question.load_unit)
-        program.bound("most", "load_factor", -1.0, self._most)
-        at = np.repeat(np.arange(corners), len(entries))
-        of_entry = np.tile(entries, corners)
+    def __init__(
+        self,
+        program: RestProgram,
+        nodes: Integers,
+        goal: str,
+        largest: float,
+        sets: Sequence[int] = (0,),
+    ) -> None:
+        question = program.question
+        self._most = BRANCHES.most * largest
+        if np.isfinite(largest):
+            program.bound("most", goal, -1.0, self._most)
+        count, n, axes = len(program.start), len(nodes), question.system.tangents + 1
+        shape = count, axes, n
+        entries = np.concatenate([nodes + axis * question.system.nodes for axis in range(axes)])
+        at = np.repeat(np.arange(count), len(entries))
+        of_entry = np.tile(entries, count)
         force = program.force(at, of_entry), np.ones(len(at))
-        forces = rows_of(
-            "loose", LINEAR, [[force]], np.zeros(len(at)), np.tile(unit, corners), at, of_entry
-        )
+        unit = _units(question)[of_entry]
+        forces = rows_of("loose", LINEAR, [[force]], np.zeros(len(at)), unit, at, of_entry)
         program.rows.append(forces)
 
-        self._unit = question.load_unit
-        self._arrays = program.arrays("load_factor", 1.0)
+        self._arrays = program.arrays(goal, 1.0)
         self._matrix = self._arrays.matrix.toarray()
+        self._unit = program.place(goal).unit
         # The own motions among the unknowns, and the forces among the rows: lifts and normal forces
         # last.
-        shape = corners, axes, n
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
         self._forces = np.zeros(shape, dtype=int)
+        # The set of each instant, and the first instant of each slip, which is the common slip.
+        self._set = np.asarray(sets)[program.response_of]
+        self._first = [int((program.response_of == slip).argmax()) for slip in range(len(sets))]
+        self.size = (max(sets) + 1) * n
         # The loose node of each row of the contact law; -1 for other rows.
         self._node = np.full(len(self._matrix), -1)
-        index = np.full(system.nodes + 1, -1)
+        index = np.full(question.system.nodes, -1)
         index[nodes] = np.arange(n)
         first = program.slides
         for rows in program.stacked.rows:
@@ -126,10 +164,13 @@ class LooseNodes:
             first += len(of_rows)
             if rows is forces:
                 self._forces = of_rows.reshape(shape)
-            elif len(of_rows):
-                self._node[of_rows] = np.repeat(index[rows.nodes], rows.sizes)
-        # In the plane HiGHS keeps one program, whose bounds change.
-        self._warm = self._warm_program() if system.tangents == 1 else None
+            elif len(of_rows) and rows.instants[0] >= 0:
+                loose = index[rows.nodes]
+                loose = np.where(loose < 0, -1, self._set[rows.instants] * n + loose)
+                self._node[of_rows] = np.repeat(loose, rows.sizes)
+        # HiGHS keeps one linear program, whose bounds change.
+        is_linear = self._arrays.sizes.max(initial=1) == 1
+        self._warm = self._warm_program() if is_linear else None
 
     def _warm_program(self) -> WarmProgram:
         arrays = self._arrays
@@ -141,15 +182,17 @@ class LooseNodes:
     def solve(self, branch: Branch, above: float) -> Relaxed:
         """The bound of a branch; inf if no solver proves one.
 
-        A solver may stop once it knows that the bound is not `above` a load factor.
+        A solver may stop once it knows that the bound is not `above` a value.
         """
-        # The common slip is that of the first corner.
+        n = self._own.shape[-1]
+        closes = branch.closes.reshape(-1, n)[self._set]
+        opens = branch.opens.reshape(-1, n)[self._set]
         still = np.zeros(len(self._arrays.cost), dtype=bool)
-        still[self._own[:, :, branch.closes]] = True
-        still[self._own[0, :-1]] = True
+        still[self._own] = closes[:, None]
+        still[self._own[self._first, :-1]] = True
         zero = np.zeros(len(self._matrix), dtype=bool)
+        zero[self._forces] = opens[:, None]
         zero[: self._arrays.zero] = True
-        zero[self._forces[:, :, branch.opens]] = True
         if self._warm is None:
             outcome, x, y = self._solved(branch, still, zero)
         else:
@@ -168,8 +211,12 @@ class LooseNodes:
         if outcome == CUT_OFF:
             return Relaxed(bound)
         rows = self._forces[:, -1]
-        pressure = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
-        return Relaxed(bound, np.abs(x[self._own]).max(axis=(0, 1)), pressure.max(axis=0))
+        pressures = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
+        motion = np.zeros((self.size // n, n))
+        pressure = np.zeros((self.size // n, n))
+        np.maximum.at(motion, self._set, np.abs(x[self._own]).max(axis=1))
+        np.maximum.at(pressure, self._set, pressures)
+        return Relaxed(bound, motion.ravel(), pressure.ravel())
 
     def _unbalanced(self, cost: Array, y: Array, still: Booleans) -> Array:
         """(X,) by how much the multipliers of the rows do not balance a cost.
@@ -184,7 +231,7 @@ class LooseNodes:
     def _solved_warm(
         self, program: WarmProgram, still: Booleans, zero: Booleans, above: float
     ) -> tuple[str, Array, Array]:
-        """Outcome, x and multipliers of a branch in the plane."""
+        """Outcome, x and multipliers of a branch of a linear program."""
         rows, own = self._forces.ravel(), self._own.ravel()
         right = self._arrays.right[rows]
         ends = np.where(zero[rows], 0.0, np.inf)
@@ -200,7 +247,7 @@ class LooseNodes:
         return outcome, x, y
 
     def _solved(self, branch: Branch, still: Booleans, zero: Booleans) -> tuple[str, Array, Array]:
-        """Outcome, x and multipliers of a branch in space, whose program is solved anew.
+        """Outcome, x and multipliers of a branch of a cone program, which is solved anew.
 
         Open nodes have no cone, which would hold one point alone.
         """
@@ -217,14 +264,15 @@ class LooseNodes:
             np.zeros(len(above_zero)),
             *map(arrays.right.take, rows[1:]),
         ]
-        sizes = [np.ones(len(above_zero) + len(rows[1])), np.full(len(rows[2]) // 3, 3)]
+        of_left = arrays.sizes[left[arrays.heads] & (arrays.sizes > 1)]
+        sizes = [np.ones(len(above_zero) + len(rows[1]), dtype=int), of_left]
         program = Arrays(
             sparse=csr_array(np.vstack(parts)[:, ~still]),
             block=np.zeros((0, int((~still).sum()))),
             right=np.concatenate(right),
             cost=arrays.cost[~still],
             zero=len(rows[0]),
-            sizes=np.concatenate(sizes).astype(int),
+            sizes=np.concatenate(sizes),
         )
         x, y = np.zeros(len(still)), np.zeros(len(left))
         for name in solver_order(None, SOCP):
@@ -236,3 +284,66 @@ class LooseNodes:
                 y[np.concatenate(rows)] = np.delete(multipliers, of_lifts)
                 break
         return outcome, x, y
+
+
+class Branches:
+    """Branch and bound: the branches that are not done, and the bound of all.
+
+    Parameters
+    ----------
+    loose
+        The programs of the branches.
+    wanted
+        Function that returns the value above which sets are searched.
+    compare
+        Function that computes the value of one set, (G n,) open nodes, and returns a
+        bound of it.
+    """
+
+    def __init__(
+        self,
+        loose: LooseNodes,
+        wanted: Callable[[], float],
+        compare: Callable[[Booleans], float],
+    ) -> None:
+        none = np.zeros(loose.size, dtype=bool)
+        self.left = [Branch(none, none)]
+        self._done = -np.inf
+        self._loose = loose
+        self._wanted = wanted
+        self._compare = compare
+
+    @property
+    def bound(self) -> float:
+        """Value that no set exceeds."""
+        return max([self._done, *(branch.bound for branch in self.left)])
+
+    def step(self) -> None:
+        """Bound one branch; if some of its sets may have a wanted value, divide it."""
+        # An interrupt must find the branch that is being solved.
+        self.left[-1:] = self._parts(self.left[-1])
+
+    def _parts(self, branch: Branch) -> list[Branch]:
+        """The two parts of a branch; none if it is done."""
+        relaxed = Relaxed(branch.bound)
+        if branch.bound > self._wanted():
+            relaxed = self._loose.solve(branch, self._wanted())
+            branch = replace(branch, bound=min(branch.bound, relaxed.bound))
+        bound = branch.bound
+        if bound > self._wanted():
+            undecided = branch.undecided
+            opens = branch.opens
+            index = int(undecided.argmax())
+            decided = not undecided.any()
+            if relaxed.motion is not None and relaxed.pressure is not None:
+                opens = np.where(undecided, relaxed.pressure <= relaxed.motion, opens)
+                between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), 0.0)
+                decided = bool(between.max() <= BRANCHES.decided)
+                index = int(np.where(undecided, relaxed.motion * relaxed.pressure, -1.0).argmax())
+            if decided:
+                of_set = self._compare(opens)
+                bound = bound if undecided.any() else min(bound, of_set)
+            if undecided.any() and bound > self._wanted():
+                return branch.divided(index, open_first=bool(opens[index]))
+        self._done = max(self._done, bound)
+        return []

@@ -23,8 +23,9 @@ from ..base import FLOOR, RESIDUAL, Bar, Booleans, Integers, progress_bar
 from ..contact import reactions
 from ..errors import FrictoptError, SolverError
 from ..transients.statics import note_balanced
+from .assembled import loose
 from .likely_sets import SEARCH, governing, motion_of, next_to, settled_sets, tends_to_open
-from .loose_nodes import Branch, LooseNodes
+from .loose_nodes import Branches, LooseNodes
 from .question import Question, with_open
 from .shakedown_answer import Searched, ShakedownAnswer
 
@@ -38,9 +39,6 @@ class CompareSettings:
     # clamps of 14 nodes 300 to 2000.
     small: tuple[int, int] = (14, 8)
     programs: int = 2000
-    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
-    # motion is below this share. Then the solution is the state of one set.
-    decided: float = 1e-6
 
 
 COMPARE = CompareSettings()
@@ -117,12 +115,8 @@ class _SetSearch(Generic[L]):
         # set is separate, and does not count.
         self._bounds = {closed.open.tobytes(): _bound(closed)}
         self._separate = list[L]()
-        # The nodes that may open and close, and the open ones of the others.
-        self._nodes = np.zeros(0, dtype=int)
-        self._fixed = closed.open
-        # Branches that are not done, and the largest bound of those that are done.
-        self._branches: list[Branch] | None = None
-        self._done = -np.inf
+        # The branches of all sets.
+        self._branches: Branches | None = None
         keep_best(bar, self.answer)
 
     def answer(self) -> L:
@@ -133,9 +127,9 @@ class _SetSearch(Generic[L]):
     @property
     def bound(self) -> float:
         """Load factor that no set exceeds, apart from separate ones."""
-        if self._branches is None or len(self._nodes) < len(self.best.open):
+        if self._branches is None:
             return np.inf
-        return max(self._done, _bound(self.best), *(branch.bound for branch in self._branches))
+        return max(self._branches.bound, _bound(self.best))
 
     @property
     def _above(self) -> float:
@@ -158,64 +152,39 @@ class _SetSearch(Generic[L]):
         """
         count = COMPARE.small[0]
         total = self._closed._question.system.nodes
-        while self._branches is None and self._goes_on():
+        while count < total and self._goes_on():
             best = self.best
             self._compare(np.sort(np.argsort(-motion_of(best), kind="stable")[:count]))
-            if count < total:
-                self._branches = None
-                count *= 2 if self.best is best else 1
+            self._branches = None
+            count *= 2 if self.best is best else 1
+        if self._goes_on():
+            self._compare(np.arange(total))
 
     def _compare(self, nodes: Integers) -> None:
         """Bound the limits of the sets that differ from the best one in some nodes alone."""
-        self._nodes = nodes
-        self._fixed = self.best.open.copy()
-        self._fixed[nodes] = False
-        question = with_open(self._closed._question, self._fixed)
+        fixed = self.best.open.copy()
+        fixed[nodes] = False
+        question = with_open(self._closed._question, fixed)
         assert question is not None  # fewer nodes are open than in the best set
-        loose = LooseNodes(question, nodes, float(np.nan_to_num(self.best.load_factor)))
-        none = np.zeros(len(nodes), dtype=bool)
-        self._branches = [Branch(none, none)]
-        self._done = -np.inf
-        while self._branches and self._goes_on():
-            # An interrupt must find the branch that is being solved.
-            self._branches[-1:] = self._parts(self._branches[-1], loose)
 
-    def _parts(self, branch: Branch, loose: LooseNodes) -> list[Branch]:
-        """Bound a branch; if some of its sets may be better than the best one, return its parts."""
-        if self._may_be_better(branch):
-            self._count()
-            relaxed = loose.solve(branch, self._least_wanted)
-            branch = replace(branch, bound=min(branch.bound, relaxed.bound))
-        if not self._may_be_better(branch):
-            self._done = max(self._done, branch.bound)
-            return []
-        undecided = branch.undecided
-        opens = branch.opens
-        index = int(undecided.argmax())
-        decided = not undecided.any()
-        if relaxed.motion is not None and relaxed.pressure is not None:
-            opens = np.where(undecided, relaxed.pressure <= relaxed.motion, branch.opens)
-            between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), 0.0)
-            decided = bool(between.max() <= COMPARE.decided)
-            index = int(np.where(undecided, relaxed.motion * relaxed.pressure, -1.0).argmax())
-        open_nodes = self._fixed.copy()
-        open_nodes[self._nodes] = opens
-        if decided:
+        def bound_of(opens: Booleans) -> float:
+            open_nodes = fixed.copy()
+            open_nodes[nodes] = opens
             self.limit(open_nodes, self._above)
-        if undecided.any() and self._may_be_better(branch):
-            return branch.divided(index, open_first=bool(opens[index]))
-        bound = branch.bound if undecided.any() else self._bounds[open_nodes.tobytes()]
-        self._done = max(self._done, bound)
-        return []
+            return self._bounds[open_nodes.tobytes()]
+
+        largest = max(np.nan_to_num(self.best.load_factor), question.load_unit)
+        program = LooseNodes(loose(question, nodes), nodes, "load_factor", largest)
+        self._branches = Branches(program, lambda: self._wanted, bound_of)
+        while self._branches.left and self._goes_on():
+            self._count()
+            self._branches.step()
 
     @property
-    def _least_wanted(self) -> float:
+    def _wanted(self) -> float:
         """The load factor above which limits are searched."""
         enough = self._enough * (1 - RESIDUAL) if self._enough < np.inf else -np.inf
         return max(self._above, enough)
-
-    def _may_be_better(self, branch: Branch) -> bool:
-        return branch.bound > self._least_wanted
 
     def locally(self) -> None:
         """Search near the nodes that the mean load opens, and near the nodes that govern.
