@@ -245,6 +245,13 @@ CLAIMS = (
         tests="test_design_opens::test_the_best_design_of_random_contacts_is_that_of_its_open_nodes",
     ),
     Claim(
+        "sentences.NO_OTHER_DESIGNS_OPEN",
+        by="`Design`",
+        holds_if="the closed nodes hold the open ones; nodes stay open or closed all through the cycle",
+        source='multipliers of each branch, checked in each run (theory, "All sets")',
+        tests="test_design_opens::test_a_relaxed_constraint_never_lowers_a_design",
+    ),
+    Claim(
         "sentences.BEST_SAFE_DESIGN",
         by="`Design`",
         source="multipliers",

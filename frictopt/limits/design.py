@@ -23,6 +23,7 @@ from .sentences import (
     BEST_DESIGN,
     BEST_SAFE_DESIGN,
     LARGER_DESIGNS_OPEN,
+    NO_OTHER_DESIGNS_OPEN,
     OTHER_DESIGNS_OPEN,
     START_UNKNOWN,
     UNSAFE_BELOW,
@@ -114,6 +115,8 @@ class Design(Answered, Explained):
     _found: Found | None = None
     # Whether larger designs would be better, but open other nodes under their mean load.
     _stops: bool = False
+    # Whether no design with other open nodes is better.
+    _is_best_of_all: bool = False
     # Whether the design had to be safe under the mean load, too.
     _for_mean_load: bool = False
 
@@ -152,7 +155,9 @@ class Design(Answered, Explained):
         else:
             sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
             reason = sentence(opened=self._opened, node_states=node_states)
-            if any(nodes.any() for nodes in self.opens):
+            if self._is_best_of_all:
+                reason += NO_OTHER_DESIGNS_OPEN()
+            elif any(nodes.any() for nodes in self.opens):
                 reason += OTHER_DESIGNS_OPEN()
         if np.isnan(self.least):
             reason += START_UNKNOWN()

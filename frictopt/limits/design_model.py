@@ -32,9 +32,11 @@ from .design_program import (
     under_mean_load,
 )
 from .design_search import DesignSearch, NoneSafeError, limits_of
+from .loose_nodes import LooseNodes
 from .question import with_open
 from .rest_program import RestProgram
 from .safe_model import SafeModel, in_turn
+from .set_search import COMPARE
 from .solution import Solution, solve
 from .user_rows import UserRows
 
@@ -184,10 +186,13 @@ class DesignModel(SafeModel):
             if not search.counted or search.counted[0].touches:
                 search.alternate(self._open_nodes_if_pressed(scenarios, user))
             search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
+            if len(questions) * self._question.system.nodes <= self._small:
+                search.compare(self._loose(scenarios, user), len(questions))
         if search.best is None:
             raise search.refusal
 
-        design = self._listed(user, search.best)
+        design = replace(search.best, _is_best_of_all=search.is_best_of_all)
+        design = self._listed(user, design)
         if self.preload is not None:
             self.preload.save_value(design.preload.to_numpy())
         if self.profile is not None:
@@ -197,6 +202,19 @@ class DesignModel(SafeModel):
     @property
     def _named(self) -> dict[cp.Variable, str]:
         return {**super()._named, **self._choice.variables}
+
+    @property
+    def _small(self) -> int:
+        """The number of nodes in all scenarios up to which all sets of open nodes are compared."""
+        return COMPARE.small[self._question.system.tangents - 1]
+
+    def _loose(self, scenarios: Sequence[Scenario], user: UserRows | None) -> LooseNodes:
+        """The programs of designs in which some nodes are neither open nor closed."""
+        nodes = np.arange(self._question.system.nodes)
+        program = design_program(self._choice, scenarios, loose=nodes)
+        goal = "load_factor" if user is None else user.add_to(program)
+        largest = self._question.load_unit if goal == "load_factor" else np.inf
+        return LooseNodes(program, nodes, goal, largest, range(len(scenarios)))
 
     def _slip_of_open_nodes(self, program: RestProgram) -> Array:
         """(open slips, named) slips of open nodes of the first scenario due to the design."""
@@ -256,8 +274,9 @@ class DesignModel(SafeModel):
         """The solution of the program of a design, see `_best_with`."""
         opened = []
         for scenario, nodes in zip(scenarios, open_nodes, strict=True):
-            question = with_open(scenario.question, nodes)
-            assert question is not None  # it has a limit
+            question = None if nodes.all() else with_open(scenario.question, nodes)
+            if question is None:
+                raise NoneSafeError("design: the closed nodes do not hold the open ones")
             opened.append(Scenario(question, scenario.shares))
         program = design_program(self._choice, opened, share, larger)
         goal = "load_factor"

@@ -16,13 +16,14 @@ from typing import Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..base import CONDENSATION, GROWN, Array, checked_loads, frozen, listed, shown
+from ..base import CONDENSATION, GROWN, Array, Integers, checked_loads, frozen, listed, shown
 from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError
 from ..solve.rows import LINEAR
 from .assembled import within_slip_bound
 from .design_search import NoneSafeError
 from .law_rows import law_rows
+from .loose_nodes import own_motions
 from .question import Question, pose, with_open
 from .rest_program import RestProgram
 from .solution import Judged, Solution, contradiction, growth, solve
@@ -223,14 +224,19 @@ def _with_profile(
 
 
 def design_program(
-    choice: Choice, scenarios: Sequence[Scenario], share: float = 1.0, larger: Any = None
+    choice: Choice,
+    scenarios: Sequence[Scenario],
+    share: float = 1.0,
+    larger: Any = None,
+    loose: Integers | None = None,
 ) -> RestProgram:
     """The load factors and designs under which all scenarios rest; their nodes are open as given.
 
-    If `larger` is given, preloads are at most `share` times the largest preload of that design, and
-    the profile at most `share` times its largest depth.
+    The nodes `loose`, which are closed in all scenarios, are neither open nor closed. If `larger`
+    is given, preloads are at most `share` times the largest preload of that design, and the profile
+    at most `share` times its largest depth.
     """
-    program = _of_scenarios(choice, scenarios)
+    program = _of_scenarios(choice, scenarios, loose)
     for number, question in enumerate(program.questions):
         here = (program.response_of == number)[:, None]
         law_rows(program, question, here & ~question.open_nodes, here & question.open_nodes)
@@ -241,8 +247,13 @@ def design_program(
     return program
 
 
-def _of_scenarios(choice: Choice, scenarios: Sequence[Scenario], **units: float) -> RestProgram:
-    """The program at the corners of all scenarios, without friction; `units` of more unknowns."""
+def _of_scenarios(
+    choice: Choice, scenarios: Sequence[Scenario], loose: Integers | None = None, **units: float
+) -> RestProgram:
+    """The program at the corners of all scenarios, without friction; `units` of more unknowns.
+
+    `loose`: see `design_program`.
+    """
     questions = [scenario.question for scenario in scenarios]
     first = questions[0]
     effects = {"load_factor": np.concatenate([question.rate for question in questions])}
@@ -254,15 +265,20 @@ def _of_scenarios(choice: Choice, scenarios: Sequence[Scenario], **units: float)
             at_corners.append(np.broadcast_to(by_unit, (len(question.r1), *by_unit.shape)))
         effects[name] = np.concatenate(at_corners)
     counts = [len(question.r1) for question in questions]
+    slip_of = np.repeat(np.arange(len(counts)), counts)
+    own_units: dict[str, Array] = {}
+    if loose is not None:
+        own_units, own_effects = own_motions(questions, slip_of, loose)
+        effects |= own_effects
     program = RestProgram(
         questions,
-        {"load_factor": first.load_unit, **choice.units(first), **units},
+        {"load_factor": first.load_unit, **choice.units(first), **units, **own_units},
         np.vstack([np.broadcast_to(each.start, each.rate.shape) for each in questions]),
         effects,
-        slip_of=np.repeat(np.arange(len(counts)), counts),
+        slip_of=slip_of,
     )
     program.bound("load_factor", "load_factor", 1.0, 0.0)
-    for number in range(len(questions)):
+    for number in range(len(questions) if loose is None else 0):
         within_slip_bound(program, number)
     return program
 

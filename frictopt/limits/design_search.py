@@ -15,10 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base import Bar
+from ..base import Bar, Booleans
 from ..errors import ModelError, SolverError
 from .design import Design, OpenNodes
+from .loose_nodes import Branches, LooseNodes
 from .question import Question, with_open
+from .set_search import COMPARE
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 _CARRIES_LESS = (
@@ -88,6 +90,10 @@ class DesignSearch:
         self._solver = solver
         self._bar = bar
         self.counted: list[Design] = []
+        # Sets of open nodes for which no solver's answer passes the checks.
+        self._failed = set[bytes]()
+        # Whether no design with other open nodes is better.
+        self.is_best_of_all = False
         self._refused: list[Exception] = []
         # Best design for each set of open nodes, or None if it counts or does not exist.
         self._uncounted: dict[bytes, Design | None] = {}
@@ -130,6 +136,33 @@ class DesignSearch:
         if largest is not None and not self._reaches(largest.value):
             self._largest_that_counts(open_nodes, largest)
 
+    def compare(self, loose: LooseNodes, scenarios: int) -> None:
+        """Bound the designs of all sets of open nodes, until no other set may have a better one."""
+        branches = Branches(loose, lambda: self._wanted, partial(self._bound_of, scenarios))
+        programs = 0
+        while branches.left and programs < COMPARE.programs:
+            programs += 1
+            self._bar.update()
+            branches.step()
+        higher = [design for design in self._uncounted.values() if design is not None]
+        known = all(self._reaches(design.value) for design in higher)
+        self.is_best_of_all = known and branches.bound <= self._wanted
+
+    @property
+    def _wanted(self) -> float:
+        """The value above which a design is better than the best one."""
+        best = self.best
+        if best is None:
+            return -np.inf
+        return best.value + SEARCH.gain * abs(best.value)
+
+    def _bound_of(self, scenarios: int, opens: Booleans) -> float:
+        """Compute the best design of a set, which counts or does not: -inf; inf if it fails."""
+        open_nodes = [*opens.reshape(scenarios, -1)]
+        if _key(open_nodes) not in self._uncounted:
+            self._nodes_that_open(open_nodes)
+        return np.inf if _key(open_nodes) in self._failed else -np.inf
+
     def _nodes_that_open(self, open_nodes: OpenNodes) -> OpenNodes | None:
         """Compute the best design with given open nodes, and the nodes that it leaves open.
 
@@ -142,6 +175,8 @@ class DesignSearch:
             design = self._best_with(open_nodes)
         except (NoneSafeError, SolverError) as error:
             self._refused.append(error)
+            if isinstance(error, SolverError):
+                self._failed.add(key)
             return None
         limits = self._limits(design, open_nodes)
         if _counts(design, open_nodes, limits):

@@ -321,6 +321,10 @@ OTHER_DESIGNS_OPEN = Sentence(
     "; with other nodes open a design may be better",
     assumes=_NODES_OF_DESIGN,
 )
+NO_OTHER_DESIGNS_OPEN = Sentence(
+    ", and none with other nodes open",
+    assumes="branch and bound has compared all sets of nodes that stay open",
+)
 LARGER_DESIGNS_OPEN = Sentence(
     "{opened}larger designs are better{node_states}, but under their mean load other nodes open: "
     "the search stops before them",

@@ -61,7 +61,7 @@ def test_designs_that_cannot_be_name_the_constraints_that_contradict():
         fo.ModelError,
         match=r"^strength, constraints\[1\]: no design is safe at any load factor with all nodes closed under these",
     ):
-        model.solve(0.5, [low, model.load_factor >= 0.6])
+        model.solve(0.5, [low, model.load_factor >= 0.6, model.preload >= 0.1])
     pulled = fo.DesignModel(
         uncoupled([[0.0, 0.0], [-1.0, -1.0]], [1.0, 0.5]),
         fo.LoadCycle({"two": 1.0}, SHEAR.corners),
@@ -147,7 +147,7 @@ def test_a_design_beyond_its_rows_or_without_its_bound_is_no_answer(which, monke
     """
     model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
     lies = []
-    rows = [model.preload >= 0.0, cp.sum(model.preload) <= 3.0]
+    rows = [model.preload >= 0.5, cp.sum(model.preload) <= 3.0]
     assert model.solve(0.5, rows).load_factor == pytest.approx(1.0)
 
     def lie(program, x, y):
