@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,13 +42,18 @@ class SearchSettings:
 SEARCH = SearchSettings()
 
 
-def settled_sets(question: Question, tending: bool, safe: bool) -> Iterator[Booleans]:
+def settled_sets(
+    question: Question,
+    tending: bool,
+    safe: bool,
+    shares: Sequence[float] = SEARCH.frictions,
+) -> Iterator[Booleans]:
     """Open nodes under the mean load, for the given friction, for more and for less.
 
     If the mean load opens no node with the given friction, other frictions are tried only if some
     governing node tends to open (`tending`). `safe`: whether some set is known to be safe.
     """
-    for share in SEARCH.frictions:
+    for share in shares:
         try:
             opened = open_under_mean(question, share * question.friction)
         except SolverError:

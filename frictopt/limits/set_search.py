@@ -71,8 +71,10 @@ def best_open_set(
     with progress_bar(True, "open nodes", "program") as bar:
         most = programs or (COMPARE.programs if small else SEARCH.programs)
         search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
-        if not (small and _counts(closed, start_by)):
+        if not small:
             search.locally()
+        elif not _counts(closed, start_by):
+            search.from_mean_load()
         if small or programs is not None:
             search.compare()
     if search.failed is not None and not _counts(search.best, start_by):
@@ -185,6 +187,12 @@ class _SetSearch(Generic[L]):
         """The load factor above which limits are searched."""
         enough = self._enough * (1 - RESIDUAL) if self._enough < np.inf else -np.inf
         return max(self._above, enough)
+
+    def from_mean_load(self) -> None:
+        """Try the sets that the mean load opens, so that a set near it is the first that counts."""
+        question = self._closed._question
+        for opened in settled_sets(question, False, True, SEARCH.frictions[:1]):
+            self._neighbour(opened)
 
     def locally(self) -> None:
         """Search near the nodes that the mean load opens, and near the nodes that govern.

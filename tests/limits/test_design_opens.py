@@ -189,7 +189,7 @@ def test_a_design_under_a_static_load_grows_without_end():
         model.solve(friction, within)
 
 
-@pytest.mark.parametrize("seed", few(range(40), 2))
+@pytest.mark.parametrize("seed", [290, *few(range(40), 2)])
 def test_a_relaxed_constraint_never_lowers_a_design(seed):
     """Bolts of a block on a rigid base may be tightened more and more in total."""
     rng = np.random.default_rng([seed, 55])
