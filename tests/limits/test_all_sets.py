@@ -175,3 +175,27 @@ def test_a_bad_number_of_programs_is_refused():
     for programs in (0, 1.5, "many"):
         with pytest.raises(fo.ModelError, match="programs"):
             fo.shakedown_limit(contact, cycle, friction, programs=programs)
+
+
+@pytest.mark.parametrize("seed", few([51, 75, 90, 111, 122, 132], 3))
+def test_no_more_friction_is_required_than_a_limit_needs(seed):
+    contact, cycle, friction = block(seed)
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    load_factor = 0.999 * limit.load_factor
+    assert fo.safe_slip(contact, cycle, friction, load_factor).exists
+    assert fo.required_friction(contact, cycle, load_factor).required <= friction
+
+
+def test_the_margin_of_open_gaps_counts_where_a_body_slides_freely():
+    """A dovetail needs half of the friction that it needs with all nodes closed.
+
+    The slide that keeps its gaps open resists nothing, and the margin needs a part of it.
+    """
+    joint = fo.scenes.Dovetail(angle=45, elements=6, edge_radius=2.0).condense()
+    sway = fo.LoadCycle({"pull": 1.0}, [{"sway": 0.1}, {"sway": -0.1}])
+    required = fo.required_friction(joint, sway, 0.6)
+    assert required.open.any() and required.required < 0.2
+    closed = fo.shakedown_limit(joint, sway, 0.3, open=np.zeros(joint.nodes, dtype=bool))
+    assert closed.load_factor < 0.6
+    steady = fo.steady_state(joint, sway, required.required, 0.6, initial_slip=required.slip)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
