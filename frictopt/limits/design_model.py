@@ -36,7 +36,7 @@ from .loose_nodes import LooseNodes
 from .question import with_open
 from .rest_program import RestProgram
 from .safe_model import SafeModel, in_turn
-from .set_search import COMPARE
+from .set_search import is_small
 from .solution import Solution, solve
 from .user_rows import UserRows
 
@@ -87,7 +87,8 @@ class DesignModel(SafeModel):
 
     Examples
     --------
-    Each of two bolts presses one node. The load shears both nodes. The sum of the bolt forces is 3:
+    Each of two bolts presses one node with 0.1 or more. The load shears both nodes. The sum of the
+    bolt forces is at most 3:
 
     >>> import cvxpy as cp
     >>> import frictopt as fo
@@ -96,7 +97,7 @@ class DesignModel(SafeModel):
     >>> system = fo.ContactSystem.from_blocks(stiff, uncoupled, stiff, [0, 1], loads)
     >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> model = fo.DesignModel(system, cycle, preloads=["one", "two"])
-    >>> design = model.solve(0.5, [cp.sum(model.preload) <= 3.0, model.preload >= 0])
+    >>> design = model.solve(0.5, [cp.sum(model.preload) <= 3.0, model.preload >= 0.1])
     >>> round(design.load_factor, 6), design.preload.round(6).to_dict()
     (1.0, {'one': 2.0, 'two': 1.0})
     """
@@ -186,7 +187,7 @@ class DesignModel(SafeModel):
             if not search.counted or search.counted[0].touches:
                 search.alternate(self._open_nodes_if_pressed(scenarios, user))
             search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
-            if len(questions) * self._question.system.nodes <= self._small:
+            if is_small(questions):
                 search.compare(self._loose(scenarios, user), len(questions))
         if search.best is None:
             raise search.refusal
@@ -202,11 +203,6 @@ class DesignModel(SafeModel):
     @property
     def _named(self) -> dict[cp.Variable, str]:
         return {**super()._named, **self._choice.variables}
-
-    @property
-    def _small(self) -> int:
-        """The number of nodes in all scenarios up to which all sets of open nodes are compared."""
-        return COMPARE.small[self._question.system.tangents - 1]
 
     def _loose(self, scenarios: Sequence[Scenario], user: UserRows | None) -> LooseNodes:
         """The programs of designs in which some nodes are neither open nor closed."""

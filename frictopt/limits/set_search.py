@@ -13,7 +13,7 @@ behind it. Each limit passes the usual checks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
@@ -39,6 +39,9 @@ class CompareSettings:
     # clamps of 14 nodes 300 to 2000.
     small: tuple[int, int] = (14, 8)
     programs: int = 2000
+    # Largest number of motions of loose nodes (nodes, axes and corners) in one program, by default
+    # and if the user gives a number of programs.
+    motions: tuple[int, int] = (240, 3000)
 
 
 COMPARE = CompareSettings()
@@ -66,8 +69,7 @@ def best_open_set(
     If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
     safe.
     """
-    system = closed._question.system
-    small = system.nodes <= COMPARE.small[system.tangents - 1]
+    small = is_small([closed._question])
     with progress_bar(True, "open nodes", "program") as bar:
         most = programs or (COMPARE.programs if small else SEARCH.programs)
         search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
@@ -80,6 +82,19 @@ def best_open_set(
     if search.failed is not None and not _counts(search.best, start_by):
         raise search.failed
     return search.answer()
+
+
+def is_small(questions: Sequence[Question]) -> bool:
+    """Whether all sets of open nodes of all questions together are compared by default."""
+    system = questions[0].system
+    nodes = len(questions) * system.nodes
+    motions = sum(_motions(question, system.nodes) for question in questions)
+    return nodes <= COMPARE.small[system.tangents - 1] and motions <= COMPARE.motions[0]
+
+
+def _motions(question: Question, nodes: int) -> int:
+    """Number of motions of loose nodes in the program that compares their sets."""
+    return nodes * (question.system.tangents + 1) * len(question.r1)
 
 
 def may_open(question: Question) -> bool:
@@ -149,18 +164,21 @@ class _SetSearch(Generic[L]):
     def compare(self) -> None:
         """Bound the limits of all sets, until no other set may have a higher limit.
 
-        In a large contact, first only the nodes that move most may open and close: twelve, then
-        twice as many, until all may.
+        In a large contact, first only the nodes that move most may open and close: fourteen, then
+        twice as many, until all may, or until a program would have too many motions.
         """
-        count = COMPARE.small[0]
-        total = self._closed._question.system.nodes
-        while count < total and self._goes_on():
+        question = self._closed._question
+        total = question.system.nodes
+        count = min(COMPARE.small[0], total)
+        while self._goes_on() and _motions(question, count) <= COMPARE.motions[1]:
             best = self.best
-            self._compare(np.sort(np.argsort(-motion_of(best), kind="stable")[:count]))
+            nodes = np.sort(np.argsort(-motion_of(best), kind="stable")[:count])
+            self._compare(nodes)
+            if count == total:
+                return
             self._branches = None
-            count *= 2 if self.best is best else 1
-        if self._goes_on():
-            self._compare(np.arange(total))
+            if self.best is best:
+                count = min(2 * count, total)
 
     def _compare(self, nodes: Integers) -> None:
         """Bound the limits of the sets that differ from the best one in some nodes alone."""
@@ -175,7 +193,9 @@ class _SetSearch(Generic[L]):
             self.limit(open_nodes, self._above)
             return self._bounds[open_nodes.tobytes()]
 
-        largest = max(np.nan_to_num(self.best.load_factor), question.load_unit)
+        # An infinite limit that does not count is no measure of the others.
+        reached = np.nan_to_num(self.best.load_factor, posinf=0.0)
+        largest = max(reached, question.load_unit)
         program = LooseNodes(loose(question, nodes), nodes, "load_factor", largest)
         self._branches = Branches(program, lambda: self._wanted, bound_of)
         while self._branches.left and self._goes_on():

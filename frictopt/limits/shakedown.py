@@ -120,8 +120,9 @@ def shakedown_limit(
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> fo.shakedown_limit(rod, cycle, friction=0.5).reason
-    'no residual slip is safe above it with all nodes closed'
+    >>> limit = fo.shakedown_limit(rod, cycle, friction=0.5)
+    >>> round(limit.load_factor, 6), limit.best_of_all
+    (0.5, True)
     """
     with progress_bar(progress, "shakedown limit"):
         name = "shakedown_limit"

@@ -34,7 +34,7 @@ from .question import Question
 
 @kept
 class Searched(NamedTuple):
-    """What the search of open nodes knows of all sets of nodes that stay open."""
+    """Knowledge of all sets of nodes that stay open, from the search of open nodes."""
 
     programs: int = 0
     # Load factor that no set exceeds, apart from those that are not safe at the limit. These are

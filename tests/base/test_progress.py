@@ -265,7 +265,7 @@ CALLS = {
         2,
         "design",
         lambda design: round(design.load_factor, 4) == 0.1712,
-        r"design: 2 programs, 00:\d\d, load factor 0.4372 so far",
+        r"design: \d+ programs, 00:\d\d, load factor 0.5521 so far",
     ),
     "protocol": (
         lambda **o: fo.limit_after_protocol(PAIR, CYCLE, 0.6, scan=5, **o),

@@ -700,7 +700,7 @@ def test_limits_of_all_states_and_of_some():
     limit = fo.shakedown_limit(held, fo.LoadCycle({"fit": 1.0}, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.5)
     assert limit.bound_for_all == np.inf
     assert not limit.proven
-    assert "with all nodes closed" in limit.covers
+    assert "here all nodes closed" in limit.covers
     rigid = fo.ContactSystem.from_blocks(
         np.zeros((2, 2)),
         np.zeros((2, 2)),

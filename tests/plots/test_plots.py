@@ -163,8 +163,8 @@ IDLE = FIVE.with_bonded({"none": np.zeros((2, 5))})
 NOTHING = {  # answer, what the title says
     "unbounded": (lambda: fo.shakedown_limit(PAIR, PRESSING, F), "infinite"),
     "unbounded, in space": (lambda: fo.shakedown_limit(NODE, PRESSING, F), "infinite"),
-    "unsafe": (lambda: fo.shakedown_limit(PAIR, DOWN, F), "none"),
-    "unsafe, guaranteed": (lambda: fo.guaranteed_limit(PAIR, DOWN, F), "none"),
+    "unsafe": (lambda: fo.shakedown_limit(SLIDING, DOWN, F), "none"),
+    "unsafe, guaranteed": (lambda: fo.guaranteed_limit(SLIDING, DOWN, F), "none"),
     "no friction is enough": (
         lambda: fo.required_friction(PULLED, UP, 2.0),
         "required friction $f$ is infinite",

@@ -1,18 +1,19 @@
 """The best profile for extreme input.
 
-A plain linear program computes the limit of the contact with the profile built in.
+A plain linear program computes the limit of the contact with the profile built in, for the nodes that
+the design leaves open.
 """
 
 from collections.abc import Iterator
 from functools import cache
 
 import cvxpy as cp
-import numpy as np
 
 import frictopt as fo
 from studies.paper import LOADS
 from validation import oracles
 from validation.extremes.probes import Answer, Probe, Sizes
+from validation.stays_open import interval_of_set
 
 _LP = "plain linear program with the design built in, scipy"
 
@@ -50,9 +51,8 @@ def _probe(
         return model.solve(friction, [cp.abs(model.profile) <= depth])
 
     def plain() -> float | None:
-        return oracles.largest_load_factor(
-            design().system, design().cycle, np.full(system.nodes, friction)
-        )
+        found = interval_of_set(design().system, design().cycle, friction, design().opens[0])
+        return None if found is None else found[1]
 
     return Probe(
         extreme,
