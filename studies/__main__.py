@@ -13,7 +13,7 @@ studies.first_look studies.limits studies.scenes studies.guaranteed studies.sepa
 studies.lift_off studies.vanishing studies.increments studies.dissipation studies.range
 studies.damping studies.wear studies.design studies.joint studies.space studies.spatial
 studies.size studies.validity studies.flicek studies.published.study studies.datasets.study
-validation.left_out validation.followed validation.forced_response validation.campaign
+validation.left_out validation.all_sets validation.followed validation.forced_response validation.campaign
 validation.solvers
 validation.calculix validation.peers.study validation.error_vs_time.study
 validation.extremes.study validation.fuzz.study

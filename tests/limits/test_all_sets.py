@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.blocks import block, clamp
 from helpers.cases import few
 from helpers.separation import lifted_system, open_in_space, pulled_system
 from helpers.systems import CYCLE
+from validation.blocks import block, clamp
 from validation.fuzz.cases import random_case
 from validation.stays_open import intervals, reach
 

@@ -12,10 +12,10 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact import joined
-from helpers.blocks import block
 from helpers.cases import few
 from helpers.designs import CYCLE, pulled
 from helpers.oracle import TIGHT
+from validation.blocks import block
 from validation.fuzz.space import _SpatialSubject
 
 MOST, DEPTH = 0.6, 0.1

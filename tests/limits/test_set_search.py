@@ -15,10 +15,10 @@ from frictopt.limits import ShakedownLimits, pose, with_open
 from frictopt.limits.likely_sets import settled_sets
 from frictopt.solve import interior_point
 from helpers import spatial
-from helpers.blocks import block
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, NODE, explained, random_system, system
+from validation.blocks import block
 from validation.open_sets import largest_with_open
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open

@@ -41,6 +41,7 @@ NAMES = [
         "backbone_meshes",
         "wear",
         "design",
+        "all_sets",
         "error_vs_time",
         "mesh_error",
         "extremes",

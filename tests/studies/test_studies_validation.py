@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from studies import size
-from validation import campaign, followed, left_out
+from validation import all_sets, campaign, followed, left_out
 
 
 def test_all_rest_below_and_all_witnesses_slip_above(tables):
@@ -196,3 +196,15 @@ def test_an_executor_kills_once_after_some_tasks():
         executor = campaign.Killing(threads, 2, lambda: killed.append(True))
         ended = [executor.submit(abs, -number).result() for number in range(4)]
     assert ended == [0, 1, 2, 3] and len(killed) == 1
+
+
+def test_no_set_of_open_nodes_is_missed(tables):
+    table = tables["all_sets"]
+    assert table["best_of_all"].all() and not all_sets.missed(table).any()
+    tried = table[table["every_set"].notna()]
+    assert len(tried) > 5
+    assert np.allclose(tried["bound_of_sets"], tried["every_set"], rtol=1e-6)
+    # A contact of which another set is better would be listed.
+    worse = table.assign(load_factor=table["load_factor"] * (1 - 1e-3))
+    assert all_sets.missed(worse).sum() == (tried["load_factor"] < np.inf).sum()
+    assert "block, 4 nodes | 4 | 0 of 4" in all_sets.STUDY.summary({"all_sets": table})

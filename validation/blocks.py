@@ -1,11 +1,16 @@
 """Blocks on a rigid base and clamps, by finite elements of their own: contacts that lift off."""
 
+from typing import Any
+
 import numpy as np
 
 import frictopt as fo
 
+# A contact, its load cycle and friction.
+Case = tuple[fo.ContactSystem, fo.LoadCycle, float]
 
-def square_stiffness(size):
+
+def square_stiffness(size: float) -> Any:
     """(8, 8) stiffness of a bilinear square in plane strain, with E = 1 and nu = 0.3."""
     nu = 0.3
     D = np.array([[1 - nu, nu, 0], [nu, 1 - nu, 0], [0, 0, (1 - 2 * nu) / 2]])
@@ -22,7 +27,7 @@ def square_stiffness(size):
     return K
 
 
-def block(seed, nodes=None, corners=None):
+def block(seed: int, nodes: int | None = None, corners: int | None = None) -> Case:
     """A random block of 4 to 7 nodes on a rigid base, its load cycle and friction.
 
     Its top is pressed in part, and pulled at a node. The cyclic loads are shears and pressures at
@@ -50,7 +55,7 @@ def block(seed, nodes=None, corners=None):
         K[2 * top, 2 * top] += 0.1
         K[2 * top + 1, 2 * top + 1] += 0.05
 
-    def load(shear, pressure):
+    def load(shear: Any, pressure: Any) -> Any:
         forces = np.zeros(2 * count)
         forces[2 * top] = shear
         forces[2 * top + 1] = -pressure
@@ -86,7 +91,7 @@ def block(seed, nodes=None, corners=None):
     return system, cycle, float(rng.choice([0.2, 0.4, 0.6, 0.9]))
 
 
-def clamp(seed, noise=0.0, member=0):
+def clamp(seed: int, noise: float = 0.0, member: int = 0) -> Case:
     """A bolt of C shape that grips a rigid plate at 14 nodes, its load cycle and friction.
 
     `noise`: relative size of random changes of all numbers; `member` is their seed.
@@ -111,7 +116,7 @@ def clamp(seed, noise=0.0, member=0):
     springs = np.r_[2 * spine, 2 * spine + 1]
     K[springs, springs] += 10 ** rng.uniform(-3, -1)
 
-    def load(shear=0.0, lift=0.0, tip=0.0):
+    def load(shear: float = 0.0, lift: float = 0.0, tip: float = 0.0) -> Any:
         forces = np.zeros(len(K))
         forces[2 * spine] = shear / len(spine)
         forces[2 * spine + 1] = lift / len(spine)
