@@ -274,8 +274,9 @@ def _boundaries_of_node_sets(
 
 def _faces_of_element_sets(deck: Deck) -> dict[str, list[Integers]]:
     """Element set -> nodes (m, k) of the elements in it that only name faces, block by block."""
+    faces = deck.faces
     return {
-        name: [nodes[np.isin(numbers, members)] for numbers, nodes in deck.faces]
+        name: [nodes[np.isin(numbers, members)] for numbers, nodes in faces]
         for name, members in deck.element_sets.items()
     }
 
