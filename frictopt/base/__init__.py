@@ -23,6 +23,7 @@ from .checks import (
     Array,
     Booleans,
     Integers,
+    PerNode,
     check_entries,
     check_text,
     checked_cases,

@@ -32,7 +32,7 @@ _METRE = {"m": 1.0, "mm": 1e-3}
 _MEANINGS = {
     "system": "the contact, a ContactSystem",
     "cycle": "the load cycle, a LoadCycle",
-    "friction": "the coefficient of friction, one number or one for each node",
+    "friction": "the coefficient of friction, one number or one for each node or contact",
     "load_factor": "the load factor, a number >= 0",
     "load_factors": "a list of load factors",
     "mean": "the mean load, a mapping from load case names to amplitudes",
@@ -45,6 +45,7 @@ LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
 Array: TypeAlias = NDArray[np.float64]
+PerNode: TypeAlias = ArrayLike | Mapping[str, float]
 Names: TypeAlias = NDArray[np.str_]
 Booleans: TypeAlias = NDArray[np.bool_]
 Integers: TypeAlias = NDArray[np.intp]
@@ -154,18 +155,34 @@ def for_each(name: str, values: Array, nodes: int) -> Array:
     return np.broadcast_to(values, (nodes,))
 
 
-def per_node(name: str, values: object, nodes: int, negative: str = "") -> Array:
-    """Check real, finite numbers, one for all nodes or one for each; returns (N,).
+def is_named(values: object) -> bool:
+    """Whether values have names: a mapping, or a table or series of pandas with texts as labels."""
+    labels = getattr(values, "index", None)
+    has_texts = np.iterable(labels) and all(isinstance(label, str) for label in labels)
+    return has_texts or isinstance(values, Mapping)
+
+
+def by_contact(name: str, values: object, system: Any) -> Any:
+    """Values with the names of the contacts of a system as one for each node; others as given."""
+    if not is_named(values):
+        return values
+    named = dict(values)  # type: ignore[call-overload]
+    contact = [] if system.contact is None else system.contact.tolist()
+    if named.keys() != set(contact):
+        known = f"one for each of the contacts {list(dict.fromkeys(contact))}"
+        if not contact:
+            known = "name the contacts of the system"
+        raise ModelError(f"{name}: {shown(values)}; give one number, one per node, or {known}")
+    return [named[label] for label in contact]
+
+
+def per_node(name: str, values: object, system: Any, negative: str = "") -> Array:
+    """Check real, finite numbers, one for all nodes, for each node or contact; returns (N,).
 
     If `negative` is a text, it is the remedy for a number below 0.
     """
-    if isinstance(values, Mapping):
-        raise ModelError(
-            f"{name}: a {type(values).__name__}; give one number, or one number per node, "
-            "as `np.where(system.contact == 'head', 0.15, 0.3)`"
-        )
-    array = finite_array(name, values)
-    by_node = for_each(name, array, nodes)
+    array = finite_array(name, by_contact(name, values, system))
+    by_node = for_each(name, array, system.nodes)
     if negative:
         check_entries(name, array, array >= 0, negative)
     return by_node
@@ -407,6 +424,8 @@ def _odd_values(arguments: Mapping[str, Any]) -> Iterator[str]:
 
 def _largest(name: str, values: object) -> float:
     """The largest of some numbers; 0 if they are no numbers, which the function itself refuses."""
+    if is_named(values):
+        values = [*dict(values).values()]  # type: ignore[call-overload]
     with suppress(ModelError, TypeError):
         return float(real_array(name, values).max(initial=0.0))
     return 0.0

@@ -17,10 +17,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base import Array, Integers
-from ..base.checks import per_node
+from ..base.checks import PerNode, per_node
 from ..errors import ModelError
 from .system import ContactSystem, checked_system
 
@@ -164,19 +163,14 @@ def other_laws(system: ContactSystem) -> list[str]:
     return [name for name, law in OTHER_LAWS.items() if law.holds(system)]
 
 
-def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
-    """Check a coefficient of friction, one for all nodes or one per node, and return it as (N,).
+def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
+    """Check a coefficient of friction, one for all nodes, each node or contact; returns (N,).
 
     ModelError if it is not a real finite number or array, if it is negative, or if its length is
     neither 1 nor N.
-
-    Examples
-    --------
-    >>> from frictopt.contact import friction_coefficients
-    >>> friction_coefficients(0.5, nodes=3).tolist()
-    [0.5, 0.5, 0.5]
     """
-    return per_node("friction", friction, nodes, "a coefficient of friction is not negative")
+    remedy = "a coefficient of friction is not negative"
+    return per_node("friction", friction, checked_system(system), remedy)
 
 
 def checked_law(system: object, question: str) -> ContactSystem:

@@ -11,11 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, Kept, finite_number, real_array, warns_of_odd_values
+from ..base import (
+    CONDENSATION,
+    Array,
+    Kept,
+    PerNode,
+    finite_number,
+    real_array,
+    warns_of_odd_values,
+)
 from ..errors import ModelError
 from .components import joined
 from .law import ContactLaw, contact_law, friction_coefficients
-from .system import ContactSystem, checked_system
+from .system import ContactSystem
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,7 +71,7 @@ class Verdict(Kept):
 def check_contact_law(
     system: ContactSystem,
     bonded: tuple[ArrayLike, ArrayLike],
-    friction: ArrayLike,
+    friction: PerNode,
     *,
     v: ArrayLike,
     w: ArrayLike,
@@ -118,7 +126,7 @@ def check_contact_law(
     ... ).residual < 1e-12
     True
     """
-    f = friction_coefficients(friction, checked_system(system).nodes)
+    f = friction_coefficients(friction, system)
     if not isinstance(bonded, tuple | list) or len(bonded) != 2:
         raise ModelError(f"bonded: a {type(bonded).__name__}; give the pair (q^w, p^w)")
     before = v if previous_slip is None else previous_slip

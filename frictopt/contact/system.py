@@ -16,6 +16,7 @@ from ..base import (
     ROUNDING,
     Array,
     Integers,
+    PerNode,
     Plotted,
     Shown,
     Table,
@@ -32,7 +33,7 @@ from ..base import (
     whole,
     whole_array,
 )
-from ..base.checks import Names, checked_units, flag, per_node
+from ..base.checks import Names, by_contact, checked_units, flag, per_node
 from ..errors import ModelError
 from . import files
 from .components import arc_length, joined, parted
@@ -485,10 +486,10 @@ class ContactSystem(Shown, Plotted):
             load_size=_without(self.load_size, added),
         )
 
-    def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
+    def with_interference(self, cases: Mapping[str, PerNode]) -> Self:
         """Copy with interferences: load case name -> overlap of the unassembled bodies, length.
 
-        An overlap is >= 0, one number or (N,).
+        An overlap is >= 0, one number, (N,), or one per contact by its name.
 
         An amplitude of the load case multiplies the overlap. An overlap acts as a negative gap, so
         its bonded reactions are `(B^T d, C d)`. If the system has a load case of this name, the
@@ -512,7 +513,7 @@ class ContactSystem(Shown, Plotted):
                     "give the overlap another load case"
                 )
             remedy = "give overlaps >= 0, and an opening as a gap"
-            overlaps[case] = per_node(f"cases[{case!r}]", overlap, self.nodes, remedy)
+            overlaps[case] = per_node(f"cases[{case!r}]", overlap, self, remedy)
 
         names = list({**self.bonded, **overlaps})
         known = len(self.bonded)
@@ -533,7 +534,7 @@ class ContactSystem(Shown, Plotted):
         """Copy with another initial gap, (N,) or None."""
         return replace(self, gap=gap)
 
-    def with_shear_strength(self, strength: ArrayLike) -> Self:
+    def with_shear_strength(self, strength: PerNode) -> Self:
         """Copy whose surfaces shear off: at each node `|q| <= strength * width`.
 
         The strength does not depend on the pressure, and acts beside friction. Theory, eq. (35).
@@ -545,7 +546,8 @@ class ContactSystem(Shown, Plotted):
         Parameters
         ----------
         strength
-            Largest shear traction, force per length^2, one number or (N,), > 0. inf: none.
+            Largest shear traction, force per length^2, one number, (N,), or one per contact by its
+            name, > 0. inf: none.
 
         Raises
         ------
@@ -571,10 +573,10 @@ class ContactSystem(Shown, Plotted):
         [2.0, 1.25]
         """
         width = checked_width(self, "a strength acts on it")
-        checked = checked_strength("strength", strength, self.nodes)
+        checked = checked_strength("strength", by_contact("strength", strength, self), self.nodes)
         return replace(self, shear_strength=checked * width)
 
-    def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
+    def with_orthotropic_friction(self, ratio: PerNode) -> Self:
         """Copy for friction that differs along the two tangents. Theory, eq. (36).
 
         The coefficient is f along the first tangent and `ratio` times f along the second.
@@ -633,7 +635,7 @@ class ContactSystem(Shown, Plotted):
                 "ratio: a contact in the plane has one tangent; give its friction, one or one per "
                 "node"
             )
-        second = per_node("ratio", ratio, self.nodes)
+        second = per_node("ratio", ratio, self)
         second = positive("ratio", second, (self.nodes,), "give a ratio above 0")
         stretch = np.column_stack([np.ones(self.nodes), second])
         scale = joined(1 / stretch, np.ones(self.nodes))
@@ -641,7 +643,7 @@ class ContactSystem(Shown, Plotted):
         return replace(self, S=scale[:, None] * self.S * scale, bonded=bonded, stretch=stretch)
 
     def with_contact_stiffness(
-        self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf
+        self, *, tangential: PerNode = np.inf, normal: PerNode = np.inf
     ) -> Self:
         """Copy with springs in series with each node, along its tangents and its normal.
 
@@ -653,8 +655,8 @@ class ContactSystem(Shown, Plotted):
         Parameters
         ----------
         tangential, normal
-            Stiffness of the surface, force per length^3, one number or (N,). The springs of a node
-            have this stiffness times its `width`. inf: rigid.
+            Stiffness of the surface, force per length^3, one number, (N,), or one per contact by
+            its name. The springs of a node have this stiffness times its `width`. inf: rigid.
 
         Raises
         ------
@@ -685,7 +687,12 @@ class ContactSystem(Shown, Plotted):
         """
         checked_round(self, "add springs to the system that it was made of")
         width = checked_width(self, "the springs of a node act on it")
-        springs = compliances(tangential, normal, width, self.tangents)
+        springs = compliances(
+            by_contact("tangential", tangential, self),
+            by_contact("normal", normal, self),
+            width,
+            self.tangents,
+        )
         if not springs.any():
             return self
         softness = springs * self.own_stiffness

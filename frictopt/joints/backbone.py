@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..base import (
     Array,
     Kept,
+    PerNode,
     Plotted,
     finite_number,
     finite_numbers,
@@ -23,7 +24,7 @@ from ..base import (
     progress_bar,
     warns_of_odd_values,
 )
-from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, checked_cycle, friction_coefficients
 from ..errors import ModelError, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
@@ -299,7 +300,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
 def backbone_curve(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factors: ArrayLike | None = None,
     *,
     natural_frequency: float | None = None,
@@ -365,7 +366,7 @@ def backbone_curve(
     >>> bool((curve.damping <= curve.most_damping).all())
     True
     """
-    coefficients = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    coefficients = np.array(friction_coefficients(friction, system))
     with_range = flag("range", range)
     # These raise if the cycle names an unknown load case.
     system.reaction(checked_cycle(cycle).mean)

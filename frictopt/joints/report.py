@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Kept, flag, progress_bar, warns_of_odd_values, whole_number
+from ..base import Kept, PerNode, flag, progress_bar, warns_of_odd_values, whole_number
 from ..base.files import written
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
@@ -138,7 +138,7 @@ class Report(Kept, ReportParts):
 def report(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factors: ArrayLike | None = None,
     *,
     preload: Mapping[str, tuple[float, float]] | None = None,

@@ -115,7 +115,7 @@ def checked_scatter(
 
 
 def _coefficients(friction: Any, system: ContactSystem) -> Array:
-    return np.array(friction_coefficients(friction, system.nodes))
+    return np.array(friction_coefficients(friction, system))
 
 
 def _checked_preload(cycle: LoadCycle, preload: object) -> dict[str, tuple[float, float]]:

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import root
 
-from ..base import RESIDUAL, Array, Bar, progress_bar, warns_of_odd_values
-from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..base import RESIDUAL, Array, Bar, PerNode, progress_bar, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle, checked_cycle, friction_coefficients
 from ..errors import ModelError, SolverError
 from ..transients.march import mean_state
 
@@ -19,7 +18,7 @@ from ..transients.march import mean_state
 def tightened(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     *,
     steps: int | None = None,
     progress: bool = True,
@@ -78,7 +77,7 @@ def tightened(
     0  bolt    3.0           3.0                0.4
     """
     mean = checked_cycle(cycle).mean
-    coefficients = friction_coefficients(friction, checked_system(system).nodes)
+    coefficients = friction_coefficients(friction, system)
     shares = _checked_shares(system, mean)
     with progress_bar(progress, "tightening", "transient") as bar:
         return _tightened(_Bolts(system, cycle, coefficients, steps, list(shares), bar), shares)

@@ -9,11 +9,11 @@ from time import perf_counter
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from ..base import (
     Array,
     Bar,
+    PerNode,
     Plotted,
     Recorded,
     SolveRecord,
@@ -146,10 +146,10 @@ class WearHistory(Worn):
 def wear(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
-    coefficient: ArrayLike,
+    coefficient: PerNode,
     cycles: float | None = None,
     initial_state: ContactState | None = None,
     tolerance: float = 0.01,
@@ -294,11 +294,11 @@ def _history(course: Course, reason: str) -> WearHistory:
     return WearHistory(course.steady, frozen(depth), frozen(pressure), reason, record, table)
 
 
-def _depth_per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike) -> Array:
+def _depth_per_work(system: ContactSystem, friction: PerNode, coefficient: PerNode) -> Array:
     """(N,) depth per work of friction."""
-    f = friction_coefficients(friction, system.nodes)
+    f = friction_coefficients(friction, system)
     remedy = "give a coefficient of wear >= 0, volume per normal force and sliding distance"
-    k = per_node("coefficient", coefficient, system.nodes, remedy)
+    k = per_node("coefficient", coefficient, system, remedy)
     width = checked_width(system, "without it, depths do not follow from worn volumes")
     without_friction = (f == 0) & (k > 0)
     if without_friction.any():

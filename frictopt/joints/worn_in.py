@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base import (
     CONDENSATION,
@@ -14,6 +13,7 @@ from ..base import (
     Array,
     Booleans,
     Outcome,
+    PerNode,
     SolveRecord,
     Table,
     finite_number,
@@ -99,7 +99,7 @@ class WornIn(Worn):
 def worn_in(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
     progress: bool = True,
@@ -188,9 +188,9 @@ def _require(holds: bool | np.bool_, reason: str) -> None:
         raise ModelError(f"{reason}; no theorem predicts the end of wear then: use `wear`")
 
 
-def _checked_friction(system: ContactSystem, friction: ArrayLike) -> float:
+def _checked_friction(system: ContactSystem, friction: PerNode) -> float:
     """The coefficient of friction, which is the same at all nodes."""
-    f = friction_coefficients(friction, system.nodes)
+    f = friction_coefficients(friction, system)
     _require(f.min() == f.max() > 0, f"friction: from {f.min():g} to {f.max():g}")
     return float(f[0])
 

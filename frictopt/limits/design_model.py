@@ -13,9 +13,17 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import Array, SolveRecord, flag, frozen, listed, progress_bar, warns_of_odd_values
+from ..base import (
+    Array,
+    PerNode,
+    SolveRecord,
+    flag,
+    frozen,
+    listed,
+    progress_bar,
+    warns_of_odd_values,
+)
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from .answered import answered
@@ -113,7 +121,7 @@ class DesignModel(SafeModel):
         preloads: Sequence[str] = (),
         profile: bool = False,
         scenarios: Sequence[tuple[Any, ...]] = (),
-        slip_bound: ArrayLike | None = None,
+        slip_bound: PerNode | None = None,
         solver: str | None = None,
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
@@ -130,7 +138,7 @@ class DesignModel(SafeModel):
     @in_turn
     def solve(
         self,
-        friction: ArrayLike,
+        friction: PerNode,
         constraints: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
         *,

@@ -19,6 +19,7 @@ from ..base import (
     ROUNDING,
     Array,
     Booleans,
+    PerNode,
     SolveRecord,
     Table,
     finite_number,
@@ -152,7 +153,7 @@ class GrossSlip(Explained):
 def gross_slip(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: PerNode,
     contacts: Iterable[str] | None = None,
     *,
     seconds: float = 300.0,

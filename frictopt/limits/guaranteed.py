@@ -12,6 +12,7 @@ import numpy as np
 from ..base import (
     Array,
     LimitKind,
+    PerNode,
     SolveRecord,
     Table,
     components,
@@ -336,9 +337,9 @@ def posed_guaranteed(question: Question) -> Question:
 def guaranteed_limit(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: PerNode,
     *,
-    slip_bound: Any = None,
+    slip_bound: PerNode | None = None,
     simplify: bool = True,
     solver: str | None = None,
     progress: bool = True,

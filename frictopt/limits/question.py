@@ -13,9 +13,8 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import Array, Booleans, Integers, flag, kept, make_read_only, worst
+from ..base import Array, Booleans, Integers, PerNode, flag, kept, make_read_only, worst
 from ..base.checks import per_node
 from ..contact import (
     ContactLaw,
@@ -287,10 +286,10 @@ class Question:
 def pose(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     *,
     simplify: bool = True,
-    slip_bound: Any = None,
+    slip_bound: PerNode | None = None,
     question_name: str = "this question",
 ) -> Question:
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
@@ -305,11 +304,11 @@ def pose(
     bound = None
     if slip_bound is not None:
         remedy = "it bounds the size of the slip, give a length >= 0, or None for no bound"
-        bound = per_node("slip_bound", slip_bound, system.nodes, remedy)
+        bound = per_node("slip_bound", slip_bound, system, remedy)
     question = _question(
         system=system,
         cycle=cycle,
-        friction=friction_coefficients(friction, system.nodes),
+        friction=friction_coefficients(friction, system),
         slip_bound=bound,
         open_nodes=np.zeros(system.nodes, dtype=bool),
         compliance=None,
@@ -352,9 +351,9 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
     return _changed(question, open_nodes=open_nodes, compliance=compliance)
 
 
-def with_friction(question: Question, friction: ArrayLike) -> Question:
+def with_friction(question: Question, friction: PerNode) -> Question:
     """The question with other friction, and its time starts anew; ModelError for bad friction."""
-    coefficients = friction_coefficients(friction, question.system.nodes)
+    coefficients = friction_coefficients(friction, question.system)
     return _changed(question, friction=coefficients, started=perf_counter())
 
 

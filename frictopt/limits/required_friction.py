@@ -11,6 +11,7 @@ import numpy as np
 from ..base import (
     RESIDUAL,
     Booleans,
+    PerNode,
     SolveRecord,
     Table,
     finite_number,
@@ -159,7 +160,7 @@ def required_friction(
     load_factor: float,
     *,
     events: bool = False,
-    slip_bound: Any = None,
+    slip_bound: PerNode | None = None,
     progress: bool = True,
 ) -> RequiredFriction:
     """Least friction with a safe slip, one value for all nodes; the start decides if slip stops.

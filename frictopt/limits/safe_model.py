@@ -10,9 +10,8 @@ from typing import Any, Self, TypeVar, cast
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import Array, listed, warns_of_odd_values
+from ..base import Array, PerNode, listed, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..solve.problem import printed_as
@@ -73,7 +72,7 @@ class SafeModel:
         system: ContactSystem,
         cycle: LoadCycle,
         *,
-        slip_bound: ArrayLike | None = None,
+        slip_bound: PerNode | None = None,
         simplify: bool = True,
         solver: str | None = None,
     ) -> None:

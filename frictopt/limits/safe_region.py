@@ -18,6 +18,7 @@ from ..base import (
     RESIDUAL,
     Array,
     Booleans,
+    PerNode,
     Plotted,
     Recorded,
     SolveRecord,
@@ -153,7 +154,7 @@ def safe_region(
     system: ContactSystem,
     mean: Mapping[str, float],
     loads: Sequence[Any],
-    friction: Any,
+    friction: PerNode,
     *,
     tolerance: float = 1e-3,
     progress: bool = True,
@@ -214,7 +215,7 @@ def safe_region(
     checked_system(system)
     names, parts = checked_parts(loads)
     static = dict(checked_loads("mean", mean))
-    coefficients = friction_coefficients(friction, system.nodes)
+    coefficients = friction_coefficients(friction, system)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
     if system.tangents == 1:
         tolerance = 0.0

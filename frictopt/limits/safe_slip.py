@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base import (
     ROUNDING,
     Array,
+    PerNode,
     SolveRecord,
     Table,
     finite_number,
@@ -251,11 +251,11 @@ def checked_load_factor(question: Question, load_factor: float) -> float:
 def safe_slip(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
     events: bool = False,
-    slip_bound: ArrayLike | None = None,
+    slip_bound: PerNode | None = None,
     simplify: bool = True,
     solver: str | None = None,
     progress: bool = True,

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import progress_bar, warns_of_odd_values
+from ..base import PerNode, progress_bar, warns_of_odd_values
 from .safe_model import SafeModel, in_turn
 from .safe_slip import SafeSlip, SafeSlips, checked_load_factor
 
@@ -51,7 +50,7 @@ class SafeSlipModel(SafeModel):
     @in_turn
     def solve(
         self,
-        friction: ArrayLike,
+        friction: PerNode,
         load_factor: float,
         constraints: Sequence[cp.Constraint] = (),
         *,

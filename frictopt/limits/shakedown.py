@@ -20,6 +20,7 @@ from ..base import (
     RESIDUAL,
     Array,
     LimitKind,
+    PerNode,
     SolveRecord,
     Table,
     frame,
@@ -58,12 +59,12 @@ from .solved import UNBOUNDED
 def shakedown_limit(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: Any,
+    friction: PerNode,
     *,
     open: ArrayLike | None = None,
     events: bool = False,
     programs: int | None = None,
-    slip_bound: Any = None,
+    slip_bound: PerNode | None = None,
     simplify: bool = True,
     solver: str | None = None,
     progress: bool = True,
@@ -86,7 +87,8 @@ def shakedown_limit(
     system, cycle
         The contact and its load cycle.
     friction
-        Coefficient of friction, one or one per node.
+        Coefficient of friction, one, one per node, or one per contact: a mapping or a series of
+        pandas by the names of the contacts.
     open
         (N,) bool, the nodes that stay open; all other nodes stay closed. None: search them. All
         False: the limit with all nodes closed.

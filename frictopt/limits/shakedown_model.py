@@ -10,7 +10,16 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, Table, frame, listed, number_of, progress_bar, warns_of_odd_values
+from ..base import (
+    Array,
+    PerNode,
+    Table,
+    frame,
+    listed,
+    number_of,
+    progress_bar,
+    warns_of_odd_values,
+)
 from ..contact import LoadCycle, checked_cycle
 from ..errors import ModelError
 from . import models
@@ -30,7 +39,8 @@ class ShakedownModel(SafeModel):
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound.
+        Largest slip `|v|` that assembly can leave, length, one or one per node or contact, as
+        friction; None for no bound.
         A rigid slide of a body counts as slip. If nothing resists it, the program chooses it.
     simplify
         Whether to omit constraints that cannot change the limit: corners inside the hull of the
@@ -84,7 +94,7 @@ class ShakedownModel(SafeModel):
     @in_turn
     def solve(
         self,
-        friction: Any,
+        friction: PerNode,
         constraints: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
         *,

@@ -33,6 +33,7 @@ from ..base import (
     warns_of_odd_values,
     whole_number,
 )
+from ..base.checks import is_named
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
@@ -74,10 +75,11 @@ def dissipation_study(
         preload or phase. The load cycles are then an axis of the study.
     friction
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
-        nodes, or a frozen distribution of `scipy.stats`. The coefficient of each node is drawn from
-        a distribution: `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered
-        friction. A flat list with one number per node is refused, because it may mean a field or
-        several frictions. Pass `[field]`, or a column of numbers (F, 1).
+        nodes, those of the contacts by their names, or a frozen distribution of `scipy.stats`. The
+        coefficient of each node is drawn from a distribution: `[stats.norm(0.5, 0.05)] * 20` gives
+        twenty contacts with scattered friction. A flat list with one number per node is refused,
+        because it may mean a field or several frictions. Pass `[field]`, or a column of numbers
+        (F, 1).
     starts
         A list of starts from `fo.starts` (such lists can be added), or an array of residual slips
         (S, N), in space (S, N, 2), length; None: no slip. A run fails if its slips stress the
@@ -161,7 +163,7 @@ def dissipation_study(
     0          1.0             none  CYCLIC_SLIP          1.0
     1          1.0  overload to 1.5  CYCLIC_SLIP          1.0
     """
-    fields = friction_fields(friction, checked_system(system).nodes, rng)
+    fields = friction_fields(friction, checked_system(system), rng)
     cycles = checked_cycles(cycle)
     factors = finite_numbers("load_factors", load_factors, least=0.0)
     if not factors or len(set(factors)) < len(factors):
@@ -389,10 +391,13 @@ def _check_start(start: object, slip_shape: tuple[int, ...]) -> None:
         )
 
 
-def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
+def friction_fields(friction: Any, system: ContactSystem, rng: object) -> list[Array]:
     """(N,) coefficients of a single friction, or of each in a list; see `dissipation_study`."""
-    is_list = np.iterable(friction) and not isinstance(friction, str | bytes | Mapping)
+    is_list = np.iterable(friction) and not (
+        isinstance(friction, str | bytes) or is_named(friction)
+    )
     items = list(friction) if is_list else [friction]
+    nodes = system.nodes
     if not items:
         raise ModelError("friction: empty; give at least one coefficient")
     if is_list and len(items) == nodes > 1 and all(_is_number(item) for item in items):
@@ -403,7 +408,7 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
     generator = rng
     if not isinstance(rng, np.random.Generator | None):
         generator = np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
-    return [_field(item, nodes, generator) for item in items]
+    return [_field(item, system, generator) for item in items]
 
 
 def _is_number(item: object) -> bool:
@@ -411,7 +416,7 @@ def _is_number(item: object) -> bool:
     return not np.iterable(item) and not hasattr(item, "rvs")
 
 
-def _field(item: Any, nodes: int, generator: Any) -> Array:
+def _field(item: Any, system: ContactSystem, generator: Any) -> Array:
     """(N,) coefficients of one friction: a number, a field, or drawn from a distribution."""
     if hasattr(item, "rvs"):
         if generator is None:
@@ -419,7 +424,7 @@ def _field(item: Any, nodes: int, generator: Any) -> Array:
                 "rng: None, and friction has a distribution; give a seed, so that the study can be "
                 "repeated"
             )
-        item = real_array("friction", item.rvs(size=nodes, random_state=generator))
+        item = real_array("friction", item.rvs(size=system.nodes, random_state=generator))
         if (item < 0).any():
             raise ModelError(
                 f"friction: a distribution draws {item.min():.6g} at node {item.argmin()}; give "
@@ -427,4 +432,4 @@ def _field(item: Any, nodes: int, generator: Any) -> Array:
             )
     elif isinstance(item, np.ndarray) and item.shape == (1,):
         item = item[0]  # a row of a column of numbers, np.c_[...]
-    return frozen(friction_coefficients(item, nodes))
+    return frozen(friction_coefficients(item, system))

@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from ..base import (
     LEVEL,
     Array,
     Kept,
+    PerNode,
     Plotted,
     finite_number,
     frozen,
@@ -133,10 +133,10 @@ class DissipationRange(Kept, Plotted):
 def dissipation_range(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
-    slip_bound: ArrayLike | None = None,
+    slip_bound: PerNode | None = None,
     steps: int | None = None,
     progress: bool = True,
 ) -> DissipationRange:

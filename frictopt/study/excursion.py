@@ -14,6 +14,7 @@ from ..base import (
     Array,
     Bar,
     Kept,
+    PerNode,
     Plotted,
     checked_loads,
     finite_number,
@@ -84,7 +85,7 @@ class LeastExcursion(Noted, Kept, Plotted):
 def least_excursion(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
     excursion: Mapping[str, float],

@@ -13,6 +13,7 @@ from ..base import (
     Array,
     Kept,
     Outcome,
+    PerNode,
     Plotted,
     Shown,
     choice,
@@ -49,14 +50,14 @@ class TransientsAfter:
         self,
         system: ContactSystem,
         cycle: LoadCycle,
-        friction: ArrayLike,
+        friction: PerNode,
         start: str | ArrayLike,
         steps: int | None,
         count_one: Callable[[], object],
     ) -> None:
         self.system = checked_system(system)
         self.cycle = checked_cycle(cycle)
-        self.friction = np.array(friction_coefficients(friction, system.nodes))
+        self.friction = np.array(friction_coefficients(friction, system))
         self.steps = steps
         self.count = 0
         self.residual = 0.0
@@ -211,7 +212,7 @@ class LimitAfterProtocol(Noted, Kept, Plotted):
 def limit_after_protocol(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     *,
     protocol: Sequence[LoadStep] = (),
     start: str | ArrayLike = "assembled",

@@ -15,6 +15,7 @@ from ..base import (
     LARGEST_SEED,
     ROUNDING,
     Array,
+    PerNode,
     check_text,
     checked_loads,
     finite_array,
@@ -120,7 +121,7 @@ class Start(Portable):
         self,
         system: ContactSystem,
         cycle: LoadCycle,
-        friction: ArrayLike,
+        friction: PerNode,
         load_factor: float,
         limit: ShakedownLimit | None = None,
     ) -> Array | None:
@@ -387,7 +388,7 @@ class LoadStep:
 
 @warns_of_odd_values
 def assembled_slip(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
+    system: ContactSystem, cycle: LoadCycle, friction: PerNode, *, steps: int | None = None
 ) -> Array:
     """Slip, (N,) or (N, 2), length, that assembly leaves: the mean load grows from no slip.
 

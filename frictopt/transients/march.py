@@ -14,6 +14,7 @@ from ..base import (
     ROUNDING,
     Array,
     Booleans,
+    PerNode,
     choice,
     flag,
     frozen,
@@ -41,7 +42,7 @@ from .transient import OPEN
 def march(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
     initial_slip: ArrayLike | None = None,
@@ -295,7 +296,7 @@ def path_of(
 
 
 def mean_state(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
+    system: ContactSystem, cycle: LoadCycle, friction: PerNode, *, steps: int | None = None
 ) -> ContactState:
     """Slip and gap under the mean load, from no slip; errors of `march`.
 
@@ -308,7 +309,7 @@ def mean_state(
     )
 
 
-def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Booleans:
+def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> Booleans:
     """(N,) nodes that are open under the mean load, from no slip.
 
     The exact path ends at a jump. Then increments go on.

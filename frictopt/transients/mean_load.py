@@ -4,14 +4,12 @@
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, Booleans, number_of
+from ..base import CONDENSATION, Array, Booleans, PerNode, number_of
 from ..contact import (
     ContactSystem,
     LoadCycle,
     checked_cycle,
-    checked_system,
     friction_coefficients,
     joined,
     lengths,
@@ -46,14 +44,14 @@ LESS_SHEAR = ", or less shear"
 PRESSED_ALONE = "; the resultant shear of the load is zero: the pressing load causes the shear"
 
 
-def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
+def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
     """Sentence about the mean load: its fault and the remedy, or that it has none.
 
     Wrong are: a mean load that is zero, pulls the bodies apart, or makes a body slide, turn or lift
     off as a whole; nodes that are open, without pressure or beyond their friction bound while
     nothing slips. Sentences are joined by "; ", without a full stop.
     """
-    f = friction_coefficients(friction, checked_system(system).nodes)
+    f = friction_coefficients(friction, system)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
     if not glued_p.any():
         return UNPRESSED.format(shear="has no normal reactions" if glued_q.any() else "is zero")
@@ -74,7 +72,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
     return _closed_text(system, f, q, p, floor)
 
 
-def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
+def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
     """The diagnosis of the mean load with the loads that the load factor does not scale.
 
     It is that of the first `fixed` part with which the mean load is not safe if nothing slips.

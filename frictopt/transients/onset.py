@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from html import escape
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base import (
     RESIDUAL,
@@ -20,6 +19,7 @@ from ..base import (
     SIMULTANEOUS,
     Array,
     Kept,
+    PerNode,
     Plotted,
     Table,
     flag,
@@ -34,7 +34,6 @@ from ..contact import (
     ContactSystem,
     LoadCycle,
     checked_cycle,
-    checked_system,
     contact_law,
     friction_coefficients,
     lengths,
@@ -227,7 +226,7 @@ class Onset(Kept, Plotted):
 
 @warns_of_odd_values
 def onset(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, progress: bool = True
+    system: ContactSystem, cycle: LoadCycle, friction: PerNode, *, progress: bool = True
 ) -> Onset:
     """Find the first slip and separation of the bonded contact as the load grows to each corner.
 
@@ -274,7 +273,7 @@ def onset(
     2       1  Q = -1        slip          0.5     0      1
     3       1  Q = -1  separation          inf  <NA>      0
     """
-    coefficients = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    coefficients = np.array(friction_coefficients(friction, system))
     show = flag("progress", progress)
     bonded = onset_from(system, checked_cycle(cycle), coefficients)
     if not bonded.mean_opens:

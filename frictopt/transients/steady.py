@@ -17,6 +17,7 @@ from ..base import (
     ROUNDING,
     Array,
     Outcome,
+    PerNode,
     SolveRecord,
     finite_number,
     flag,
@@ -72,7 +73,7 @@ LEFT_OUT = "corners: {number} of {corners} are on the straight segment between o
 def steady_state(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     *,
     initial_slip: ArrayLike | None = None,
@@ -164,7 +165,7 @@ def steady_state(
 def steady_without_step_error(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: ArrayLike,
+    friction: PerNode,
     load_factor: float,
     initial_state: ContactState | None,
     steps: int | None,

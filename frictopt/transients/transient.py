@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import NO_DRIVE, RESIDUAL, Array, Booleans, finite_array, finite_number
+from ..base import NO_DRIVE, RESIDUAL, Array, Booleans, PerNode, finite_array, finite_number
 from ..contact import (
     ContactState,
     ContactSystem,
@@ -143,7 +143,7 @@ class Transient(ABC):
         self,
         system: ContactSystem,
         cycle: LoadCycle,
-        friction: ArrayLike,
+        friction: PerNode,
         load_factor: float,
         initial_slip: ArrayLike | None = None,
         initial_state: ContactState | None = None,
@@ -156,7 +156,7 @@ class Transient(ABC):
             slip = finite_array("initial_slip", initial_slip, system.slip_shape)
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.nodes = n = system.nodes
-        self.friction = np.array(friction_coefficients(friction, n))
+        self.friction = np.array(friction_coefficients(friction, system))
         self.law = contact_law(system, self.friction)
 
         self.mean, *cyclic = reactions(system, [cycle.mean, *cycle.corners])

@@ -20,6 +20,13 @@ FAULTS = (
         within="number_of",
     ),
     Fault(
+        "base/checks.py",
+        "values of contacts are taken in their order",
+        old="[named[label] for label in contact]",
+        new="[*named.values()]",
+        tests="checks",
+    ),
+    Fault(
         "base/files.py",
         "a file is written in its place",
         old="Path(folder, place.name)",

@@ -191,11 +191,6 @@ def test_a_count_agrees_with_its_noun_and_verb():
     assert checks.number_of(3, "node is", "nodes are") == "3 nodes are"
 
 
-def test_friction_by_the_names_of_contacts_is_told_how_to_be_one_for_each_node():
-    with pytest.raises(fo.ModelError, match=r"friction: a dict; .*np\.where\(system\.contact == "):
-        checks.per_node("friction", {"head": 0.15}, 4)
-
-
 def test_a_series_is_read_by_its_labels_if_they_are_nodes():
     friction = pd.Series([0.3, 0.1, 0.2], index=[2, 0, 1])
     asked = fo.shakedown_limit(THREE, CYCLE, friction)
@@ -208,8 +203,55 @@ def test_a_series_is_read_by_its_labels_if_they_are_nodes():
     assert contact.contact.tolist() == ["left", "left", "right"]
 
 
-@pytest.mark.parametrize("labels", [["a", "b", "c"], [1, 2, 3], [0, 0, 1]])
+@pytest.mark.parametrize("labels", [[1, 2, 3], [0, 0, 1]])
 def test_a_series_with_other_labels_is_refused(labels):
     friction = pd.Series([0.3, 0.1, 0.2], index=labels)
     with pytest.raises(fo.ModelError, match=r"friction: .*labels are not 0 to 2; .*to_numpy"):
         fo.shakedown_limit(THREE, CYCLE, friction)
+
+
+NAMED = fo.ContactSystem.from_blocks(
+    THREE.A,
+    THREE.B,
+    THREE.C,
+    THREE.x,
+    THREE.bonded,
+    contact=["rim", "rim", "hub"],
+    width=[1.0, 1.0, 2.0],
+)
+BY_CONTACT = {
+    "friction": lambda f: fo.shakedown_limit(NAMED, CYCLE, f).load_factor,
+    "friction of a transient": lambda f: fo.steady_state(NAMED, CYCLE, f, 2.0).dissipation,
+    "friction of a study": lambda f: fo.dissipation_study(NAMED, CYCLE, [f], [2.0]).dissipation[0],
+    "slip bound": lambda v: fo.shakedown_limit(NAMED, CYCLE, 0.4, slip_bound=v).load_factor,
+    "overlap": lambda d: NAMED.with_interference({"fit": d}).bonded["fit"],
+    "strength": lambda c: NAMED.with_shear_strength(c).shear_strength,
+    "tangential": lambda k: NAMED.with_contact_stiffness(tangential=k).S,
+    "normal": lambda k: NAMED.with_contact_stiffness(normal=k).S,
+}
+
+
+@pytest.mark.parametrize("given", BY_CONTACT)
+def test_values_of_contacts_are_those_of_their_nodes(given):
+    ask = BY_CONTACT[given]
+    of_nodes = ask([0.4, 0.4, 0.3])
+    assert not np.array_equal(of_nodes, ask([0.3, 0.3, 0.4]))
+    for by_name in ({"hub": 0.3, "rim": 0.4}, pd.Series([0.3, 0.4], index=["hub", "rim"])):
+        assert np.array_equal(ask(by_name), of_nodes)
+
+
+@pytest.mark.parametrize("by_name", [dict, pd.Series])
+def test_a_study_reads_the_frictions_of_contacts_as_one_friction(by_name):
+    table = fo.dissipation_study(NAMED, CYCLE, by_name({"rim": 0.4, "hub": 0.1}), [1.0])
+    assert table["friction"].round(9).tolist() == [0.3]
+
+
+@pytest.mark.parametrize("by_name", [dict, pd.Series])
+def test_names_of_other_contacts_are_refused(by_name):
+    for names in ({"rim": 0.4}, {"rim": 0.4, "hub": 0.3, "key": 0.2}, {"a": 1.0}):
+        with pytest.raises(fo.ModelError, match=r"friction: .*each of .* \['rim', 'hub'\]"):
+            fo.steady_state(NAMED, CYCLE, by_name(names), 1.0)
+    with pytest.raises(fo.ModelError, match=r"friction: .*; .*name the contacts of the system"):
+        fo.shakedown_limit(THREE, CYCLE, by_name({"rim": 0.4}))
+    with pytest.warns(fo.ModelWarning, match="not per cent"):
+        fo.shakedown_limit(NAMED, CYCLE, by_name({"rim": 30.0, "hub": 0.3}))

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...base import RESIDUAL, Array, SolveRecord, finite_number, warns_of_odd_values
+from ...base import RESIDUAL, Array, PerNode, SolveRecord, finite_number, warns_of_odd_values
 from ...contact import ContactSystem, checked_law, checked_plane
 from ...errors import SolverError
 from ...solve.solvers import MILP, NoOptimum
@@ -78,7 +77,7 @@ class ExactIncrement(ByProgram):
 
     _title = "friction increment, mixed-integer"
 
-    def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
+    def __init__(self, system: ContactSystem, friction: PerNode, *, reach: float = 1e3) -> None:
         self._reach = finite_number("reach", reach, above=1.0)
         plane = checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement")
         super().__init__(checked_law(plane, "ExactIncrement"), friction)

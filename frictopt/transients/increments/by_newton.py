@@ -7,11 +7,20 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.linalg.lapack import dpocon
 
-from ...base import RESIDUAL, ROUNDING, STALLED, Array, Booleans, SolveRecord, warns_of_odd_values
+from ...base import (
+    RESIDUAL,
+    ROUNDING,
+    STALLED,
+    Array,
+    Booleans,
+    PerNode,
+    SolveRecord,
+    warns_of_odd_values,
+)
 from ...contact import ContactSystem, joined, parted
 from ...errors import SolverError
 from ..transient import OPEN
@@ -150,7 +159,7 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
-    def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
+    def __init__(self, system: ContactSystem, friction: PerNode) -> None:
         FrictionIncrement.__init__(self, system, friction)
         sizes = sizes_of(self.law.S, self._stiffness)
         _Nodes.__init__(self, self.law, sizes, system.gap, system.stiffness_scale)

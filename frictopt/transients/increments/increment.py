@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base import RESIDUAL, Array, SolveRecord, Table, components, finite_array, frame
+from ...base import RESIDUAL, Array, PerNode, SolveRecord, Table, components, finite_array, frame
 from ...contact import (
     ContactSystem,
     checked_system,
@@ -208,10 +208,10 @@ class FrictionIncrement(ABC):
 
     _title: ClassVar[str] = "friction increment"
 
-    def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
+    def __init__(self, system: ContactSystem, friction: PerNode) -> None:
         self.system, self.friction = (
             checked_system(system),
-            friction_coefficients(friction, system.nodes),
+            friction_coefficients(friction, system),
         )
         self._stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""

@@ -19,7 +19,7 @@ import numpy as np
 from cvxpy.reductions.solution import Solution
 from numpy.typing import ArrayLike, NDArray
 
-from ...base import RESIDUAL, Array, Attempt, warns_of_odd_values
+from ...base import RESIDUAL, Array, Attempt, PerNode, warns_of_odd_values
 from ...contact import ContactSystem, checked_law, checked_plane, joined, most_shear, parted
 from ...contact.diagnosis import in_contact
 from ...errors import SolverError
@@ -233,7 +233,7 @@ class ComplementarityProblem(NamedTuple):
 
 @warns_of_odd_values
 def complementarity_problem(
-    system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]
+    system: ContactSystem, friction: PerNode, slip: ArrayLike, bonded: Sequence[ArrayLike]
 ) -> ComplementarityProblem:
     """Build the complementarity problem of one increment (Klarbring & Bjorkman 1988).
 
