@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..base import choice, finite_number, shown
 from ..errors import ModelError
-from ..plots.style import BLACK, GREY, in_units, series
+from ..plots.style import BLACK, GREY, as_is, in_units, series
 from .model import ContactModel
 from .paraview import contact_face
 from .recovery import BodyFields, Steady, in_meshio
@@ -117,7 +117,7 @@ def _draw_meshes(pv: Any, scene: Any, model: ContactModel, face: Any) -> None:
     for number, (name, body) in enumerate(model.bodies.items()):
         color = series(number, len(model.bodies))["color"]
         grid = pv.wrap(in_meshio(body.mesh))
-        scene.add_mesh(grid, color=color, opacity=0.25, label=name, **_EDGES)
+        scene.add_mesh(grid, color=color, opacity=0.25, label=as_is(name), **_EDGES)
     scene.add_mesh(pv.wrap(face), color=BLACK, label="contact", **_EDGES)
     scene.add_legend(bcolor=None, face="rectangle", size=(0.15, 0.15))
 
@@ -132,7 +132,7 @@ def _draw_field(scene: Any, grids: Sequence[Any], show: str, title: str) -> None
     for grid in grids:
         scene.add_mesh(grid, scalars=title, clim=(low, high), **_LOOK)
     # The line break keeps the title above the numbers.
-    scene.scalar_bars[title].SetTitle(f"{title}\n")
+    scene.scalar_bars[title].SetTitle(f"{as_is(title)}\n")
 
 
 def _state(

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 import pyvista
+from vtkmodules.vtkRenderingCore import vtkTextRenderer
 
 import frictopt as fo
 from helpers.meshes import column
@@ -57,6 +58,23 @@ def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
     moved = model.view(fields, "displacement").meshes
     assert [grid["displacement (mm)"].max() for grid in moved] == pytest.approx([6.0, 3.0])
     assert moved[0].bounds[5] == 1.0
+
+
+def test_signs_of_markup_in_names_are_drawn_as_they_are():
+    """VTK itself would draw `$x$` as mathematics."""
+    a, b = column(loads={"P": [fo.Pressure("a", "top", 3.0)]}).bodies.values()
+    model = column(
+        bodies={"$x$": a, "b": b},
+        contacts=[fo.Contact("$x$", "b", "b", "a")],
+        loads={"P": [fo.Pressure("$x$", "top", 3.0)]},
+        units="$N$, mm",
+    )
+    named = model.view().legend.GetEntryString(0)
+    scene = model.view(model.recover({"P": 1.0}, np.zeros((9, 2))))
+    titled = scene.scalar_bars[title(scene)].GetTitle()
+    for text, drawn in ((named, "$x$"), (titled, "von Mises stress ($N$ / mm²)")):
+        assert vtkTextRenderer.GetInstance().DetectBackend(text) == vtkTextRenderer.FreeType
+        assert text.replace("\\$", "$").strip() == drawn
 
 
 def test_colours_of_all_bodies_are_from_the_least_to_the_largest_value():
