@@ -91,12 +91,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
             phi = -N @ (y[: N.shape[1]] / sizes)
             size = float(np.linalg.norm(phi.reshape(-1, system.nodes), axis=0).max())
             phi = phi / (size or np.nan)
-            *v, w = phi.reshape(-1, system.nodes)
-            # A node that shears off its surface need not rise.
-            lack = float((law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
-            stiffest = float(np.diag(system.S).max()) or 1.0
-            strain = float(np.abs(system.S @ phi).max()) / stiffest
-            residual = worst([residual, lack, strain])
+            residual = worst([residual, error_of_motion(question, phi)])
         if forces is None:
             forces = np.full(M, np.nan)
         return CornerAnswer(asked, load_factor, bound, residual, phi, forces)
@@ -123,6 +118,16 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     found, record = answer(program, claimed, no_optimum=without_optimum)
     assert found is not None
     return replace(found, record=record)
+
+
+def error_of_motion(question: Question, phi: Array) -> float:
+    """How far a motion phi (M,) of size 1 strains the bodies, or rises less than friction needs."""
+    system = question.system
+    *v, w = phi.reshape(-1, system.nodes)
+    # A node that shears off its surface need not rise.
+    lack = float((question.law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
+    stiffest = float(np.diag(system.S).max()) or 1.0
+    return max(lack, float(np.abs(system.S @ phi).max()) / stiffest)
 
 
 def drives(N: Array, r: Array) -> bool:

@@ -140,10 +140,7 @@ def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> N
     question = solution.program.question
     slip = solution.slip_of_nodes
     load_factor = solution.load_factor
-    q, p = question.reactions_of_slip(slip)
-    added = np.r_[q[state.node], p[state.node]]
-    critical_reaction = state.at_zero + load_factor * state.rate
-    distance = float(np.abs(added - critical_reaction).max()) / question.force
+    distance = state.distance(question, load_factor, slip)
     residual = solution.residual(question.violation(load_factor, slip), distance)
     bound, defect = solution.bound
     if not residual <= RESIDUAL and least_so_far < bound - defect < np.inf:

@@ -33,6 +33,12 @@ class CriticalState:
     at_zero: Array
     rate: Array
 
+    def distance(self, question: Question, load_factor: float, slip: Array) -> float:
+        """Distance of the node from this state under a slip, over the force unit."""
+        q, p = question.reactions_of_slip(slip)
+        added = np.r_[q[self.node], p[self.node]]
+        return float(np.abs(added - self.at_zero - load_factor * self.rate).max()) / question.force
+
 
 def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
     """Shear c (N,) or (N, 2) and friction bound `f rho` (N,) that nodes need at load factor 1."""

@@ -27,6 +27,7 @@ from ..base import (
     progress_bar,
     shown,
     warns_of_odd_values,
+    worst,
 )
 from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import ModelError, SolverError
@@ -34,7 +35,7 @@ from ..solve.explained import Explained
 from ..transients.balance import self_stress
 from ..transients.statics import Statics, motions_of_bodies, nodal_motions
 from .body_motions import motion_table, motions_in_words
-from .corner_statics import CornerAnswer, CornerQuestion, corner_answer, drives
+from .corner_statics import CornerAnswer, CornerQuestion, corner_answer, drives, error_of_motion
 from .corners import outer_corners
 from .question import Question, pose
 from .self_stress import sliding_off
@@ -123,6 +124,18 @@ class GrossSlip(Explained):
     _asked: CornerQuestion | None
     _forces: Array
     self_stress: Array | None = None
+
+    def check_kept(self) -> None:
+        """Check the motion of a loaded answer, and the load factor that it proves; ValueError."""
+        if self._asked is None or not np.isfinite(self.bound):
+            return
+        phi = self.phi.ravel()
+        forces = np.array([self._asked.r0, self.bound * self._asked.r1])
+        # No node moves by more than 1.
+        error = abs(float((forces @ phi).sum())) / (np.abs(forces).sum() or 1.0)
+        error = worst([error, error_of_motion(self._asked.question, phi)])
+        if error > 10 * RESIDUAL or self.load_factor > max(0.0, self.bound) * (1 + RESIDUAL):
+            raise ValueError(f"its motion does not prove the load factor {self.bound:g}")
 
     @cached_property
     def problem(self) -> Any:

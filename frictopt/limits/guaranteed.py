@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base import (
+    RESIDUAL,
     Array,
     LimitKind,
     PerNode,
@@ -37,6 +38,7 @@ from .critical_search import (
     NodeClaim,
 )
 from .moving_areas import uncoupled
+from .proven_again import check_critical
 from .question import Question, pose
 from .reasons import guaranteed_reason
 from .shakedown import ShakedownLimit, ShakedownLimits
@@ -122,6 +124,22 @@ class GuaranteedLimit(Rated):
     _by_node: Array
     _how: tuple[str, ...]
     _above: tuple[float, Array] | None
+
+    def check_kept(self) -> None:
+        """Check the witness of a loaded limit, and what follows from its shakedown limit.
+
+        ValueError if they are off.
+        """
+        super().check_kept()
+        largest = self.shakedown.load_factor
+        holds = self.proven == (uncoupled(self._question) and self.shakedown._of_every_start)
+        if self.node is None:
+            holds &= np.array_equal([self.load_factor], [largest], equal_nan=True)
+        else:
+            check_critical(self._question, self.node, self.load_factor, self.slip)
+            holds &= self.load_factor <= min(largest, self._by_node.min()) * (1 + RESIDUAL)
+        if not holds:
+            raise ValueError("its shakedown limit or its nodes have other limits")
 
     @property
     def least(self) -> float:

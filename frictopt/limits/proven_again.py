@@ -9,8 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..base import RESIDUAL, ROUNDING, Array
+from .critical_state import critical_states
 from .mechanism import Mechanism
 from .question import Question
+from .solved import Solved
 
 # Another processor may round the residual of an answer to the other side of its tolerance.
 _SLIP = 10 * RESIDUAL
@@ -51,6 +53,14 @@ def reserve_of(question: Question, load_factor: float, slip: Array) -> float:
     return float(np.min(reserves, where=sticks, initial=of_gaps))
 
 
+def check_critical(question: Question, node: int, load_factor: float, slip: Array) -> None:
+    """Check that a slip makes a node critical at a load factor; ValueError if it does not."""
+    states = critical_states(question)[node]
+    off = min((each.distance(question, load_factor, slip) for each in states), default=np.inf)
+    if not off <= _SLIP + _rounding(question, load_factor, slip):
+        raise ValueError(f"its slip leaves node {node} {off:.1e} away from its critical state")
+
+
 def check_margin(
     question: Question, load_factor: float, slip: Array, margin: float, bound: float
 ) -> None:
@@ -75,8 +85,31 @@ def check_bound(question: Question, motion: Mechanism, load_factor: float, bound
             raise ValueError(f"its {name} is {value:g}, and its mechanism proves {proven:g}")
 
 
+def check_growth(question: Question, solved: Solved) -> None:
+    """Check that a slip may grow with the load without end; ValueError if it leaves the law."""
+    rate = solved.values["load_factor"]
+    # Beyond it, all forces that do not grow are below the residual.
+    far = question.load_unit / RESIDUAL
+    off = np.inf
+    if rate > 0:
+        slip = question.slip_at_mean_load(far / rate * solved.values["slip"])
+        off = RESIDUAL * question.violation(far, slip)
+    if not off <= _SLIP:
+        raise ValueError(
+            f"its limit is infinite, and its slip violates the contact law by {off:.1e}"
+        )
+
+
+def check_contradiction(question: Question, motion: Mechanism) -> None:
+    """Check that a mechanism proves that no slip is safe; ValueError if it does not."""
+    if not bound_of(question, motion) < 0:
+        raise ValueError("it has no safe slip, and its mechanism does not prove this")
+
+
 def bound_of(question: Question, motion: Mechanism) -> float:
     """The load factor above which a mechanism proves that no slip is safe; nan if it proves none.
+
+    If no load factor is safe, it is below 0.
 
     In a safe state the forces do no negative work on the mechanism: at a closed node friction times
     the pressure is at least the shear force, and the lift at least friction times the slip. Open
@@ -105,7 +138,10 @@ def bound_of(question: Question, motion: Mechanism) -> float:
         question, sheared
     )
     drive = motion.drive(question)
-    return resistance / drive if drive > 0 else np.nan
+    if drive > 0:
+        return resistance / drive
+    # Rounding may hide whether loads, which do no work on it, do negative work.
+    return -np.inf if RESIDUAL * resistance < question.load_unit * drive else np.nan
 
 
 def _work_of_shearing(question: Question, sheared: Array) -> float:

@@ -50,7 +50,7 @@ from .sentences import CHOSEN, CONTRADICTED
 from .set_search import best_open_set, may_open
 from .shakedown_answer import ShakedownAnswer
 from .solution import Solution, contradiction, growth, solve
-from .solved import UNBOUNDED
+from .solved import UNBOUNDED, Solved
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
 
@@ -380,13 +380,14 @@ def without_limit(program: RestProgram, goal: str) -> ShakedownLimit | None:
             "it by a constraint"
         )
     along, residual = grown
+    solved = replace(along.solved("shakedown"), status=UNBOUNDED, values=along.growing)
     return _not_finite(
         question,
         LimitKind.UNBOUNDED,
         residual,
-        _why="" if program.constraints else _cause_of_growth(along),
+        _why="" if program.constraints else _cause_of_growth(solved),
         constraints=program.constraints,
-        _solved=replace(along.solved("shakedown"), status=UNBOUNDED),
+        _solved=solved,
     )
 
 
@@ -412,14 +413,13 @@ def _nothing_is_safe(program: RestProgram, goal: str) -> ShakedownLimit | None:
     )
 
 
-def _cause_of_growth(along: Solution) -> str:
+def _cause_of_growth(solved: Solved) -> str:
     """The reason that the load may grow without end, from the slip that grows with it."""
-    question = along.program.question
-    slip = along.program.slip_at(along.x) / along.values("load_factor")
+    question = solved.question
     return growth_diagnosis(
         question.friction,
         (question.q1, question.p1),
-        question.reactions_of_slip(slip.reshape(question.system.slip_shape, order="F")),
+        question.reactions_of_slip(solved.values["slip"] / solved.values["load_factor"]),
         GROWN * question.mean_bound / question.load_unit,
     )
 

@@ -28,7 +28,7 @@ from .gross_slip import statics_alone
 from .least_slip import LeastSlip, least_slip
 from .moving_areas import has_all_states
 from .open_nodes import stays_closed
-from .proven_again import check_bound, check_slip
+from .proven_again import check_bound, check_contradiction, check_growth, check_slip
 from .question import Question
 
 
@@ -61,19 +61,24 @@ class ShakedownAnswer(Rated):
         """Check the numbers of a loaded limit, its slip and mechanism; ValueError if they are off.
 
         A slip bound and rows of the user have further multipliers, and nodes that open and close
-        another proof; then only the slip is checked. Without a finite limit only its kind is.
+        another proof; then only the slip is checked.
         """
+        question = self._question
+        plain = type(question) is Question and question.slip_bound is None
+        plain = plain and not self.constraints and self.objective is None
         number = {LimitKind.UNBOUNDED: np.inf, LimitKind.NO_SAFE_SLIP: np.nan}.get(self.kind)
         if number is not None:
             if not np.array_equal([self.load_factor], [number], equal_nan=True):
                 raise ValueError(f"its load factor is {self.load_factor:g}, its kind {self.kind}")
+            if plain and self.kind is LimitKind.NO_SAFE_SLIP:
+                check_contradiction(question, self._motion)
+            elif plain and self._solved is not None:
+                check_growth(question, self._solved)
             return
-        question = self._question
         check_slip(question, self.load_factor, self.slip)
         if self.least > self.load_factor + RESIDUAL * question.load_unit:
             raise ValueError(f"its least load factor {self.least:g} is above {self.load_factor:g}")
-        plain = type(question) is Question and question.slip_bound is None
-        if plain and not self.constraints and self.objective is None:
+        if plain:
             check_bound(question, self._motion, self.load_factor, self.bound)
 
     @property

@@ -174,6 +174,13 @@ class Solution:
         return _cut_to_bound(question, values, question.slip_bound)
 
     @property
+    def growing(self) -> dict[str, Any]:
+        """The load factor and the slip of the closed nodes that grow along a direction."""
+        slip = self.program.slip_at(self.x)
+        shape = self.program.question.system.slip_shape
+        return {"load_factor": self.load_factor, "slip": slip.reshape(shape, order="F")}
+
+    @property
     def motion(self) -> Mechanism:
         """The slip mechanism of the multipliers."""
         question = self.program.question

@@ -27,7 +27,8 @@ class Solved:
     status
         "optimal"; "infeasible" if the multipliers prove that no values obey all rows; "unbounded".
     values
-        The unknowns by name: load_factor, slip (N,) or (N, 2) of the closed nodes, margin, ...
+        The unknowns by name: load_factor, slip (N,) or (N, 2) of the closed nodes, margin, ... If
+        the problem is unbounded, the load factor and the slip that grow.
     moves
         (K, M) multipliers of the equations of q and p, and of the gaps of open nodes.
     multipliers

@@ -8,14 +8,20 @@ import pytest
 
 import frictopt as fo
 from frictopt.__main__ import main
-from helpers.systems import CYCLE, random_system
+from helpers.systems import CYCLE, block, random_system, uncoupled
 
 SYSTEM = random_system(np.random.default_rng(3), 3)
+PUSHED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 ANSWERS = {
     "limit": fo.shakedown_limit(SYSTEM, CYCLE, 0.5),
     "steady": fo.steady_state(SYSTEM, CYCLE, 0.5, 1.0, progress=False),
     "required": fo.required_friction(SYSTEM, CYCLE, 0.1, progress=False),
     "safe": fo.safe_slip(SYSTEM, CYCLE, 0.5, 0.1),
+    "guaranteed": fo.guaranteed_limit(SYSTEM, CYCLE, 0.5),
+    "equal": fo.guaranteed_limit(uncoupled(np.random.default_rng(1), 3, 1)[0], CYCLE, 0.5),
+    "infinite": fo.shakedown_limit(SYSTEM, fo.LoadCycle({"mean": 1.0}, [{"mean": 2.0}]), 0.5),
+    "none": fo.shakedown_limit(SYSTEM, fo.LoadCycle({"mean": -1.0}, CYCLE.corners), 0.5),
+    "block": fo.gross_slip(block(np.random.default_rng(1)), PUSHED, 0.3, progress=False),
     "path": fo.march(SYSTEM, CYCLE, 0.5, 1.0, cycles=1, progress=False),
 }
 
@@ -46,7 +52,20 @@ def of_field(kind, name, value):
     return lambda arrays, things: things[kind].update({name: value})
 
 
-LIMIT, STEADY = "ShakedownLimit", "SteadyState"
+def each_of(*changes):
+    return lambda arrays, things: [change(arrays, things) for change in changes] and None
+
+
+def without_end(kind):
+    """A limit of another kind, with its numbers."""
+    return [
+        of_field(LIMIT, "kind", {"LimitKind": kind}),
+        *(of_field(LIMIT, name, NUMBERS[kind]) for name in ("load_factor", "bound")),
+    ]
+
+
+LIMIT, STEADY, GUARANTEED = "ShakedownLimit", "SteadyState", "GuaranteedLimit"
+NUMBERS = {"UNBOUNDED": np.inf, "NO_SAFE_SLIP": np.nan}
 FACTOR = ANSWERS["limit"].load_factor
 CHANGES = {
     "load factor": ("limit", of_field(LIMIT, "load_factor", 1000 * FACTOR), "slip violates"),
@@ -54,6 +73,20 @@ CHANGES = {
     "bound": ("limit", of_field(LIMIT, "bound", 0.9 * FACTOR), "its mechanism proves"),
     "least": ("limit", of_field(LIMIT, "least", 2 * FACTOR), "least load factor"),
     "kind": ("limit", of_field(LIMIT, "kind", {"LimitKind": "UNBOUNDED"}), "its kind"),
+    "limitless": ("limit", each_of(*without_end("UNBOUNDED")), "infinite, and its slip"),
+    "unsafe": ("limit", each_of(*without_end("NO_SAFE_SLIP")), "mechanism does not prove"),
+    "safe": ("none", each_of(*without_end("UNBOUNDED")), "infinite, and its slip"),
+    "turned": ("none", of_array("Mechanism", "moves", lambda d: -d), "does not prove"),
+    "guaranteed": ("guaranteed", of_field(GUARANTEED, "load_factor", 0.1), "its critical state"),
+    "node": ("guaranteed", of_field(GUARANTEED, "node", 0), "its critical state"),
+    "other nodes": ("guaranteed", of_array(GUARANTEED, "_by_node", lambda b: b / 2), "other lim"),
+    "proven": ("guaranteed", of_field(GUARANTEED, "proven", True), "other limits"),
+    "not proven": ("equal", of_field(GUARANTEED, "proven", False), "other limits"),
+    "both": ("equal", of_field(GUARANTEED, "load_factor", 0.0), "other limits"),
+    "slide": ("block", of_field("GrossSlip", "bound", 2.0), "its motion does not prove"),
+    "strain": ("block", of_array("GrossSlip", "phi", lambda d: d * np.arange(5)), "not prove"),
+    "lift": ("block", of_array("GrossSlip", "phi", lambda d: d[::-1]), "does not prove"),
+    "beyond": ("block", of_field("GrossSlip", "load_factor", 2.0), "its motion does not prove"),
     "text": ("limit", of_field(LIMIT, "load_factor", "0.5"), "load_factor is a str"),
     "true": ("limit", of_field(LIMIT, "load_factor", True), "load_factor is a bool"),
     "nan": ("limit", of_array(LIMIT, "slip", lambda slip: slip * np.nan), "slip violates"),
