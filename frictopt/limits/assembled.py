@@ -51,7 +51,6 @@ def at_corners(
             for name, effect in all_effects.items()
         }
     program = RestProgram([question], all_units, start, all_effects)
-    program.printed = len(rate)
     if load_factor is None:
         program.bound("load_factor", "load_factor", 1.0, 0.0)
     within_slip_bound(program)
@@ -187,10 +186,11 @@ def within_slip_bound(program: RestProgram, number: int = 0) -> None:
     own = question.shear_unit / question.system.own_stiffness[:n]
     unit = np.where(bound > 0, bound, own[nodes])
     ones = np.ones(len(nodes))
+    label = f"slip_bound_{number}" if number else "slip_bound"
     if question.system.tangents == 1:
         for sign in (1.0, -1.0):
             side = [(slips[0], -sign * ones)]
-            program.add("slip_bound", LINEAR, [side], bound, unit, None, nodes)
+            program.add(label, LINEAR, [side], bound, unit, None, nodes)
     else:
         sides = [[(slip, ones)] for slip in slips]
-        program.add("slip_bound", CONE, [[], *sides], bound, unit, None, nodes)
+        program.add(label, CONE, [[], *sides], bound, unit, None, nodes)

@@ -50,11 +50,12 @@ def design_problem(
         if number:
             own = unknowns(question.system.slip_shape, corners, x.load_factor, suffix)
         f = models.friction(question.friction, suffix)
-        added = _added(choice, scenario, suffix)
+        with_open_slips = number == 0 and user is not None and bool(question.open_nodes.any())
+        added = _added(choice, scenario, suffix, with_open_slips)
         more = dict.fromkeys(corners, added.listed)
         listed = [*added.rows, *state_rows(question, own, f, list(corners), more=more)]
         slip = solution.closed_slip(number)
-        if number == 0 and user is not None and question.open_nodes.any():
+        if with_open_slips:
             listed += rest_rows(question, x, added.open_slip)
             slip = whole.values["slip"]
         here = slice(first, first := first + len(question.r1))
@@ -76,13 +77,17 @@ def design_problem(
     x.load_factor.save_value(np.array(solution.load_factor))
     for variable, name in choice.variables.items():
         variable.save_value(solution.values(name))
+    fillings.append(([problem.constraints[len(rows)]], whole, {}))
     for listed, part, values in fillings:
         fill(problem, listed, part, values)
     return problem
 
 
-def _added(choice: Choice, scenario: Scenario, suffix: str) -> Added:
-    """The terms that a design adds to a scenario. All names end with `suffix`."""
+def _added(choice: Choice, scenario: Scenario, suffix: str, with_open_slips: bool) -> Added:
+    """The terms that a design adds to a scenario. All names end with `suffix`.
+
+    `with_open_slips`: also to the slips of open nodes, which rows of the user may contain.
+    """
     question = scenario.question
     by_unknown: list[list[cp.Expression]] = []
     rows: list[Row] = []
@@ -91,7 +96,7 @@ def _added(choice: Choice, scenario: Scenario, suffix: str) -> Added:
         of_parts = [*question.parts(question.forces_of(effects[name]).T)]
         if question.compliance is None:
             of_parts = of_parts[:2]
-        else:
+        elif with_open_slips:
             of_parts.append(open_slips(question, effects[name]))
         terms = [
             constant(effect, symbol + suffix) @ variable
@@ -109,5 +114,5 @@ def _added(choice: Choice, scenario: Scenario, suffix: str) -> Added:
     q, p, *of_open_nodes = (sum(terms[1:], terms[0]) for terms in zip(*by_unknown, strict=True))
     if choice.system.tangents > 1:
         q = cp.reshape(q, choice.system.slip_shape, order="F")
-    open_slip = of_open_nodes[1] if of_open_nodes else None
+    open_slip = of_open_nodes[1] if with_open_slips else None
     return Added([q, p, *of_open_nodes[:1]], open_slip, rows)

@@ -46,7 +46,11 @@ def state_rows(
     rows = rest(question, x, corners, more)
     rows += friction(x, f, corners, law=question.law)
     if question.slip_bound is not None:
-        rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
+        closed = None
+        if question.open_nodes.any():
+            of_axes = np.broadcast_to(~question.open_nodes, x.slip.shape[::-1]).T
+            closed = constant(of_axes.astype(float), f"closed{x.suffix}")
+        rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"), closed)
     return rows
 
 
@@ -203,8 +207,7 @@ def corner_problem(asked: CornerQuestion, load_factor: float, forces: Array) -> 
     load = {name: asked.r0, f"r1[{asked.corner}]": asked.r1}
     f = models.friction(question.friction)
     law = contact_law(system, question.friction)
-    goal = cp.Maximize if asked.sense > 0 else cp.Minimize
-    problem = models.gross_slip(asked.N, load, f, law, system.slip_shape, goal)
+    problem = models.gross_slip(asked.N, load, f, law, system.slip_shape)
     if not np.isfinite(forces).all():
         set_no_optimum(problem, cp.INFEASIBLE if np.isnan(load_factor) else cp.UNBOUNDED)
         return problem

@@ -265,9 +265,10 @@ def inside(
     return rows + [(gap >= apart).set_label(label("apart", gap)) for gap in x.gap.values()]
 
 
-def within(x: Unknowns, slip_bound: cp.Constant) -> list[Row]:
-    """The bound on the slip."""
-    return [(size(x.slip) <= slip_bound).set_label(f"slip_bound{x.suffix}")]
+def within(x: Unknowns, slip_bound: cp.Constant, closed: cp.Constant | None = None) -> list[Row]:
+    """The bound on the slip of the closed nodes. `closed`: 1 there, 0 at open nodes."""
+    slip = x.slip if closed is None else times(closed, x.slip)
+    return [(size(slip) <= slip_bound).set_label(f"slip_bound{x.suffix}")]
 
 
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> Problem:
@@ -277,11 +278,6 @@ def shakedown(x: Unknowns, rows: Sequence[Row]) -> Problem:
     `rest`.
     """
     return Problem(cp.Maximize(x.load_factor), [*rows, not_negative(x.load_factor)])
-
-
-def least_load(x: Unknowns, rows: Sequence[Row]) -> Problem:
-    """The smallest safe load factor. It is above 0 if no slip is safe under the mean load alone."""
-    return Problem(cp.Minimize(x.load_factor), [*rows, not_negative(x.load_factor)])
 
 
 def not_negative(load_factor: cp.Variable) -> Row:
@@ -325,9 +321,8 @@ def gross_slip(
     f: cp.Parameter,
     law: Any,
     shape: tuple[int, ...],
-    sense: Any = cp.Maximize,
 ) -> Problem:
-    """The largest (least) load factor at which some contact forces balance a load.
+    """The largest load factor at which some contact forces balance a load.
 
     The forces obey p >= 0 and the terms of the contact law. They balance the load, named r0 and r1,
     on all rigid motions N of the bodies.
@@ -345,4 +340,4 @@ def gross_slip(
         (p >= 0).set_label("pressed"),
         not_negative(load_factor),
     ]
-    return Problem(sense(load_factor), rows)
+    return Problem(cp.Maximize(load_factor), rows)

@@ -81,8 +81,6 @@ class RestProgram:
     ) -> None:
         self.questions = questions
         self.question = questions[0]
-        # Instants that are printed; further ones serve rows alone.
-        self.printed = len(start)
         self.rows = list[Rows]()
         count, entries = start.shape
         self.start = start

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ..base import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, worst
-from ..contact import lengths
+from ..contact import ROWS, lengths
 from ..solve.answer import (
     answer,
     contradictions,
@@ -191,8 +191,7 @@ class Solution:
         values["slip"] = self.closed_slip()
         if "load_factor" in self.program.named:
             values["load_factor"] = self.load_factor
-        moves = self.moves[: self.program.printed]
-        solved = Solved(goal, self.program.question, OPTIMAL, values, moves, self.multipliers)
+        solved = Solved(goal, self.program.question, OPTIMAL, values, self.moves, self.multipliers)
         user = self.program.user
         return solved if user is None else user.completed(solved, self)
 
@@ -222,7 +221,8 @@ class Solution:
     def multipliers(self) -> dict[str, Array]:
         """Multipliers of the rows by label, (K, N): of cones, those of their first rows.
 
-        Those of equations have the sign of the multipliers of `left == right` in cvxpy.
+        Those of equations have the sign of the multipliers of `left == right` in cvxpy. If a law
+        leaves a node no shear force, they are the size of the multipliers of its two equations.
         """
         by_label = dict[str, Array]()
         first = 0
@@ -243,6 +243,11 @@ class Solution:
                 continue
             shape = len(self.program.start), nodes
             by_node = by_label.setdefault(rows.label, np.zeros(shape))
+            if rows.kind == EQUATION and rows.label in ROWS:
+                # A node without friction has an equation for each of its shear forces.
+                of_heads = np.hypot(by_node[rows.instants, rows.nodes], of_heads)
+                by_node[rows.instants, rows.nodes] = of_heads
+                continue
             np.add.at(by_node, (rows.instants, rows.nodes), of_heads)
         return by_label
 

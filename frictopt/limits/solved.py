@@ -30,7 +30,8 @@ class Solved:
         The unknowns by name: load_factor, slip (N,) or (N, 2) of the closed nodes, margin, ... If
         the problem is unbounded, the load factor and the slip that grow.
     moves
-        (K, M) multipliers of the equations of q and p, and of the gaps of open nodes.
+        (K, M) multipliers of the equations of q and p, and of the gaps of open nodes. A further
+        instant has those of q_r and p_r in the rows of a critical node.
     multipliers
         Those of the rows by label, (K, N) for rows of corners.
     own

@@ -18,7 +18,6 @@ from helpers.systems import (
     CYCLE,
     NODE,
     SEEDS,
-    explained,
     linprog_limit,
     on_both_bounds,
     random_system,
@@ -142,30 +141,6 @@ def test_constraints_may_leave_no_small_load_factor():
         0.4, [model.load_factor == 0.5 * whole.load_factor], objective=-cp.norm1(model.slip)
     )
     assert np.isnan(chosen.least)  # the load factor that an objective chooses is no limit
-
-
-@pytest.mark.parametrize("constrained", [False, True])
-def test_the_problem_of_the_limit_keeps_its_values(constrained):
-    contact = fo.ContactSystem.from_blocks(TWO.A, [[0.1, 0.0], [0.05, 0.1]], TWO.C, TWO.x, PULLED)
-    model = fo.ShakedownModel(contact, PRESSING)
-    limit = model.solve(0.5, [model.slip <= 1.0] if constrained else [])
-    assert 0 < limit.least < limit.load_factor < np.inf
-    printed = explained(limit)
-    assert "values      none here" not in printed
-    rows = {row.label: row.dual_value for row in limit.problem.constraints}
-    assert rows["load_factor"] == pytest.approx(0.0, abs=1e-9)
-    assert limit.problem.value == pytest.approx(limit.load_factor, rel=1e-9)
-    q, p = limit.reactions
-    names = [
-        row.label
-        for row in limit.problem.constraints
-        if row.label and row.label.startswith("stuck")
-    ]
-    for name in names:  # the multipliers are those of the limit
-        corner = int(name[len("stuck[") : -1])
-        assert np.abs((0.5 * p - np.abs(q))[corner] * rows[name]).max() < 1e-9
-        assert (rows[name] >= -1e-9).all()
-    assert names and np.sum([np.sum(rows[name]) for name in names]) > 0.1
 
 
 SOLID = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, 1], "X": [1, 0, 0]})

@@ -298,11 +298,10 @@ def test_least_slip_refuses_nodes_that_open_and_close(pin):
         fo.shakedown_limit(pin(8), PIN, 0.8, events=True).least_slip(5.0)
 
 
-def test_the_model_of_an_order_is_solved_again_by_others(pin):
+def test_the_problem_of_an_order_names_its_places_and_its_sets_of_open_nodes(pin):
     limit = fo.shakedown_limit(pin(8), PIN, 0.8, events=True)
     text = str(limit.problem)
     assert "way[1] <= way[2]" in text and "q[k] == q0_2[k] + load_factor * q1_2[k]" in text
-    assert limit.problem.solve(solver="CLARABEL") == pytest.approx(limit.load_factor, rel=1e-6)
 
 
 def test_the_picture_marks_nodes_that_are_open_in_a_part_of_the_cycle(pin):

@@ -1,6 +1,7 @@
-"""The printed listing is the program that is solved.
+"""A printed problem is a few lines of names.
 
-It runs in a bare script by plain cvxpy, prints in a few lines, and its multipliers are motions.
+Copies and other processes solve it, and its multipliers are motions. `test_printed_problems.py`
+compares it with its answer.
 """
 
 import ast
@@ -12,7 +13,6 @@ import subprocess
 import sys
 from functools import cache
 from itertools import product
-from types import SimpleNamespace
 
 import cvxpy as cp
 import highspy
@@ -20,8 +20,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import models, pose
-from frictopt.limits.critical_state import critical_states
+from frictopt.limits import models
 from frictopt.transients.increments import programs as increments
 from helpers.cases import ALL_CASES, few
 from helpers.spatial import CORNERS, random_contact
@@ -29,54 +28,6 @@ from helpers.systems import CYCLE, random_system
 
 BOTH = pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-10)
-
-
-class Script:
-    """The listing in its own namespace, with plain cvxpy.
-
-    Its contact has only A, B and reactions.
-    """
-
-    def __init__(self, system, cycle, friction, load_factor=None):
-        self.system, self.corners = system, range(len(cycle.corners))
-        names = {"__name__": "script", "__package__": "frictopt.limits"}
-        sys.modules["script"] = SimpleNamespace(__dict__=names)  # dataclasses look their module up
-        try:
-            exec(inspect.getsource(models), names)
-        finally:
-            del sys.modules["script"]
-        self.listing, (q0, p0) = SimpleNamespace(**names), system.reaction(cycle.mean)
-
-        def loads(k):
-            q1, p1 = system.reaction(cycle.corners[k])
-            return {
-                "q0": q0,
-                "p0": p0,
-                f"q1[{k}]": q1,
-                f"p1[{k}]": p1,
-                "w0": np.zeros(0),
-                f"w1[{k}]": np.zeros(0),
-            }
-
-        self.contact = SimpleNamespace(
-            A=system.A, B=system.B, W=np.zeros((0, system.A.shape[0])), loads=loads
-        )
-        prescribed = (
-            None
-            if load_factor is None
-            else cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
-        )
-        self.x = self.listing.unknowns(q0.shape, self.corners, prescribed)
-        self.f = cp.Parameter(
-            system.nodes, nonneg=True, name="f", value=np.full(system.nodes, friction)
-        )
-        self.rest = self.listing.rest(self.contact, self.x, self.corners)
-        self.stuck = self.listing.stuck(self.x, self.f, self.corners)
-
-    def solved(self, problem):
-        return problem.solve(
-            **{"solver": "HIGHS"} if self.system.tangents == 1 else {"solver": "CLARABEL", **FINE}
-        )
 
 
 def small_contact(tangents, seed=0, nodes=3):
@@ -89,134 +40,6 @@ def small_contact(tangents, seed=0, nodes=3):
 
 def near(value, tangents):
     return pytest.approx(value, rel=1e-7 if tangents == 1 else 1e-6, abs=1e-8)
-
-
-@BOTH
-def test_the_shakedown_limit_and_the_least_load_in_a_bare_script(tangents):
-    contact, cycle = small_contact(tangents)
-    script = Script(contact, cycle, 0.5)
-    assert script.solved(script.listing.shakedown(script.x, script.rest + script.stuck)) == near(
-        fo.shakedown_limit(contact, cycle, 0.5).load_factor, tangents
-    )
-    assert script.solved(
-        script.listing.least_load(script.x, script.rest + script.stuck)
-    ) == pytest.approx(0.0, abs=1e-8)
-    bounded = (
-        script.rest
-        + script.stuck
-        + script.listing.within(script.x, script.listing.constant(np.full(3, 0.02), "slip_bound"))
-    )
-    limit = fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02)
-    assert script.solved(script.listing.shakedown(script.x, bounded)) == near(
-        limit.load_factor, tangents
-    )
-
-
-@BOTH
-def test_a_least_load_above_zero_in_a_bare_script(tangents):
-    """A bare script finds a least load above zero.
-
-    The mean load pulls a node, and the corners press it.
-    """
-    contact, _ = small_contact(tangents, 1, 2)
-    mean, press = (np.array(part) for part in ([-0.1, 1.0], [1.0, 0.2]))
-    still = np.zeros((2, 2)) if tangents == 2 else np.zeros(2)
-    contact = type(contact)(
-        contact.S,
-        contact.points,
-        {"P": (still, mean), "N": (still + 0.1, press), "M": (still - 0.05, press)},
-    )
-    cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"M": 1.0}])
-    model = fo.ShakedownModel(contact, cycle, slip_bound=0.01)
-    limit, script = model.solve(0.3), Script(contact, cycle, 0.3)
-    rows = (
-        script.rest
-        + script.stuck
-        + script.listing.within(script.x, script.listing.constant(np.full(2, 0.01), "slip_bound"))
-    )
-    assert limit.least > 0.01
-    assert script.solved(script.listing.least_load(script.x, rows)) == near(limit.least, tangents)
-
-
-@BOTH
-@pytest.mark.parametrize("load_factor", [0.2, 3.0])
-def test_the_margin_in_a_bare_script(tangents, load_factor):
-    contact, cycle = small_contact(tangents)
-    script = Script(contact, cycle, 0.5, load_factor)
-    margin = cp.Variable(name="margin")
-    force = contact.reaction(cycle.mean)[1].mean()
-    spare, press = (dict.fromkeys(script.corners, margin * unit) for unit in (0.5 * force, force))
-    rows = script.rest + script.listing.inside(
-        script.x, script.f, script.corners, spare, press, margin
-    )
-    assert script.solved(script.listing.safe_slip(margin, rows)) == near(
-        fo.safe_slip(contact, cycle, 0.5, load_factor).margin, tangents
-    )
-
-
-@BOTH
-def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
-    """A bare script finds the slip that goes furthest in a direction.
-
-    A model with the same objective and a prescribed load factor agrees.
-    """
-    contact, cycle = small_contact(tangents)
-    direction = np.random.default_rng(1).normal(size=len(contact.A))
-    script = Script(contact, cycle, 0.5, 0.2)
-    goal = cp.Maximize(direction @ cp.vec(script.x.q_r, order="F"))
-    found = script.solved(cp.Problem(goal, script.rest + script.stuck))
-    model = fo.ShakedownModel(contact, cycle)
-    goal = direction @ (contact.A @ cp.vec(model.slip, order="F"))
-    assert found == near(
-        model.solve(0.5, [model.load_factor == 0.2], objective=goal).objective, tangents
-    )
-
-
-@BOTH
-def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
-    """A bare script finds the critical load of a node.
-
-    Its loads c and rho come from the answer of the package; with the slip they give the reactions
-    at the limit.
-    """
-    contact, cycle = small_contact(tangents, 3)
-    limit = fo.guaranteed_limit(contact, cycle, 0.6)
-    state = next(
-        one for (one,) in critical_states(pose(contact, cycle, 0.6)) if one.node == limit.node
-    )
-    script = Script(contact, cycle, 0.6)
-    load = [part[limit.node] for part in contact.reaction(cycle.mean)]
-    *shear, pressure = state.rate
-    needed = (
-        cp.Constant(shear if tangents == 2 else shear[0], name="c"),
-        cp.Constant(pressure, name="rho"),
-    )
-    rows = script.rest + script.stuck
-    found = script.solved(script.listing.critical(script.x, limit.node, load, needed, rows))
-    assert 0 < limit.load_factor < limit.shakedown.load_factor
-    assert found == near(limit.load_factor, tangents)
-
-
-@BOTH
-def test_the_best_preload_in_a_bare_script(tangents):
-    contact, cycle = small_contact(tangents)
-    model = fo.DesignModel(contact, cycle, preloads=["mean"])
-    best = model.solve(0.5, [model.preload <= 0.4])
-    script = Script(contact, cycle, 0.5)
-    preload = cp.Variable(name="preload")
-    q, p = contact.reaction({"mean": 1.0})
-    rows = (
-        script.listing.rest(
-            script.contact,
-            script.x,
-            script.corners,
-            dict.fromkeys(script.corners, (preload * q, preload * p)),
-        )
-        + script.stuck
-    )
-    found = script.solved(script.listing.shakedown(script.x, [*rows, preload <= 0.4]))
-    assert found == near(best.load_factor, tangents)
-    assert found > 1.1 * fo.shakedown_limit(contact, cycle, 0.5).load_factor
 
 
 def test_one_function_of_arrays_is_the_printed_limit_of_a_closed_plane_contact():
@@ -361,18 +184,6 @@ def test_a_listing_is_a_few_lines_of_names(name):
     assert "..." not in printed.replace("k = 0, 1, ..., 23", ""), printed
     assert answer.problem.value == pytest.approx(value, rel=1e-12, abs=1e-12)
     assert answer.problem.status == "optimal"
-
-
-@EACH
-def test_plain_cvxpy_finds_the_same_value(name):
-    """Plain cvxpy finds the same value.
-
-    It solves a copy, so that the answer keeps its own values.
-    """
-    answer, value = answers()[name]
-    problem = copy.deepcopy(answer).problem
-    options = {"solver": "CLARABEL", **FINE} if "space" in name else {"solver": "HIGHS"}
-    assert problem.solve(**options) == near(value, 2 if "space" in name else 1)
 
 
 @EACH
