@@ -24,19 +24,18 @@ print(after)
 after.plot()
 
 # %%
-# Below the limit one unloading may help: how far, from the start of most work among slips no larger
-# than the safe one?
+# One unloading may help. How far does it, from the start of most work among slips no larger than the
+# safe one?
 
 below = 0.9 * limit.load_factor
 bounded = fo.dissipation_range(
     system, cycle, friction=0.6, load_factor=below, slip_bound=limit.largest_slip
 )
-cure = fo.least_excursion(
+cure = fo.limit_after_protocol(
     system,
     cycle,
     friction=0.6,
-    load_factor=below,
-    excursion={"P": -0.97},
+    protocol=[fo.starts.LoadStep({"P": 0.05})],
     start=bounded.worst_start,
 )
 print(cure)

@@ -46,7 +46,6 @@ from .study import starts
 from .study.after_overload import after_overload
 from .study.dissipation import dissipation_study
 from .study.dissipation_range import dissipation_range
-from .study.excursion import least_excursion
 from .study.plot_study import plot_study
 from .study.protocols import limit_after_protocol
 from .study.verify import verify
@@ -102,7 +101,6 @@ __all__ = [
     "gross_slip",
     "guaranteed_limit",
     "increments",
-    "least_excursion",
     "limit_after_protocol",
     "march",
     "modal_load",

@@ -21,7 +21,6 @@ from .limits import (
     ShakedownLimit,
 )
 from .study.dissipation_range import DissipationRange
-from .study.excursion import LeastExcursion
 from .study.protocols import LimitAfterProtocol
 from .study.store import DamagedRows, OtherRows, merge_stores, read_store
 from .study.verify import GuaranteeCheck
@@ -37,7 +36,6 @@ __all__ = [
     "GrossSlip",
     "GuaranteeCheck",
     "GuaranteedLimit",
-    "LeastExcursion",
     "LeastSlip",
     "LimitAfterProtocol",
     "LoadLoop",

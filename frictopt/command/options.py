@@ -31,7 +31,6 @@ _BY_NAME: dict[str, dict[str, Any]] = {
     "loads": {"nargs": 2, "metavar": "CASE"},
     "preload": {"type": ranges_of, "metavar": "CASE=X:X[,CASE=X:X]"},
     "limits": {"type": loads_of, "metavar": "NAME=X[,NAME=X]"},
-    "excursion": {"type": loads_of, "metavar": "CASE=X[,CASE=X]"},
     "protocol": {"type": loads_of, "nargs": "+", "metavar": "CASE=X[,CASE=X]"},
     "start": {"metavar": "WORD"},
 }

@@ -181,12 +181,6 @@ QUESTIONS = (
         f"joint.npz {_CYCLE} --friction .3 --protocol P=.2 --start worst",
         _single("limit_after_protocol"),
     ),
-    Question(
-        "excursion",
-        "the least excursion of the load after which the contact comes to rest",
-        f"joint.npz {_CYCLE} --friction .3 --load-factor 1 --excursion P=-.9",
-        _single("least_excursion"),
-    ),
 )
 
 

@@ -22,7 +22,7 @@ Searches:
 
 - `dissipation_range.py`: the range of W, by `range_starts.py` (where the search starts),
   `range_search.py` (transients) and `ascent.py` (linear programs for the next start)
-- `protocols.py`, `excursion.py`: loads before the cycle that bring a contact to rest
+- `protocols.py`: loads before the cycle that bring a contact to rest
 - `verify.py`, `after_overload.py`: tests of guaranteed limits
 """
 

@@ -1,4 +1,4 @@
-"""Pictures of studies: protocols, excursions, the range of the work, and the runs of a study."""
+"""Pictures of studies: protocols, the range of the work, and the runs of a study."""
 
 from dataclasses import dataclass
 
@@ -20,14 +20,12 @@ from ..plots.style import (
     legend,
     line,
     new_axes,
-    no_lines,
     picture,
     series,
 )
 from ..transients.pictures import slip_and_work, work_map
 from .columns import FAILED, SLIDES_OFF
 from .dissipation_range import DissipationRange
-from .excursion import LeastExcursion
 from .protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 
 _OUTCOMES = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
@@ -67,8 +65,8 @@ def _limit_after_protocol(limit: LimitAfterProtocol, ax: Axes | None = None) -> 
     if not limit.monotonic:
         title += ", and at some load factors above"
     axes.set_title(title)
-    _draw_tried(axes, limit.tried, "load_factor")
-    _mark_answer(axes, "limit after the protocol", limit.load_factor)
+    _draw_tried(axes, limit.tried)
+    axes.axvline(limit.load_factor, color=GREY, lw=0.8, zorder=0, label="limit after the protocol")
     limit_line(axes, r"shakedown limit $\lambda_2$", limit.shakedown_limit, BLACK)
     axes.set_xlabel(r"load factor $\lambda$")
     axes.set_xlim(left=0.0)
@@ -76,37 +74,13 @@ def _limit_after_protocol(limit: LimitAfterProtocol, ax: Axes | None = None) -> 
     return axes
 
 
-@picture.register
-def _least_excursion(excursion: LeastExcursion, ax: Axes | None = None) -> Axes:
-    """The shares of the excursion tried, in a row for each outcome.
-
-    A share may have several outcomes, because the start is the one that is hardest at the time.
-    """
-    (axes,) = new_axes(ax, size=_SIZES.outcomes)
-    if not len(excursion.tried):
-        no_lines([axes], "all starts shake down without an excursion")
-        return axes
-    if excursion.loads is None:
-        axes.set_title("no share of the excursion tried lets all starts shake down")
-    else:
-        loads = ", ".join(f"{as_is(name)} = {value:.4g}" for name, value in excursion.loads.items())
-        share = f"{excursion.share:.4g}"
-        axes.set_title(f"least excursion found: {share} of the largest, to {loads}")
-    _draw_tried(axes, excursion.tried, "share")
-    axes.set(xlabel="share of the largest excursion", xlim=(0.0, 1.02))
-    if np.isfinite(excursion.share):
-        _mark_answer(axes, "least found", excursion.share)
-        legend(axes)
-    return axes
-
-
-def _draw_tried(axes: Axes, tried: Table, column: str) -> None:
-    """A mark for each value tried, in the row of its outcome."""
+def _draw_tried(axes: Axes, tried: Table) -> None:
+    """A mark for each load factor tried, in the row of its outcome."""
     outcomes = [REST, SLIP]
     if (tried["outcome"] == UNDECIDED).any():
         outcomes.append(UNDECIDED)
     for row, outcome in enumerate(outcomes):
-        values = tried.loc[tried["outcome"] == outcome, column]
+        values = tried.loc[tried["outcome"] == outcome, "load_factor"]
         axes.plot(
             values,
             np.full(len(values), row),
@@ -122,11 +96,6 @@ def _draw_tried(axes: Axes, tried: Table, column: str) -> None:
         ylim=(-0.6, len(outcomes) - 0.4),
     )
     axes.tick_params(axis="y", length=0)
-
-
-def _mark_answer(axes: Axes, name: str, value: float) -> None:
-    if np.isfinite(value):
-        axes.axvline(value, color=GREY, lw=0.8, zorder=0, label=name)
 
 
 def limit_line(axes: Axes, name: str, limit: float, color: str) -> None:

@@ -15,7 +15,6 @@ from ..base import (
     Outcome,
     PerNode,
     Plotted,
-    Shown,
     choice,
     finite_array,
     finite_number,
@@ -65,12 +64,11 @@ class TransientsAfter:
         self._count_one = count_one
         kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
         self.assembled = kind == "assembled"
-        self.worst = kind == "worst"
         if kind:
             self.starts = [np.zeros(system.slip_shape)]
         else:
             self.starts = [finite_array("start", start, system.slip_shape)]
-        if self.worst:
+        if kind == "worst":
             extremes = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load
             self.starts += extremes.values()
 
@@ -114,15 +112,15 @@ class TransientsAfter:
 
 
 def first_change(
-    changed: Callable[[float], bool], grid: Array, low: float, tolerance: float
+    changed: Callable[[float], bool], grid: Array, tolerance: float
 ) -> tuple[float, float]:
     """The interval, at most as wide as the tolerance, in which `changed` first becomes true.
 
-    The values of the grid above `low` are tried upwards, then a bisection narrows the interval.
-    (last value, inf) if it never becomes true.
+    The values of the grid are tried upwards, then a bisection narrows the interval. (last value,
+    inf) if it never becomes true.
     """
-    high = np.inf
-    for value in grid[grid > low].tolist():
+    low, high = 0.0, np.inf
+    for value in grid.tolist():
         if changed(value):
             high = value
             break
@@ -136,20 +134,8 @@ def first_change(
     return low, high
 
 
-class Noted(Shown):
-    """Base of results with a `note`, which is shown if it is not empty."""
-
-    note: str
-
-    def _answer(self) -> Mapping[str, object]:
-        answer = dict(super()._answer())
-        if self.note:
-            answer["note"] = self.note
-        return answer
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class LimitAfterProtocol(Noted, Kept, Plotted):
+class LimitAfterProtocol(Kept, Plotted):
     """The load factor up to which a contact comes to rest after a protocol, by transients.
 
     Attributes
@@ -206,6 +192,12 @@ class LimitAfterProtocol(Noted, Kept, Plotted):
     def to_frame(self) -> pd.DataFrame:
         """The load factors tried, see `tried`."""
         return self.tried.copy()
+
+    def _answer(self) -> Mapping[str, object]:
+        answer = dict(super()._answer())
+        if self.note:
+            answer["note"] = self.note
+        return answer
 
 
 @warns_of_odd_values
@@ -302,7 +294,7 @@ def limit_after_protocol(
             )
         largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
         grid = largest * np.arange(1, scan + 1) / scan
-        low, high = first_change(slips, grid, 0.0, tolerance * largest)
+        low, high = first_change(slips, grid, tolerance * largest)
         # Load factors above the limit may bring other starts to the front.
         starts = frozen(transients.starts)
         for factor in grid[grid > high].tolist():

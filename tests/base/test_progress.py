@@ -275,14 +275,6 @@ CALLS = {
         lambda table: len(table) == 2 and set(table) == {"load_factor", "outcome"},
         r"limit after a protocol: \d+ transients, 00:\d\d, rest up to \d",
     ),
-    "excursion": (
-        lambda **o: fo.least_excursion(PAIR, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, **o),
-        "least excursion",
-        12,
-        "table",
-        lambda table: set(table) == {"share", "outcome"} and len(table),
-        r"least excursion: \d+ transients, 00:\d\d, at least 0\.\d+ so far",
-    ),
     "range": (
         lambda **o: fo.dissipation_range(PAIR, CYCLE, 0.6, 0.5, **o),
         "dissipation range",

@@ -74,7 +74,6 @@ SAID = {  # kind of result -> what its line says
         "proven=False",
     ],
     "LimitAfterProtocol": lambda one: [f"ratio={one.ratio:.6g}", "monotonic=True", "residual="],
-    "LeastExcursion": lambda one: [f"share={one.share:.6g}", "sampled=60", "residual="],
     "Increment": lambda one: [
         "nodes=2",
         f"slipping={(np.abs(one.status) == 1).sum()}",

@@ -139,12 +139,6 @@ ASKED = {
         [*PULL, *F, *"--protocol P=.5 --scan 2 --protocol-tolerance .1".split()],
         lambda: fo.limit_after_protocol(PUNCH, SIGMA, 0.5, protocol=[STEP], scan=2, tolerance=0.1),
     ),
-    "excursion": (
-        [*PULL, *F, *"--load-factor .9 --excursion P=-.9 --start assembled".split()],
-        lambda: fo.least_excursion(
-            PUNCH, SIGMA, 0.5, 0.9, excursion={"P": -0.9}, start="assembled"
-        ),
-    ),
     "report": (
         [*PULL, *F, "--load-factors", ".5"],
         lambda: fo.report(PUNCH, SIGMA, 0.5, [0.5]),

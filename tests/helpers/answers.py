@@ -45,7 +45,6 @@ QUESTIONS = {
     "LimitAfterProtocol": lambda: fo.limit_after_protocol(
         *ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]
     ),
-    "LeastExcursion": lambda: fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}),
     "WearHistory": lambda: fo.wear(
         replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1
     ),

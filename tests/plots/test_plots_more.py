@@ -379,21 +379,3 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     assert ax.get_title() == rf"shakes down up to $\lambda$ = {limit.load_factor:.5g}"
     assert ax.get_xlabel() == r"load factor $\lambda$"
     assert ax.get_xlim()[0] == 0
-
-
-def test_a_cure_shows_the_shares_tried():
-    found = fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95})
-    ax = found.plot()
-    drawn = rows(ax)
-    for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
-        assert (
-            drawn[name].tolist()
-            == found.tried.loc[found.tried["outcome"] == outcome, "share"].tolist()
-        )
-        assert len(drawn[name])
-    assert at(ax, "least found") == found.share
-    assert ax.get_xlabel() == "share of the largest excursion"
-    assert (
-        ax.get_title()
-        == f"least excursion found: {found.share:.4g} of the largest, to mean = {1 - 0.95 * found.share:.4g}"
-    )

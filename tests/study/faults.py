@@ -110,13 +110,6 @@ FAULTS = (
         tests="protocols",
     ),
     Fault(
-        "study/excursion.py",
-        "no sampled slip is smooth",
-        old="number % 2 == 0",
-        new="False",
-        tests="protocols",
-    ),
-    Fault(
         "study/protocols.py",
         "the bisection goes the wrong way",
         old="if changed(middle):\n    high = middle\nelse:\n    low = middle",

@@ -1,17 +1,14 @@
-"""Limits after a protocol, and least excursions.
+"""Limits after a protocol.
 
 They are compared with the limits on both sides, computed values, and the transients that they
 claim.
 """
 
-from itertools import islice
-
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.study import excursion, range_starts
-from frictopt.study.excursion import _random_slips
+from frictopt.study import range_starts
 from frictopt.study.protocols import REST, SLIP, TransientsAfter
 from frictopt.study.starts import LoadStep
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, random_system, system
@@ -88,11 +85,6 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(solvable, monkey
     )
     assert other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit)
     assert len(other.starts) == len(one.starts) > 2
-    cure, same = (
-        fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95})
-        for which in (pair, contact)
-    )
-    assert cure.share == pytest.approx(same.share, abs=0.01) and 0 < cure.share < 1
 
 
 def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit(paper_punch):
@@ -166,57 +158,6 @@ def test_the_first_start_slips_at_the_limit_even_where_others_slip_above_it(monk
     assert one.tried["outcome"].iloc[-1] == SLIP
 
 
-def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
-    contact = paper_punch(16)
-    load_factor = 0.9 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
-    tension, unloading = (
-        fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=excursion)
-        for excursion in ({"sigma": 3 * load_factor}, {"P": -0.97})
-    )
-    assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015)
-    assert tension.loads["P"] == 1.0
-    assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
-    for one in (tension, unloading):
-        assert one.share < 1 and one.sampled == 60 and one.residual <= 1e-9
-        table = one.to_frame()
-        assert table.loc[table["share"] == one.share, "outcome"].tolist() == ["rest"]
-        assert (table.loc[table["share"] < one.share - 1e-9, "outcome"] == "slip").all()
-
-
-@pytest.mark.parametrize("way", [{"P": 9.0}, {"sigma": -5.0}])
-def test_neither_pressing_harder_nor_compression_cures(way, paper_punch):
-    load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), PULL, 0.7).load_factor
-    one = fo.least_excursion(paper_punch(16), PULL, 0.7, load_factor, excursion=way)
-    assert one.share == np.inf
-    assert one.loads is None
-    assert one.sampled == 0
-    assert set(one.tried["outcome"]) == {"slip"}
-
-
-def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
-    one = fo.least_excursion(system(*FIRST_PAIR), CYCLE, 0.6, 0.3, excursion={"mean": -0.5})
-    assert one.share == 0.0 and dict(one.loads) == {"mean": 1.0} and not len(one.tried)
-
-
-def test_a_start_that_asks_for_more_becomes_the_hardest():
-    contact = system(*FIRST_PAIR)
-    easy = fo.least_excursion(
-        contact,
-        CYCLE,
-        0.6,
-        0.6,
-        excursion={"mean": -0.9},
-        start=fo.dissipation_range(contact, CYCLE, 0.6, 0.6).least_start,
-    )
-    hard = fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9})
-    assert easy.share == 0.0 < hard.share
-    path = {"mean": hard.loads["mean"]}
-    one = fo.limit_after_protocol(
-        contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], up_to=0.6, scan=1
-    )
-    assert one.load_factor == 0.6 and one.upper == np.inf
-
-
 def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
     still = fo.LoadCycle({"mean": 1.0}, [{}])
     with pytest.raises(fo.ModelError, match="up_to"):
@@ -255,69 +196,3 @@ def test_a_protocol_that_slides_the_body_off_is_named_as_the_reason():
     assert one.load_factor == 0.0 and "may slide" in one.note and one.note in repr(one)
     held = fo.limit_after_protocol(rod, cycle, 0.5, scan=2, up_to=1.0, tolerance=0.1)
     assert held.upper < 1.0 and held.note == "" and "note" not in repr(held)
-    # Of the shares 0.05, 0.1 .. the first that slides the rod off is 0.45: 0.45 x 4.9 > 2.
-    pull = fo.least_excursion(rod, cycle, 0.5, 0.9, excursion={"force": 4.9}, start="assembled")
-    assert pull.share == np.inf and pull.note.startswith("share 0.45: no result")
-
-
-def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(monkeypatch):
-    """A random start that keeps slipping is added, until new random starts rest.
-
-    The search uses eight random starts, in a contact where some of them need a larger excursion
-    than all extreme slips. After the answer is found eight random starts rest that were not tried
-    before.
-    """
-    contact = random_system(np.random.default_rng(3), 5, coupling=0.9)
-    followed = []
-    outcome = TransientsAfter.outcome
-
-    def follow(transients, load_factor, steps, start):
-        followed.append(
-            (
-                [step.loads["mean"] for step in steps],
-                start.tobytes(),
-                outcome(transients, load_factor, steps, start),
-            )
-        )
-        return followed[-1][2]
-
-    monkeypatch.setattr(TransientsAfter, "outcome", follow)
-    monkeypatch.setattr(excursion, "_SAMPLES", 8)
-    load_factor = 0.9 * fo.shakedown_limit(contact, CYCLE, 0.7).load_factor
-    found = fo.least_excursion(contact, CYCLE, 0.7, load_factor, excursion={"mean": -0.95})
-    before, last = followed[:-8], followed[-8:]
-    assert found.sampled == 8 and {outcome for *_, outcome in last} == {REST}
-    assert [loads for loads, *_ in last] == [[found.loads["mean"]]] * 8
-    assert len({start for _, start, _ in last} - {start for _, start, _ in before}) == 8
-    again = [
-        one
-        for loads, start, one in before
-        if loads == [found.loads["mean"]] and start == found.start.tobytes()
-    ]
-    assert again and set(again) == {REST}  # the hardest is tried again at the answer
-
-
-def test_every_second_sampled_slip_is_smooth():
-    """Every second sampled slip is smooth.
-
-    The steps of a noisy slip from node to node are as large as the slip itself. The steps of a
-    smooth slip are a small part of it.
-    """
-    A = np.eye(200)
-    drawn = _random_slips(
-        fo.ContactSystem.from_blocks(A, 0 * A, A, np.arange(200.0), {"P": (A[0], A[0])}),
-        2.0,
-    )
-    slips = list(islice(drawn, 40))
-    steps = np.array([np.abs(np.diff(slip)).mean() / np.ptp(slip) for slip in slips])
-    assert steps[::2].max() < 0.1 < 0.15 < steps[1::2].min()
-    sizes = np.array([np.ptp(slip) for slip in slips]) / 2.0
-    assert 0.1 < sizes.min() < 0.3 and 3.0 < sizes.max() < 10.0
-
-
-def test_bad_questions_are_refused():
-    contact = system(*FIRST_PAIR)
-    with pytest.raises(fo.ModelError, match="no load changes"):
-        fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": 0.0})
-    with pytest.raises(fo.ModelError, match="unknown"):
-        fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"odd": 1.0})

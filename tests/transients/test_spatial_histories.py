@@ -91,13 +91,6 @@ def test_limits_after_protocols_are_those_of_the_plane(start, steps):
     assert space.starts.shape[1:] == (2, 2) and space.residual <= 1e-9
 
 
-def test_the_least_excursion_is_that_of_the_plane():
-    plane, space = in_both(fo.least_excursion, CYCLE, 0.6, 0.6, excursion={"mean": -0.95})
-    assert 0 < space.share < 1
-    assert space.share == pytest.approx(plane.share, abs=0.02)
-    assert space.sampled == 60
-
-
 def test_the_range_is_that_of_the_plane():
     """The range of work in space is the range in the plane.
 

@@ -76,9 +76,6 @@ ASKED = {
     "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(
         s, CYCLE, F, scan=1, tolerance=0.5, **steps
     ),
-    "least_excursion": lambda s, lam, steps: fo.least_excursion(
-        s, CYCLE, F, 0.5 * lam, excursion={"mean": 0.5}, **steps
-    ),
     "wear": lambda s, lam, steps: fo.wear(
         s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps
     ),

@@ -252,10 +252,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top", "y": -1.0}),
     "assembled_slip": (fo.starts.assembled_slip, ASKED),
-    "least_excursion": (
-        fo.least_excursion,
-        {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}},
-    ),
     "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.1}),
     "dissipation_study": (
         fo.dissipation_study,
