@@ -48,7 +48,6 @@ from .study.dissipation import dissipation_study
 from .study.dissipation_range import dissipation_range
 from .study.plot_study import plot_study
 from .study.protocols import limit_after_protocol
-from .study.verify import verify
 from .transients import (
     increments,
     march,
@@ -123,7 +122,6 @@ __all__ = [
     "starts",
     "steady_state",
     "tightened",
-    "verify",
     "wear",
     "worn_in",
     "write_paraview",

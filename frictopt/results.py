@@ -23,7 +23,6 @@ from .limits import (
 from .study.dissipation_range import DissipationRange
 from .study.protocols import LimitAfterProtocol
 from .study.store import DamagedRows, OtherRows, merge_stores, read_store
-from .study.verify import GuaranteeCheck
 from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 
 __all__ = [
@@ -34,7 +33,6 @@ __all__ = [
     "DissipationRange",
     "ForcedResponse",
     "GrossSlip",
-    "GuaranteeCheck",
     "GuaranteedLimit",
     "LeastSlip",
     "LimitAfterProtocol",

@@ -157,13 +157,6 @@ QUESTIONS = (
         _single("safe_region"),
     ),
     Question(
-        "verify",
-        "transients from many starts just below and above the guaranteed limit",
-        f"joint.npz {_CYCLE} --friction .4 --starts 100",
-        _single("guaranteed_limit", "verify"),
-        picture=False,
-    ),
-    Question(
         "after-overload",
         "the guaranteed limit for slips up to the largest slip of one overload",
         f"joint.npz {_CYCLE} --friction .4",

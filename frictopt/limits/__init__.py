@@ -40,7 +40,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   `rest_intervals.py`.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
   guaranteed limit.
-- `best_pressed.py`, `least_slip.py`, `safe_vertices.py`, `region_rays.py`, `design_program.py`,
+- `best_pressed.py`, `least_slip.py`, `furthest.py`, `region_rays.py`, `design_program.py`,
   `design_search.py`: parts of the questions of these names.
 - `corner_statics.py`, `body_motions.py`, `self_stress.py`: parts of gross slip.
 - `pictures.py`: plots of the answers.
@@ -63,7 +63,6 @@ from .required_friction import RequiredFriction, required_friction
 from .rest_intervals import pieces
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlip, safe_slip
-from .safe_vertices import safe_vertices
 from .shakedown import ShakedownLimit, ShakedownLimits, shakedown_limit
 
 if TYPE_CHECKING:

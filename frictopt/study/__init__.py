@@ -23,7 +23,7 @@ Searches:
 - `dissipation_range.py`: the range of W, by `range_starts.py` (where the search starts),
   `range_search.py` (transients) and `ascent.py` (linear programs for the next start)
 - `protocols.py`: loads before the cycle that bring a contact to rest
-- `verify.py`, `after_overload.py`: tests of guaranteed limits
+- `after_overload.py`: the guaranteed limit for slips of one overload
 """
 
 from . import starts as starts

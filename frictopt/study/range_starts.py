@@ -11,8 +11,8 @@ from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
 from ..limits.elastic import elastic
+from ..limits.furthest import furthest
 from ..limits.open_nodes import open_under_mean
-from ..limits.safe_vertices import furthest
 
 
 class RangeStarts:

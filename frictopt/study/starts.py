@@ -29,7 +29,7 @@ from ..base import (
 from ..base.results import Portable
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_system, joined, parted
 from ..errors import ModelError
-from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
+from ..limits import ShakedownLimit, safe_slip, shakedown_limit
 from ..transients.march import path_of
 from ..transients.transient import Transient
 
@@ -42,7 +42,6 @@ __all__ = [
     "overloads",
     "random_slips",
     "safe_slips",
-    "safe_vertices",
 ]
 
 

@@ -251,14 +251,6 @@ CALLS = {
         lambda table: len(table) == 1,
         r"after an overload: 00:\d\d",
     ),
-    "verification": (
-        lambda **o: fo.verify(guaranteed(), starts=4, moved=1, **o),
-        "verification",
-        2,
-        "table",
-        lambda table: table["start"].tolist() == ["witness", "moved witness"],
-        r"verification: 100%",
-    ),
     "design": (
         designed,
         "design",

@@ -127,10 +127,6 @@ ASKED = {
         ["--mean", "P=1", "--loads", "sigma", "Q", *F, "--tolerance", ".01"],
         lambda: fo.safe_region(PUNCH, {"P": 1.0}, ["sigma", "Q"], 0.5, tolerance=0.01),
     ),
-    "verify": (
-        [*PULL, *F, "--starts", "2", "--moved", "0"],
-        lambda: fo.verify(guaranteed(), starts=2, moved=0),
-    ),
     "after-overload": (
         [*PULL, *F, "--load-factor", "1.5"],
         lambda: fo.after_overload(guaranteed(), 1.5),

@@ -24,6 +24,7 @@ from helpers.oracle import Oracle
 from helpers.separation import pulled_system
 from helpers.spatial import random_contact, vectors
 from helpers.systems import corner_rows, fixed_contact, linprog_limit, linprog_margin
+from validation.verify import verify
 
 seeds = st.integers(0, 10**6)
 
@@ -173,7 +174,7 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
     # The limit is the least of all pairs of corners of the node.
     assert every.node is None or every.to_frame()["load_factor"].min() == every.load_factor
     if guaranteed.node is not None and guaranteed.load_factor > guaranteed.least:
-        assert fo.verify(guaranteed, starts=0, moved=1).persists
+        assert verify(guaranteed, starts=0, moved=1).persists
 
 
 @pytest.mark.parametrize("make", [fixed_contact, in_space])

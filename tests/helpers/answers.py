@@ -30,7 +30,6 @@ QUESTIONS = {
     "LeastSlip": lambda: answer("ShakedownLimit").least_slip(1.0),
     "SafeSlip": lambda: fo.safe_slip(*ASKED, 0.3),
     "GuaranteedLimit": lambda: fo.guaranteed_limit(*ASKED),
-    "GuaranteeCheck": lambda: fo.verify(answer("GuaranteedLimit"), starts=3, moved=1),
     "Design": design,
     "RequiredFriction": lambda: fo.required_friction(PAIR, CYCLE, 0.3),
     "SafeRegion": lambda: fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),

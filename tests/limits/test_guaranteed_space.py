@@ -17,6 +17,7 @@ from helpers.cases import few
 from helpers.guaranteed import check
 from helpers.spatial import random_contact
 from validation.followed import random_contact as centred
+from validation.verify import verify
 
 # The cone programs of the comparison may be inaccurate.
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
@@ -222,7 +223,7 @@ def test_it_is_verified_from_a_load_inside_the_cycle():
     """
     contact, _, f = centred(2, most=3)
     outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
-    found = fo.verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)
+    found = verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)
     assert found.dies_out
     assert found.persists
     assert found.starts.shape == (len(found.runs), contact.nodes, 2)

@@ -13,6 +13,7 @@ from helpers.cases import few
 from helpers.motions import about_its_middle
 from helpers.systems import random_system
 from validation import oracles
+from validation.verify import verify
 
 PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1.0, "shear": -1.0}])
 
@@ -59,7 +60,7 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(self_c
         for size in (1e-6, 1e-3, 0.1, 1.0):
             slip = size * load_factor * rng.normal(size=2)
             assert follow(contact, PRESSED, 1.0, load_factor, slip).outcome is fo.Outcome.SHAKEDOWN
-    assert fo.verify(limit, starts=20, moved=0).dies_out
+    assert verify(limit, starts=20, moved=0).dies_out
 
 
 @pytest.mark.parametrize("simplify", [True, False])
@@ -90,7 +91,7 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
         fo.Outcome.CYCLIC_SLIP,
         fo.Outcome.SHAKEDOWN,
     ]
-    assert fo.verify(limit, starts=0, moved=0).persists
+    assert verify(limit, starts=0, moved=0).persists
 
 
 @settings(max_examples=few(12))

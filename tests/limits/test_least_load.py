@@ -23,6 +23,7 @@ from helpers.systems import (
     random_system,
 )
 from validation.fuzz.embedded import embedded
+from validation.verify import verify
 
 Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
@@ -191,7 +192,7 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
     """Of the two intervals with a state of rest the first one counts."""
     limit = fo.guaranteed_limit(contact, PRESSING, 0.5)
     assert limit.proven and (limit.least, limit.load_factor) == pytest.approx((0.0, 1.0))
-    check = fo.verify(limit, starts=20, moved=0)
+    check = verify(limit, starts=20, moved=0)
     runs = check.runs
     assert check.dies_out
     assert check.persists
@@ -253,7 +254,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
         assert fo.Outcome.CYCLIC_SLIP in [
             fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends
         ]
-        assert fo.verify(limit, starts=4, moved=0).persists
+        assert verify(limit, starts=4, moved=0).persists
         with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):
             limit.witness_above_least(0.5 * least)
 

@@ -21,6 +21,7 @@ from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE, system
 from validation.fuzz.embedded import embedded
 from validation.open_sets import largest_with_open
+from validation.verify import verify
 
 
 @settings(max_examples=few(6))
@@ -204,7 +205,7 @@ def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
     friction = rng.uniform(0.1, 1.0, contact.nodes)
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
     of_witness(limit)
-    check = fo.verify(limit, starts=10, moved=1)
+    check = verify(limit, starts=10, moved=1)
     above = check.runs[check.runs["start"] == "witness"]
     assert limit.open.any()
     assert limit.node is not None
@@ -222,7 +223,7 @@ def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed
     contact = pulled_system(rng, int(rng.integers(2, 7)))
     friction = float(rng.uniform(0.1, 1.0))
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
-    assert not fo.verify(limit, starts=60, moved=1).dies_out
+    assert not verify(limit, starts=60, moved=1).dies_out
     assert limit.reason.endswith(
         "starts with nodes that open and close in every cycle may slip for ever below it"
     )

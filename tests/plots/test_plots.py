@@ -581,7 +581,7 @@ DRAWN = {
     "scene": lambda: SCENES["punch"],
     "BodyFields": lambda: SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)),
 }
-for kind in ("OnsetEvent", "Increment", "ContactState", "Verdict", "GuaranteeCheck"):
+for kind in ("OnsetEvent", "Increment", "ContactState", "Verdict"):
     del DRAWN[kind]  # which have no picture
 
 

@@ -23,6 +23,7 @@ from validation.fuzz.differential import DIFFERENTIAL
 from validation.fuzz.scenes import random_scene
 from validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
 from validation.fuzz.space import SPACE, space_findings
+from validation.verify import verify
 
 ADVICE = r"hold|lower|try smaller|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
@@ -162,7 +163,7 @@ def test_a_punch_that_tips_about_its_last_nodes_is_named_instead_of_followed_wit
 
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
     case = random_case(54)
-    check = fo.verify(fo.guaranteed_limit(case.system, case.cycle, case.friction), starts=0)
+    check = verify(fo.guaranteed_limit(case.system, case.cycle, case.friction), starts=0)
     assert check.limit.load_factor == 0 and check.limit.shakedown.load_factor == np.inf
     assert check.runs["load_factor"].between(0, 1, inclusive="neither").all()
 
@@ -173,7 +174,7 @@ def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_
     case = random_case(112)
     args = case.system, case.cycle, case.friction
     limit = fo.guaranteed_limit(*args)
-    above = fo.verify(limit, starts=0)
+    above = verify(limit, starts=0)
     assert limit.load_factor == 0 and above.persists
     for start, run in zip(above.starts, above.runs.itertuples(), strict=True):
         work = fo.march(*args, run.load_factor, initial_slip=start, cycles=12).cycle_work.sum(

@@ -145,13 +145,6 @@ FAULTS = (
         tests="dissipation_store",
     ),
     Fault(
-        "study/verify.py",
-        "slip above the limit counts below it",
-        old="self.runs['share'] < 1",
-        new="self.runs['share'] < 2",
-        tests="guaranteed_transients",
-    ),
-    Fault(
         "study/range_search.py",
         "descends where it should climb",
         old="sense * (tried.work - orbit.work)",

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import safe_vertices
 from helpers.cases import few
-from helpers.refused import refused
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
+from validation.verify import verify
 
 
 @pytest.mark.parametrize(("nodes", "seed"), [(2, 0), (3, 1), (4, 2)])
@@ -22,7 +21,7 @@ def test_random_systems(nodes, seed):
     cycle = fo.LoadCycle(
         {"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))]
     )
-    check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=starts)
+    check = verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=starts)
     assert check.dies_out
     assert check.persists
     assert check.undecided == 0
@@ -39,7 +38,7 @@ def test_random_systems(nodes, seed):
 
 @pytest.mark.parametrize("friction", [0.3, 0.7])
 def test_the_papers_scene(punch, paper_cycle, friction):
-    check = fo.verify(fo.guaranteed_limit(punch(16), paper_cycle, friction), starts=40, moved=2)
+    check = verify(fo.guaranteed_limit(punch(16), paper_cycle, friction), starts=40, moved=2)
     assert check.dies_out and check.persists and check.undecided == 0
 
 
@@ -52,7 +51,7 @@ def test_a_limit_that_is_too_high_is_found_out():
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, load_factor=limit.shakedown.load_factor, slip=limit.shakedown.slip)
-    check = fo.verify(fake, starts=100)
+    check = verify(fake, starts=100)
     assert not check.dies_out and 0 < len(check.counterexamples) < 100
     again = fo.steady_state(
         contact, CYCLE, 0.6, check.runs.load_factor.iloc[-1], initial_slip=check.counterexamples[0]
@@ -66,7 +65,7 @@ def test_a_witness_that_is_none_does_not_persist():
     fake = replace(
         limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip
     )
-    check = fo.verify(fake, starts=0)
+    check = verify(fake, starts=0)
     assert not check.persists and check.dies_out and len(check.runs) == 6
 
 
@@ -88,7 +87,7 @@ def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
     assert limit.shakedown.load_factor == np.inf
     assert "wedge itself" in limit.reason
     # Increments in space may jump to another state that obeys the law.
-    assert tangents == 2 or not fo.verify(limit, starts=0).persists
+    assert tangents == 2 or not verify(limit, starts=0).persists
     assert fo.safe_slip(node, cycle, 2.0, 2.2).slip.ravel()[0] >= 0.2 / 0.6 - 1e-9
 
 
@@ -102,7 +101,7 @@ def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
     rounded = fo.ContactSystem.from_blocks(
         exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded
     )
-    check = fo.verify(fo.guaranteed_limit(rounded, paper_cycle, 0.5), starts=10, moved=1)
+    check = verify(fo.guaranteed_limit(rounded, paper_cycle, 0.5), starts=10, moved=1)
     assert check.dies_out and check.persists and {"vertex", "random"} < set(check.runs.start)
 
 
@@ -110,7 +109,7 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     contact = punch(32)
     limit = fo.guaranteed_limit(contact, paper_cycle, 0.8)
     assert limit.load_factor == 0 < limit.shakedown.load_factor
-    check = fo.verify(limit, starts=50, moved=1)
+    check = verify(limit, starts=50, moved=1)
     assert len(check.runs) == 4 and check.persists and np.isinf(check.runs.share).all()
 
 
@@ -120,8 +119,7 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
     No traction distinguishes one safe slip from another.
     """
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
-    assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
-    check = fo.verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
+    check = verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
     assert check.limit.load_factor == pytest.approx(0.5)
     assert check.dies_out
     assert len(check.runs) == 16
@@ -131,39 +129,19 @@ def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
     pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
     contact = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
-    check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=6, moved=2)
+    check = verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=6, moved=2)
     assert np.abs(check.limit.slip).max() < 1e-12
     assert (check.runs["moved"] > 0).sum() == 2
     assert np.ptp(check.starts) > 0.1
 
 
-def test_vertices_are_safe_and_as_far_out_as_can_be():
-    contact = random_system(np.random.default_rng(4), 3)
-    load_factor = 0.5 * fo.shakedown_limit(contact, CYCLE, 0.5).load_factor
-    directions = np.random.default_rng(0).normal(size=(20, 3))
-    vertices = safe_vertices(contact, CYCLE, 0.5, load_factor, directions)
-    q0, p0, q1, p1 = *contact.bonded["mean"], *contact.bonded["cyclic"]
-    for slip in vertices:
-        slack = []
-        for sign in (-load_factor, load_factor):
-            q, p = q0 + sign * q1 + contact.A @ slip, p0 + sign * p1 + contact.B @ slip
-            slack += [0.5 * p - q, 0.5 * p + q]
-        assert np.min(slack) > -1e-8 and np.sum(np.abs(slack) < 1e-7) >= 3
-    assert len(vertices) == 20 and len(np.unique(vertices.round(6), axis=0)) > 4
-    assert safe_vertices(contact, CYCLE, 0.5, 100 * load_factor, directions).shape == (0, 3)
-
-
-@refused(
-    (CYCLE, {"above": 1.0}, "above: 1.0"),
-    (
-        fo.LoadCycle({}, CYCLE.corners),
-        {},
-        "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0",
-    ),
-    (fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), {}, "guaranteed limit inf"),
-)
-def test_bad_input_is_refused(cycle, options):
-    fo.verify(fo.guaranteed_limit(system(*FIRST_PAIR), cycle, 0.6), **options)
+@pytest.mark.parametrize("mean", [{}, {"mean": 1.0}])
+def test_without_a_load_to_test_at_there_is_no_verification(mean):
+    """The limit is 0 without pressure, and infinite if the load only presses."""
+    corners = [{"mean": 1.0}] if mean else CYCLE.corners
+    limit = fo.guaranteed_limit(system(*FIRST_PAIR), fo.LoadCycle(mean, corners), 0.6)
+    with pytest.raises(ValueError, match="no load to test at"):
+        verify(limit)
 
 
 @pytest.mark.parametrize(

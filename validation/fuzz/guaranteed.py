@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.study.verify import from_its_middle
 from validation import oracles
 from validation.fuzz.known import Known, NotApplicable, Wrong, same, transformed
 from validation.lower_bound import lower_bound
+from validation.verify import GuaranteeCheck, from_its_middle, verify
 
 # Number of transients below the limit.
 _STARTS = 10
@@ -124,7 +124,7 @@ def followed(known: Known) -> tuple[float, bool]:
     if limit.open.any() or not has_interval:
         raise NotApplicable
     moved = 0 if limit.node is None else _MOVED
-    check = fo.verify(
+    check = verify(
         limit, starts=_STARTS, moved=moved, above=_above(known, limit), seed=known.case.seed
     )
     _dies_out_below(known, limit, check)
@@ -154,9 +154,7 @@ def followed(known: Known) -> tuple[float, bool]:
     )
 
 
-def _dies_out_below(
-    known: Known, limit: fo.results.GuaranteedLimit, check: fo.results.GuaranteeCheck
-) -> None:
+def _dies_out_below(known: Known, limit: fo.results.GuaranteedLimit, check: GuaranteeCheck) -> None:
     """Raise Wrong if slip persists below the limit while all nodes stay closed."""
     below = check.runs[check.runs["share"] < 1]
     first_below = len(check.runs) - len(below)

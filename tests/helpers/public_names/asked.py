@@ -35,13 +35,9 @@ ASKED = {
         1.2 * lam
     ),
     "guaranteed_limit": lambda s, lam, steps: fo.guaranteed_limit(s, CYCLE, F),
-    "verify": lambda s, lam, steps: fo.verify(fo.guaranteed_limit(s, CYCLE, F), starts=1, moved=0),
     "after_overload": lambda s, lam, steps: fo.after_overload(fo.guaranteed_limit(s, CYCLE, F)),
     "gross_slip": lambda s, lam, steps: fo.gross_slip(s, CYCLE, F),
     "safe_slip": lambda s, lam, steps: fo.safe_slip(s, CYCLE, F, 0.5 * lam),
-    "starts.safe_vertices": lambda s, lam, steps: fo.starts.safe_vertices(
-        s, CYCLE, F, 0.5 * lam, np.ones((1, *s.slip_shape))
-    ),
     "required_friction": lambda s, lam, steps: fo.required_friction(s, CYCLE, 0.5 * lam),
     "safe_region": lambda s, lam, steps: fo.safe_region(
         s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F

@@ -318,7 +318,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.after_overload,
         {"limit": fo.guaranteed_limit(**ASKED), "load_factor": 0.5},
     ),
-    "verify": (fo.verify, {"limit": fo.guaranteed_limit(**ASKED), "starts": 2, "moved": 1}),
     "backbone_curve": (
         fo.backbone_curve,
         {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0},
@@ -357,10 +356,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "complementarity_problem": (
         fo.increments.complementarity_problem,
         {"system": CONTACT, "friction": FRICTION, **INCREMENT},
-    ),
-    "safe_vertices": (
-        fo.starts.safe_vertices,
-        {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]},
     ),
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.starts.Start, {"family": "given", "name": "one"}),

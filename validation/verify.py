@@ -5,31 +5,16 @@ Just above the limit the transients start from its witness; just below, from man
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from ..base import (
-    LARGEST_SEED,
-    Array,
-    Kept,
-    Outcome,
-    finite_number,
-    frozen,
-    number_of,
-    progress_bar,
-    warns_of_odd_values,
-    whole_number,
-)
-from ..contact import ContactState, LoadCycle, lengths, parted, reactions
-from ..errors import ModelError, NoContinuation
-from ..limits import GuaranteedLimit, safe_vertices
-from ..limits.guaranteed import checked_guaranteed
-from ..transients import steady_state
+import frictopt as fo
+from frictopt.contact import lengths, parted, reactions
+from frictopt.limits import pose
+from frictopt.limits.furthest import furthest
 
 NO_OUTCOME = "NO_CONTINUATION"
 
@@ -64,8 +49,8 @@ class CheckSettings:
 SETTINGS = CheckSettings()
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class GuaranteeCheck(Kept):
+@dataclass(frozen=True)
+class GuaranteeCheck:
     """The verification of a guaranteed limit by transients.
 
     Attributes
@@ -81,21 +66,11 @@ class GuaranteeCheck(Kept):
         residual. Dissipation and residual are NaN without a steady state.
     starts
         (rows of runs, N) or (rows of runs, N, 2) the initial slips, length.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
-    >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads)
-    >>> cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    >>> check = fo.verify(fo.guaranteed_limit(slider, cycle, friction=0.6), starts=4, moved=0)
-    >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
-    ['SHAKEDOWN']
     """
 
-    limit: GuaranteedLimit
+    limit: fo.results.GuaranteedLimit
     runs: pd.DataFrame
-    starts: Array
+    starts: np.ndarray
 
     @property
     def dies_out(self) -> bool:
@@ -122,18 +97,13 @@ class GuaranteeCheck(Kept):
         return float(np.nanmax([self.limit.residual, *self.runs["residual"]]))
 
     @property
-    def counterexamples(self) -> Array:
+    def counterexamples(self) -> np.ndarray:
         """(M, N) or (M, N, 2) starts that keep slipping below the limit, length."""
-        return frozen(self.starts[self._persisting(below=True)])
-
-    def _answer(self) -> Mapping[str, object]:
-        names = ("dies_out", "persists", "undecided", "residual")
-        answer = {name: getattr(self, name) for name in names}
-        return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **answer}
+        return np.asarray(self.starts[self._persisting(below=True)])
 
     def _persisting(self, *, below: bool) -> np.ndarray:
         """Which runs slip for ever, either below the limit or above it."""
-        slips = ~self.runs["outcome"].isin([Outcome.SHAKEDOWN.name, NO_OUTCOME])
+        slips = ~self.runs["outcome"].isin([fo.Outcome.SHAKEDOWN.name, NO_OUTCOME])
         is_below = self.runs["share"] < 1
         return np.asarray(slips & (is_below == below))
 
@@ -143,87 +113,49 @@ class _Test(NamedTuple):
 
     load_factor: float
     kind: str
-    slip: Array
+    slip: np.ndarray
 
 
-@warns_of_odd_values
 def verify(
-    limit: GuaranteedLimit,
+    limit: fo.results.GuaranteedLimit,
     *,
     starts: int = 1000,
     moved: int = 5,
     above: float = 1.02,
     seed: int = 0,
-    progress: bool = True,
 ) -> GuaranteeCheck:
     """Follow transients from the witness just above the limit, and from many starts just below it.
 
     Each transient begins at the mean of the load corners, where a contact with a safe slip sticks.
     The mean load may differ from this mean. The starts below the limit are vertices of the set of
     safe slips (at the load factor, and under the mean load), up to three times these vertices, and
-    random slips of a tenth to a hundred times the size of the witness. If none of them slips for
-    ever, this is evidence, not a proof. If the mean load is not safe, half of the starts are tested
-    just above the least safe load factor. Load factors below it are not tested.
+    random slips of a tenth to a hundred times the size of the witness. If the mean load is not
+    safe, half of the starts are tested just above the least safe load factor. Load factors below it
+    are not tested.
 
     If nodes are open, all starts below the limit are random. If friction at the closed nodes can
     hold the slip of a start, the transient begins with the gaps that the open nodes have under this
     slip. Otherwise it begins with all nodes closed. Starts with nodes that open and close in every
     cycle may slip for ever below the limit.
 
-    Parameters
-    ----------
-    limit
-        A guaranteed limit, from `guaranteed_limit` or `GuaranteedModel`.
-    starts, seed
-        Number of starts below the limit, and the seed of the random starts.
-    moved
-        Number of starts above the limit that differ from the witness by up to a thousandth of its
-        largest slip.
-    above
-        Load factor of the tests above the limit, divided by the limit. The tests below the limit
-        are at 98 % of the interval from the least safe load factor to the limit. If the limit is
-        the least safe load factor, usually 0, there are no tests below the limit. The tests above
-        it are then at 2 % of an interval that begins at the limit. The interval ends at lambda_2,
-        or at the load factor at which the cyclic reactions reach the mean pressures, if it is
-        smaller. Only some starts near the witness slip for ever at this load factor. So the study
-        also follows a slip that makes the node critical there, at 0.9 and 1.1 times the distance
-        from the limit.
-    progress
-        Whether to show the progress after two seconds. Ctrl-C raises a KeyboardInterrupt whose
-        attribute `table` has the runs so far.
+    `starts` is the number of starts below the limit, and `moved` the number of starts above it that
+    differ from the witness by up to a thousandth of its largest slip. `above` is the load factor of
+    the tests above the limit, divided by the limit. The tests below the limit are at 98 % of the
+    interval from the least safe load factor to the limit.
 
-    Returns
-    -------
-    GuaranteeCheck
-        The runs with their outcomes, and whether they agree with the limit.
-
-    Raises
-    ------
-    ModelError, SolverError
-        Bad input, a limit that is not finite, a contact without a safe slip at any load factor
-        above 0; a transient whose result does not pass its checks.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-    >>> loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> check = fo.verify(fo.guaranteed_limit(pair, cycle, friction=0.6), starts=4, moved=0)
-    >>> check.dies_out, check.persists
-    (True, True)
+    If the limit is the least safe load factor, usually 0, there are no tests below the limit. The
+    tests above it are then at 2 % of an interval that begins at the limit. The interval ends at
+    lambda_2, or at the load factor at which the cyclic reactions reach the mean pressures, if it is
+    smaller. Only some starts near the witness slip for ever at this load factor. So the study also
+    follows a slip that makes the node critical there, at 0.9 and 1.1 times the distance from the
+    limit. A ValueError names a limit without a load to test at.
     """
-    limit = checked_guaranteed(limit)
-    starts = whole_number("starts", starts, least=0)
-    moved = whole_number("moved", moved, least=0)
-    above = finite_number("above", above, above=1.0)
-    rng = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
+    rng = np.random.default_rng(seed)
     upper = limit.shakedown.load_factor
     if not np.isfinite(limit.load_factor) or not upper > limit.least:
-        raise ModelError(
+        raise ValueError(
             f"guaranteed limit {limit.load_factor:g} between the least safe load factor "
-            f"{limit.least:g} and lambda_2 = {upper:g}; there is no load to test at"
+            f"{limit.least:g} and lambda_2 = {upper:g}: there is no load to test at"
         )
     pressure, largest = _load_sizes(limit)
     size = float(np.abs(limit.slip).max())
@@ -242,17 +174,11 @@ def verify(
         load_factor, slip = near_least
         way = load_factor - limit.least
         tests += [_Test(limit.least + share * way, "witness", slip) for share in SETTINGS.near]
-    rows = list[dict[str, Any]]()
-    with progress_bar(progress, "verification", "transient", total=len(tests)) as bar:
-        for test in tests:
-            rows.append(_row(limit, size, test))
-            note = f"the attribute `table` has {len(rows)} of {number_of(len(tests), 'run')}"
-            bar.keep("table", partial(pd.DataFrame, rows), note)
-            bar.update()
-    return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([test.slip for test in tests]))
+    rows = [_row(limit, size, test) for test in tests]
+    return GuaranteeCheck(limit, pd.DataFrame(rows), np.array([test.slip for test in tests]))
 
 
-def _load_sizes(limit: GuaranteedLimit) -> tuple[float, float]:
+def _load_sizes(limit: fo.results.GuaranteedLimit) -> tuple[float, float]:
     """Mean pressure force at load factor 0, which may be 0, and largest cyclic reaction."""
     _, p = limit.cycle.unscaled_reactions(limit.system)
     cyclic = limit.cycle.corner_reactions(limit.system)
@@ -260,7 +186,7 @@ def _load_sizes(limit: GuaranteedLimit) -> tuple[float, float]:
 
 
 def _tests_below(
-    rng: np.random.Generator, limit: GuaranteedLimit, count: int, size: float
+    rng: np.random.Generator, limit: fo.results.GuaranteedLimit, count: int, size: float
 ) -> list[_Test]:
     """Tests just below the limit; if the mean load is not safe, half of them just above `least`."""
     least = limit.least
@@ -274,7 +200,11 @@ def _tests_below(
 
 
 def _tests_at(
-    rng: np.random.Generator, limit: GuaranteedLimit, load_factor: float, count: int, size: float
+    rng: np.random.Generator,
+    limit: fo.results.GuaranteedLimit,
+    load_factor: float,
+    count: int,
+    size: float,
 ) -> list[_Test]:
     """Tests at one load factor: vertices of the safe slips, multiples of them, random slips."""
     shape = limit.system.slip_shape
@@ -283,9 +213,8 @@ def _tests_at(
     # Half of the vertices are for the mean load alone, if it is safe.
     under_mean = 0.0 if limit.least == 0 else load_factor
     half = wanted // 2
-    vertices = list[Array]()
-    for factor, part in ((load_factor, directions[:half]), (under_mean, directions[half:])):
-        vertices += list(safe_vertices(limit.system, limit.cycle, limit.friction, factor, part))
+    vertices = _vertices(limit, load_factor, directions[:half])
+    vertices += _vertices(limit, under_mean, directions[half:])
 
     tests = [_Test(load_factor, "vertex", slip) for slip in vertices]
     for slip in vertices:
@@ -297,7 +226,16 @@ def _tests_at(
     return tests
 
 
-def _row(limit: GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
+def _vertices(
+    limit: fo.results.GuaranteedLimit, load_factor: float, directions: np.ndarray
+) -> list[np.ndarray]:
+    """For each direction, the safe slip whose tractions go furthest along it, if there is one."""
+    question = pose(limit.system, limit.cycle, limit.friction, simplify=False)
+    by_component = [direction.T.ravel() for direction in directions]
+    return [slip for slip in furthest(question, load_factor, by_component) if slip is not None]
+
+
+def _row(limit: fo.results.GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
     """Follow a transient, and return its row in the table of runs."""
     above_zero = limit.load_factor > 0
     is_witness = "witness" in test.kind
@@ -308,7 +246,7 @@ def _row(limit: GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
         "moved": float(np.abs(test.slip - limit.slip).max() / size) if is_witness else np.nan,
     }
     try:
-        steady = steady_state(
+        steady = fo.steady_state(
             limit.system,
             from_its_middle(limit.cycle, test.load_factor),
             limit.friction,
@@ -316,14 +254,14 @@ def _row(limit: GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
             **_beginning(limit, test),
             steps=None if limit.system.tangents == 1 else SETTINGS.steps,
         )
-    except NoContinuation:
+    except fo.NoContinuation:
         return row | {"outcome": NO_OUTCOME, "dissipation": np.nan, "cycles": 0, "residual": np.nan}
     # Slip that has nearly died out has less work than the error of its work.
     row["outcome"] = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME
     return row | {name: getattr(steady, name) for name in ("dissipation", "cycles", "residual")}
 
 
-def _beginning(limit: GuaranteedLimit, test: _Test) -> dict[str, Any]:
+def _beginning(limit: fo.results.GuaranteedLimit, test: _Test) -> dict[str, Any]:
     """Argument of `steady_state` for a transient that begins at the mean of the corners.
 
     It is a state if nodes are open and the closed nodes can hold the slip, else a slip.
@@ -342,14 +280,14 @@ def _beginning(limit: GuaranteedLimit, test: _Test) -> dict[str, Any]:
     )
     sticks = (lengths(q, p) <= limit.friction * p).all()
     if sticks and (w[limit.open] >= 0).all():
-        return {"initial_state": ContactState(v, w.clip(0.0), *load)}
+        return {"initial_state": fo.ContactState(v, w.clip(0.0), *load)}
     return {"initial_slip": v}
 
 
-def from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
+def from_its_middle(cycle: fo.LoadCycle, load_factor: float) -> fo.LoadCycle:
     """The loads at a load factor, as a cycle at load factor 1 about the mean of its corners."""
     corners = cycle.at(load_factor)
     names = sorted({name for loads in corners for name in loads})
     middle = {name: float(np.mean([corner.get(name, 0.0) for corner in corners])) for name in names}
     changes = [{name: corner.get(name, 0.0) - middle[name] for name in names} for corner in corners]
-    return LoadCycle(middle, changes)
+    return fo.LoadCycle(middle, changes)
