@@ -16,7 +16,7 @@ from ..contact import check_contact_law
 from .corners import CornerMode, bonded_corner, sliding_corner_exponent
 from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
 from .hertz import LineContact, SphereContact, contact_modulus
-from .sliders import foundation_rod, masing_dissipation, order_preserving, rod_dissipation
+from .sliders import foundation_rod, masing_dissipation, rod_dissipation
 from .uncoupled import (
     single_node_dissipation,
     single_node_limit,
@@ -37,7 +37,6 @@ __all__ = [
     "half_plane_influence",
     "half_space_contact",
     "masing_dissipation",
-    "order_preserving",
     "rod_dissipation",
     "single_node_dissipation",
     "single_node_limit",

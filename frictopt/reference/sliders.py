@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, check_entries, finite_number, frozen, whole_number
-from ..contact import ContactSystem, checked_plane
+from ..base import check_entries, finite_number, whole_number
 from .uncoupled import each_node
 
 
@@ -165,50 +164,3 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
         bonded={"pressure": (zero, np.full(N, h)), "force": (-np.eye(N)[0], zero)},
         gap=zero,
     )
-
-
-def order_preserving(system: ContactSystem) -> Array:
-    """Largest coefficient of friction of each node with which slips keep their order.
-
-    Slip at one node then only pulls the others along. These are the largest f with `f_i |B_ij| <=
-    -A_ij` for all i != j. Take friction up to these values, and let all nodes stay closed. If two
-    starts have `v <= v'` at every node, then `v <= v'` at all later times under the same loads. So
-    a slip that lies between two safe slips at every node stays between them. The order holds for
-    slips, not for the work of friction: the larger start may dissipate more or less.
-
-    Parameters
-    ----------
-    system
-        The contact, in the plane.
-
-    Returns
-    -------
-    Array
-        (N,) coefficients of friction; inf if there is no bound, below 0 if no friction keeps the
-        order. For one coefficient at all nodes, take the least.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    >>> friction = fo.reference.order_preserving(punch)
-    >>> round(float(friction.min()), 6), (friction < 0.43).nonzero()[0].tolist()
-    (0.428576, [1, 15])
-    """
-    contact = checked_plane(system, "in space slips have no order; use guaranteed_limit")
-    pull = -contact.A
-    coupling = np.abs(contact.B)
-    # The data have this error.
-    rounding = CONDENSATION * max(float(np.abs(contact.A).max()), float(coupling.max()))
-    coupled = coupling > rounding
-    # (N, N) largest friction of node i by node j
-    by_coupling = pull / np.where(coupled, coupling, 1.0)
-    without_coupling = np.where(pull >= -rounding, np.inf, -np.inf)
-    largest = np.where(coupled, by_coupling, without_coupling)
-    np.fill_diagonal(largest, np.inf)
-    return frozen(largest.min(axis=1))

@@ -4,13 +4,6 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
-        "reference/sliders.py",
-        "the critical friction by column",
-        old="largest.min(axis=1)",
-        new="largest.min(axis=0)",
-        tests="order_preserving",
-    ),
-    Fault(
         "reference/hertz.py",
         "slip from the wrong root",
         old="c ** 2 * np.arccosh(outside / c)",

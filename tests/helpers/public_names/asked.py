@@ -42,7 +42,6 @@ ASKED = {
     "safe_region": lambda s, lam, steps: fo.safe_region(
         s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F
     ),
-    "reference.order_preserving": lambda s, lam, steps: fo.reference.order_preserving(s),
     "DesignModel.solve": lambda s, lam, steps: _deep_profile(s),
     "march": lambda s, lam, steps: fo.march(s, CYCLE, F, 1.2 * lam, cycles=1, **steps),
     "steady_state": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps),

@@ -264,7 +264,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.limit_after_protocol,
         {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1},
     ),
-    "order_preserving": (fo.reference.order_preserving, {"system": CONTACT}),
     "onset": (fo.onset, ASKED),
     "check_contact_law": (
         fo.reference.check_contact_law,
