@@ -32,7 +32,7 @@ class ExitCode(IntEnum):
 # Rows of a table that are printed.
 _ROWS = 8
 # Attributes of an interrupt that hold what is known so far, see `Bar.keep`.
-_PARTIAL = ("report", "curve", "history", "limit", "design", "range", "table", "work")
+_PARTIAL = ("report", "curve", "limit", "table", "work")
 
 
 def add_outputs(command: argparse.ArgumentParser, picture: bool, save: bool = True) -> None:
@@ -94,26 +94,6 @@ def _write_files(
             answer.save(getattr(options, name))
     if getattr(options, "picture", None):
         write_picture(options.picture, answer.plot)
-
-
-@dataclasses.dataclass(frozen=True)
-class NumberAnswer:
-    """The answer of a function that returns a number; its name is that of the function."""
-
-    _name: str
-    _value: float
-
-    def __str__(self) -> str:
-        return f"{self._name}: {self._value:.6g}"
-
-    def _answer(self) -> dict[str, object]:
-        return {self._name: self._value}
-
-    def to_frame(self) -> Table:
-        """A table without rows; its file has the number all the same."""
-        import pandas as pd
-
-        return pd.DataFrame()
 
 
 def numbers_of(answer: Any) -> dict[str, object]:

@@ -19,15 +19,10 @@ def add_system(command: argparse.ArgumentParser) -> None:
     command.add_argument("--units", metavar="NAMES", help=units)
 
 
-def add_mean(command: argparse.ArgumentParser) -> None:
-    """The option of the mean load."""
-    mean = "static load (default: none; for a history, the middle of the range of each load)"
-    command.add_argument("--mean", type=loads_of, metavar="CASE=X[,CASE=X]", help=mean)
-
-
 def add_cycle(command: argparse.ArgumentParser) -> None:
     """The options of a load cycle, from corners or from a history."""
-    add_mean(command)
+    mean = "static load (default: none; for a history, the middle of the range of each load)"
+    command.add_argument("--mean", type=loads_of, metavar="CASE=X[,CASE=X]", help=mean)
     cycle = command.add_mutually_exclusive_group(required=True)
     cycle.add_argument(
         "--corners",

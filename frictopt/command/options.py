@@ -7,45 +7,31 @@ otherwise from the annotation. Its help is the text of the docstring.
 import argparse
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import frictopt
 
 from .inputs import loads_of, numbers_of, ranges_of
 
-# Parameters that a command supplies: from its file, from the load cycle, or from an answer before.
-_SUPPLIED = ("self", "limit", "system", "cycle", "friction", "mean", "progress")
+# Parameters that a command supplies.
+_SUPPLIED = ("system", "cycle", "friction", "progress")
 # Arrays and states of nodes are for Python.
 _FOR_PYTHON = ("open", "initial_slip", "initial_state")
 
-_NUMBERS = {"type": numbers_of, "metavar": "X[,X]"}
 _BY_NAME: dict[str, dict[str, Any]] = {
-    "coefficient": _NUMBERS,
-    "slip_bound": _NUMBERS,
+    "slip_bound": {"type": numbers_of, "metavar": "X[,X]"},
     "load_factors": {"type": float, "nargs": "+", "metavar": "X"},
-    "forces": {"type": float, "nargs": "+", "metavar": "X"},
-    "other_modes": {"nargs": "+", "metavar": "CASE"},
     "contacts": {"nargs": "+", "metavar": "NAME"},
-    "loads": {"nargs": 2, "metavar": "CASE"},
     "preload": {"type": ranges_of, "metavar": "CASE=X:X[,CASE=X:X]"},
     "limits": {"type": loads_of, "metavar": "NAME=X[,NAME=X]"},
-    "protocol": {"type": loads_of, "nargs": "+", "metavar": "CASE=X[,CASE=X]"},
-    "start": {"metavar": "WORD"},
 }
 _BY_KIND: dict[str, dict[str, Any]] = {
     "float": {"type": float, "metavar": "X"},
     "int": {"type": int, "metavar": "N"},
     "str": {"metavar": "WORD"},
 }
-
-
-class Option(NamedTuple):
-    """An option of a function: its parameter, and the name of its value among the arguments."""
-
-    parameter: str
-    value: str
 
 
 @dataclass(frozen=True)
@@ -59,7 +45,7 @@ class Command:
 
 
 def public(name: str) -> Any:
-    """A public name of frictopt, such as "gross_slip" or "results.SteadyState.loop"."""
+    """A public name of frictopt, such as "gross_slip" or "results.load"."""
     attribute: Any = frictopt
     for part in name.split("."):
         attribute = getattr(attribute, part)
@@ -67,28 +53,20 @@ def public(name: str) -> Any:
 
 
 def add_options(
-    parser: argparse.ArgumentParser, command: str, functions: Sequence[str], shared: bool = False
-) -> list[Option]:
+    parser: argparse.ArgumentParser, functions: Iterable[str], shared: bool = False
+) -> None:
     """Add an option for each parameter of some public functions that can be written in a shell.
 
-    If another option of the command has the name of a parameter, the option of the parameter begins
-    with the name of the command. With `shared`, no option is required, since the functions are
-    alternatives.
+    With `shared`, no option is required, since the functions are alternatives.
     """
-    options = list[Option]()
+    known = set[str]()
     for name in functions:
         texts = described(public(name))
         for parameter in _written(public(name)):
-            if any(option.parameter == parameter.name for option in options):
-                continue
-            flag = parameter.name.replace("_", "-")
-            if f"--{flag}" in parser._option_string_actions:
-                flag = f"{command}-{flag}"
-            value = f"of_{parameter.name}"
-            text = texts.get(parameter.name, "").replace("%", "%%")
-            _add_option(parser, flag, value, parameter, text, shared)
-            options.append(Option(parameter.name, value))
-    return options
+            if parameter.name not in known:
+                text = texts.get(parameter.name, "").replace("%", "%%")
+                _add_option(parser, parameter, text, shared)
+                known.add(parameter.name)
 
 
 def arguments_of(function: str, options: argparse.Namespace) -> dict[str, Any]:
@@ -117,13 +95,10 @@ def _kind(parameter: inspect.Parameter) -> str:
 
 
 def _add_option(
-    parser: argparse.ArgumentParser,
-    flag: str,
-    value: str,
-    parameter: inspect.Parameter,
-    text: str,
-    shared: bool,
+    parser: argparse.ArgumentParser, parameter: inspect.Parameter, text: str, shared: bool
 ) -> None:
+    flag = parameter.name.replace("_", "-")
+    value = f"of_{parameter.name}"
     default = parameter.default
     if _kind(parameter) == "bool":
         name = f"--no-{flag}" if default else f"--{flag}"

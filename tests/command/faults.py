@@ -20,13 +20,6 @@ FAULTS = (
         within="with_numbers",
     ),
     Fault(
-        "command/answers.py",
-        "a function that returns a number has the answer 0",
-        old="{self._name: self._value}",
-        new="{self._name: 0.0}",
-        tests="command_questions",
-    ),
-    Fault(
         "command/options.py",
         "a flag of a true default does nothing",
         old="not default",
@@ -92,7 +85,7 @@ FAULTS = (
     Fault(
         "command/questions.py",
         "a report has no range of frictions",
-        old="add_friction(command, scatters=question.name == 'report')",
+        old="add_friction(command, scatters=is_report)",
         new="add_friction(command, scatters=False)",
         tests="command_questions::test_a_report_has_a_range_of_frictions",
     ),
