@@ -155,7 +155,7 @@ class _Tasks:
     def cancel(self) -> None:
         """Cancel the tasks that have not begun."""
         for future in self.at_work:
-            with suppress(NotImplementedError):  # futures of Parsl
+            with suppress(NotImplementedError):  # the futures of some libraries
                 future.cancel()
 
     def finished_rows(self) -> list[Row]:

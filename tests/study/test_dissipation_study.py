@@ -521,7 +521,7 @@ def test_an_interrupt_leaves_what_an_executor_has_finished_and_cancels_the_rest(
 
 
 def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, monkeypatch):
-    """Futures that cannot be cancelled, as those of Parsl, are futures, too."""
+    """Futures that cannot be cancelled, as those of some libraries, are futures, too."""
 
     def no(_future):
         raise NotImplementedError
