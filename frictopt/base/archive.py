@@ -5,7 +5,7 @@ The text defines the place of each array. Nothing is pickled, so reading a file 
 
 import json
 from collections.abc import Callable
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from datetime import date, datetime
 from enum import Enum
 from pathlib import Path
@@ -51,7 +51,7 @@ def load(path: str | Path) -> Any:
         return _Reader(numbered, things).value(text)
 
     remedy = "give a file that `save` of a result wrote; ContactSystem.load reads a contact"
-    return unpacked(path, _FORMAT, made, "a result", remedy)
+    return unpacked(path, _FORMAT, made, "a result", remedy, any_version=False)
 
 
 class _Writer:
@@ -152,32 +152,16 @@ class _Reader:
 
 
 def _restored(kind: type[Any], state: dict[str, Any]) -> object:
-    """A thing with these fields.
-
-    A field that a later version has added takes its default. A class may have former names of its
-    fields, and a function that restores its objects, see `kept`.
-    """
-    former = getattr(kind, "FORMER_NAMES", {})
-    state = {former.get(name, name): value for name, value in state.items()}
+    """A thing with these fields; a class may restore its objects itself, see `kept`."""
     for name, hint in _hints(kind).items():
         if name in state and not _fits(state[name], hint):
             raise ValueError(f"{kind.__name__}.{name} is a {type(state[name]).__name__}")
     if hasattr(kind, "from_kept"):
         return kind.from_kept(state)
-    names = _field_names(kind)
-    written = f"another version of frictopt wrote it: {kind.__name__}"
-    for name in state:
-        if name not in names:
-            raise ValueError(f"{written} has no field {name!r}")
-    missing = [name for name in names if name not in state and name not in _optional(kind)]
-    if missing:
-        raise ValueError(f"{written} lacks its field {missing[0]!r}")
+    if state.keys() != set(_field_names(kind)):
+        raise ValueError(f"{kind.__name__} has other fields")
     if not is_dataclass(kind):
         return kind(**state)
-    if len(state) < len(names):
-        # `__init__` also sets the fields that follow from a default.
-        arguments = {field.name for field in fields(kind) if field.init}
-        return kind(**{name: value for name, value in state.items() if name in arguments})
     thing = object.__new__(kind)
     getattr(thing, "__setstate__", vars(thing).update)(state)
     return thing
@@ -210,17 +194,6 @@ def _field_names(kind: type[Any]) -> list[str]:
     if hasattr(kind, "KEPT_FIELDS"):
         return list(kind.KEPT_FIELDS)
     return [field.name for field in fields(kind)] if is_dataclass(kind) else list(kind._fields)
-
-
-def _optional(kind: type[Any]) -> set[str]:
-    """Names of the fields with a default, and of the fields that follow from other fields."""
-    if not is_dataclass(kind):
-        return set(kind._field_defaults)
-    return {
-        field.name
-        for field in fields(kind)
-        if field.default is not MISSING or field.default_factory is not MISSING or not field.init
-    }
 
 
 def _row(row: Any) -> tuple[object, str, object]:

@@ -189,11 +189,18 @@ def _seal(archive: ZipFile) -> int:
 
 
 def unpacked(
-    source: str | Path, form: str, made: Callable[[dict[str, Any]], T], what: str, remedy: str
+    source: str | Path,
+    form: str,
+    made: Callable[[dict[str, Any]], T],
+    what: str,
+    remedy: str,
+    *,
+    any_version: bool,
 ) -> T:
     """Read an archive of this form, and return the value that `made` builds from its arrays.
 
-    Any other file, and a damaged one, is a ModelError.
+    Any other file, a damaged one, and if not `any_version` one of another version of frictopt, is a
+    ModelError.
     """
     try:
         if not Path(source).is_file():
@@ -208,8 +215,10 @@ def unpacked(
         # Files of earlier versions have neither of these three.
         if arrays.pop("seal", seal) != seal:
             raise ValueError("it was changed after it was written")
-        for name in ("version", "date"):
-            arrays.pop(name, None)
+        version = str(arrays.pop("version", "before 0.3.0"))
+        arrays.pop("date", None)
+        if not any_version and version != written_by()["version"]:
+            raise ValueError(f"version {version} of frictopt wrote it; compute the result again")
         return made(arrays)
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         why = " ".join(str(error).split()) or type(error).__name__

@@ -12,9 +12,8 @@ KINDS: dict[str, Any] = {}
 def kept(kind: type[T]) -> type[T]:
     """Register a class whose values are kept in files of results, by the names of its fields.
 
-    A class may have four attributes for its files. `FORMER_NAMES` maps names of fields that
-    earlier versions wrote to the names of today. `KEPT_FIELDS` are the fields that a file holds, if
-    the other fields follow from them. `from_kept` then makes a value from a mapping of the kept
+    A class may have three attributes for its files. `KEPT_FIELDS` are the fields that a file holds,
+    if the other fields follow from them. `from_kept` then makes a value from a mapping of the kept
     fields. `check_kept` proves a value that was read again, and raises a ValueError if it does not
     hold.
     """

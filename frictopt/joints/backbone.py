@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -148,14 +148,9 @@ class BackboneCurve(Kept, Plotted, Resonant):
     friction: Array
     steps: int | None
     residual: float
-    self_stress: bool = False
-    resonance: Array = field(default_factory=lambda: np.zeros(0))
-    extremes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=_EXTREMES))
-
-    def __post_init__(self) -> None:
-        if not len(self.resonance):  # a file of an earlier version
-            object.__setattr__(self, "resonance", np.full(len(self.load_factor), np.nan))
-        super().__post_init__()
+    self_stress: bool
+    resonance: Array
+    extremes: pd.DataFrame
 
     def plot(self, ax: Any = None, *, scale: float | None = None) -> Any:
         """Draw the curve with matplotlib (extra `figures`), and return its axes.

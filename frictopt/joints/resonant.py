@@ -221,7 +221,7 @@ def _points_of(curve: Any) -> pd.DataFrame:
         if len(points) < len(table):
             found = (
                 f"{len(points)} of {len(table)} up to the first one without a resonance "
-                f"({curve.note}); compute a curve of an earlier version anew, or "
+                f"({curve.note}); "
             )
         raise ModelError(f"load_factors: {found}give at least {_FEWEST}, better 20")
     if not (np.diff(points["displacement"], prepend=0.0) > 0).all():

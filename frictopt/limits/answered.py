@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -64,8 +64,6 @@ class Answered(Recorded, Plotted):
     slip: Array
     record: SolveRecord
     _question: Question
-
-    FORMER_NAMES: ClassVar[dict[str, str]] = {"_task": "_question", "_tasks": "_questions"}
 
     def check_kept(self) -> None:
         """Check the slip of a loaded answer; ValueError if it shall be safe and is not."""

@@ -94,7 +94,6 @@ class Question:
         "simplify",
         "started",
     )
-    FORMER_NAMES: ClassVar[dict[str, str]] = {"most": "slip_bound", "open": "open_nodes"}
 
     @classmethod
     def from_kept(cls, fields: Mapping[str, Any]) -> "Question":

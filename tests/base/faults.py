@@ -76,10 +76,10 @@ FAULTS = (
         tests="copies",
     ),
     Fault(
-        "base/archive.py",
-        "a field that a file lacks is refused",
-        old="name not in state and name not in _optional(kind)",
-        new="name not in state",
+        "base/files.py",
+        "a result of another version is read",
+        old="not any_version and version != written_by()['version']",
+        new="False",
         tests="copies",
     ),
     Fault(

@@ -186,7 +186,7 @@ def test_small_files_cannot_fill_the_memory(tmp_path):
     file = tmp_path / "limit.npz"
     ranges = {"tuple": {"range": {"list": [0, 10**15, 1]}}}
     text = np.frombuffer(json.dumps([ranges, []]).encode(), np.uint8)
-    np.savez(file, format="frictopt result 1", text=text)
+    np.savez(file, format="frictopt result 1", version=fo.__version__, text=text)
     with pytest.raises(fo.ModelError, match="a tuple of a dict"):
         fo.results.load(file)
     np.savez_compressed(file, format="frictopt result 1", text=np.zeros(150_000_000, np.uint8))

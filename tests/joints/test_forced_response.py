@@ -491,13 +491,6 @@ def test_the_bar_of_a_peak_is_its_band():
     assert bars[0].get_ydata().tolist() == [answer.least_peak[0], answer.most_peak[0]]
 
 
-def test_a_curve_of_an_earlier_version_has_no_resonance(light, tmp_path):
-    old = replace(light, resonance=np.zeros(0))
-    assert len(old.resonance) == len(light.load_factor) and np.isnan(old.resonance).all()
-    with pytest.raises(fo.ModelError, match="of an earlier version anew"):
-        old.response([1.0])
-
-
 def test_bad_input(curve, light):
     for odd in ([], [0.0], [-1.0], [np.nan], [np.inf], [[1.0]], "1", None):
         with pytest.raises(fo.ModelError, match=r"^forces"):
