@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 import frictopt as fo
-from frictopt.fem.pictures import draw_mesh
+from frictopt.plots.bodies import draw_mesh
 from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label

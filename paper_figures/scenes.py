@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import frictopt as fo
-from frictopt.fem.pictures import draw_mesh
+from frictopt.plots.bodies import draw_mesh
 from studies.scenes import LIMITS, punch
 from studies.tables import Table
 

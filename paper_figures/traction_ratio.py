@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from frictopt.contact.strip import circle, friction_bounds
+from frictopt.plots.along import circle, friction_bounds
 from studies.limits import REACTIONS
 from studies.tables import Table
 

@@ -13,8 +13,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
 - `law.py`: the bound of the shear force. A new law of friction begins there.
 - `law_check.py`: how much a state violates the law; `state.py`: a state to start from.
 - `diagnosis.py`: what is wrong with a load, in words.
-- `pictures.py`, `strip.py` (plane) and `face.py` (space, with `face_views.py` and `triangles.py`)
-  draw.
+- `pictures.py` draws contacts and their shear forces; `faces.py` lays faces in space on maps.
 """
 
 from .components import joined, parted, runs

@@ -15,7 +15,6 @@ import numpy as np
 from ..base import (
     ROUNDING,
     Array,
-    Plotted,
     Table,
     checked_loads,
     finite_number,
@@ -34,7 +33,7 @@ from .system import ContactSystem, checked_system, reactions
 @kept
 @warns_of_odd_values
 @dataclass(frozen=True)
-class LoadCycle(Plotted):
+class LoadCycle:
     """A mean load and the corners of a closed cycle around it.
 
     Between corners the load is linear in time. At load factor `lam` corner k carries the loads
@@ -55,8 +54,7 @@ class LoadCycle(Plotted):
     times
         The K times of the corners, numbers or dates. A further time may follow: the time at which
         the load returns to the first corner. A `timedelta` becomes a number of seconds. Only
-        pictures and names use the times, because friction does not depend on time. None: the times
-        are unknown.
+        names use the times, because friction does not depend on time. None: the times are unknown.
 
     Raises
     ------

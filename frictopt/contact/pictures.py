@@ -1,140 +1,171 @@
-"""Pictures of a contact and of its load cycle."""
+"""Pictures of a contact, and of the shear forces at its nodes."""
 
+from collections.abc import Sequence
 from math import ceil
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from ..base import Array
+from ..base import RESIDUAL, Array, Booleans
+from ..plots.along import along, circle, friction_bounds, label_panels, lines_or_band, open_marks
+from ..plots.bodies import BESIDE, finish_axes
 from ..plots.draw import draw as draw
+from ..plots.face import face_map
 from ..plots.style import (
-    BESIDE,
     BLACK,
-    POINTS,
-    AxesArray,
+    AnyAxes,
     arrows,
     as_is,
-    finish_axes,
     legend,
-    line,
     new_axes,
     picture,
     series,
-    slanted,
     spread,
+    unit,
 )
-from .cycle import LoadCycle
-from .strip import force_unit, label_panels, lines
+from .diagnosis import in_contact
+from .faces import faces_of
+from .law import lengths, most_shear
 from .system import ContactSystem
 
-# Largest number of corners of a cycle that each have a tick.
-_NUMBER_OF_TICKS = 12
+Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
+"""Corner -> nodes that limit the load there, their senses of slip, and areas of their circles."""
+
+ONE_NODE = 60
+"""Area of the circle round a node that limits the load by itself, points^2."""
+
+
+def panels_of(ax: AnyAxes, system: ContactSystem) -> list[AnyAxes]:
+    """Axes of a picture: one along a contact in the plane, in space a panel for each face."""
+    if system.tangents == 1:
+        return new_axes(ax)
+    faces = faces_of(system)
+    columns = ceil(len(faces) ** 0.5)
+    side = 4.6 if len(faces) == 1 else 3.2  # inches
+    size = (side * columns + 1.0, side * ceil(len(faces) / columns) + 0.6)
+    in_space = faces[0].places.shape[1] == 3
+    return new_axes(ax, len(faces), size, common_x=False, in_space=in_space, columns=columns)
+
+
+def node_at(system: ContactSystem, node: int) -> str:
+    """Text with the number and the place of a node."""
+    name = f"node {node}{as_is(in_contact(system, node))}"
+    if system.tangents == 1:
+        return f"{name}, $x = {system.x[node]:.4g}$"
+    place = ", ".join(f"{coordinate:.3g}" for coordinate in system.points[node])
+    return f"{name} at ({place})"
+
+
+def work_label(system: ContactSystem) -> str:
+    """Name of the axis of the work of friction per cycle."""
+    return f"work of friction per cycle\n{unit('force times length', system.per_depth)}"
+
+
+def shear_ratios(
+    panels: Sequence[AnyAxes],
+    answer: Any,
+    q: Array,
+    p: Array,
+    names: Sequence[str],
+    circles: Circles,
+    circles_label: str = "",
+    at: int = 0,
+    slip: Array | None = None,
+    opened: Booleans | None = None,
+) -> AnyAxes:
+    """Draw shear over friction bound of the reactions at K corners, with circles at some nodes.
+
+    No ratio is drawn where the bound is zero up to rounding. In the plane all corners are drawn, or
+    those with the largest circles if there are many. In space maps show the corner `at`, with the
+    circles of all corners, and the slip as arrows.
+    """
+    system = answer.system
+    bound = most_shear(system, answer.friction, p)
+    name = r"\min(f p, c)" if system.capped else "(f p)"
+    if system.tangents == 2:
+        ratio = _ratios(lengths(q[at], p[at]), bound[at])
+        largest = float(np.nanmax(ratio, initial=0.0))
+        areas = np.zeros(system.nodes)
+        for nodes, _, area in circles.values():
+            np.add.at(areas, np.ravel(nodes), area)
+        return face_map(
+            panels,
+            faces_of(system),
+            ratio,
+            rf"$|q| / {name}$ at {names[at]}",
+            most=largest if largest > 1.0 + RESIDUAL else 1.0,
+            slip=None if slip is None else slip / system.stretch,
+            slip_name="residual slip",
+            opened=opened,
+            circled=(areas, circles_label) if circles else None,
+        )
+
+    (axes,) = panels
+    friction_bounds(axes, name)
+    ratio = _ratios(q, bound)
+    governing = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
+    looks = lines_or_band(axes, system, ratio, names, governing)
+    label = circles_label or None
+    for corner in [corner for corner in looks if corner in circles]:
+        nodes, senses, areas = circles[corner]
+        color = looks[corner]["color"]
+        circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, color, label)
+        label = None
+    # The axis ends at 3, or a node with almost no pressure would flatten all other lines.
+    height = np.clip(1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0)
+    axes.set_ylim(-height, height)
+    label_panels([axes], system, zero=False)
+    legend(axes)
+    if opened is not None:
+        open_marks(axes, system.x[opened], "open", color=BLACK)
+    return axes
+
+
+def _ratios(shear: Array, bound: Array) -> Array:
+    """Shear divided by its friction bound; NaN if the bound is zero up to rounding."""
+    ratio = np.full(shear.shape, np.nan)
+    bears = bound > RESIDUAL * np.abs(bound).max()
+    return np.asarray(np.divide(shear, bound, out=ratio, where=bears))
 
 
 @picture.register
-def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
+def _system(system: ContactSystem, ax: AnyAxes = None) -> AnyAxes:
     """The points of a contact with their normals, and the pressures of the load cases.
 
     The pressures are those of the bonded contact under each unit load. If the widths are not known,
     nodal forces are drawn. In space each load case has a panel, with its pressure as colours.
     """
-    # More normals would hide each other.
-    most_normals = 60
-    drawn = spread(system.points.T, most_normals)
-    # The normals are a tenth of the size of the contact.
-    length = 0.1 * float(np.ptp(system.points, axis=0).max() or 1.0)
-    places = system.points[drawn]
-    normals = length * system.normals[drawn]
-    if system.tangents == 2:
-        return _system_in_space(system, places, normals, ax)
-    return _system_in_plane(system, places, normals, ax)
-
-
-def _pressures(system: ContactSystem) -> tuple[dict[str, Array], str]:
-    """Pressure of each unit load on the bonded contact, and its name with its unit."""
-    if system.width is None:
-        forces = {case: p for case, (_, p) in system.bonded.items()}
-        return forces, f"bonded normal force\n{force_unit(system.per_depth)}"
-    pressures = {case: p / system.width for case, (_, p) in system.bonded.items()}
-    return pressures, "bonded pressure\n(force per area)"
-
-
-def _system_in_space(
-    system: ContactSystem, places: Array, normals: Array, ax: AxesArray | None
-) -> AxesArray:
-    pressures, name = _pressures(system)
-    columns = min(len(pressures), 2)
-    size = (4.8 * columns, 3.2 * ceil(len(pressures) / 2))
-    panels: list[Any] = new_axes(
-        ax, len(pressures), size, common_x=False, in_space=True, columns=columns
-    )
+    name = f"bonded normal force\n{unit('force', system.per_depth)}"
+    if system.width is not None:
+        name = "bonded pressure\n(force per area)"
+    width = 1.0 if system.width is None else system.width
+    pressures = {as_is(case): p / width for case, (_, p) in system.bonded.items()}
+    # More normals would hide each other. They are a tenth of the size of the contact.
+    drawn = spread(system.points.T, 60)
     ends = np.array([system.points.min(axis=0), system.points.max(axis=0)])
-    for axes, (case, pressure) in zip(panels, pressures.items(), strict=True):
-        points = axes.scatter(*system.points.T, c=pressure, cmap="cividis", s=14, depthshade=False)
-        arrows(axes, places, normals, color=series(0)["color"], linewidth=0.6)
-        axes.set_title(f"{as_is(case)} = 1; arrows: normals into body 1")
-        finish_axes(axes, ends, float(np.linalg.norm(normals[0])))
-        axes.figure.colorbar(points, ax=axes, label=name.replace("\n", " "), **BESIDE)
-    return np.array(panels)
-
-
-def _system_in_plane(
-    system: ContactSystem, places: Array, normals: Array, ax: AxesArray | None
-) -> AxesArray:
-    panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
-    upper, lower = panels
+    length = 0.1 * float(np.ptp(ends, axis=0).max() or 1.0)
+    normals = system.points[drawn], length * system.normals[drawn]
     color = series(0)["color"]
-    nodes: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 4, "color": BLACK}
-    upper.plot(*system.points.T, label="node", **nodes)
-    arrows(upper, places, normals, width=0.003, color=color)
-    arrow: dict[str, Any] = {"linestyle": "none", "marker": r"$\uparrow$", "markersize": 9}
-    upper.plot([], [], color=color, label="normal, into body 1", **arrow)
+    if system.tangents == 2:
+        columns = min(len(pressures), 2)
+        size = (4.8 * columns, 3.2 * ceil(len(pressures) / 2))
+        panels = new_axes(ax, len(pressures), size, common_x=False, in_space=True, columns=columns)
+        for axes, (case, pressure) in zip(panels, pressures.items(), strict=True):
+            points = axes.scatter(
+                *system.points.T, c=pressure, cmap="cividis", s=14, depthshade=False
+            )
+            arrows(axes, *normals, color=color, linewidth=0.6)
+            axes.set_title(f"{case} = 1; arrows: normals into body 1")
+            finish_axes(axes, ends, length)
+            axes.figure.colorbar(points, ax=axes, label=name.replace("\n", " "), **BESIDE)
+        return np.array(panels)
+
+    upper, lower = panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
+    upper.plot(*system.points.T, ".", color=BLACK, label="node")
+    arrows(upper, *normals, width=0.003, color=color)
+    upper.plot([], [], color=color, label="normal, into body 1")
     upper.margins(0.05)
     upper.set(xlabel="$x$ (length)", ylabel="$y$ (length)", aspect="equal", adjustable="datalim")
     legend(upper)
-
-    pressures, name = _pressures(system)
-    for number, (case, pressure) in enumerate(pressures.items()):
-        look = {**POINTS, **line(number, len(pressures))}
-        lines(lower, system, pressure, label=f"{as_is(case)} = 1", **look)
-    lower.set_ylabel(name)
-    label_panels([lower], system)
-    legend(lower, "load case")
+    along([lower], system, [(name, {f"{case} = 1": p for case, p in pressures.items()})])
     return np.array(panels)
-
-
-@picture.register
-def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
-    """The amplitude of each load case at load factor 1 over the corners or their times."""
-    (axes,) = new_axes(ax)
-    count = len(cycle.corners)
-    corners = cycle.at(1.0)
-    if cycle.times is None:
-        # The cycle begins and ends at its last corner.
-        places: Any = np.arange(count + 1)
-        loads = (corners[-1], *corners)
-    else:
-        places = cycle.times
-        loads = (*corners, corners[0])[: len(places)]
-
-    cases = dict.fromkeys(name for load in (cycle.mean, *loads) for name in load)
-    for number, case in enumerate(cases):
-        amplitudes = [load.get(case, 0.0) for load in loads]
-        look = (series if count <= _NUMBER_OF_TICKS else line)(number, len(cases))
-        axes.plot(places, amplitudes, label=as_is(case), **look)
-        mean = cycle.mean.get(case, 0.0)
-        axes.axhline(mean, color=look["color"], lw=0.6, linestyle=":")
-    axes.plot([], [], color=BLACK, lw=0.6, linestyle=":", label="mean")
-
-    axes.set_ylabel("amplitude at load factor 1")
-    if cycle.times is not None:
-        axes.set_xlabel("time")
-    elif count > _NUMBER_OF_TICKS:
-        axes.set_xlabel("corners visited")
-    else:
-        axes.set_xlabel("corners in their order")
-        names = [as_is(cycle.corner_names[corner - 1]) for corner in range(count + 1)]
-        axes.set_xticks(places, names, **slanted(names, "right", "top"))
-    legend(axes, "load case")
-    return axes

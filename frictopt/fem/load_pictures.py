@@ -66,8 +66,16 @@ def _pull_of_bolt(part: BoltPreload, body: Body, length: float) -> tuple[Array, 
 
 
 def _on_surface(part: Traction | Pressure, body: Body, length: float) -> tuple[Array, Array]:
-    """(n, d) begins and steps of arrows along a load on a surface."""
-    points, traction, normals = _mean_tractions(part, body)
+    """(n, d) begins and steps of arrows along the mean tractions of facets.
+
+    Nodal forces would mislead: at corners of quadratic elements they are zero up to rounding, or
+    point against the load.
+    """
+    facets = body.boundary(part.boundary, "loads")
+    places, outward, sizes, *_ = integration_points(body.mesh, facets)
+    share = sizes / sizes.sum(axis=1, keepdims=True)
+    fields = places, part._on_face(places, outward), outward
+    points, traction, normals = ((values * share).sum(axis=2) for values in fields)
     strength = np.linalg.norm(traction, axis=0)
     chosen = [facet for facet in spread(points, 9) if strength[facet] > 0]
     step = traction[:, chosen] / strength[chosen] * length
@@ -92,17 +100,3 @@ def _resultant(forces: Array, places: Array, length: float) -> tuple[Array, Arra
     end = (direction @ places[:, strength > 0]).max()
     begin = middle + (end - direction @ middle) * direction
     return begin[None], length * direction[None]
-
-
-def _mean_tractions(part: Traction | Pressure, body: Body) -> tuple[Array, Array, Array]:
-    """(d, m) middles of the loaded facets, and mean traction and outward normal of each.
-
-    Nodal forces would mislead: at corners of quadratic elements they are zero up to rounding, or
-    point against the load.
-    """
-    facets = body.boundary(part.boundary, "loads")
-    points, normals, sizes, *_ = integration_points(body.mesh, facets)
-    share = sizes / sizes.sum(axis=1, keepdims=True)
-    traction = part._on_face(points, normals)
-    middle, mean, normal = ((values * share).sum(axis=2) for values in (points, traction, normals))
-    return middle, mean, normal

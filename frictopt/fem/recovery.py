@@ -17,7 +17,6 @@ from ..base import (
     Plotted,
     Shown,
     choice,
-    finite_number,
     first_of,
     frozen,
     place,
@@ -177,16 +176,6 @@ class BodyFields(Shown, Plotted):
         projection = self._sides[whole_number("side", side, least=1, most=2) - 1]
         return _tensors_at(projection, self.stress), _tensors_at(projection, self.strain)
 
-    def plot_deformed(self, ax: Any = None, *, scale: float | None = None) -> Any:
-        """Draw the undeformed bodies, and the bodies with displacements enlarged `scale` times.
-
-        None: the largest displacement is a tenth of the model. See `plot` for the argument and the
-        errors.
-        """
-        factor = None if scale is None else finite_number("scale", scale, least=0.0)
-        pictures = self._pictures()
-        return pictures.draw(self, ax, pictures.deformed, enlarged=factor)
-
     def save(self, path: str | Path, body: str) -> None:
         """Write the fields of one body to a file of meshio, such as `.vtu`.
 
@@ -269,7 +258,6 @@ class Viewed(Plotted):
         *,
         scale: float = 0.0,
         contact: str | None = None,
-        plotter: Any = None,
     ) -> Any:
         """A scene of PyVista (extra `view`) of the bodies, the contacts and a field on them.
 
@@ -290,8 +278,6 @@ class Viewed(Plotted):
             Factor on the displacements of the bodies.
         contact
             Name of a contact that fills the view; None: the whole model does.
-        plotter
-            A pyvista.Plotter to draw in; None: a new plotter.
 
         Returns
         -------
@@ -302,8 +288,8 @@ class Viewed(Plotted):
         ImportError
             pyvista is not installed, or on Linux no library of OpenGL.
         ModelError
-            A result of another kind or of another model, a field that it lacks, an unknown contact,
-            or a plotter of another kind.
+            A result of another kind or of another model, a field that it lacks, or an unknown
+            contact.
 
         Examples
         --------
@@ -315,7 +301,7 @@ class Viewed(Plotted):
         ['pressure (force per area)']
         >>> view.close()
         """
-        return self._pictures("views").view(self, result, show, scale, contact, plotter)
+        return self._pictures("views").view(self, result, show, scale, contact)
 
 
 class Recovery:

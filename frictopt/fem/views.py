@@ -52,24 +52,21 @@ def view(
     show: str,
     scale: float,
     contact: str | None,
-    plotter: Any,
 ) -> Any:
     """Draw a model, see `ContactModel.view`."""
     try:
         import pyvista as pv
     except ImportError as error:
         raise ImportError("views need pyvista: python -m pip install 'frictopt[view]'") from error
-    if plotter is not None and not isinstance(plotter, pv.Plotter):
-        raise ModelError(f"plotter: a {type(plotter).__name__}; give a pyvista.Plotter, or None")
     fields, extra = _state(model, result)
     face = contact_face(model, fields, extra)
     factor = finite_number("scale", scale)
     zoom = None if contact is None else _box_of(model, contact)
     known = _titles(None if fields is None else face.point_data)
     title = in_units(known[choice("show", show, tuple(known))], model.units)
-    if plotter is None and not _can_draw():
+    if not _can_draw():
         raise ImportError("views need a library of OpenGL such as libEGL: apt-get install libegl1")
-    scene = pv.Plotter() if plotter is None else plotter
+    scene = pv.Plotter()
     scene.add_axes()
     if fields is None:
         _draw_meshes(pv, scene, model, face)

@@ -8,23 +8,16 @@ from matplotlib.axes import Axes
 
 from ..base import Array
 from ..contact import lengths
-from ..contact.face import face_map, panels_of, together
-from ..contact.strip import (
-    INSIDE,
-    ONE_NODE,
-    label_panels,
-    lines,
-    lines_or_band,
-    node_at,
-    open_marks,
-    shear_ratios,
-)
+from ..contact.faces import faces_of
+from ..contact.pictures import ONE_NODE, node_at, panels_of, shear_ratios
+from ..plots.along import along, open_marks
 from ..plots.draw import draw as draw
+from ..plots.face import face_map
 from ..plots.style import (
     BLACK,
-    POINTS,
     SERIES,
-    AxesArray,
+    AnyAxes,
+    Look,
     as_is,
     equals,
     legend,
@@ -32,6 +25,7 @@ from ..plots.style import (
     new_axes,
     no_lines,
     picture,
+    together,
 )
 from .design import Design
 from .guaranteed import GuaranteedLimit
@@ -45,7 +39,7 @@ Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit
 
 
 @picture.register
-def _shakedown_limit(limit: ShakedownLimit, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+def _shakedown_limit(limit: ShakedownLimit, ax: AnyAxes = None) -> AnyAxes:
     """Shear over friction bound at the corners under the safe slip.
 
     The area of a circle is the share of its node in the mechanism. Open nodes, which carry nothing,
@@ -58,22 +52,14 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | AxesArray | None = None) 
     axes = _at_corners(limit, ax, equals(name, limit.load_factor))
     share = limit.open_share
     partly = (share > 0) & (share < 1)
-    if partly.any() and isinstance(axes, Axes) and limit.system.tangents == 1:
-        open_marks(
-            axes,
-            limit.system.x[partly],
-            "open in part of the cycle",
-            facecolors="none",
-            edgecolors=BLACK,
-        )
-        legend(axes)
+    if isinstance(axes, Axes) and limit.system.tangents == 1:
+        ring: Look = {"facecolors": "none", "edgecolors": BLACK}
+        open_marks(axes, limit.system.x[partly], "open in part of the cycle", **ring)
     return axes
 
 
 @picture.register
-def _required_friction(
-    required: RequiredFriction, ax: Axes | AxesArray | None = None
-) -> Axes | AxesArray:
+def _required_friction(required: RequiredFriction, ax: AnyAxes = None) -> AnyAxes:
     """Shear over the required friction bound at the corners under the safe slip.
 
     The area of a circle is the share of its node in the mechanism.
@@ -83,9 +69,7 @@ def _required_friction(
 
 
 @picture.register
-def _guaranteed_limit(
-    limit: GuaranteedLimit, ax: Axes | AxesArray | None = None
-) -> Axes | AxesArray:
+def _guaranteed_limit(limit: GuaranteedLimit, ax: AnyAxes = None) -> AnyAxes:
     """Shear over friction bound at the corners under the witness; the critical node is circled.
 
     In space, at the first corner.
@@ -93,17 +77,12 @@ def _guaranteed_limit(
     lower = equals(r"guaranteed limit $\lambda_1$", limit.load_factor)
     upper = equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     title = f"{lower}, {upper}"
-    if limit.node is not None and limit.corners is not None:
-        names = [as_is(limit.cycle.corner_names[corner]) for corner in limit.corners]
-        bounds = "on its bound at\n" + "; ".join(names)
-        if limit.system.tangents == 1:
-            bounds = f"on the bound of forward slip at {names[0]}\n"
-            bounds += f"and of backward slip at {names[-1]}"
-        title += f"\n{node_at(limit.system, limit.node)}: {bounds}"
+    if limit.node is not None:
+        title += f"\n{node_at(limit.system, limit.node)}"
     return _at_corners(limit, ax, title)
 
 
-def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes | AxesArray:
+def _at_corners(limit: Limit, ax: AnyAxes, title: str) -> AnyAxes:
     """Shear over friction bound at the corners, with circles at the nodes that limit the load.
 
     If there is nothing to show, the reason.
@@ -122,27 +101,18 @@ def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes |
         what = "critical node"
         for corner, sense in zip(limit.corners, (1, -1), strict=False):
             circles[corner] = (limit.node, sense, ONE_NODE)
-    names, q, p = limit._instants
+    instants, q, p = limit._instants
+    names = list(map(as_is, instants))
     nothing_limits = not limit.friction.any() and not circles
     if nothing_limits or not np.isfinite(p).all():
         no_lines(panels, limit.reason)
         return together(panels)
-    return shear_ratios(
-        panels,
-        limit.system,
-        limit.friction,
-        q,
-        p,
-        list(map(as_is, names)),
-        circles,
-        what,
-        slip=limit.slip,
-        opened=limit.open,
-    )
+    of_slip: Look = {"slip": limit.slip, "opened": limit.open}
+    return shear_ratios(panels, limit, q, p, names, circles, what, **of_slip)
 
 
 @picture.register
-def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+def _safe_slip(safe: SafeSlip, ax: AnyAxes = None) -> AnyAxes:
     """Shear over friction bound at the corners under the slip; below, the slip itself."""
     title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
     title += rf" at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}"
@@ -150,7 +120,7 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
 
 
 @picture.register
-def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+def _design(design: Design, ax: AnyAxes = None) -> AnyAxes:
     """Shear over friction bound at the corners under the safe slip; below, the free profile."""
     amounts = [f"{as_is(name)} {amount:+.4g}" for name, amount in design.preload.items()]
     parts = [equals(r"best design, $\lambda$", design.load_factor), *amounts[:4]]
@@ -162,11 +132,11 @@ def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesAr
 
 def _reserve(
     found: SafeSlip | Design,
-    ax: Axes | AxesArray | None,
+    ax: AnyAxes,
     title: str,
     profile: Array | None,
     name: str,
-) -> Axes | AxesArray:
+) -> AnyAxes:
     """Shear over friction bound at the corners under the slip; below, a profile, if there is one.
 
     Of many corners, that with the least reserve. In space at this corner, with the slip as arrows.
@@ -178,29 +148,19 @@ def _reserve(
     panels = panels_of(ax, system) if alone else new_axes(ax, 2, (6.4, 5.4))
     upper, *below = panels
     upper.set_title(title)
-    drawn = shear_ratios(
-        panels if alone else [upper],
-        system,
-        found.friction,
-        q,
-        p,
-        list(map(as_is, found.cycle.corner_names)),
-        {},
-        at=least,
-        slip=found.slip,
-        opened=found.open,
-    )
+    names = list(map(as_is, found.cycle.corner_names))
+    of_slip: Look = {"slip": found.slip, "opened": found.open}
+    panels_of_ratio = panels if alone else [upper]
+    drawn = shear_ratios(panels_of_ratio, found, q, p, names, {}, at=least, **of_slip)
     if profile is None or alone:
         return drawn
     upper.set_xlabel("")
-    lines(below[0], system, profile, color=BLACK, **POINTS)
-    below[0].set_ylabel(name)
-    label_panels(below, system)
+    along(below, system, [(name, {"": profile})])
     return np.array([upper, *below])
 
 
 @picture.register
-def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+def _least_slip(least: LeastSlip, ax: AnyAxes = None) -> AnyAxes:
     """Weights of the slip at the corners; in space, maps of the weights between corners.
 
     If there are many corners, lines are drawn only for the corners with the largest weights.
@@ -218,19 +178,20 @@ def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | 
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
     if least.system.tangents == 2:
         return face_map(
-            panels, least.system, least.weight, "weight of the slip between corners (1 / length)"
+            panels,
+            faces_of(least.system),
+            least.weight,
+            "weight of the slip between corners (1 / length)",
         )
-    largest_first = np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist()
-    names = list(map(as_is, least.cycle.corner_names))
-    lines_or_band(axes, least.system, least.g, names, largest_first)
-    axes.set_ylabel("weight $g$ of the slip (1 / length)")
-    label_panels([axes], least.system)
-    legend(axes)
+    # Of many corners those with the largest weights.
+    first = np.argsort(-np.abs(least.g).sum(axis=1), kind="stable")[: len(SERIES)]
+    weights = {as_is(least.cycle.corner_names[corner]): least.g[corner] for corner in sorted(first)}
+    along([axes], least.system, [("weight $g$ of the slip (1 / length)", weights)])
     return axes
 
 
 @picture.register
-def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
+def _safe_region(region: SafeRegion, ax: AnyAxes = None) -> AnyAxes:
     """The region, with the node that slips or opens most beyond each side.
 
     Many sides look alike.
@@ -246,42 +207,30 @@ def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
     if free.any():
         # A strip, which goes on beyond the picture.
         inner = outer = np.where(free, [[0.0], [1.0]], region.vertices.min())
-    axes.fill(*np.vstack([[0.0, 0.0], inner, free]).T, **INSIDE)
-    _draw_sides(axes, region, outer)
-    if not free.any():
-        axes.plot(
-            *inner.T,
-            linestyle="none",
-            marker="o",
-            markersize=3,
-            color=BLACK,
-            clip_on=False,
-            label="vertex, proven safe",
-        )
-    for name, load, unlimited, largest in zip(
-        "xy", region.loads, free, outer.max(axis=0), strict=True
-    ):
-        look: dict[str, Any] = {f"{name}lim": (0.0, 1.08 * largest or 1.0)}
-        label = f"amplitude of {as_is(load)} (times its unit load)"
-        if unlimited:
-            look = {f"{name}lim": (0.0, 1.0), f"{name}ticks": []}
-            label = f"amplitude of {as_is(load)}: no limit"
-        axes.set(**{f"{name}label": label}, **look)
-    legend(axes)
-    return axes
-
-
-def _draw_sides(axes: Axes, region: SafeRegion, outer: Array) -> None:
-    """The sides; each has a name and a colour of its own, if they are few."""
+    inside: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0}
+    axes.fill(*np.vstack([[0.0, 0.0], inner, free]).T, label="some residual slip is safe", **inside)
+    # Each side has a name and a colour of its own, if they are few.
     few = len(region.sides) <= len(SERIES)
     for number, ends in enumerate(pairwise(outer)):
-        label = None
+        label = f"{len(region.sides)} sides, each a mechanism" if number == 0 else None
+        look: Look = {"color": BLACK, "label": label}
         if few:
-            label = _limiting(region, number)
-        elif number == 0:
-            label = f"{len(region.sides)} sides, each a mechanism"
-        look = line(number) if few else {"color": BLACK}
-        axes.plot(*np.transpose(ends), **look, label=label)
+            look = line(number) | {"label": _limiting(region, number)}
+        axes.plot(*np.transpose(ends), **look)
+    if not free.any():
+        marks: Look = {"linestyle": "none", "marker": "o", "markersize": 3, "color": BLACK}
+        axes.plot(*inner.T, clip_on=False, label="vertex, proven safe", **marks)
+    for name, load, unlimited, largest in zip(
+        "xy", map(as_is, region.loads), free, outer.max(axis=0), strict=True
+    ):
+        look = {f"{name}lim": (0.0, 1.08 * largest or 1.0)}
+        look[f"{name}label"] = f"amplitude of {load} (times its unit load)"
+        if unlimited:
+            look = {f"{name}lim": (0.0, 1.0), f"{name}ticks": []}
+            look[f"{name}label"] = f"amplitude of {load}: no limit"
+        axes.set(**look)
+    legend(axes)
+    return axes
 
 
 def _limiting(region: SafeRegion, side: int) -> str:

@@ -7,17 +7,16 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 
-from .style import AxesArray, name_units, picture, screen
+from .style import AnyAxes, name_units, picture, screen
 
 
 def draw(
     result: object,
-    ax: Axes | AxesArray | None = None,
-    drawn_by: Callable[..., Axes | AxesArray] = picture,
+    ax: AnyAxes = None,
+    drawn_by: Callable[..., AnyAxes] = picture,
     **options: object,
-) -> Axes | AxesArray:
+) -> AnyAxes:
     """Draw a result in the given axes, which keep their style, or in a new figure.
 
     Returns the axes. `drawn_by` draws it: by default the picture that is registered for its class.

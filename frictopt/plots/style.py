@@ -15,7 +15,6 @@ from matplotlib import colormaps, rc_params_from_file
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
@@ -23,13 +22,10 @@ from ..base import Array, shown
 from ..errors import ModelError
 
 AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
-AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
+AnyAxes: TypeAlias = Any  # one or several of matplotlib, in the plane or in space; None: new ones
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
 ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
-FACE = (5.6, 4.6)  # size of a map of the contact face, inches
-# So that a picture file is sharp in a report, also without an option of `savefig`.
-_DOTS_PER_INCH = 150
 BLACK, GREY = "#000000", "#767676"
 POINTS: Look = {"marker": ".", "markersize": 3}  # of the nodes on a line
 
@@ -58,7 +54,7 @@ _MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|
 
 
 @singledispatch
-def picture(result: object, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+def picture(result: object, ax: AnyAxes = None) -> AnyAxes:
     """Draw a result in the given axes, or in those of a new figure, and return the axes.
 
     Each class of results registers its own picture.
@@ -76,7 +72,8 @@ def screen() -> AbstractContextManager[None]:
         for name, value in RC.items()
         if isinstance(value, float) and not name.startswith("savefig")
     }
-    resolution: Look = {"figure.dpi": _DOTS_PER_INCH, "savefig.dpi": "figure"}
+    # So that a picture file is sharp in a report, also without an option of `savefig`.
+    resolution: Look = {"figure.dpi": 150, "savefig.dpi": "figure"}
     context: AbstractContextManager[None] = plt.rc_context({**RC, **sizes, **resolution})
     return context
 
@@ -106,11 +103,10 @@ def new_axes(
     common_x: bool = True,
     in_space: bool = False,
     columns: int = 1,
-    blocks: int = 1,
-) -> list[Axes]:
+) -> list[Any]:
     """Axes to draw in, one for each panel: the given axes, or the axes of a new figure, row by row.
 
-    The labels of a column stand in a line. Each of several blocks begins a new row.
+    The labels of a column stand in a line.
 
     Raises
     ------
@@ -118,7 +114,16 @@ def new_axes(
         Not that many axes.
     """
     if ax is None:
-        return _axes_of_new_figure(panels, size, common_x, in_space, columns, blocks)
+        figure = plt.figure(figsize=size, layout="constrained")
+        look = {"projection": "3d"} if in_space else None
+        rows = ceil(panels / columns)
+        grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look)
+        for spare in grid.flat[panels:]:
+            spare.remove()
+        # Only now: matplotlib would keep spare axes in the group of aligned labels, without a
+        # figure to draw them in.
+        figure.align_ylabels()
+        return list(grid.flat[:panels])
     axes = np.ravel(np.asarray(ax, dtype=object))
     kind = Axes3D if in_space else Axes
     if len(axes) != panels or not all(isinstance(panel, kind) for panel in axes):
@@ -128,64 +133,16 @@ def new_axes(
     return list(axes)
 
 
-def _axes_of_new_figure(
-    panels: int,
-    size: tuple[float, float],
-    common_x: bool,
-    in_space: bool,
-    columns: int,
-    blocks: int,
-) -> list[Axes]:
-    figure = plt.figure(figsize=size, layout="constrained")
-    in_block = panels // blocks
-    rows = blocks * -(-in_block // columns)
-    look = {"projection": "3d"} if in_space else None
-    grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look)
-    grid = grid.reshape(blocks, -1)
-    for spare in grid[:, in_block:].flat:
-        spare.remove()
-    # Only now: matplotlib would keep spare axes in the group of aligned labels, without a figure to
-    # draw them in.
-    figure.align_ylabels()
-    return list(grid[:, :in_block].flat)
-
-
-def axes_by_size(ax: AnyAxes, sizes: Array, widest: float) -> list[Axes]:
-    """Axes of panels with sizes (n, 2) in inches, in rows that are at most so wide.
-
-    The given axes, or the axes of a new figure, as in `new_axes`.
-    """
-    if ax is not None:
-        return new_axes(ax, len(sizes))
-    rows: list[list[int]] = [[]]
-    for panel, (width, _) in enumerate(sizes):
-        if rows[-1] and sizes[rows[-1], 0].sum() + width > widest:
-            rows.append([])
-        rows[-1].append(panel)
-    widths = [sizes[row, 0].sum() for row in rows]
-    heights = [sizes[row, 1].max() for row in rows]
-    # Width of a colour bar beside the first row of panels of several sizes, inches.
-    room_for_bar = 1.0
-    widths[0] += room_for_bar
-    width = max(widths)
-    # Height of the title and the legend of these panels, inches.
-    room_for_title = 1.0
-    figure = plt.figure(figsize=(width, sum(heights) + room_for_title), layout="constrained")
-    grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
-    axes = []
-    for row, cell, used in zip(rows, grid, widths, strict=True):
-        # The last cell of a row stays empty.
-        ratios = [*sizes[row, 0], max(width - used, 0.01)]
-        cells = cell.subgridspec(1, len(ratios), width_ratios=ratios)
-        axes += [figure.add_subplot(cells[number]) for number in range(len(row))]
-    return axes
+def together(panels: Sequence[Axes]) -> AnyAxes:
+    """The axes that a picture returns: a single one, or an array of several."""
+    return panels[0] if len(panels) == 1 else np.array(panels)
 
 
 def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
     """Draw arrows (n, 2) or (n, 3), none if they are NaN, and make room for them."""
     if begin.shape[1] == 3:
-        axes.quiver(*begin.T, *step.T, **look)
-        axes.auto_scale_xyz(*np.concatenate([begin, begin + step]).T, had_data=True)
+        axes.quiver(*begin.T, *(enlarged * step.T), **look)
+        axes.auto_scale_xyz(*np.concatenate([begin, begin + enlarged * step]).T, had_data=True)
         return
     axes.quiver(*begin.T, *step.T, angles="xy", scale_units="xy", scale=1 / enlarged, **look)
     axes.update_datalim(np.concatenate([begin, begin + enlarged * np.nan_to_num(step)]))
@@ -247,6 +204,17 @@ def equals(name: str, value: float) -> str:
     return f"{name} is infinite" if value > 0 else f"{name}: none"
 
 
+def limit_line(axes: Axes, name: str, value: float, ls: str = "--", **look: Any) -> None:
+    """Draw a limit across a horizontal axis, if it is finite and above 0."""
+    if np.isfinite(value) and value > 0:
+        axes.axvline(value, lw=0.8, ls=ls, zorder=0, label=name, **look)
+
+
+def unit(meaning: str, per_depth: bool) -> str:
+    """A meaning such as "force" in brackets, per depth in plane strain and stress."""
+    return f"({meaning} per depth)" if per_depth else f"({meaning})"
+
+
 def no_lines(panels: Sequence[Axes], why: str) -> None:
     """Say in the first panel why there is nothing to draw."""
     first = panels[0]
@@ -294,28 +262,3 @@ def in_units(text: str, units: str | None) -> str:
         return f"({' '.join(filter(None, names))})"
 
     return _MEANING.sub(named, text)
-
-
-# Place of a colour bar in space, beside the labels of the axis z.
-BESIDE = {"shrink": 0.6, "pad": 0.12}
-
-
-def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
-    """Names and limits of the axes, in space with room around what is drawn."""
-    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
-    if ends.shape[1] == 2:
-        axes.set_aspect("equal")
-        return
-    low, high = ends[0] - room, ends[1] + room
-    shares = (high - low) / (high - low).max()
-    # matplotlib leaves more room around bodies in space than the names of the axes need, and most
-    # room around a rod.
-    axes.set_box_aspect(high - low, zoom=1.3 - 0.2 * np.sort(shares)[1])
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    # matplotlib would turn the name of a short axis upside down.
-    axes.zaxis.set_rotate_label(False)
-    axes.set_zlabel("$z$ (length)", rotation=90)
-    axes.grid(False)
-    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), shares, strict=True):
-        # As many numbers as the axis has room for.
-        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))

@@ -7,5 +7,5 @@ from .scene import Scene
 
 
 @picture.register
-def _scene(scene: Scene, ax: AnyAxes | None = None) -> AnyAxes:
+def _scene(scene: Scene, ax: AnyAxes = None) -> AnyAxes:
     return model_picture(scene.model(), ax)

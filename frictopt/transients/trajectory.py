@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -436,14 +436,6 @@ class Trajectory(Kept, Plotted):
             # The status -1 is the last word.
             return np.array(["stick", "slip+", "open", "slip-"])[self.status]
         return np.array(["stick", "slip", "open"])[self.status]
-
-    def plot_status(self, ax: Any = None) -> Any:
-        """Draw the status of each node (stick, slip, open) over place and time.
-
-        See `plot` for the argument and the errors.
-        """
-        pictures = self._pictures()
-        return pictures.draw(self, ax, pictures.node_status)
 
     def to_xarray(self) -> xr.Dataset:
         """The states as a Dataset of xarray, which must be installed.

@@ -277,13 +277,15 @@ def test_a_report_says_along_which_tangent_friction_holds_its_most():
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_arrows_of_a_picture_are_slips_as_they_are(monkeypatch):
-    from frictopt.contact import strip
+    from frictopt.contact import pictures
 
     limit = fo.shakedown_limit(
         random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F
     )
     drawn = []
-    monkeypatch.setattr(strip, "face_map", lambda *arguments, slip, **options: drawn.append(slip))
+    monkeypatch.setattr(
+        pictures, "face_map", lambda *arguments, slip, **options: drawn.append(slip)
+    )
     limit.plot()
     assert np.array_equal(drawn[0], limit.slip / [1.0, 0.5])
 

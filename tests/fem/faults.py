@@ -931,16 +931,9 @@ FAULTS = (
     ),
     Fault(
         "fem/pictures.py",
-        "diagonals of the mesh are outlines of a body",
-        old="np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= _PICTURE.outline",
-        new="np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= 2",
-        tests="modes",
-    ),
-    Fault(
-        "fem/pictures.py",
         "moved bodies shine through each other",
-        old="_draw_bodies(axes, moved, len(moved), in_space=in_space, face=0.9, edge=0.4)",
-        new="_draw_bodies(axes, moved, len(moved), in_space=in_space, face=0.25, edge=0.4)",
+        old="draw_bodies(axes, bent, _colors(len(bent)), face=0.9, edge=0.4)",
+        new="draw_bodies(axes, bent, _colors(len(bent)), face=0.25, edge=0.4)",
         tests="plots_spatial_model::test_the_moved_body_in_front_hides_the_other_one",
     ),
 )

@@ -1,9 +1,7 @@
 """Wedges, and bodies of several shapes: uniform stress, normals, scikit-fem's own wedges."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from skfem import MeshHex, MeshWedge1
 
 import frictopt as fo
@@ -85,27 +83,6 @@ def test_faces_of_triangles_and_quadrilaterals_pass_pressure_on(mixed):
     assert p.sum() == pytest.approx(2.0 * 4.0 * 1.5, rel=1e-12)
     assert np.allclose(p / system.width, 2.0, rtol=1e-9)
     assert np.allclose(q, 0.0, atol=1e-9)
-
-
-def test_the_outline_of_a_body_of_all_shapes_is_that_of_its_box(mixed):
-    """The twelve edges of the box, without a diagonal, and without a warning."""
-    steel = fo.Material(E=1.0, nu=0.3, density=1.0)
-    block = MeshHex.init_tensor(*(np.linspace(0, end, 3) for end in (4, 1.5, 1))).translated(
-        (0.0, 0.0, 1.5)
-    )
-    block = block.with_boundaries({"face": lambda x: x[2] == 1.5})
-    model = fo.ContactModel(
-        {"a": fo.Body(mixed, steel), "b": fo.Body(block, steel)},
-        [fo.Support("a", "low")],
-        {"P": [fo.BodyForce("b", z=-1.0)]},
-        [fo.Contact("b", "a", "face", "high")],
-    )
-    ax = model.modes(1).plot()
-    outline = next(part for part in ax.collections if isinstance(part, Line3DCollection))
-    ends = np.array(outline._segments3d)
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
-    assert length == pytest.approx(4 * (4 + 1.5 + 1.5))
-    plt.close("all")
 
 
 def quarter(x):

@@ -11,10 +11,10 @@ import pytest
 from matplotlib import colormaps
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d import Axes3D, proj3d
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from skfem import MeshHex
 
 import frictopt as fo
-from frictopt.fem import pictures as bodies
 from helpers.meshes import column
 
 SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
@@ -27,21 +27,22 @@ def drawn(monkeypatch):
     Polygons are sorted by label, the polygons of a body by its colour. Arrows are sorted by colour,
     with their beginnings and steps.
     """
-    polygons, arrows, (collection, quiver) = {}, {}, (bodies.Poly3DCollection, Axes3D.quiver)
+    polygons, arrows, (begin, quiver) = {}, {}, (Poly3DCollection.__init__, Axes3D.quiver)
 
-    def kept_polygons(corners, label=None, facecolors=(), **look):
+    def kept_polygons(collection, corners, *more, label=None, facecolors=(), **look):
         if label is not None:
             polygons[label] = corners
-            return collection(corners, label=label, **look)
-        for polygon, (color, _) in zip(corners, facecolors, strict=True):
-            polygons.setdefault(color, []).append(polygon)
-        return collection(corners, facecolors=facecolors, **look)
+        else:
+            for polygon, (color, _) in zip(corners, facecolors, strict=True):
+                polygons.setdefault(color, []).append(polygon)
+            look["facecolors"] = facecolors
+        begin(collection, corners, *more, label=label, **look)
 
     def kept_arrows(axes, x, y, z, *step, color, **look):
         arrows.setdefault(color, []).append((np.column_stack([x, y, z]), np.column_stack(step)))
         return quiver(axes, x, y, z, *step, color=color, **look)
 
-    monkeypatch.setattr(bodies, "Poly3DCollection", kept_polygons)
+    monkeypatch.setattr(Poly3DCollection, "__init__", kept_polygons)
     monkeypatch.setattr(Axes3D, "quiver", kept_arrows)
     yield SCENE.plot(), polygons, arrows
     plt.close("all")
@@ -233,8 +234,15 @@ def test_the_body_in_front_hides_the_other_one():
 
 def test_the_moved_body_in_front_hides_the_other_one():
     """The top of the punch has the colour of the punch, not a mixture with that of the block."""
-    fields = SCENE.model().recover({"P": 1.0}, np.zeros((25, 2)))
-    axes = fields.plot_deformed(scale=1e-9)
+    model = SCENE.model()
+    model = replace(
+        model,
+        bodies={
+            name: replace(body, material=fo.Material(density=1.0))
+            for name, body in model.bodies.items()
+        },
+    )
+    axes = model.modes(1).plot(0)
     axes.figure.canvas.draw()
     place = proj3d.proj_transform(0.2, 0.2, 1.5, axes.get_proj())[:2]
     x, y = axes.transData.transform(place).astype(int)

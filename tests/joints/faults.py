@@ -244,7 +244,7 @@ FAULTS = (
     Fault(
         "joints/pictures.py",
         "a far limit squeezes the curve",
-        old="low / _CURVE.farthest < place < high * _CURVE.farthest",
+        old="low < place < high",
         new="np.isfinite(place)",
         tests="forced_response::test_a_far_limit_does_not_squeeze_a_curve_and_is_named",
     ),

@@ -6,8 +6,8 @@ FAULTS = (
     Fault(
         "plots/style.py",
         "spare panels stay among those whose labels are in a line",
-        old="grid = grid.reshape(blocks, -1)",
-        new="grid = grid.reshape(blocks, -1)\nfigure.align_ylabels()",
+        old="for spare in grid.flat[panels:]:\n    spare.remove()",
+        new="figure.align_ylabels()\nfor spare in grid.flat[panels:]:\n    spare.remove()",
         tests="plots_of_states",
     ),
     Fault(

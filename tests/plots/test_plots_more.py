@@ -132,7 +132,7 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
         turns = np.flatnonzero(np.diff(loop.slipping)) + 1
         assert set(x[turns]) == set(events.get_xdata()) and len(turns) >= 2
         assert f"area {loop.area:.4g} (force times length per depth)" == line.get_label()
-    assert "(force per depth per length)" in ax.get_title()
+    assert "(force per length per depth)" in ax.get_title()
     assert ax.get_xlabel() == "mean motion of the load (length)"
     assert f"{loop.stiffness * size**2:.4g}" in ax.get_title()
     assert "(1 / force)" in loop.plot().get_title()
@@ -254,7 +254,7 @@ def test_a_curve_over_amplitudes_says_that_its_limits_are_load_factors():
     names = [text.get_text() for text in stiffness.get_legend().get_texts()]
     assert f"bodies slide off or pry = {slides:.5g}" in names
     # The force over the mean motion of the loaded surface.
-    assert stiffness.get_ylabel() == "stiffness\n(force per depth per length)"
+    assert stiffness.get_ylabel() == "stiffness\n(force per length per depth)"
     force = 1e-6 * PUNCH.load_size["Q"] * curve.load_factor
     assert np.allclose(stiffness.get_lines()[0].get_ydata(), force / curve.motion, rtol=1e-9)
 

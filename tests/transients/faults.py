@@ -20,8 +20,8 @@ FAULTS = (
     Fault(
         "transients/pictures.py",
         "the loop of a plane contact has the units of space",
-        old="work_unit(loop.per_depth)",
-        new="work_unit(False)",
+        old="unit(_WORK, loop.per_depth)",
+        new="unit(_WORK, False)",
         tests="plots_more",
     ),
     Fault(
@@ -635,12 +635,8 @@ FAULTS = (
     Fault(
         "transients/pictures.py",
         "the slip at the last corner as slip range",
-        old=(
-            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=ranges, slip_name='slip range', to_and_fro=True, opened=states.gap.min(axis=0) > 0, shown=shown)"
-        ),
-        new=(
-            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=steady.slip, slip_name='slip range', to_and_fro=True, opened=states.gap.min(axis=0) > 0, shown=shown)"
-        ),
+        old="np.where(is_rounding[:, None], 0.0, ranges)",
+        new="np.where(is_rounding[:, None], 0.0, steady.slip)",
         tests="plots_spatial::test_a_steady_state_shows_the_work_of_each_node",
     ),
     Fault(

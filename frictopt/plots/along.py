@@ -1,0 +1,148 @@
+"""Values at the nodes of contacts in the plane, along the x axis that all these pictures share."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+
+from ..base import Array
+from ..base.checks import Names
+from .style import BLACK, GREY, POINTS, SERIES, Look, as_is, legend, line, slanted
+
+
+class Nodes(Protocol):
+    """The nodes of a contact system: their places `x` (N,), and their contacts."""
+
+    @property
+    def x(self) -> Array:
+        """(N,) places along the contacts."""
+
+    @property
+    def contact(self) -> Names | None:
+        """(N,) names of the contacts; None for a single one."""
+
+
+def parts(nodes: Nodes) -> list[tuple[str, slice]]:
+    """Name and nodes of each contact, in their order along x."""
+    names = nodes.contact
+    if names is None:
+        return [("", slice(None))]
+    ends = [0, *(np.flatnonzero(names[1:] != names[:-1]) + 1).tolist(), len(names)]
+    return [(str(names[start]), slice(start, end)) for start, end in pairwise(ends)]
+
+
+def lines(ax: Axes, nodes: Nodes, values: Array, *, label: str | None = None, **look: Any) -> None:
+    """Draw values of the nodes as one line for each contact."""
+    for _, part in parts(nodes):
+        ax.plot(nodes.x[part], values[part], label=label, **look)
+        label = None
+
+
+def lines_or_band(
+    ax: Axes,
+    nodes: Nodes,
+    values: Array,
+    names: Sequence[str],
+    governing: Sequence[int] = (),
+    prefix: str = "",
+    band: str = GREY,
+    **look_of_lines: Any,
+) -> dict[int, Look]:
+    """Draw (K, N) values as a line for each corner, and return the looks of the lines, by corner.
+
+    If there are more corners than looks, up to four `governing` corners are lines, and a band spans
+    all corners. `prefix` is put before the names of the corners.
+    """
+    drawn: Sequence[int] = range(len(values))
+    if len(values) > len(SERIES):
+        drawn = sorted(list(dict.fromkeys(governing))[:4])
+        label: str | None = f"{prefix}all {len(values)} corners"
+        # NaN at a node only if all its values are NaN.
+        low, high = np.fmin.reduce(values), np.fmax.reduce(values)
+        for _, part in parts(nodes):
+            look: Look = {"color": band, "alpha": 0.35, "lw": 0.6, "label": label}
+            ax.fill_between(nodes.x[part], low[part], high[part], **look)
+            label = None
+    looks = {corner: line(number) for number, corner in enumerate(drawn)}
+    for corner, look in looks.items():
+        style = {**look, **POINTS, **look_of_lines}
+        lines(ax, nodes, values[corner], label=f"{prefix}{names[corner]}", **style)
+    return looks
+
+
+def along(
+    panels: Sequence[Axes],
+    nodes: Nodes,
+    rows: Sequence[tuple[str, Mapping[str, Array]] | None],
+    title: str | None = None,
+) -> None:
+    """Draw a panel for each row: the name of its axis, and values (N,) by their labels.
+
+    None: a panel that is drawn already.
+    """
+    for axes, row in zip(panels, rows, strict=True):
+        if row is None:
+            continue
+        name, values = row
+        axes.set_ylabel(name)
+        for number, (label, of_nodes) in enumerate(values.items()):
+            look = line(number, len(values)) if len(values) > 1 else {"color": BLACK}
+            lines(axes, nodes, of_nodes, label=label or None, **look, **POINTS)
+        if any(values):
+            legend(axes, title)
+    label_panels(panels, nodes)
+
+
+def label_panels(panels: Sequence[Axes], nodes: Nodes, *, zero: bool = True) -> None:
+    """Label panels that stand one below the other, with lines between several contacts.
+
+    Each panel gets a line at `zero`. The names of the contacts stand above the first panel, the
+    position below the last one.
+    """
+    contacts = parts(nodes)
+    for axes in panels:
+        if zero:
+            axes.axhline(0, color=GREY, lw=0.6, zorder=0)
+        for (_, before), (_, after) in pairwise(contacts):
+            axes.axvline((nodes.x[before][-1] + nodes.x[after][0]) / 2, color=BLACK, lw=0.6)
+    if len(contacts) == 1:
+        panels[-1].set_xlabel("position along the contact, $x$ (length)")
+        return
+    panels[-1].set_xlabel("position along the contacts, one after the other, $x$ (length)")
+    labels = [as_is(name) for name, _ in contacts]
+    middles = [float(nodes.x[part].mean()) for _, part in contacts]
+    above = panels[0].secondary_xaxis("top")
+    above.set_xticks(middles, labels, **slanted(labels, "left", "bottom"))
+    above.tick_params(length=0)
+
+
+def friction_bounds(ax: Axes, bound: str = "(f p)") -> None:
+    """Draw the bounds of the ratio of q to its friction bound."""
+    ax.axhline(-1.0, color=GREY, lw=0.8)
+    ax.axhline(1.0, color=GREY, lw=0.8, label=r"friction bound $\pm 1$")
+    ax.set_ylabel(rf"$q / {bound}$")
+
+
+def circle(
+    ax: Axes,
+    x: ArrayLike,
+    ratio: ArrayLike,
+    sense: ArrayLike,
+    area: ArrayLike,
+    color: str,
+    label: str | None,
+) -> None:
+    """Draw circles round nodes at q / (f p); if that is NaN, at the bound opposed to their slip."""
+    places = np.where(np.isfinite(ratio), ratio, np.negative(sense))
+    look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.2, "zorder": 3}
+    ax.scatter(x, places, s=area, label=label, **look)
+
+
+def open_marks(ax: Axes, x: Array, label: str, **look: Any) -> None:
+    """Mark open nodes, which carry nothing, at zero."""
+    if len(x):
+        ax.scatter(x, np.zeros(len(x)), marker="v", s=20, zorder=3, label=label, **look)
+        legend(ax)

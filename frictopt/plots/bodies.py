@@ -1,0 +1,128 @@
+"""Meshes of bodies: their lines in the plane, their surfaces in space.
+
+Plain pictures, which matplotlib draws in any document. PyVista draws models in space as they are
+seen, see `ContactModel.view`.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import ceil
+from typing import Any, TypeAlias
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from ..base import Array, Integers
+from .style import AnyAxes, Look, as_is, legend, new_axes
+
+Mesh: TypeAlias = Any  # of scikit-fem
+
+# Place of a colour bar in space, beside the labels of the axis z.
+BESIDE: Look = {"shrink": 0.6, "pad": 0.12}
+
+
+def draw_edges(axes: Axes, mesh: Mesh, facets: Integers, scale: float = 1.0, **look: Any) -> None:
+    """Draw some facets of a plane mesh; coordinates are divided by `scale`."""
+    # One line with gaps is drawn far faster than many lines.
+    edges = np.insert(mesh.p[:, mesh.facets[:, facets]] / scale, 2, np.nan, axis=1)
+    axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), solid_capstyle="round", snap=False, **look)
+
+
+def draw_mesh(
+    axes: Axes,
+    mesh: Mesh,
+    color: str,
+    scale: float = 1.0,
+    *,
+    thin: float = 0.12,
+    label: str | None = None,
+) -> None:
+    """Draw the lines of a plane mesh, with its outline; coordinates are divided by `scale`."""
+    look: Look = {"color": color, "zorder": 0.5}
+    draw_edges(axes, mesh, np.arange(mesh.facets.shape[1]), scale, lw=thin, **look)
+    draw_edges(axes, mesh, mesh.boundary_facets(), scale, lw=1.0, label=label, **look)
+
+
+def corners(mesh: Mesh, facets: Integers | None = None) -> Array:
+    """(n, corners, 3) places of the corners of facets of a mesh in space; None: of its surface."""
+    facets = mesh.boundary_facets() if facets is None else facets
+    return np.asarray(mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0))
+
+
+def draw_bodies(
+    axes: AnyAxes, meshes: Mapping[str, Mesh], colors: Sequence[str], face: float, edge: float
+) -> None:
+    """Bodies in their colours: their meshes, in space their surfaces.
+
+    `face` and `edge` are the opacities of the faces and of their sides in space.
+    """
+    polygons = list[Array]()
+    looks = list[str]()
+    for (name, mesh), color in zip(meshes.items(), colors, strict=False):
+        if mesh.dim() == 2:
+            draw_mesh(axes, mesh, color, thin=0.2, label=as_is(name))
+            continue
+        surface = corners(mesh)
+        polygons += [*surface]
+        looks += [color] * len(surface)
+        # A patch of the legend as pale as the faces would not show which body is meant.
+        axes.plot([], [], [], marker="s", linestyle="none", color=color, label=as_is(name))
+    if polygons:
+        # All faces are one collection: matplotlib hides faces behind others only within one.
+        faces, edges = ([(color, alpha) for color in looks] for alpha in (face, edge))
+        axes.add_collection3d(
+            Poly3DCollection(polygons, facecolors=faces, edgecolors=edges, linewidth=0.3)
+        )
+
+
+def axes_of(meshes: Sequence[Mesh], ax: AnyAxes, panels: int = 1) -> tuple[list[Any], Array]:
+    """Axes for bodies, and the (2, d) least and largest of their coordinates."""
+    points = np.concatenate([mesh.p for mesh in meshes], axis=1)
+    in_space = len(points) == 3
+    columns = ceil(panels**0.5)
+    width, height = (8.0, 5.4) if in_space else (6.4, 4.8)
+    if panels > 1:
+        width, height = 0.6 * width * columns, 0.6 * height * ceil(panels / columns)
+    axes = new_axes(ax, panels, (width, height), common_x=False, in_space=in_space, columns=columns)
+    return axes, np.array([points.min(axis=1), points.max(axis=1)])
+
+
+def legend_of_bodies(axes: AnyAxes, ax: AnyAxes) -> None:
+    """A legend for all panels of a new figure, beside the panels, or below them in space."""
+    if ax is not None:
+        legend(axes)
+        return
+    # Long joints need the whole width, so their legend is below them.
+    place: Look = {"loc": "outside lower center", "ncols": 4}
+    if axes.name != "3d":
+        axes.figure.set_layout_engine("compressed")
+        place = {"loc": "outside right upper"}
+    axes.figure.legend(*axes.get_legend_handles_labels(), handlelength=2.2, **place)
+
+
+def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
+    """Names and limits of the axes, in space with room around what is drawn.
+
+    `ends` (2, d) are the least and the largest of the coordinates of bodies.
+    """
+    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
+    if ends.shape[1] == 2:
+        axes.set_aspect("equal")
+        return
+    x, y, z = axes.xy_dataLim.intervalx, axes.xy_dataLim.intervaly, axes.zz_dataLim.intervalx
+    drawn = np.transpose([x, y, z])
+    low = np.minimum(ends[0], drawn[0]) - room
+    high = np.maximum(ends[1], drawn[1]) + room
+    shares = (high - low) / (high - low).max()
+    # matplotlib leaves more room around bodies in space than the names of the axes need, and most
+    # room around a rod.
+    axes.set_box_aspect(high - low, zoom=1.3 - 0.2 * np.sort(shares)[1])
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    # matplotlib would turn the name of a short axis upside down.
+    axes.zaxis.set_rotate_label(False)
+    axes.set_zlabel("$z$ (length)", rotation=90)
+    axes.grid(False)
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), shares, strict=True):
+        # As many numbers as the axis has room for.
+        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))
