@@ -61,7 +61,7 @@ def _colors(count: int) -> list[str]:
 
 
 @picture.register
-def model_picture(model: ContactModel, ax: AnyAxes = None) -> AnyAxes:
+def _model(model: ContactModel, ax: AnyAxes = None) -> AnyAxes:
     """Each body in its colour, contacts in black, held nodes as marks, and loads as arrows.
 
     In space the surfaces of the bodies are drawn. Arrows show the directions of each load case.

@@ -237,7 +237,8 @@ def _wear(history: WearHistory, ax: AnyAxes = None) -> AnyAxes:
         panels[0].set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
         return face_map(panels, faces_of(system), history.depth[-1], _DEPTH)
     panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
-    named = {f"{table['cycles'][row]:.4g}": row for row in _rows_of_even_depth(history)}
+    rows = np.unique(np.linspace(0, len(table) - 1, 6).astype(int))
+    named = {f"{table['cycles'][row]:.4g}": row for row in rows}
     depths = {name: history.depth[row] for name, row in named.items()}
     pressures = {name: history.pressure[row] for name, row in named.items()}
     label = "pressure at the last corner\n(force per area)"
@@ -249,14 +250,6 @@ def _wear(history: WearHistory, ax: AnyAxes = None) -> AnyAxes:
     room = {"ylim": (0.0, _CURVE.room * highest)} if highest > 0 else {}
     work.set(xlabel="load cycles", ylabel=work_label(system), **room)
     return np.array(panels)
-
-
-def _rows_of_even_depth(history: WearHistory) -> list[int]:
-    """At most six rows of a history, between which the largest depth grows about evenly."""
-    largest = history.depth.max(axis=1)
-    even = np.linspace(0.0, largest[-1], 6)[:-1]
-    rows = {int(np.abs(largest - depth).argmin()) for depth in even}
-    return sorted({*rows, len(largest) - 1})
 
 
 @picture.register

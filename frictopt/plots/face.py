@@ -13,7 +13,7 @@ from .bodies import finish_axes
 from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, spread, together
 
 # Smallest and largest area of the point of a node, points^2.
-_POINT = 6.0, 160.0
+_POINT = 6.0, 250.0
 # Coordinates of no point, for a line of the legend.
 _NOWHERE: tuple[list[float], ...] = ([], [], [])
 
@@ -66,8 +66,8 @@ def face_map(
         slip = np.where(closed[:, None], slip, np.nan)
     several = len(faces) > 1
     for axes, face in zip(panels, faces, strict=True):
-        half_size = _label_axes(axes, face)
-        area = (10_000 if several else 40_000) * half_size.min() / half_size.max()
+        ratio = _label_axes(axes, face)
+        area = (10_000 if several else 45_000) * min(ratio, 1 / ratio)
         sizes = np.clip(area * face.share, *_POINT)
         near, of_face = closed[face.nodes], values[face.nodes]
         points = axes.scatter(*face.places[near].T, c=of_face[near], s=sizes[near], **colours)
@@ -75,7 +75,8 @@ def face_map(
             _rings(axes, face.places[~near], 0.6 * sizes[~near], "open node", GREY)
         if np.isnan(of_face[near]).any():
             label = "node without friction bound"
-            axes.plot(*_NOWHERE[: len(half_size)], "o", color=GREY, label=label)
+            nowhere = _NOWHERE[: face.places.shape[1]]
+            axes.plot(*nowhere, "o", color=GREY, label=label)
         if slip is not None:
             _draw_slips(axes, face, slip, slip_name, several, to_and_fro)
         if circled is not None:
@@ -89,7 +90,7 @@ def face_map(
         for axes, face in zip(panels, faces, strict=True):
             axes.set_title(as_is(face.contact))
     # The colour bar is no taller than a wide map.
-    shrink = 0.7 if several else float(np.clip(1.5 * half_size[1] / half_size[0], 0.5, 1.0))
+    shrink = 0.7 if several else float(np.clip(1.5 * ratio, 0.5, 1.0))
     panels[0].figure.colorbar(points, ax=list(panels), label=name, shrink=shrink)
     _draw_legend(panels)
     return together(panels)
@@ -137,12 +138,12 @@ def _draw_slips(
     axes.plot(*nowhere, label=f"{name}, longest {longest:.3g} (length)", **mark)
 
 
-def _label_axes(axes: AnyAxes, face: Face) -> Array:
-    """Label the axes of a map and make room for all nodes; returns half its size (d,)."""
+def _label_axes(axes: AnyAxes, face: Face) -> float:
+    """Label the axes of a map and make room for all nodes; returns its height over its width."""
     ends = np.array([face.places.min(axis=0), face.places.max(axis=0)])
     if ends.shape[1] == 3:
         finish_axes(axes, ends, 0.1 * float(np.ptp(ends)))
-        return np.ones(3)
+        return 0.5
     axes.set(xlabel=f"{face.labels[0]} (length)", ylabel=f"{face.labels[1]} (length)")
     half_size = np.ptp(ends, axis=0) / 2
     # The map of nodes on a line gets some height, too.
@@ -150,7 +151,7 @@ def _label_axes(axes: AnyAxes, face: Face) -> Array:
     axes.update_datalim(ends.mean(axis=0) + half_size * np.array([[-1.0], [1.0]]))
     axes.margins(0.075)
     axes.set_aspect("equal")
-    return np.asarray(half_size)
+    return float(half_size[1] / half_size[0])
 
 
 def _draw_legend(panels: Sequence[AnyAxes]) -> None:

@@ -5,7 +5,7 @@ A scene is a frozen dataclass of lengths, numbers of elements and materials. Its
 
 `scene.py` is the base of all scenes, with the checks of their fields and graded coordinates.
 `punch.py`, `dovetail.py` and `shrunk.py` have the scenes; a new one is a class beside these, with
-`contact_nodes`, `_grids` and `model`. `pictures.py` draws them.
+`contact_nodes`, `_grids` and `model`.
 """
 
 from .dovetail import Dovetail

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..base import Array, Plotted, finite_number, shown, whole_number
+from ..base import Array, finite_number, shown, whole_number
 from ..contact import ContactSystem
 from ..errors import ModelError
 from ..fem.elasticity import Material
@@ -38,7 +38,7 @@ _RANGES: dict[str, dict[str, float]] = {
 
 
 @dataclass(frozen=True)
-class Scene(Plotted):
+class Scene:
     """Base of scenes: their fields are numbers, materials, and `elements` along the contact."""
 
     # `elements` is a multiple of this, so that nodes lie in the middle.
@@ -121,6 +121,10 @@ class Scene(Plotted):
     def _grids(self) -> Sequence[Sequence[Array]]:
         """Coordinates along the axes of the structured mesh of each body."""
         raise NotImplementedError
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the model of the scene, see `ContactModel.plot`."""
+        return self.model().plot(ax)
 
     def model(self) -> ContactModel:
         """The meshes with contacts, supports and load cases."""

@@ -22,7 +22,7 @@ BELOW = {
     "solve": _BASE,
     "fem": _BASE | {"plots", "contact"},
     "readers": _BASE | {"contact", "fem"},
-    "scenes": _BASE | {"plots", "contact", "fem"},
+    "scenes": _BASE | {"contact", "fem"},
     "transients": _BASE | {"plots", "contact", "solve"},
     "limits": _BASE | {"plots", "contact", "solve", "transients"},
     "study": _BASE | {"plots", "contact", "transients", "limits"},
