@@ -50,9 +50,7 @@ def output(name: str | Path, *endings: str) -> Path:
 
 
 @contextmanager
-def written(
-    path: str | Path, ending: str, errors: tuple[type[Exception], ...] = ()
-) -> Iterator[Path]:
+def written(path: str | Path, ending: str) -> Iterator[Path]:
     """Give a file in a temporary folder to write to. It takes its place when it is complete.
 
     So do all files that are written beside it, such as the parts of a format of several files. If
@@ -61,9 +59,8 @@ def written(
     Raises
     ------
     ModelError
-        The file cannot be written: an error of the system, or one of `errors` of its writer.
+        The file cannot be written.
     """
-    failures: tuple[type[Exception], ...] = (OSError, TypeError, ValueError, *errors)
     try:
         # A link stays, and the file that it leads to is replaced.
         place = Path(path).resolve()
@@ -83,7 +80,7 @@ def written(
                 part.replace(target)
     except FrictoptError:
         raise
-    except failures as error:
+    except (OSError, TypeError, ValueError) as error:
         raise ModelError(
             f"path: {str(path)!r} cannot be written ({error}); give a file that ends in {ending}, "
             "in a folder that exists, on a disk with space"

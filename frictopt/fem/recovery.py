@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,7 +21,6 @@ from ..base import (
     place,
     whole_number,
 )
-from ..base.files import written
 from ..base.libraries import library
 from ..errors import ModelWarning
 from . import schur
@@ -137,7 +135,7 @@ class BodyFields(Shown, Plotted):
         >>> f"{fields.stress_of('block', 'von Mises').max():.3f}"
         '2.297'
         """
-        self._body(body)
+        choice("body", body, self.bodies)
         rows = self.stress[body]
         known = (*_COMPONENTS[: len(rows)], "von Mises")
         number = known.index(choice("component", component, known))
@@ -176,34 +174,15 @@ class BodyFields(Shown, Plotted):
         projection = self._sides[whole_number("side", side, least=1, most=2) - 1]
         return _tensors_at(projection, self.stress), _tensors_at(projection, self.strain)
 
-    def save(self, path: str | Path, body: str) -> None:
-        """Write the fields of one body to a file of meshio, such as `.vtu`.
-
-        They are displacement, stress and strain (xx, yy, zz, xy, yz, xz) and von_mises.
-        `write_paraview` writes all bodies and the contact.
-
-        Raises
-        ------
-        ModelError
-            An unknown body, or a file that cannot be written.
-        """
-        meshio = library()
-        whole = self._in_meshio(body)
-        with written(path, ".vtu", (meshio.WriteError, meshio.ReadError)) as file:
-            whole.write(file)
-
     def _in_meshio(self, body: str) -> Any:
         """The mesh of one body with its fields, as a mesh of meshio in space."""
-        mesh = in_meshio(self._body(body).mesh)
+        mesh = in_meshio(self.bodies[body].mesh)
         d = len(self.displacement[body])
         data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
         for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
             data[name] = np.pad(field, ((0, 6 - len(field)), (0, 0)))[_VTK].T
         mesh.point_data.update(data, von_mises=von_mises(self.stress[body]))
         return mesh
-
-    def _body(self, name: str) -> Body:
-        return self.bodies[choice("body", name, self.bodies)]
 
 
 def _tensors_at(projection: csr_matrix, fields: Mapping[str, Array]) -> Array:

@@ -24,15 +24,12 @@ from ..base import (
     components,
     frame,
     frozen,
-    places,
     whole_number,
 )
 from ..base.results import named_places
 from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, check_contact_law, joined
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from .increments import Increment
 
 
@@ -436,42 +433,6 @@ class Trajectory(Kept, Plotted):
             # The status -1 is the last word.
             return np.array(["stick", "slip+", "open", "slip-"])[self.status]
         return np.array(["stick", "slip", "open"])[self.status]
-
-    def to_xarray(self) -> xr.Dataset:
-        """The states as a Dataset of xarray, which must be installed.
-
-        Variables are slip, gap, q, p, status (in words) and work over state, node and tangent.
-        Coordinates are time, the places of the nodes, and the amplitudes of the load cases (case).
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> blocks = fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0)
-        >>> rod = fo.ContactSystem.from_blocks(**blocks)
-        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-        >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
-        >>> states = steady.states().to_xarray()
-        >>> round(float(states["slip"].sel(node=0).max()), 9)
-        0.5
-        """
-        # Imported here, because it need not be installed.
-        import xarray as xr
-
-        axes = ("state", "node", "tangent")
-        data: dict[str, object] = {}
-        for name in ("slip", "gap", "q", "p", "work"):
-            values = getattr(self, name)
-            data[name] = axes[: values.ndim], values
-        data["status"] = axes[:2], self._words
-        coordinates = {
-            "node": np.arange(self.system.nodes),
-            "time": ("state", self.time),
-            "case": list(self.system.bonded),
-        }
-        coordinates |= {name: ("node", place) for name, place in places(self.system).items()}
-        coordinates["amplitude"] = (("state", "case"), self.amplitudes)
-        attributes = {} if self.system.units is None else {"units": self.system.units}
-        return xr.Dataset(data, coordinates, attributes)
 
     def _answer(self) -> Mapping[str, object]:
         answer: dict[str, object] = {

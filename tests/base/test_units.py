@@ -6,7 +6,6 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-import xarray as xr
 from skfem import MeshQuad
 
 import frictopt as fo
@@ -83,25 +82,13 @@ def test_axes_and_legends_have_the_units():
     assert steady.plot(given)[0].get_ylabel() == "slip range (mm)"
 
 
-def test_states_have_words_and_are_a_dataset():
+def test_states_have_words():
     steady = fo.steady_state(CONTACT, CYCLE, 0.4, 2.0)
     states = steady.states()
     words = {0: "stick", 1: "slip+", -1: "slip-", 2: "open"}
     assert states.to_frame()["status"].tolist() == [
         words[code] for code in states.status.ravel().tolist()
     ]
-    data = states.to_xarray()
-    assert isinstance(data, xr.Dataset) and data.attrs == {"units": "N, mm"}
-    assert np.array_equal(data["slip"].isel(state=-1), states.slip[-1]) and np.array_equal(
-        data["x"], CONTACT.x
-    )
-    assert np.array_equal(
-        data["amplitude"].sel(case="cyclic"),
-        states.amplitudes[:, list(CONTACT.bonded).index("cyclic")],
-    )
-    assert float((data["work"].isel(state=-1)).sum()) == pytest.approx(
-        steady.period * steady.dissipation
-    )
 
 
 def test_a_study_is_a_dataset_by_its_axes():

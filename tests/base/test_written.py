@@ -28,7 +28,6 @@ WRITERS = {
     "html": REPORT.save,
     "json": REPORT.save,
     "xlsx": REPORT.save,
-    "vtu": lambda path: FIELDS.save(path, "punch"),
     "vtm": lambda path: fo.write_paraview(path, MODEL, FIELDS),
 }
 
