@@ -80,7 +80,7 @@ def test_a_system_shows_its_points_normals_and_bonded_pressure():
         SPACE.plot(plt.subplots()[1])
 
 
-@pytest.mark.parametrize("many", few([4, 6, 1, 2, 3, 5, 7, 8, 9]))
+@pytest.mark.parametrize("many", few([5, 7, 1, 2, 3, 4, 6, 8, 9]))
 def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
     """Spare panels of a grid must leave nothing behind that a later drawing would meet."""
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
