@@ -259,8 +259,8 @@ FAULTS = (
     Fault(
         "limits/corner_statics.py",
         "a body that shears off its surface has to rise",
-        old="law.wedging_slope * np.linalg.norm(v, axis=0) - w",
-        new="self._question.friction * np.linalg.norm(v, axis=0) - w",
+        old="question.law.wedging_slope * np.linalg.norm(v, axis=0) - w",
+        new="question.friction * np.linalg.norm(v, axis=0) - w",
         tests="shear_strength",
     ),
     Fault(
