@@ -50,9 +50,9 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     scaled /= along
     pivoted = _Pivoted(scaled)
     del scaled
-    soft = pivoted.following()
-    stiffness = pivoted.left()
-    values = np.diag(stiffness)
+    # Their resistances are independent: some may have one, and others none.
+    values, independent = np.linalg.eigh(pivoted.left())
+    soft = pivoted.following() @ independent
     held = np.zeros(len(values), dtype=bool)
     if pressing is not None:
         pressed = np.abs(pressing @ (soft / along[:, None])).max(axis=0, initial=0.0)
@@ -65,8 +65,7 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     inverse = np.zeros_like(square)
     if first.size:  # LAPACK refuses an empty matrix.
         inverse[np.ix_(first, first)] = _symmetric(dpotri(pivoted.leading(), lower=1)[0].T)
-    soft_inverse = np.linalg.inv(stiffness[np.ix_(held, held)])
-    _add_product(inverse, soft[:, held] @ soft_inverse, soft[:, held].T)
+    _add_product(inverse, soft[:, held] / values[held], soft[:, held].T)
     inverse /= along[:, None]
     inverse /= along
     rigid = np.linalg.qr(soft[:, ~held] / along[:, None])[0]

@@ -133,3 +133,14 @@ def test_planted_slides_are_found_with_the_compliance_of_the_others(free):
     assert A @ compliance @ forces == pytest.approx(forces, abs=1e-9)
     # Forces that do work on the slides move nothing else.
     assert np.abs(compliance @ rigid).max(initial=0.0) <= 1e-10 * np.abs(compliance).max()
+
+
+def test_of_two_soft_motions_that_press_only_one_may_be_resisted():
+    """Each of two bodies presses as it slides, by one spring: together they may slide freely."""
+    relative = np.kron(np.eye(2), [[1.0, -1.0], [-1.0, 1.0]])
+    spring = 1e-7 * np.array([1.0, 1.0, 0.5, 0.5])
+    pressing = np.outer([1.0, -1.0, 0.5, -0.5], spring)
+    rigid, compliance = unresisted(relative + np.outer(spring, spring), np.ones(4), pressing)
+    assert abs(rigid[:, 0]) == pytest.approx(np.sqrt([0.1, 0.1, 0.4, 0.4]), rel=0.02)
+    # Its stiffness is only some hundred times the rounding of the others.
+    assert spring @ compliance @ spring == pytest.approx(1.0, rel=0.02)
