@@ -77,9 +77,9 @@ def dissipation_study(
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
         nodes, coefficients of the contacts by their names, or a frozen distribution of
         `scipy.stats`. The coefficient of each node is drawn from a distribution:
-        `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered friction. A flat list with one number per node is refused,
-        because it may mean a field or several frictions. Pass `[field]`, or a column of numbers
-        (F, 1).
+        `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered friction. A flat list
+        with one number per node is refused, because it may mean a field or several frictions. Pass
+        `[field]`, or a column of numbers (F, 1).
     starts
         A list of starts from `fo.starts` (such lists can be added), or an array of residual slips
         (S, N), in space (S, N, 2), length; None: no slip. A run fails if its slips stress the
