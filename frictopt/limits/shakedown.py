@@ -136,6 +136,10 @@ def shakedown_limit(
         return ShakedownLimits(solver).of_question(question, open, events, programs=programs)
 
 
+class NotAbove(SolverError):
+    """A limit is proven to be at most a value, above which limits are searched."""
+
+
 class ShakedownLimits:
     """The shakedown limits of a contact, by one solver or all.
 
@@ -226,7 +230,7 @@ class ShakedownLimits:
             return _none_safe(question)
         try:
             return self.of_set(question, above=above, proven=False)
-        except NoOptimum:
+        except NotAbove:
             return _none_safe(question)
 
     def of_set(
@@ -240,7 +244,7 @@ class ShakedownLimits:
     ) -> ShakedownLimit:
         """The limit with given open nodes, at most `largest`.
 
-        `NoOptimum` if it is proven to be at most `above`. Without `proven` a solver is believed
+        `NotAbove` if it is proven to be at most `above`. Without `proven` a solver is believed
         that no load factor is safe.
         """
         program = assembled.shakedown(question)
@@ -262,17 +266,20 @@ class ShakedownLimits:
             limit, record = solve(
                 program, goal, 1.0, claimed, self.solver, no_optimum=none, above=above
             )
-        except NoOptimum:
-            raise
         except SolverError as error:
-            if self.solver is not None or user is not None or np.isfinite(largest):
+            if (
+                isinstance(error, NoOptimum)
+                or self.solver is not None
+                or user is not None
+                or np.isfinite(largest)
+            ):
                 raise
             # Imported here, because cvxpy is slow to import.
             from .last_resort import by_plain_cvxpy
 
             limit, record = by_plain_cvxpy(question, claimed, error)
         if limit is None or limit.bound <= above:
-            raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
+            raise NotAbove(f"the multipliers prove that the limit is not above {above:g}")
         if limit._solved is None:
             return limit
         solved = limit._solved.of_model(self._unknowns, user)
@@ -325,7 +332,7 @@ class ShakedownLimits:
             above=above if sense > 0 else -np.inf,
         )
         if limit is None or (sense > 0 and limit.bound <= above):
-            raise NoOptimum(f"the multipliers prove that the limit is not above {above:g}")
+            raise NotAbove(f"the multipliers prove that the limit is not above {above:g}")
         return answered(limit, record)
 
 

@@ -206,7 +206,8 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     """
     width = len(program.cost)
     # The depth is minus the raise.
-    bounds = -np.eye(1 if cost is None else 2, width + 1 + len(program.block), width)
+    bounds = np.zeros((1 if cost is None else 2, width + 1 + len(program.block)))
+    bounds[0, width] = -1.0
     if cost is not None:
         bounds[1, :width] = cost
     bound_right = np.array([1.0, -1.0][: len(bounds)])

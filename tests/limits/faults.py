@@ -678,6 +678,14 @@ FAULTS = (
         tests="touching_nodes",
     ),
     Fault(
+        "limits/shakedown.py",
+        "a set that no solver answers has no limit",
+        old="NotAbove",
+        new="SolverError",
+        tests="all_sets",
+        within="ShakedownLimits._in_search",
+    ),
+    Fault(
         "limits/set_search.py",
         "the set of the mean load is not tried if some slip keeps all nodes closed",
         old="question.violation(0.0, no_slip) <= RESIDUAL",

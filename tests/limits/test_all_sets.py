@@ -8,6 +8,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
+from helpers.liars import is_excess, lying
 from helpers.separation import lifted_system, open_in_space, pulled_system
 from helpers.systems import CYCLE
 from validation.blocks import block, clamp
@@ -97,6 +98,29 @@ def test_sets_that_no_local_search_finds_are_found(seed):
     if np.isfinite(limit.load_factor):
         assert "with other nodes open all through the cycle it is not higher" in limit.reason
         assert limit.covers.startswith("states of rest with any nodes open (here ")
+
+
+@pytest.mark.parametrize(("seed", "nodes"), [(40141, 5), (40201, 6)])
+def test_a_set_that_carries_any_load_is_found(seed, nodes):
+    """One node that stays closed carries any load, or two; no better limit than 21 and 55 was
+    found while the direction of growth was sought among wrong ones."""
+    contact, cycle, friction = block(seed, nodes)
+    assert fo.shakedown_limit(contact, cycle, friction).load_factor == np.inf
+
+
+def test_a_set_that_no_solver_answers_may_have_any_limit(monkeypatch):
+    contact, cycle, friction = block(75)
+    best = fo.shakedown_limit(contact, cycle, friction)
+    honest = []
+
+    def lie(program, name, x, y):
+        honest.append(name)
+        return None if is_excess(program) or len(honest) == 1 else "unbounded"
+
+    lying(monkeypatch, lie)
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    assert len(honest) > 1 and limit.load_factor < best.load_factor
+    assert not limit.best_of_all and limit.bound_of_sets >= best.load_factor
 
 
 @pytest.mark.parametrize("seed", few([75, 122]))

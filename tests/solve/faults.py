@@ -205,6 +205,13 @@ FAULTS = (
     ),
     Fault(
         "solve/answer.py",
+        "growth along a direction of forces counts, too",
+        old="np.zeros((1 if cost is None else 2, width + 1 + len(program.block)))",
+        new="-np.eye(1 if cost is None else 2, width + 1 + len(program.block), width)",
+        tests="all_sets",
+    ),
+    Fault(
+        "solve/answer.py",
         "an answer that fails is returned",
         old="best and best.residual <= tolerance",
         new="best",
