@@ -45,7 +45,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(((4, 4), (7, 2)), ((4, 2),), clamps=1)
+QUICK = Parameters(((4, 3), (6, 2)), ((4, 1),), clamps=1)
 
 
 def in_space(seed: int, nodes: int) -> Case:

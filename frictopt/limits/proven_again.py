@@ -95,9 +95,7 @@ def check_growth(question: Question, solved: Solved) -> None:
         slip = question.slip_at_mean_load(far / rate * solved.values["slip"])
         off = RESIDUAL * question.violation(far, slip)
     if not off <= _SLIP:
-        raise ValueError(
-            f"its limit is infinite, and its slip violates the contact law by {off:.1e}"
-        )
+        raise ValueError(f"its slip grows with the load and leaves the contact law by {off:.1e}")
 
 
 def check_contradiction(question: Question, motion: Mechanism) -> None:
