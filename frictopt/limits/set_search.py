@@ -69,7 +69,10 @@ def best_open_set(
     If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
     safe.
     """
-    small = is_small([closed._question])
+    question = closed._question
+    small = is_small([question])
+    if not small and programs is None and _settles_closed(question) and not len(governing(closed)):
+        return replace(closed, _searched=Searched(1, np.inf, np.inf))
     with progress_bar(True, "open nodes", "program") as bar:
         most = programs or (COMPARE.programs if small else SEARCH.programs)
         search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
@@ -100,6 +103,12 @@ def _motions(question: Question, nodes: int) -> int:
 def may_open(question: Question) -> bool:
     """Whether nodes have gaps, or the mean load pulls nodes; then some nodes usually open."""
     return bool(question.system.gap.any() or (question.r0[:, -1] < 0).any())
+
+
+def _settles_closed(question: Question) -> bool:
+    """Whether zero slip is safe under the mean load, which then leaves all nodes closed."""
+    no_slip = np.zeros(question.system.slip_shape)
+    return question.violation(0.0, no_slip) <= RESIDUAL
 
 
 def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
@@ -223,13 +232,8 @@ class _SetSearch(Generic[L]):
         closed = self._closed
         question = closed._question
         moves = not question.static and self._goes_on() and _counts(closed, self._start_by)
-        governed = moves and len(governing(closed)) > 0
         tending = moves and bool(tends_to_open(closed).any())
-        no_slip = np.zeros(question.system.slip_shape)
-        # If zero slip is safe, the mean load alone leaves all nodes closed, as `closed` does.
-        settles_closed = question.violation(0.0, no_slip) <= RESIDUAL
-        if settles_closed and not governed:
-            return
+        settles_closed = _settles_closed(question)
         if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
             # The search for a motion of bodies under the mean load would factorise the stiffness.
             mean = reactions(question.system, [question.cycle.mean])[0]
