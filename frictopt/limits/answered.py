@@ -43,7 +43,6 @@ from ..contact import (
 from ..contact.diagnosis import counted
 from ..errors import ModelError
 from ..solve.explained import Explained
-from .corners import listed_corners
 from .mechanism import Mechanism, of_nodes
 from .proven_again import check_slip
 from .question import Question
@@ -293,7 +292,7 @@ def answered(claim: A, record: SolveRecord) -> A:
     question = claim._question
     left_out = list(record.left_out)
     corners = len(question.r1)
-    listed = len(listed_corners(question))
+    listed = len(question.listed_corners)
     # Rows of the user may contain any corner, and places of events those between the outer ones.
     plain = isinstance(claim, Proven) and not claim.constraints and not question.events
     if plain and listed < corners:

@@ -14,7 +14,6 @@ import numpy as np
 
 from ..base import Array, Integers
 from ..solve.rows import CONE, EQUATION, LINEAR
-from .corners import listed_corners
 from .critical_state import CriticalState
 from .law_rows import law_rows
 from .loose_nodes import own_motions
@@ -52,7 +51,7 @@ def at_corners(
         }
     program = RestProgram([question], all_units, start, all_effects)
     if load_factor is None:
-        program.bound("load_factor", "load_factor", 1.0, 0.0)
+        program.row("load_factor", {"load_factor": 1.0})
     within_slip_bound(program)
     return program
 
@@ -67,7 +66,7 @@ def stuck(
     """
     question = program.question
     corners = np.zeros(len(program.start), dtype=bool)
-    corners[slice(None) if every else listed_corners(question)] = True
+    corners[slice(None) if every else question.listed_corners] = True
     listed = corners[:, None] & (np.arange(question.system.nodes) != but)
     closed = listed & ~question.open_nodes
     opened = listed & question.open_nodes
@@ -103,7 +102,7 @@ def loose(question: Question, nodes: Integers) -> RestProgram:
 def safe_slip(question: Question, load_factor: float) -> RestProgram:
     """The slips at a load factor with a reserve in all rows, for the largest `margin`."""
     program = stuck(at_corners(question, load_factor, {"margin": 1.0}), margin=True)
-    program.bound("cap", "margin", -1.0, 1.0)
+    program.row("cap", {"margin": -1.0}, 1.0)
     return program
 
 
@@ -144,7 +143,7 @@ def most_pressed(question: Question, load_factor: float) -> RestProgram:
     unit = np.full(len(nodes), question.force)
     constant = np.zeros(len(nodes))
     program.add("pressed", LINEAR, [[pressure, least]], constant, unit, corner, nodes)
-    program.bound("cap", "least", -1.0, 1.0)
+    program.row("cap", {"least": -1.0}, 1.0)
     return program
 
 

@@ -7,14 +7,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..base import ROUNDING, Array, Integers
 from ..contact import LoadCycle
-from .question import Question
-
-
-def listed_corners(question: Question) -> list[int]:
-    """Corners whose rows imply the rows of the other corners; all corners without `simplify`."""
-    if question.simplify:
-        return outer_corners(question.cycle)
-    return list(range(len(question.r1)))
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:

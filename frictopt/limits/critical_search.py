@@ -101,7 +101,7 @@ class CriticalSearch:
         question = self._question
         program = assembled.critical(question, state)
         if most is not None:
-            program.bound("at_most", "load_factor", -1.0, most)
+            program.row("at_most", {"load_factor": -1.0}, most)
         if self._user is not None:
             self._user.add_to(program)
 

@@ -277,7 +277,7 @@ def _of_scenarios(
         effects,
         slip_of=slip_of,
     )
-    program.bound("load_factor", "load_factor", 1.0, 0.0)
+    program.row("load_factor", {"load_factor": 1.0})
     for number in range(len(questions) if loose is None else 0):
         within_slip_bound(program, number)
     return program
@@ -304,7 +304,7 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
     most = n * question.force
     program = _of_scenarios(choice, [scenario], pressing=most)
     program.row("pressing", {"pressing": -1.0, "preload": choice.reactions[-n:].sum(axis=0)})
-    program.bound("most", "pressing", -1.0, _MOST_PRESSED * most)
+    program.row("most", {"pressing": -1.0}, _MOST_PRESSED * most)
     if user is not None:
         user.add_to(program)
 

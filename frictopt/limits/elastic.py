@@ -28,22 +28,11 @@ _ELASTIC: WeakKeyDictionary[ContactSystem, dict[bytes, Elastic]] = WeakKeyDictio
 
 
 def elastic(question: Question) -> Elastic:
-    """See `Elastic`."""
+    """See `Elastic`. It is computed once for the closed contact and the open nodes asked last."""
     known = _ELASTIC.setdefault(question.system, {})
     key = b"" if question.compliance is None else question.open_nodes.tobytes()
-    if key not in known:
-        for other in [other for other in known if other]:
-            del known[other]
-        known[key] = _elastic(question)
-    return known[key]
-
-
-def is_held(question: Question) -> bool:
-    """Whether every slip meets a resistance: supports hold the bodies along the contact."""
-    return not elastic(question).slides.size
-
-
-def _elastic(question: Question) -> Elastic:
+    if key in known:
+        return known[key]
     system = question.system
     n, t = system.nodes, system.tangents
     # The arrays of moving areas are those of the closed contact, whichever nodes never press.
@@ -58,7 +47,15 @@ def _elastic(question: Question) -> Elastic:
     opening = normal @ slides
     unmoved = np.abs(opening) <= CONDENSATION * np.abs(slides).max(axis=0, initial=0.0)
     opening[unmoved | ~opened[:, None]] = 0.0
-    return Elastic(closed, slips, slides, compliance, normal @ compliance, opening)
+    for other in [other for other in known if other]:
+        del known[other]
+    known[key] = Elastic(closed, slips, slides, compliance, normal @ compliance, opening)
+    return known[key]
+
+
+def is_held(question: Question) -> bool:
+    """Whether every slip meets a resistance: supports hold the bodies along the contact."""
+    return not elastic(question).slides.size
 
 
 def slip_units(question: Question) -> Array:

@@ -19,7 +19,6 @@ from ..errors import ModelError
 from ..solve.problem import Problem, set_no_optimum, set_optimal
 from . import models
 from .corner_statics import CornerQuestion
-from .corners import listed_corners
 from .critical_state import CriticalState, NodeLoads
 from .filled import fill
 from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
@@ -86,7 +85,7 @@ def _rows(
     question: Question, x: Unknowns, f: cp.Parameter, extended: bool, friction: Any = stuck
 ) -> list[Row]:
     """The rows of a state of rest; of all corners and all slips if there are rows of the user."""
-    corners = [*x.q] if extended else listed_corners(question)
+    corners = [*x.q] if extended else question.listed_corners
     rows = state_rows(question, x, f, corners, friction)
     if extended and question.compliance is not None:
         rows += rest_rows(question, x)

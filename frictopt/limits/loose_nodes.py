@@ -132,7 +132,7 @@ class LooseNodes:
         question = program.question
         self._most = BRANCHES.most * largest
         if np.isfinite(largest):
-            program.bound("most", goal, -1.0, self._most)
+            program.row("most", {goal: -1.0}, self._most)
         count, n, axes = len(program.start), len(nodes), question.system.tangents + 1
         shape = count, axes, n
         entries = np.concatenate([nodes + axis * question.system.nodes for axis in range(axes)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -44,22 +43,22 @@ def open_under_mean(question: Question, friction: Array | None = None) -> list[B
 
 
 def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
-    """Whether one of the likely slips, `slip` among them, is safe under the mean load alone."""
-    return any(
-        question.violation(0.0, likely) <= RESIDUAL for likely in _likely_slips(question, slip)
-    )
+    """Whether a likely slip is safe under the mean load alone.
 
-
-def _likely_slips(question: Question, slip: Array | None) -> Iterator[Array]:
-    """Zero, the slip given, and the slip after the mean load is applied in one step."""
-    yield np.zeros(question.system.slip_shape)
-    if slip is not None:
-        yield slip
+    Likely are zero, the slip given, and the slip after the mean load is applied in one step.
+    """
+    no_slip = np.zeros(question.system.slip_shape)
+    for likely in (no_slip, slip):
+        if likely is not None and question.violation(0.0, likely) <= RESIDUAL:
+            return True
     # Imported here, because one of the slips above is usually safe.
     from ..transients.march import mean_state
 
-    with suppress(ModelError, NoContinuation, SolverError):
-        yield mean_state(question.system, question.cycle, question.friction, steps=1).slip
+    try:
+        state = mean_state(question.system, question.cycle, question.friction, steps=1)
+    except (ModelError, NoContinuation, SolverError):
+        return False
+    return question.violation(0.0, state.slip) <= RESIDUAL
 
 
 def stays_closed(question: Question, load_factor: float) -> bool:

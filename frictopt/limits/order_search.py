@@ -19,9 +19,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..base import Array, Bar, Booleans, flag, progress_bar
-from ..contact import other_laws
-from ..errors import FrictoptError, ModelError
+from ..base import Array, Bar, Booleans, progress_bar
+from ..errors import FrictoptError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .likely_sets import SEARCH
 from .load_path import path_of
@@ -136,23 +135,6 @@ class _OrderSearch(Generic[L]):
     def _keep(self, order: Order, limit: L, least: float) -> None:
         self.best = replace(limit, least=least)
         self.order = order
-
-
-def check_events(events: object, question: Question, restricted: bool) -> None:
-    """ModelError if the search for nodes that open and close in each cycle cannot be used.
-
-    `restricted`: whether the user gives open nodes, constraints or an objective.
-    """
-    if not flag("events", events):
-        return
-    reasons = {
-        "the slip is bounded": question.slip_bound is not None,
-        **{f"the surface has {law}": True for law in other_laws(question.system)},
-        "they cannot be combined with open, constraints or an objective": restricted,
-    }
-    for reason, holds in reasons.items():
-        if holds:
-            raise ModelError(f"events: {reason}; pass events=False")
 
 
 def _nodes(chosen: Booleans) -> Nodes:

@@ -157,9 +157,9 @@ def ordered_program(
         responses=(forces.responses, forces.response_of),
     )
     if load_factor is None:
-        program.bound("load_factor", "load_factor", 1.0, 0.0)
+        program.row("load_factor", {"load_factor": 1.0})
     else:
-        program.bound("cap", "margin", -1.0, 1.0)
+        program.row("cap", {"margin": -1.0}, 1.0)
     opened = np.array([of_set.open_nodes for of_set in question.sets])
     sticks, _ = question.statuses
     reserve = None if load_factor is None else sticks | opened

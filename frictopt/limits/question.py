@@ -32,6 +32,7 @@ from ..contact import (
 from ..contact.diagnosis import in_contact
 from ..contact.stiffness import following
 from ..errors import ModelError
+from .corners import outer_corners
 from .units import units_of
 
 # One file because all arrays of a question follow from each other.
@@ -109,6 +110,13 @@ class Question:
         question = _question(**fields, compliance=compliance, bonded=bonded)
         make_read_only(vars(question))
         return question
+
+    @cached_property
+    def listed_corners(self) -> list[int]:
+        """Corners whose rows imply the rows of all others; all corners without `simplify`."""
+        if self.simplify:
+            return outer_corners(self.cycle)
+        return list(range(len(self.r1)))
 
     @cached_property
     def law(self) -> ContactLaw:

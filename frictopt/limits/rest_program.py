@@ -123,10 +123,6 @@ class RestProgram:
         """Number of the quantity that is a named unknown."""
         return int(self.first_named + self.named[name].start)
 
-    def bound(self, label: str, name: str, weight: float, constant: float) -> None:
-        """Add the row `weight * unknown + constant >= 0` of a named unknown."""
-        self.row(label, {name: weight}, constant)
-
     def row(self, label: str, weights: Mapping[str, float | Array], constant: float = 0.0) -> None:
         """Add a row `sum of weights * unknowns + constant >= 0`, in the unit of the first one.
 

@@ -28,13 +28,12 @@ from . import assembled
 from .answered import Proven, answered
 from .lift_off import LiftOff
 from .moving_limit import safe_with_moving_areas
-from .order_search import check_events
 from .ordered import ordered_program, read_order, solved_order
 from .proven_again import check_margin, reserve_of
 from .question import Question, pose, with_open
 from .reasons import safe_slip_reason
 from .rest_program import USER
-from .shakedown import ShakedownLimit, ShakedownLimits
+from .shakedown import ShakedownLimit, ShakedownLimits, check_events
 from .solution import Solution, contradiction, solve
 
 

@@ -29,7 +29,7 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..base.checks import flag, flags, whole_number
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, other_laws
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from ..solve.arrays import Arrays
@@ -40,7 +40,6 @@ from .lift_off import LiftOff
 from .mechanism import Mechanism
 from .open_nodes import is_safe_at_mean_load
 from .order_limits import best_with_events
-from .order_search import check_events
 from .ordered import read_order, solved_order
 from .question import Question, pose, with_open
 from .quick_bound import is_at_most
@@ -164,12 +163,11 @@ class ShakedownLimits:
         `programs`: see `best_open_set`.
         """
         restricted = user is not None or open is not None
-        flag("events", events)
+        check_events(events, question, restricted)
         if not restricted:
             moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
             if moving is not None:
                 return moving
-        check_events(events, question, restricted)
         if open is not None:
             opened = with_open(question, flags("open", open, question.system.nodes))
             if opened is None or opened.open_nodes.all():
@@ -249,7 +247,7 @@ class ShakedownLimits:
         """
         program = assembled.shakedown(question)
         if np.isfinite(largest):
-            program.bound("most", "load_factor", -1.0, largest)
+            program.row("most", {"load_factor": -1.0}, largest)
         goal = "load_factor"
         if user is not None:
             goal = user.add_to(program)
@@ -334,6 +332,23 @@ class ShakedownLimits:
         if limit is None or (sense > 0 and limit.bound <= above):
             raise NotAbove(f"the multipliers prove that the limit is not above {above:g}")
         return answered(limit, record)
+
+
+def check_events(events: object, question: Question, restricted: bool) -> None:
+    """ModelError if the search for nodes that open and close in each cycle cannot be used.
+
+    `restricted`: whether the user gives open nodes, constraints or an objective.
+    """
+    if not flag("events", events):
+        return
+    reasons = {
+        "the slip is bounded": question.slip_bound is not None,
+        **{f"the surface has {law}": True for law in other_laws(question.system)},
+        "they cannot be combined with open, constraints or an objective": restricted,
+    }
+    for reason, holds in reasons.items():
+        if holds:
+            raise ModelError(f"events: {reason}; pass events=False")
 
 
 def checked_limit(
