@@ -64,7 +64,7 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     first = pivoted.order[: pivoted.rank]
     inverse = np.zeros_like(square)
     if first.size:  # LAPACK refuses an empty matrix.
-        inverse[np.ix_(first, first)] = _symmetric(dpotri(pivoted.leading(), lower=1)[0].T)
+        inverse[np.ix_(first, first)] = _symmetric(dpotri(pivoted.leading, lower=1)[0].T)
     _add_product(inverse, soft[:, held] / values[held], soft[:, held].T)
     inverse /= along[:, None]
     inverse /= along
@@ -82,6 +82,7 @@ class _Pivoted:
 
     order: Integers
     rank: int
+    leading: Array  # (rank, rank) the factor of the entries with a resisted pivot
 
     def __init__(self, scaled: Array) -> None:
         # Imported here, because loads that the closed contact bears need no motions.
@@ -92,10 +93,7 @@ class _Pivoted:
         self._done = done
         self.order = order - 1
         self.rank = int(_resisted(np.diag(factor)[:done] ** 2).sum())
-
-    def leading(self) -> Array:
-        """(r, r) the factor of the entries with a pivot."""
-        return np.asarray(self._factor[: self.rank, : self.rank])
+        self.leading = factor[: self.rank, : self.rank]
 
     def following(self) -> Array:
         """(M, k) motions in which one of the last entries is 1 and the first ones follow freely."""
@@ -104,7 +102,7 @@ class _Pivoted:
         last = self._factor[self.rank :, : self.rank]
         motions = np.zeros((len(self.order), len(last)))
         motions[self.order[: self.rank]] = -solve_triangular(
-            self.leading(), last.T, trans="T", lower=True
+            self.leading, last.T, trans="T", lower=True
         )
         motions[self.order[self.rank :]] = np.eye(len(last))
         return motions

@@ -34,12 +34,25 @@ class PolishSettings:
 POLISH = PolishSettings()
 
 
-class RowsInCones:
-    """Base of programs whose first `zero` slacks are zero, and whose other slacks are in cones.
+def columns(sparse: csr_array, block: Array, y: Array) -> Array:
+    """`A.T @ y` of the matrix A whose product with x is `sparse @ [x, block @ x]`."""
+    work = sparse.T @ y
+    width = block.shape[1]
+    return np.asarray(work[:width] + work[width:] @ block)
 
-    The cones are `|s[1:]| <= s[0]` of these `sizes`, the linear ones, of size 1, first.
+
+@dataclass(frozen=True, eq=False)
+class Arrays:
+    """A program: min `cost @ x` over the x with the slacks `right - sparse @ [x, block @ x]`.
+
+    The first `zero` slacks are zero. The other slacks are in cones `|s[1:]| <= s[0]` of these
+    `sizes`; the linear ones, of size 1, come first.
     """
 
+    sparse: csr_array
+    block: Array
+    right: Array
+    cost: Array
     zero: int
     sizes: Integers
 
@@ -52,25 +65,6 @@ class RowsInCones:
     def heads(self) -> Integers:
         """The first row of each cone, linear rows included."""
         return self.zero + np.cumsum(self.sizes) - self.sizes
-
-
-def columns(sparse: csr_array, block: Array, y: Array) -> Array:
-    """`A.T @ y` of the matrix A whose product with x is `sparse @ [x, block @ x]`."""
-    work = sparse.T @ y
-    width = block.shape[1]
-    return np.asarray(work[:width] + work[width:] @ block)
-
-
-@dataclass(frozen=True, eq=False)
-class Arrays(RowsInCones):
-    """A program: min `cost @ x` over the x with the slacks `right - sparse @ [x, block @ x]`."""
-
-    sparse: csr_array
-    block: Array
-    right: Array
-    cost: Array
-    zero: int
-    sizes: Integers
 
     @cached_property
     def matrix(self) -> csr_array:
