@@ -4,15 +4,17 @@ In comes a program as arrays, and a function that makes a claim of unknowns x an
 answer that knows its own residual, whatever solver has had it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from time import perf_counter
+from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array, hstack, vstack
 
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays, polish
+from .flipped import Flipped, flipped
 from .solvers import (
     CUT_OFF,
     INFEASIBLE,
@@ -62,14 +64,15 @@ def answer(
     enough = tolerance if kind == LP else min(ROUNDING, tolerance)
     claim_of_none: list[C | None] = []
     agreed = True
-    for name in solver_order(solver, kind):
-        outcome, x, y = run(program, name, above)
+    for form, name in _ways(program, solver):
+        outcome, x, y = run(form.arrays, name, form.cutoff(above))
+        outcome = form.outcomes.get(outcome, outcome)
         best: C | None = None
         if outcome == CUT_OFF:
             return None, SolveRecord(name, tuple(attempts), 0.0)
         if outcome == OPTIMAL:
             agreed = False
-            for outcome, solution in _solutions(program, x, y):
+            for outcome, solution in _solutions(form, x, y):
                 claim = claimed(*solution)
                 attempts.append(Attempt(name, outcome, claim.residual))
                 if best is None or claim.residual < best.residual:
@@ -89,11 +92,38 @@ def answer(
     raise failed(kind, tolerance, attempts, agreed)
 
 
-def _solutions(program: Arrays, x: Array, y: Array) -> Iterator[tuple[str, tuple[Array, Array]]]:
-    """The solution as the solver left it, with multipliers in their cones, and polished."""
-    yield OPTIMAL, (x, program.admissible(y))
-    if len(x) < _LARGE or len(program.block):
-        yield "refined", polish(program, x, y)
+class _AsItIs:
+    """A program that is solved in its own form, see `Flipped`."""
+
+    outcomes: ClassVar[Mapping[str, str]] = {}
+
+    def __init__(self, program: Arrays) -> None:
+        self.arrays = program
+
+    def cutoff(self, above: float) -> float:
+        """The objective at which a solver of this form may stop."""
+        return above
+
+    def back(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Unknowns and multipliers as they are, the multipliers in their cones."""
+        return x, self.arrays.admissible(y)
+
+
+def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[Flipped | _AsItIs, str]]:
+    """Forms and solvers, in the order in which they are tried: the dual first, if there is one."""
+    dual = flipped(program)
+    for form in ([dual] if dual else []) + [_AsItIs(program)]:
+        for name in solver_order(solver, kind_of(program)):
+            yield form, name
+
+
+def _solutions(
+    form: Flipped | _AsItIs, x: Array, y: Array
+) -> Iterator[tuple[str, tuple[Array, Array]]]:
+    """The solution of a program as the solver left it, and polished in the form that was solved."""
+    yield OPTIMAL, form.back(x, y)
+    if len(x) < _LARGE or len(form.arrays.block):
+        yield "refined", form.back(*polish(form.arrays, x, y))
 
 
 def growths(program: Arrays) -> Iterator[Array]:
@@ -195,11 +225,11 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
 
 
 def _optima(program: Arrays) -> Iterator[list[tuple[Array, Array]]]:
-    """The solutions of all solvers that find an optimum: each rough and polished."""
-    for name in solver_order(None, kind_of(program)):
-        outcome, x, y = run(program, name, -np.inf)
+    """The solutions of all forms and solvers that find an optimum: each rough and polished."""
+    for form, name in _ways(program):
+        outcome, *rough = run(form.arrays, name, -np.inf)
         if outcome == OPTIMAL:
-            yield [solution for _, solution in _solutions(program, x, y)]
+            yield [solution for _, solution in _solutions(form, *rough)]
 
 
 def _least_raise(

@@ -48,10 +48,10 @@ def misread(monkeypatch, lie):
     """Let every answer pass through `lie(program, x, y)`, which changes it, and no polish repairs it."""
     without_plain_cvxpy(monkeypatch)
 
-    def solutions(program, x, y):
-        for outcome, (found, multipliers) in TOLD(program, x, y):
+    def solutions(form, x, y):
+        for outcome, (found, multipliers) in TOLD(form, x, y):
             found, multipliers = found.copy(), multipliers.copy()
-            lie(program, found, multipliers)
+            lie(form.arrays, found, multipliers)
             yield outcome, (found, multipliers)
 
     monkeypatch.setattr(answer, "_solutions", solutions)

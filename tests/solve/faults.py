@@ -220,7 +220,7 @@ FAULTS = (
     Fault(
         "solve/answer.py",
         "multipliers outside their cones prove a limit",
-        old="(x, program.admissible(y))",
+        old="(x, self.arrays.admissible(y))",
         new="(x, y)",
         tests="answer",
     ),
