@@ -110,9 +110,9 @@ class _AsItIs:
 
 
 def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[Flipped | _AsItIs, str]]:
-    """Forms and solvers, in the order in which they are tried: the dual first, if there is one."""
+    """Forms and solvers, in the order in which they are tried: the dual last, if there is one."""
     dual = flipped(program)
-    for form in ([dual] if dual else []) + [_AsItIs(program)]:
+    for form in [_AsItIs(program)] + ([dual] if dual else []):
         for name in solver_order(solver, kind_of(program)):
             yield form, name
 
