@@ -35,7 +35,6 @@ PROGRAMS = [
     "sh",
     "git",
     "make",
-    "conda",
     "apt-get",
 ]
 

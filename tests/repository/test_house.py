@@ -5,7 +5,6 @@ import inspect
 import re
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -114,21 +113,9 @@ def test_few_tests_know_the_inside_of_a_room():
     assert len(inside) <= 45, inside
 
 
-def test_the_recipe_asks_for_the_versions_of_the_package():
-    asked = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"][
-        "dependencies"
-    ]
-    recipe = (PACKAGE.parent / "conda" / "recipe.yaml").read_text().replace("cvxpy-base", "cvxpy")
-    assert asked == [name for name in asked if f"    - {name.replace('>', ' >', 1)}\n" in recipe]
-
-
 @pytest.mark.parametrize(
     ("file", "line"),
-    [
-        ("CITATION.cff", r"version: (\S+)"),
-        ("CHANGELOG.md", r"## (\S+) - "),
-        ("conda/recipe.yaml", r'  version: "(.+)"'),
-    ],
+    [("CITATION.cff", r"version: (\S+)"), ("CHANGELOG.md", r"## (\S+) - ")],
 )
 def test_the_version_is_the_same_everywhere(file, line):
     found = re.search(f"^{line}", (PACKAGE.parent / file).read_text(encoding="utf-8"), re.MULTILINE)
