@@ -60,6 +60,7 @@ exclude_patterns = [
     "_build",
     "_templates",
     "tables",
+    "examples",  # the gallery shows them
     "gallery/*.py",
     "gallery/*.ipynb",
     "gallery/*.zip",
@@ -91,7 +92,7 @@ for module in (
     numpydoc_xref_aliases |= {name: f"{module.__name__}.{name}" for name in module.__all__}
 
 sphinx_gallery_conf = {
-    "examples_dirs": ["../examples"],
+    "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
     "filename_pattern": r"/ex\d+_",
     "within_subsection_order": "FileNameSortKey",

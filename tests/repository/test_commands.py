@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
-    ROOT / "examples" / "README.rst",
+    ROOT / "docs" / "examples" / "README.rst",
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
 FILES = ("docs/command.md", "docs/tutorial/growing.md")  # whose commands need the files there

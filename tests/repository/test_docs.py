@@ -29,7 +29,7 @@ PAGES += sorted(
     for path in folder.rglob("*.md")
     if "_build" not in path.parts
 )
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted((DOCS / "examples").glob("*.py"))
 FAULTS = DOCS / "tables" / "mutants.md"
 TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})
 
@@ -135,7 +135,7 @@ def test_a_page_of_the_reference_has_a_sentence_an_example_that_runs_and_a_link_
 def test_an_example_is_short_and_runs(path, quiet, monkeypatch, tmp_path):
     """From both folders where it asks which of them it is in, else from an empty one."""
     assert text(path).count("\n") <= 60
-    for folder in (ROOT, ROOT / "examples") if "Path()" in text(path) else (tmp_path,):
+    for folder in (ROOT, DOCS / "examples") if "Path()" in text(path) else (tmp_path,):
         monkeypatch.chdir(folder)
         runpy.run_path(str(path), run_name="__main__")
         assert plt.get_fignums()
@@ -274,7 +274,7 @@ def test_links_lead_somewhere(page):
 def test_what_a_page_names_exists(page):
     body = text(page)
     for name in re.findall(
-        r"`((?:paper_figures|studies|tests|examples|frictopt)/[\w/]+(?:\.py)?)`", body
+        r"`((?:paper_figures|studies|tests|docs/examples|frictopt)/[\w/]+(?:\.py)?)`", body
     ):
         assert (ROOT / name).exists() or name in ("studies/data", "paper_figures/output"), name
     for name in re.findall(r"python -m studies (?!NAME)(\w+)", body):

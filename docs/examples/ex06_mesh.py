@@ -11,8 +11,8 @@ from pathlib import Path
 import frictopt as fo
 
 root = (
-    Path() if Path("docs").is_dir() else Path("..")
-)  # of the repository: you are there, or in `examples`
+    Path() if Path("docs").is_dir() else Path("../..")
+)  # of the repository: you are there, or in `docs/examples`
 mesh = fo.read_mesh(root / "docs/tutorial/foot.msh")
 bodies = fo.split_bodies(
     mesh, {"foot": fo.Material(E=210e3, nu=0.3), "block": fo.Material(E=115e3, nu=0.33)}

@@ -11,8 +11,8 @@ from pathlib import Path
 import frictopt as fo
 
 root = (
-    Path() if Path("docs").is_dir() else Path("..")
-)  # of the repository: you are there, or in `examples`
+    Path() if Path("docs").is_dir() else Path("../..")
+)  # of the repository: you are there, or in `docs/examples`
 job = fo.read_calculix(root / "tests/data/flat")
 system = fo.condense(
     job.K,
