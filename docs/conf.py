@@ -61,6 +61,7 @@ exclude_patterns = [
     "_templates",
     "tables",
     "examples",  # the gallery shows them
+    "writeups",  # `writeups/build.py` makes PDF files of them
     "gallery/*.py",
     "gallery/*.ipynb",
     "gallery/*.zip",

@@ -3,7 +3,7 @@
 Run with `python -m studies vanishing [--quick]`. The contacts are the contacts of `python -m
 studies followed` whose two limits differ. One transient starts from the witness at each distance
 above the guaranteed limit, with one increment per segment. According to theory, cyclic slip whose
-amplitude vanishes leaves some node no room (`paper/guaranteed-in-space.md`). That the amplitude
+amplitude vanishes leaves some node no room (`docs/writeups/guaranteed-in-space.md`). That the amplitude
 does vanish is an observation. Both limits of a few meshes of `python -m studies space` stand beside
 it.
 """

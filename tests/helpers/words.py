@@ -17,7 +17,7 @@ PROSE = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 # Studies and the build of the site write these folders.
-SKIPPED = {"tables", "_build", "gallery"}
+SKIPPED = {"tables", "_build", "gallery", "writeups"}
 # Pattern -> the remedy.
 HABITS = {
     r"\bthose\b": "repeat the noun",
@@ -65,9 +65,10 @@ def faults(text):
 
 
 def pages():
-    """The pages whose prose is checked. The write-ups in `paper` define words of their own."""
+    """The pages whose prose is checked. The write-ups define words of their own."""
     inside = (path for path in (ROOT / "docs").rglob("*.md") if not SKIPPED & set(path.parts))
-    names = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "paper/README.md", "paper/paper.md")
+    names = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+    names += ("docs/writeups/README.md", "docs/writeups/paper.md")
     named = (ROOT / name for name in names)
     return [*named, *sorted(inside)]
 

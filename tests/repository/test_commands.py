@@ -140,7 +140,7 @@ def plain(command):
 FOUND = {
     path.relative_to(ROOT).as_posix(): commands(path.read_text(encoding="utf-8"))
     for path in PAGES
-    if "_build" not in path.parts
+    if not {"_build", "writeups"} & set(path.parts)  # write-ups need pandoc, and tables of hours
 }
 OTHERS = list(
     dict.fromkeys(

@@ -23,12 +23,7 @@ from studies.__main__ import STUDIES
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")]
-PAGES += sorted(
-    path
-    for folder in (DOCS, ROOT / "paper")
-    for path in folder.rglob("*.md")
-    if "_build" not in path.parts
-)
+PAGES += sorted(path for path in DOCS.rglob("*.md") if "_build" not in path.parts)
 EXAMPLES = sorted((DOCS / "examples").glob("*.py"))
 FAULTS = DOCS / "tables" / "mutants.md"
 TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})
@@ -341,7 +336,9 @@ def test_tables_come_from_the_studies():
 
 
 @pytest.mark.parametrize(
-    "path", [*TABLES, *sorted((ROOT / "paper" / "tables").glob("*.md"))], ids=lambda path: path.stem
+    "path",
+    [*TABLES, *sorted((DOCS / "writeups" / "tables").glob("*.md"))],
+    ids=lambda path: path.stem,
 )
 def test_a_table_is_of_this_version(path):
     """Otherwise run the command in its last line, with the option `--page` and its folder."""

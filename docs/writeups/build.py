@@ -1,4 +1,4 @@
-"""Build the write-ups as PDF: `python paper/build.py [name ...] [--quick]`, into `paper/output`.
+"""Build the write-ups as PDF: `python docs/writeups/build.py [name ...] [--quick]`, into `docs/writeups/output`.
 
 It needs `pip install pypandoc_binary typst` beside the extra `studies`. Figures are those of
 `python -m paper_figures`, drawn here, with the data that is missing; `--quick` takes coarse meshes.
@@ -14,8 +14,9 @@ from pathlib import Path
 import pypandoc
 import typst
 
-PAPER = Path(__file__).parent
-sys.path.insert(0, str(PAPER.parent))
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT))
 from paper_figures.__main__ import make  # noqa: E402  of the repository, which is not installed
 
 NAMES = ("lift-off", "guaranteed-in-space", "paper")
@@ -28,10 +29,10 @@ LOOK = {
 
 def build(name: str, quick: bool) -> Path:
     """The PDF of one write-up."""
-    text = (PAPER / f"{name}.md").read_text(encoding="utf-8")
+    text = (HERE / f"{name}.md").read_text(encoding="utf-8")
     text = re.sub(
         r"```\{include\} (\S+)\n```",
-        lambda match: (PAPER / match[1]).read_text(encoding="utf-8"),
+        lambda match: (HERE / match[1]).read_text(encoding="utf-8"),
         text,
     )
     text = re.sub(
@@ -40,28 +41,28 @@ def build(name: str, quick: bool) -> Path:
         text,
         flags=re.DOTALL,
     )
-    text = text.replace("](../", "](/")  # typst counts from the root of the repository
+    text = text.replace("](../", "](/docs/")  # typst counts from the root of the repository
     look = [f"--variable={key}:{value}" for key, value in LOOK.items()]
     options = [
         "--standalone",
         "--columns=300",
         "--citeproc",
-        f"--bibliography={PAPER / 'paper.bib'}",
+        f"--bibliography={HERE / 'paper.bib'}",
         *look,
     ]
-    (PAPER / "output").mkdir(exist_ok=True)
-    source, made = (PAPER / "output" / f"{name}.{kind}" for kind in ("typ", "pdf"))
+    (HERE / "output").mkdir(exist_ok=True)
+    source, made = (HERE / "output" / f"{name}.{kind}" for kind in ("typ", "pdf"))
     typeset = pypandoc.convert_text(text, "typst", "markdown", options).replace(
         "x: 1.25in, y: 1.25in", "x: 22mm, y: 20mm"
     )
     source.write_text(typeset, encoding="utf-8")
-    typst.compile(source, output=made, root=PAPER.parent)
+    typst.compile(source, output=made, root=ROOT)
     return made
 
 
 def figure(name: str, caption: str, quick: bool) -> str:
     """A figure in Markdown, drawn if need be."""
-    return f"![{' '.join(caption.split())}](/{make(name, quick=quick)[0].relative_to(PAPER.parent).as_posix()})"
+    return f"![{' '.join(caption.split())}](/{make(name, quick=quick)[0].relative_to(ROOT).as_posix()})"
 
 
 def main() -> None:
