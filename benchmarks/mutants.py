@@ -57,8 +57,7 @@ def room(fault: Fault) -> str:
 
 def place(fault: Fault, copy: Path) -> Path:
     """The file of a fault."""
-    outside = Path(fault.file).parts[0] in ("studies", "validation")
-    return copy / fault.file if outside else copy / "frictopt" / fault.file
+    return copy / fault.file if room(fault) == "studies" else copy / "frictopt" / fault.file
 
 
 def test_files(fault: Fault, copy: Path) -> list[str]:

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
-from validation.error_vs_time.condensation import ORDERINGS, assembled, multiple_right_hand_sides
+from studies.validation.error_vs_time.condensation import (
+    ORDERINGS,
+    assembled,
+    multiple_right_hand_sides,
+)
 
 
 @pytest.fixture(scope="module")

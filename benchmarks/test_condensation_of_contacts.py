@@ -13,7 +13,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from tests.meshes import wedge
 
 import frictopt as fo
-from validation.error_vs_time.condensation import ORDERINGS
+from studies.validation.error_vs_time.condensation import ORDERINGS
 
 # MMD_AT_PLUS_A is the best of scipy's orderings here.
 MOST = {"COLAMD": 1.5, "MMD_AT_PLUS_A": 3.0}

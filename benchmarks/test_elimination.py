@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.fem.condense import fronts
 from frictopt.fem.schur import eliminate
-from validation.error_vs_time.condensation import ORDERINGS
+from studies.validation.error_vs_time.condensation import ORDERINGS
 
 SCENES = {
     "plane": fo.scenes.PunchOnHalfPlane(),

@@ -4,7 +4,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from validation.error_vs_time.limits import OPTIONS, NodePrograms
+from studies.validation.error_vs_time.limits import OPTIONS, NodePrograms
 
 
 @pytest.mark.parametrize("options", OPTIONS)

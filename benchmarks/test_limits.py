@@ -10,8 +10,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import assembled, pose
-from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
-from validation.error_vs_time.plain import plain_limit
+from studies.validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
+from studies.validation.error_vs_time.plain import plain_limit
 
 OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 

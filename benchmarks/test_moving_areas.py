@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from validation.moving_events import FRICTION, PRESS, ROLLS, cylinder
+from studies.validation.moving_events import FRICTION, PRESS, ROLLS, cylinder
 
 CELLS = 160
 

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.transients.exact import ExactPath
-from validation.error_vs_time.lemke import Lemke
+from studies.validation.error_vs_time.lemke import Lemke
 
 FRICTION = 0.7
 

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from studies.tables import Table
-from validation.all_sets import CONTACTS
+from studies.validation.all_sets import CONTACTS
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label
 

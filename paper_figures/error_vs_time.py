@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from studies.tables import Table
-from validation.error_vs_time.methods import ROUNDING
-from validation.error_vs_time.study import ERROR
+from studies.validation.error_vs_time.methods import ROUNDING
+from studies.validation.error_vs_time.study import ERROR
 
 from .style import GREY, SERIES, WIDE, new_figure, whole_decades
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from studies.tables import Table
-from validation.extremes.study import EXTREMES
+from studies.validation.extremes.study import EXTREMES
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 

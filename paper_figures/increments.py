@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from studies.tables import Table
-from validation.error_vs_time.study import ERROR
+from studies.validation.error_vs_time.study import ERROR
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from studies.limits import CORNER, SURFACE, corner_law
 from studies.tables import Table
-from validation.error_vs_time.study import ERROR
+from studies.validation.error_vs_time.study import ERROR
 
 from .style import GREY, SERIES, WIDE, new_figure, panel_label, whole_decades
 

@@ -13,10 +13,10 @@ studies.first_look studies.limits studies.scenes studies.guaranteed studies.sepa
 studies.lift_off studies.vanishing studies.increments studies.dissipation studies.range
 studies.damping studies.wear studies.design studies.joint studies.space studies.spatial
 studies.size studies.validity studies.flicek studies.published.study studies.datasets.study
-validation.left_out validation.all_sets validation.followed validation.forced_response validation.campaign
-validation.solvers
-validation.calculix validation.peers.study validation.error_vs_time.study
-validation.extremes.study validation.fuzz.study
+studies.validation.left_out studies.validation.all_sets studies.validation.followed
+studies.validation.forced_response studies.validation.campaign studies.validation.solvers
+studies.validation.calculix studies.validation.peers.study studies.validation.error_vs_time.study
+studies.validation.extremes.study studies.validation.fuzz.study
 """
 STUDIES: dict[str, Study] = {
     study.name: study for study in (import_module(name).STUDY for name in _MODULES.split())

@@ -8,7 +8,7 @@ work of a cycle grows from zero. The unit of the work is P^2 / E*, per depth.
 
 Dundurs' constant beta couples shear and pressure of two materials. `BETAS` has limits with events
 and the work of a cycle above them, for pressure and shear in phase, and for a cylinder that rolls
-to and fro under a static shear (`validation.moving_events`).
+to and fro under a static shear (`studies.validation.moving_events`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
-from validation.moving_events import (
+from studies.validation.moving_events import (
     FRICTION,
     IN_PHASE,
     PRESS,

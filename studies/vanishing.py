@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.limits.critical_state import needed
 from frictopt.limits.question import pose
-from validation.followed import random_contact
+from studies.validation.followed import random_contact
 
 from . import space
 from .progress import each

@@ -24,7 +24,7 @@ from helpers.oracle import Oracle
 from helpers.separation import pulled_system
 from helpers.spatial import random_contact, vectors
 from helpers.systems import corner_rows, fixed_contact, linprog_limit, linprog_margin
-from validation.verify import verify
+from studies.validation.verify import verify
 
 seeds = st.integers(0, 10**6)
 

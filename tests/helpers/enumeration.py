@@ -3,7 +3,7 @@
 import numpy as np
 
 import frictopt as fo
-from validation.oracles import Stepper
+from studies.validation.oracles import Stepper
 
 
 def admissible_states(contact, friction, slip, bonded):

@@ -17,10 +17,10 @@ TESTS = Path(__file__).parents[1]
 class Fault(NamedTuple):
     """A fault that a reviewer would fear.
 
-    `file` is a path in the package, or a path that begins with "studies" or "validation". `old` and
-    `new` are one expression each, or statements. `old` stands once in the file, or once in the
-    function or class `within`, such as "Scene._checked". `tests` are names of test files without
-    "test_", each alone or with a test, such as "limit_kinds compiled::test_an_infeasible_program".
+    `file` is a path in the package, or a path that begins with "studies". `old` and `new` are one
+    expression each, or statements. `old` stands once in the file, or once in the function or class
+    `within`, such as "Scene._checked". `tests` are names of test files without "test_", each alone
+    or with a test, such as "limit_kinds compiled::test_an_infeasible_program".
     """
 
     file: str

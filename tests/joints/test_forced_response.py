@@ -17,8 +17,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize_scalar
 
 import frictopt as fo
-from validation.jointed_mass import JointedMass, random_mass
-from validation.vibrations import Structure, Vibration, rocking, slider, wedges
+from studies.validation.jointed_mass import JointedMass, random_mass
+from studies.validation.vibrations import Structure, Vibration, rocking, slider, wedges
 
 matplotlib.use("Agg")
 pytestmark = pytest.mark.usefixtures("few_starts", "no_figures_stay_open")

@@ -20,7 +20,7 @@ from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
 from helpers.systems import BLOCK as BARE_BLOCK
 from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system
-from validation.moving_events import FRICTION, ROLLS, cylinder
+from studies.validation.moving_events import FRICTION, ROLLS, cylinder
 
 STIFFNESS = 3.0
 BLOCK = replace(BARE_BLOCK, width=[2.0])

@@ -14,7 +14,7 @@ import frictopt as fo
 from helpers.refused import refused
 from helpers.systems import PULL
 from helpers.worn import F, cylinder, driven_punch, plain_rate
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 COARSE = cylinder(32)
 SWAY = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])

@@ -11,9 +11,9 @@ from helpers.cases import few
 from helpers.liars import is_excess, lying
 from helpers.separation import lifted_system, open_in_space, pulled_system
 from helpers.systems import CYCLE
-from validation.blocks import block, clamp
-from validation.fuzz.cases import random_case
-from validation.stays_open import intervals, reach
+from studies.validation.blocks import block, clamp
+from studies.validation.fuzz.cases import random_case
+from studies.validation.stays_open import intervals, reach
 
 # Blocks of which a local search misses the best set: it is 1.2 to 2 times better or infinite.
 MISSED = [51, 75, 90, 111, 122, 13, 109, 132, 145, 156]

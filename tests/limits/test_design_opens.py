@@ -15,8 +15,8 @@ from frictopt.contact import joined
 from helpers.cases import few
 from helpers.designs import CYCLE, pulled
 from helpers.oracle import TIGHT
-from validation.blocks import block
-from validation.fuzz.space import _SpatialSubject
+from studies.validation.blocks import block
+from studies.validation.fuzz.space import _SpatialSubject
 
 MOST, DEPTH = 0.6, 0.1
 

@@ -19,7 +19,7 @@ from frictopt.transients.statics import nodal_motions, rigid_motions
 from helpers.cases import few
 from helpers.liars import is_excess, lying, misread, unpolished
 from helpers.systems import TO_AND_FRO, block, body, rigid
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 PUNCH = fo.scenes.PunchOnHalfPlane(elements=12).condense()
 

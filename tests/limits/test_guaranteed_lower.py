@@ -13,9 +13,9 @@ from scipy.optimize import linprog
 import frictopt as fo
 from helpers.cases import few
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
-from validation import lower_bound as study
-from validation import oracles
-from validation.lower_bound import lower_bound, periodic_bounds
+from studies.validation import lower_bound as study
+from studies.validation import oracles
+from studies.validation.lower_bound import lower_bound, periodic_bounds
 
 STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
 

@@ -16,8 +16,8 @@ from frictopt.reference import smallest_circle
 from helpers.cases import few
 from helpers.guaranteed import check
 from helpers.spatial import random_contact
-from validation.followed import random_contact as centred
-from validation.verify import verify
+from studies.validation.followed import random_contact as centred
+from studies.validation.verify import verify
 
 # The cone programs of the comparison may be inaccurate.
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")

@@ -12,8 +12,8 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.motions import about_its_middle
 from helpers.systems import random_system
-from validation import oracles
-from validation.verify import verify
+from studies.validation import oracles
+from studies.validation.verify import verify
 
 PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1.0, "shear": -1.0}])
 

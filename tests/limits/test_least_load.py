@@ -22,8 +22,8 @@ from helpers.systems import (
     on_both_bounds,
     random_system,
 )
-from validation.fuzz.embedded import embedded
-from validation.verify import verify
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.verify import verify
 
 Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])

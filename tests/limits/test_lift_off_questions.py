@@ -15,7 +15,7 @@ from helpers.liars import misread
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
 

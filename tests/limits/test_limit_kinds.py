@@ -7,7 +7,7 @@ import frictopt as fo
 from frictopt.base import LimitKind
 from helpers.cases import few
 from helpers.systems import CYCLE, explained, random_system, system
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 ASK = (fo.shakedown_limit, fo.guaranteed_limit)
 

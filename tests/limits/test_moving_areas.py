@@ -15,8 +15,8 @@ import frictopt as fo
 from frictopt.limits import NoPath, moving_areas, normal_path, pose
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
-from validation.fuzz.embedded import embedded
-from validation.moving_areas import compared, contact, works
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.moving_areas import compared, contact, works
 
 F = 0.35
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1

@@ -15,10 +15,16 @@ from frictopt.limits import order_search, settled_order
 from helpers.cases import few
 from helpers.orders import largest_round_a_cycle
 from helpers.separation import pulled_system, rests
-from validation.fuzz.embedded import embedded
-from validation.moving_events import FRICTION as F
-from validation.moving_events import IN_PHASE, ROLLS, contact, cylinder, limits_of_two_materials
-from validation.moving_events import PRESS as P
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.moving_events import FRICTION as F
+from studies.validation.moving_events import (
+    IN_PHASE,
+    ROLLS,
+    contact,
+    cylinder,
+    limits_of_two_materials,
+)
+from studies.validation.moving_events import PRESS as P
 
 
 def test_an_order_that_only_a_start_away_from_the_limit_shows_is_found():

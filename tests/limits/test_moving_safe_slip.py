@@ -10,9 +10,9 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from validation.moving_areas import Case, contact, ends
-from validation.moving_events import FRICTION, IN_PHASE, ROLLS, cylinder, out_of_phase
-from validation.rest_intervals import contact as scaled_contact
+from studies.validation.moving_areas import Case, contact, ends
+from studies.validation.moving_events import FRICTION, IN_PHASE, ROLLS, cylinder, out_of_phase
+from studies.validation.rest_intervals import contact as scaled_contact
 
 F = FRICTION
 

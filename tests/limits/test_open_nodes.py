@@ -19,9 +19,9 @@ from helpers.guaranteed import check as of_witness
 from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE, system
-from validation.fuzz.embedded import embedded
-from validation.open_sets import largest_with_open
-from validation.verify import verify
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.open_sets import largest_with_open
+from studies.validation.verify import verify
 
 
 @settings(max_examples=few(6))

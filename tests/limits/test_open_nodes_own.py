@@ -16,7 +16,7 @@ from helpers.cases import few
 from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 seeds = st.integers(0, 10**6)
 

@@ -17,7 +17,7 @@ import frictopt as fo
 from helpers.separation import pulled_system
 from helpers.spatial import CORNERS, random_contact
 from helpers.systems import CYCLE, block, random_system, uncoupled
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-10)
 CLARABEL = {"solver": "CLARABEL", **FINE}

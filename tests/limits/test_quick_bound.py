@@ -8,8 +8,8 @@ from frictopt.limits import pose, quick_bound, shakedown, with_open
 from helpers.cases import few
 from helpers.separation import lifted_system, pulled_system
 from helpers.systems import CYCLE
-from validation.fuzz.cases import random_case
-from validation.moving_events import KINDS, contact
+from studies.validation.fuzz.cases import random_case
+from studies.validation.moving_events import KINDS, contact
 
 
 def cases(seed):

@@ -10,7 +10,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from validation.fuzz.cases import random_case
+from studies.validation.fuzz.cases import random_case
 
 
 @pytest.mark.parametrize("seed", few([500116, 500188, 500128]))

@@ -25,9 +25,9 @@ from frictopt.limits import (
 )
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
-from validation.fuzz.embedded import embedded
-from validation.moving_areas import Case, ends
-from validation.rest_intervals import compared, contact
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.moving_areas import Case, ends
+from studies.validation.rest_intervals import compared, contact
 
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
 F = 0.4

@@ -13,7 +13,7 @@ from helpers.refused import refused
 from helpers.separation import open_in_space
 from helpers.spatial import random_contact
 from helpers.systems import NODE, lifts, linprog_limit, random_system, stress_of
-from validation.polygons import polygon_limit
+from studies.validation.polygons import polygon_limit
 
 MEAN = {"mean": 1.0}
 CIRCLE = [{"x": float(np.cos(t)), "y": float(np.sin(t))} for t in np.arange(5)]

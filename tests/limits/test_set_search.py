@@ -18,8 +18,8 @@ from helpers import spatial
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, NODE, explained, random_system, system
-from validation.blocks import block
-from validation.open_sets import largest_with_open
+from studies.validation.blocks import block
+from studies.validation.open_sets import largest_with_open
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),

@@ -16,7 +16,7 @@ from frictopt.reference import smallest_circle_limit
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, single, vectors
 from helpers.systems import at_corners
-from validation.polygons import polygon_limit
+from studies.validation.polygons import polygon_limit
 
 
 def uncoupled(rng, nodes, corners):

@@ -16,8 +16,8 @@ from helpers.cases import few
 from helpers.separation import lifted_system, open_in_space, pulled_system, rests
 from helpers.spatial import vectors
 from helpers.systems import CYCLE
-from validation.fuzz.cases import random_case
-from validation.open_sets import largest_with_open
+from studies.validation.fuzz.cases import random_case
+from studies.validation.open_sets import largest_with_open
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
 MOST = 30.0  # load factor up to which sets are compared

@@ -11,7 +11,7 @@ import pytest
 import frictopt as fo
 from helpers.public_names.asked import ASKED, F
 from helpers.systems import CYCLE, FIRST_PAIR, system
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 PAIR = replace(system(*FIRST_PAIR), compliance=10.0 * np.eye(2), width=[1.0, 1.0])
 B = 0.2 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])

@@ -10,8 +10,8 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from validation.fuzz.differential import DIFFERENTIAL, differences
-from validation.fuzz.scenes import FAMILIES, random_scene
+from studies.validation.fuzz.differential import DIFFERENTIAL, differences
+from studies.validation.fuzz.scenes import FAMILIES, random_scene
 
 
 @pytest.mark.parametrize("first", few([0, 40, 120], 1))

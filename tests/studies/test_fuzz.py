@@ -15,15 +15,15 @@ from hypothesis import strategies as st
 import frictopt as fo
 from frictopt.transients.increments import FrozenBoundIncrement
 from helpers.cases import few
-from validation import oracles
-from validation.fuzz import study as fuzz
-from validation.fuzz.cases import random_case
-from validation.fuzz.checks import CHECKS, findings
-from validation.fuzz.differential import DIFFERENTIAL
-from validation.fuzz.scenes import random_scene
-from validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
-from validation.fuzz.space import SPACE, space_findings
-from validation.verify import verify
+from studies.validation import oracles
+from studies.validation.fuzz import study as fuzz
+from studies.validation.fuzz.cases import random_case
+from studies.validation.fuzz.checks import CHECKS, findings
+from studies.validation.fuzz.differential import DIFFERENTIAL
+from studies.validation.fuzz.scenes import random_scene
+from studies.validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
+from studies.validation.fuzz.space import SPACE, space_findings
+from studies.validation.verify import verify
 
 ADVICE = r"hold|lower|try smaller|reduce|give|check|take|press|allow|differ too much|bring|or use"
 

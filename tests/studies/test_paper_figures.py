@@ -16,7 +16,7 @@ from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
 from paper_figures.prepare import prepare
 from studies import dissipation, guaranteed, limits
-from validation.error_vs_time.study import ERROR
+from studies.validation.error_vs_time.study import ERROR
 
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from validation import calculix
-from validation.calculix import (
+from studies.validation import calculix
+from studies.validation.calculix import (
     CONTACTS,
     FORMULATIONS,
     HISTORIES,

@@ -9,10 +9,10 @@ import pytest
 from studies import clock
 from studies.clock import timed
 from studies.origin import machine
-from validation.error_vs_time.methods import Method, Question, measured, not_dominated
-from validation.error_vs_time.parameters import QUICK
-from validation.error_vs_time.report import fronts
-from validation.error_vs_time.study import STUDY
+from studies.validation.error_vs_time.methods import Method, Question, measured, not_dominated
+from studies.validation.error_vs_time.parameters import QUICK
+from studies.validation.error_vs_time.report import fronts
+from studies.validation.error_vs_time.study import STUDY
 
 QUESTION = ["computation", "quantity", "scene"]
 

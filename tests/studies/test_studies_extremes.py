@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from validation.extremes import study as extremes
-from validation.extremes.probes import Answer, Probe
+from studies.validation.extremes import study as extremes
+from studies.validation.extremes.probes import Answer, Probe
 
 ADVICE = r"hold the punch|hold the body|hold it, or|lower the friction|reduce the ratio|differ too much|choose a load factor further"
 

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from validation import forced_response
-from validation.vibrations import Vibration, slider
+from studies.validation import forced_response
+from studies.validation.vibrations import Vibration, slider
 
 
 def test_a_mass_without_slip_swings_by_force_over_damping():

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from frictopt.reference import masing_dissipation
-from validation.error_vs_time.transients import last_work
-from validation.peers import plane, programs, spheres
-from validation.peers.printed import Arrays
-from validation.peers.programs import NoAnswer, Peer, Pythons
-from validation.peers.questions import Asked, Contact, answered, seconds_of_ours
-from validation.peers.study import PEERS_TABLE
+from studies.validation.error_vs_time.transients import last_work
+from studies.validation.peers import plane, programs, spheres
+from studies.validation.peers.printed import Arrays
+from studies.validation.peers.programs import NoAnswer, Peer, Pythons
+from studies.validation.peers.questions import Asked, Contact, answered, seconds_of_ours
+from studies.validation.peers.study import PEERS_TABLE
 
 HERE = Pythons((sys.executable,))
 FAKE = Peer("Fake", "json", "fake", "pip install fake")

@@ -4,8 +4,8 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from validation import solvers
-from validation.solvers import QUICK, PrintedProblem, outcome
+from studies.validation import solvers
+from studies.validation.solvers import QUICK, PrintedProblem, outcome
 
 
 def _problem(optimum):

@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from studies import size
-from validation import all_sets, campaign, followed, left_out
+from studies.validation import all_sets, campaign, followed, left_out
 
 
 def test_all_rest_below_and_all_witnesses_slip_above(tables):

@@ -11,7 +11,7 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
-from validation.verify import verify
+from studies.validation.verify import verify
 
 
 @pytest.mark.parametrize(("nodes", "seed"), [(2, 0), (3, 1), (4, 2)])

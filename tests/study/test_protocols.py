@@ -12,7 +12,7 @@ from frictopt.study import range_starts
 from frictopt.study.protocols import REST, SLIP, TransientsAfter
 from frictopt.study.starts import LoadStep
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, random_system, system
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 UNLOADED = [LoadStep({"P": 0.2})]
 AT_CORNER = [

@@ -12,7 +12,7 @@ from frictopt.base import Outcome
 from frictopt.transients.classify import returns_after
 from helpers.paths import ASKED, ROUND, TWICE
 from helpers.return_maps import Mapped, settled
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 
 @pytest.mark.parametrize(

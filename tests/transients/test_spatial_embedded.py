@@ -13,8 +13,8 @@ from frictopt.contact import joined, parted
 from frictopt.limits import ShakedownLimits, pose
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, vectors
-from validation.fuzz.embedded import embedded
-from validation.polygons import polygon_limit
+from studies.validation.fuzz.embedded import embedded
+from studies.validation.polygons import polygon_limit
 
 CORNERS = [{"a": 1.0}, {"a": -0.4, "b": 0.3}, {"b": 1.0}]
 OPPOSED = [{"a": 1.0}, {"a": -1.0}]

@@ -20,7 +20,7 @@ from helpers.cases import few
 from helpers.paths import settled
 from helpers.spatial import cycle, random_contact, single
 from helpers.systems import CYCLE, FIRST_PAIR, system
-from validation.fuzz.embedded import embedded
+from studies.validation.fuzz.embedded import embedded
 
 pytestmark = pytest.mark.usefixtures("few_starts")
 
