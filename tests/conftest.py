@@ -21,11 +21,11 @@ from frictopt.study.range_search import SearchSettings
 from frictopt.transients.exact.kernel import compiled
 from helpers import absent, cases
 
-collect_ignore_glob = ["*/faults.py"]  # lists of planted faults
+collect_ignore_glob = ["*/faults.py", "tools/*"]  # lists of planted faults, and programs
 
 threadpool_limits(1)  # tests run side by side
 
-# Tests that the default run leaves out, written by benchmarks/slow_tests.py.
+# Tests that the default run leaves out, written by tests/tools/slow_tests.py.
 SLOW = frozenset(Path(__file__).with_name("slow.txt").read_text(encoding="utf-8").split("\n"))
 
 

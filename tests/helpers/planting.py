@@ -1,7 +1,7 @@
 """Planted faults: one changed expression or statement, found by syntax.
 
 A formatter therefore does not lose a fault. Each room has its list in `tests/ROOM/faults.py`.
-`benchmarks/mutants.py` plants the faults one at a time.
+`tests/tools/mutants.py` plants the faults one at a time.
 """
 
 import ast

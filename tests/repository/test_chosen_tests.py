@@ -5,8 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks.slow_tests import LIST, ROOT, slow_tests
 from helpers import cases
+from tools.slow_tests import LIST, ROOT, slow_tests
 
 
 def test_the_list_of_slow_tests_names_tests_that_exist():

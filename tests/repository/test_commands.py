@@ -60,9 +60,9 @@ NOT_RUN = {
     "pytest -n auto --dist worksteal": "the same",
     "pytest tests/limits": "a part of them",
     'pytest -n auto --dist worksteal -m ""': "the weekly job runs them with all cases",
-    'python -m pytest -n auto --dist worksteal -m "" -p benchmarks.slow_tests': "all tests, which it measures",
+    'python -m pytest -n auto --dist worksteal -m "" -p tests.tools.slow_tests': "all tests, which it measures",
     "bash .ci/run": "runs these tests; a job runs it",
-    "python -m pytest benchmarks/test_limits.py -k plain -s": "a part of `pytest benchmarks`",
+    "python -m pytest studies/benchmarks/test_limits.py -k plain -s": "a part of `pytest studies/benchmarks`",
     "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",
 }
 BY_JOBS = {  # command -> how a job has it, with what only its machine needs
@@ -71,7 +71,7 @@ BY_JOBS = {  # command -> how a job has it, with what only its machine needs
     "mypy": "&& mypy",
     "python -m sphinx -W --keep-going -j auto -b html docs docs/_build/html": "python -m sphinx -W --keep-going -j auto -t online -b html docs",
     "python -m studies fuzz": "python -m studies fuzz --seed",
-    "python benchmarks/mutants.py": "- python benchmarks/mutants.py",
+    "python tests/tools/mutants.py": "- python tests/tools/mutants.py",
     "bash .ci/wheel dist/*.whl": "bash .ci/wheel dist/*.whl",
     "python -m build": "python -m build",
     "pip install --constraint .ci/lowest.txt --editable '.[test]'": "pip install --quiet --constraint .ci/lowest.txt --editable '.[test]'",
@@ -240,7 +240,7 @@ def test_every_command_is_run_or_named_with_a_reason():
     assert len(OTHERS) > 40 and all(len(FOUND[page]) > 3 for page in FILES)
     for command in TYPED:
         assert command in LONG or re.match(
-            r"python -m (studies|paper_figures)|python benchmarks/\w+\.py", command
+            r"python -m (studies|paper_figures)|python tests/tools/\w+\.py", command
         ), f"who runs {command!r}?"
     for command in (*NOT_RUN, *BY_JOBS, *WEEKLY):
         assert command in OTHERS, f"no page has {command!r} any more"

@@ -323,7 +323,9 @@ def test_tables_come_from_the_studies():
     for path in (*TABLES, FAULTS):
         page = text(path)
         assert (
-            "`python benchmarks/mutants.py" if path == FAULTS else f"`python -m studies {path.stem}"
+            "`python tests/tools/mutants.py"
+            if path == FAULTS
+            else f"`python -m studies {path.stem}"
         ) in page and heads(page), path
         for part in re.findall(r"(?:^\|.*\|\n)+", page, re.MULTILINE):
             assert (

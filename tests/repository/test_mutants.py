@@ -2,18 +2,15 @@
 find it."""
 
 import ast
-import sys
 from pathlib import Path
 
 import pytest
 
+from helpers.planting import Fault, planted
+from tools import mutants
+from tools.mutants import FAULTS, Failure, Fate
+
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "benchmarks"))
-
-import mutants  # noqa: E402
-from mutants import FAULTS, Failure, Fate  # noqa: E402
-
-from helpers.planting import Fault, planted  # noqa: E402
 
 ROOMS = {
     folder.name for folder in (ROOT / "frictopt").iterdir() if (folder / "__init__.py").is_file()

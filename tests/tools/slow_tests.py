@@ -1,6 +1,6 @@
 """A plugin of pytest that measures all tests, and writes the list of slow tests, `tests/slow.txt`.
 
-Run with `python -m pytest -n auto --dist worksteal -m "" -p benchmarks.slow_tests`. The cost of a
+Run with `python -m pytest -n auto --dist worksteal -m "" -p tests.tools.slow_tests`. The cost of a
 test is its processor time with that of its processes. Other work on the machine raises all costs,
 but hardly changes their order. The default run of pytest leaves the listed tests out. These are
 
@@ -20,7 +20,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.mutants import FAULTS, ROOT, test_files
+from .mutants import FAULTS, ROOT, test_files
 
 LIST = ROOT / "tests" / "slow.txt"
 # The part of the tests of a room that is left out.

@@ -1,7 +1,7 @@
 """Three hundred answers with their times, which a change of structure must not change.
 
-`python benchmarks/answers.py write FILE` computes all answers and writes answers and times as JSON.
-`python benchmarks/answers.py compare FILE` computes them again and compares. Words after FILE
+`python studies/benchmarks/answers.py write FILE` computes all answers and writes answers and times as JSON.
+`python studies/benchmarks/answers.py compare FILE` computes them again and compares. Words after FILE
 restrict the questions to families whose names contain one of the words. A number may differ by 1e-9
 of its size in the plane and by 1e-7 in space, the time of a family by a tenth. Larger differences
 are printed. The exit status is the number of answers that differ. Each time is the least processor

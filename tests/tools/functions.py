@@ -1,6 +1,6 @@
 """The functions, files and classes that a reader passes from a question to its answer.
 
-`python benchmarks/functions.py` counts them for the limit, the steady state and the condensed model
+`python tests/tools/functions.py` counts them for the limit, the steady state and the condensed model
 of a punch in the plane and in space; `--names` lists them. Before a question is counted, it is
 answered for another, smaller contact. So earlier questions do not import or compile anything for
 later ones, and each question has a contact of its own. Methods and generators count as functions.

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csr_matrix, identity
 from scipy.sparse.linalg import splu
-from skfem import Basis, ElementQuad1, ElementVector
+from skfem import Basis, ElementQuad1, ElementVector, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
-from tests.meshes import wedge
 
 import frictopt as fo
 from studies.validation.error_vs_time.condensation import ORDERINGS
@@ -19,9 +18,44 @@ from studies.validation.error_vs_time.condensation import ORDERINGS
 MOST = {"COLAMD": 1.5, "MMD_AT_PLUS_A": 3.0}
 
 
+def level(bottom, top, elements, sides):
+    """Quadrilaterals between two level segments at heights 0 and 1, whose sides have new names."""
+    mesh = MeshQuad.init_tensor(*(np.linspace(0, 1, number + 1) for number in elements))
+    where = {
+        "left": lambda x: x[0] == 0,
+        "right": lambda x: x[0] == 1,
+        "top": lambda x: x[1] == 1,
+    }
+    mesh = mesh.with_boundaries({name: where[side] for side, name in sides.items()})
+    s, t = mesh.p
+    across = [(1 - s) * one + s * other for one, other in (bottom, top)]
+    return MeshQuad(np.array([(1 - t) * across[0] + t * across[1], t]), mesh.t).with_boundaries(
+        mesh.boundaries
+    )
+
+
 @pytest.fixture(scope="module")
 def model():
-    return wedge(jaws=(80, 124), wedge_up=124, wedge_across=60)
+    """A wedge between two jaws, with flanks at 60 degrees to the horizontal."""
+    half = 0.5 + 1 / np.tan(np.pi / 3)
+    flanks = {"left": "left flank", "right": "right flank", "top": "top"}
+    bodies = {
+        "wedge": level((-0.5, 0.5), (-half, half), (60, 124), flanks),
+        "left jaw": level(
+            (-2.0, -0.5), (-2.0, -half), (80, 124), {"left": "wall", "right": "flank"}
+        ),
+        "right jaw": level((0.5, 2.0), (half, 2.0), (80, 124), {"left": "flank", "right": "wall"}),
+    }
+    jaws = ("left", "right")
+    return fo.ContactModel(
+        bodies={name: fo.Body(mesh) for name, mesh in bodies.items()},
+        contacts=[fo.Contact("wedge", f"{jaw} jaw", f"{jaw} flank", "flank") for jaw in jaws],
+        supports=[fo.Support(f"{jaw} jaw", "wall") for jaw in jaws],
+        loads={
+            "P": [fo.Traction("wedge", "top", 0.0, -1.0)],
+            "Q": [fo.Traction("wedge", "top", 0.0, -1.0)],
+        },
+    )
 
 
 @pytest.fixture(scope="module")

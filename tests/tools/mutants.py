@@ -1,6 +1,6 @@
 """Mutation tests: faults are planted in a copy of the repository, and tests must find them.
 
-Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning
+Run with `python tests/tools/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning
 of the name of a file, `limits` or `study/run`. The faults are listed in `tests/ROOM/faults.py`, and
 planted one at a time. A fault that no test finds has "SURVIVED". A fault whose text does not stand
 exactly once in its file is "gone". The exit status is the number of both. A fault counts as killed
@@ -32,7 +32,7 @@ from typing import Literal, NamedTuple
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from helpers.planting import Fault, faults, planted  # noqa: E402
@@ -387,7 +387,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         options.page.mkdir(parents=True, exist_ok=True)
         file = options.page / "mutants.md"
-        made = f"Made by `python benchmarks/mutants.py --page docs/tables`, all rooms or one by one, on {machine()}."
+        made = f"Made by `python tests/tools/mutants.py --page docs/tables`, all rooms or one by one, on {machine()}."
         file.write_text(
             page(
                 file.read_text(encoding="utf-8") if file.is_file() else "",

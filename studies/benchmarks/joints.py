@@ -11,7 +11,7 @@ import gmsh
 
 import frictopt as fo
 
-LAP = Path(__file__).parent.parent / "docs/tutorial/lap.msh"
+LAP = Path(__file__).parents[2] / "docs/tutorial/lap.msh"
 FRICTION = 0.15
 # The shear is in kN.
 SHEAR = fo.LoadCycle({"preload": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])
