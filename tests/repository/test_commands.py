@@ -61,6 +61,7 @@ NOT_RUN = {
     "pytest tests/limits": "a part of them",
     'pytest -n auto --dist worksteal -m ""': "the weekly job runs them with all cases",
     'python -m pytest -n auto --dist worksteal -m "" -p tests.tools.slow_tests': "all tests, which it measures",
+    "bash docs/findings/NAME.sh": "each script installs packages of its own",
     "bash .ci/run": "runs these tests; a job runs it",
     "python -m pytest studies/benchmarks/test_limits.py -k plain -s": "a part of `pytest studies/benchmarks`",
     "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",

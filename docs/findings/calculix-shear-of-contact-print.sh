@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# The contact shear that CalculiX prints points against the force that it prints for the same faces.
+#
+# Guess: CSTR, the contact stress on the slave face, is the traction on the slave: it opposes the
+# slip, and times the area it is the shear force of CFS for the slave.
+# Seen: CFS opposes the slip of the slave and CSTR has its direction, like the traction on the
+# master. So work as CSTR times slip is positive, and a sum of CSTR and CFS cancels.
+# Versions: CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
+# Output: signs along x as the slave slides along +x: "slip +, CSTR +, CFS -", then "as described".
+. "$(dirname "$0")/common.sh"
+cd "$folder"
+calculix
+
+# A block of side 1 is pressed on a larger one and pulled along x.
+blocks() {
+  cat <<DECK
+*NODE
+1, -0.5, -0.5, -1.
+2, 1.5, -0.5, -1.
+3, 1.5, 1.5, -1.
+4, -0.5, 1.5, -1.
+5, -0.5, -0.5, 0.
+6, 1.5, -0.5, 0.
+7, 1.5, 1.5, 0.
+8, -0.5, 1.5, 0.
+11, 0., 0., 0.
+12, 1., 0., 0.
+13, 1., 1., 0.
+14, 0., 1., 0.
+15, 0., 0., 1.
+16, 1., 0., 1.
+17, 1., 1., 1.
+18, 0., 1., 1.
+*ELEMENT, TYPE=C3D8, ELSET=GROUND
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*ELEMENT, TYPE=C3D8, ELSET=BLOCK
+2, 11, 12, 13, 14, 15, 16, 17, 18
+*NSET, NSET=BELOW
+1, 2, 3, 4
+*NSET, NSET=TOP
+15, 16, 17, 18
+*SURFACE, NAME=UPPER
+2, S1
+*SURFACE, NAME=LOWER
+1, S2
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=GROUND, MATERIAL=M
+*SOLID SECTION, ELSET=BLOCK, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
+1.E5
+*FRICTION
+0.3, 1.E5
+*CONTACT PAIR, INTERACTION=I, TYPE=$1
+UPPER, LOWER
+*BOUNDARY
+BELOW, 1, 3
+*STEP, NLGEOM
+*STATIC
+0.25, 1.
+*BOUNDARY
+TOP, 1, 1, 0.02
+TOP, 2, 2, 0.
+TOP, 3, 3, -0.01
+*NODE PRINT, NSET=TOP, TOTALS=ONLY
+RF
+*CONTACT PRINT
+CDIS, CSTR
+*CONTACT PRINT, SLAVE=UPPER, MASTER=LOWER
+CFS
+*END STEP
+DECK
+}
+
+run() {
+  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$1" > "$1.log"
+}
+
+blocks 'SURFACE TO SURFACE' > slide.inp
+run slide
+awk '
+  function sign(value) {return value > 0 ? "+" : "-"}
+  /relative contact displacement/ {getline; getline; slip = $4}
+  /contact stress/ {getline; getline; stress = $4}
+  /total surface force/ {getline; getline; force = $1}
+  END {printf "slip %s, CSTR %s, CFS %s\n", sign(slip), sign(stress), sign(force)}
+' slide.dat | tee seen
+diff - seen <<'OUTPUT'
+slip +, CSTR +, CFS -
+OUTPUT
+echo "as described"
