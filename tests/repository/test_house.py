@@ -61,6 +61,19 @@ def test_files_do_not_import_each_other_in_a_circle():
         visit(name, [])
 
 
+def test_folders_beside_the_package_import_one_way():
+    """The package knows none of them, studies know the package, and tests know all."""
+    order = ("frictopt", "studies", "paper_figures", "docs", "tests")
+    for number, folder in enumerate(order):
+        later = set(order[number + 1 :])
+        if folder != "tests":
+            later |= {"helpers", "tools"}
+        for path in (PACKAGE.parent / folder).rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            heads = re.findall(r"^\s*(?:from|import) (\w+)", text, re.MULTILINE)
+            assert not later & set(heads), path
+
+
 def test_imports_are_seen_wherever_they_stand(tmp_path, monkeypatch):
     """By name, inside a function, and for hints of types alone."""
     text = """

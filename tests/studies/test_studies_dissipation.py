@@ -1,6 +1,8 @@
 """The dissipation study at quick size: what shakedown theory says of any mesh, and the step engine
 as another opinion."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -82,12 +84,34 @@ def test_the_loops_of_the_two_states_enclose_their_dissipation(tables):
         )
 
 
-def test_studies_are_listed_with_their_options(capsys):
+def test_studies_are_listed_with_their_minutes_and_options(capsys):
     assert studies.main([]) == 0
-    lines = capsys.readouterr().out.splitlines()[2:]
-    assert [line.split()[0] for line in lines[::2]] == list(studies.STUDIES)
-    assert all("--quick" in line and "--data" in line for line in lines[1::2])
-    assert "--workers" in lines[1 + 2 * list(studies.STUDIES).index("dissipation")]
+    lines = capsys.readouterr().out.splitlines()
+    for name in studies.STUDIES:
+        (number,) = (n for n, line in enumerate(lines) if line.split()[:1] == [name])
+        assert "--quick" in lines[number + 1] and "--data" in lines[number + 1]
+        page = Path(studies.__file__).parents[1] / "docs" / "tables" / f"{name}.md"
+        assert not page.exists() or lines[number].split()[2] == "min"
+        if name == "dissipation":
+            assert "--workers" in lines[number + 1]
+
+
+def test_every_program_of_the_repository_is_listed(capsys):
+    """Programs outside of the package, without those that another Python runs for a study."""
+    root = Path(studies.__file__).parents[1]
+    studies.main([])
+    said = capsys.readouterr().out
+    found = [
+        path.relative_to(root)
+        for folder in ("studies", "paper_figures", "tests/tools", "docs")
+        for path in sorted((root / folder).rglob("*.py"))
+        if {"outside", "_build"}.isdisjoint(path.parts)
+        and '\nif __name__ == "__main__"' in path.read_text(encoding="utf-8")
+    ]
+    assert len(found) > 9
+    for path in found:
+        module = ".".join(path.with_suffix("").parts).removesuffix(".__main__")
+        assert f"python {path.as_posix()}" in said or f"python -m {module} " in said
 
 
 def test_an_unknown_study_is_refused(capsys):
