@@ -54,7 +54,9 @@ FRONT_PAGES = [
 PLACES = [
     ROOT / "README.md",
     *sorted(
-        path for path in (ROOT / "docs").rglob("*.md") if not {"_build", "tables"} & set(path.parts)
+        path
+        for path in (ROOT / "docs").rglob("*.md")
+        if not {"_build", "tables", "writeups"} & set(path.parts)
     ),
 ]
 
