@@ -193,10 +193,12 @@ class LooseNodes:
         zero = np.zeros(len(self._matrix), dtype=bool)
         zero[self._forces] = opens[:, None]
         zero[: self._arrays.zero] = True
-        if self._warm is None:
-            outcome, x, y = self._solved(branch, still, zero)
-        else:
+        outcome = ""
+        if self._warm is not None:
             outcome, x, y = self._solved_warm(self._warm, still, zero, above)
+        if outcome not in (OPTIMAL, CUT_OFF, INFEASIBLE):
+            # No linear program is kept, or HiGHS gave it up.
+            outcome, x, y = self._solved(branch, still, zero)
         if outcome == INFEASIBLE:
             unbalanced = self._unbalanced(np.zeros(len(still)), y, still).sum()
             impossible = unbalanced * BRANCHES.far < -float(self._arrays.right @ y)
@@ -247,7 +249,7 @@ class LooseNodes:
         return outcome, x, y
 
     def _solved(self, branch: Branch, still: Booleans, zero: Booleans) -> tuple[str, Array, Array]:
-        """Outcome, x and multipliers of a branch of a cone program, which is solved anew.
+        """Outcome, x and multipliers of a branch, which is solved anew.
 
         Open nodes have no cone, which would hold one point alone.
         """

@@ -50,6 +50,10 @@ COMPARE = CompareSettings()
 L = TypeVar("L", bound=ShakedownAnswer)
 
 
+class NotAbove(SolverError):
+    """A limit is at most a value, above which limits are searched."""
+
+
 def best_open_set(
     limit_of: Callable[[Question, float], L],
     closed: L,
@@ -60,7 +64,7 @@ def best_open_set(
     """The best limit over sets of open nodes that the search finds.
 
     `closed` is the limit with all nodes closed. `limit_of(question, above)` computes the limit of a
-    question with other open nodes; it may raise an error if this limit is at most `above`.
+    question with other open nodes, or raises `NotAbove` if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
     The first limit that reaches `enough` ends the search. All sets are compared if the contact is
@@ -72,7 +76,7 @@ def best_open_set(
     question = closed._question
     small = is_small([question])
     if not small and programs is None and _settles_closed(question) and not len(governing(closed)):
-        return replace(closed, _searched=Searched(1, np.inf, np.inf))
+        return replace(closed, _searched=Searched(programs=1))
     with progress_bar(True, "open nodes", "program") as bar:
         most = programs or (COMPARE.programs if small else SEARCH.programs)
         search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
@@ -141,7 +145,7 @@ class _SetSearch(Generic[L]):
         # set is separate, and does not count.
         self._bounds = {closed.open.tobytes(): _bound(closed)}
         self._separate = list[L]()
-        # The branches of all sets.
+        # The branches, once they contain all sets.
         self._branches: Branches | None = None
         keep_best(bar, self.answer)
 
@@ -155,7 +159,8 @@ class _SetSearch(Generic[L]):
         """Load factor that no set exceeds, apart from separate ones."""
         if self._branches is None:
             return np.inf
-        return max(self._branches.bound, _bound(self.best))
+        # The bound is NaN if no load factor is safe with any set so far.
+        return float(np.fmax(self._branches.bound, self.best.bound))
 
     @property
     def _above(self) -> float:
@@ -185,7 +190,6 @@ class _SetSearch(Generic[L]):
             self._compare(nodes)
             if count == total:
                 return
-            self._branches = None
             if self.best is best:
                 count = min(2 * count, total)
 
@@ -206,10 +210,12 @@ class _SetSearch(Generic[L]):
         reached = np.nan_to_num(self.best.load_factor, posinf=0.0)
         largest = max(reached, question.load_unit)
         program = LooseNodes(loose(question, nodes), nodes, "load_factor", largest)
-        self._branches = Branches(program, lambda: self._wanted, bound_of)
-        while self._branches.left and self._goes_on():
+        branches = Branches(program, lambda: self._wanted, bound_of)
+        if len(nodes) == len(fixed):
+            self._branches = branches
+        while branches.left and self._goes_on():
             self._count()
-            self._branches.step()
+            branches.step()
 
     @property
     def _wanted(self) -> float:
@@ -270,28 +276,32 @@ class _SetSearch(Generic[L]):
         key = open_nodes.tobytes()
         if key in self._bounds:
             return None
-        # If its answer fails, the set may have any limit.
+        # Without a proof the set may have any limit.
         self._bounds[key] = np.inf
-        limit: L | None = None
         try:
             question = None
             if not open_nodes.all():
                 question = with_open(self._closed._question, open_nodes)
-            # Closed nodes that do not hold the others have no limit.
-            if question is not None:
-                self._count()
-                limit = self._limit_of(question, above)
+            if question is None:
+                # Closed nodes that do not hold the others have no limit.
+                self._bounds[key] = -np.inf
+                return None
+            self._count()
+            limit = self._limit_of(question, above)
+        except NotAbove:
+            return None
         except SolverError as error:
             self.failed = error
             return None
         except FrictoptError:
             return None
-        self._bounds[key] = above
-        if limit is None or not _counts(limit, self._start_by) or limit.load_factor <= above:
+        self._bounds[key] = _bound(limit)
+        if np.isnan(limit.load_factor) or limit.load_factor <= above:
             return None
-        counts = self._compared(limit)
-        self._bounds[key] = _bound(limit) if counts else -np.inf
-        return limit if counts else None
+        if not _counts(limit, self._start_by) or not self._compared(limit):
+            self._bounds[key] = -np.inf
+            return None
+        return limit
 
     def _compared(self, limit: L) -> bool:
         """Keep the better limit; False if load factors between both limits are not safe."""
@@ -324,8 +334,11 @@ class _SetSearch(Generic[L]):
 
 
 def _bound(limit: ShakedownAnswer) -> float:
-    """The bound of a set; -inf if no load factor is safe."""
-    return -np.inf if np.isnan(limit.load_factor) else limit.bound
+    """The proven bound of a set; -inf if no load factor is safe."""
+    if not np.isnan(limit.load_factor):
+        return limit.bound
+    # That no load factor is safe may be the word of a solver.
+    return np.inf if limit._solved is None else -np.inf
 
 
 def keep_best(bar: Bar, answer: Callable[[], ShakedownAnswer]) -> None:

@@ -46,7 +46,7 @@ from .quick_bound import is_at_most
 from .reasons import shakedown_reason
 from .rest_program import RestProgram
 from .sentences import CHOSEN, CONTRADICTED
-from .set_search import best_open_set, may_open
+from .set_search import NotAbove, best_open_set, may_open
 from .shakedown_answer import ShakedownAnswer
 from .solution import Solution, contradiction, growth, solve
 from .solved import UNBOUNDED, Solved
@@ -98,9 +98,9 @@ def shakedown_limit(
         allowed with a slip bound, or constraints.
     programs
         Largest number of programs of the search of open nodes, which then compares all sets.
-        None: 2000 if the contact has at most 14 nodes, in space 8. Else 60, and sets near the
-        settled mean load alone are compared. `ShakedownLimit.bound_of_sets` is what is proven of
-        all sets.
+        None: 2000 if the contact has at most 14 nodes, in space 8, and if corners times nodes times
+        axes are at most 240. Else 60, and sets near the settled mean load alone are compared.
+        `ShakedownLimit.bound_of_sets` is what is proven of all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
@@ -133,10 +133,6 @@ def shakedown_limit(
         if programs is not None:
             programs = whole_number("programs", programs, least=1)
         return ShakedownLimits(solver).of_question(question, open, events, programs=programs)
-
-
-class NotAbove(SolverError):
-    """A limit is proven to be at most a value, above which limits are searched."""
 
 
 class ShakedownLimits:
@@ -223,13 +219,10 @@ class ShakedownLimits:
         return best
 
     def _in_search(self, question: Question, above: float) -> ShakedownLimit:
-        """A limit for the search; that no load factor is safe, or at most `above`, has no proof."""
+        """A limit for the search; that no load factor is safe has no proof. May be `NotAbove`."""
         if is_at_most(question, above):
-            return _none_safe(question)
-        try:
-            return self.of_set(question, above=above, proven=False)
-        except NotAbove:
-            return _none_safe(question)
+            raise NotAbove(f"a mechanism proves that the limit is not above {above:g}")
+        return self.of_set(question, above=above, proven=False)
 
     def of_set(
         self,
@@ -242,7 +235,7 @@ class ShakedownLimits:
     ) -> ShakedownLimit:
         """The limit with given open nodes, at most `largest`.
 
-        `NotAbove` if it is proven to be at most `above`. Without `proven` a solver is believed
+        `NotAbove` if it is at most `above`. Without `proven` a solver is believed
         that no load factor is safe.
         """
         program = assembled.shakedown(question)
@@ -277,7 +270,7 @@ class ShakedownLimits:
 
             limit, record = by_plain_cvxpy(question, claimed, error)
         if limit is None or limit.bound <= above:
-            raise NotAbove(f"the multipliers prove that the limit is not above {above:g}")
+            raise NotAbove(f"the limit is not above {above:g}")
         if limit._solved is None:
             return limit
         solved = limit._solved.of_model(self._unknowns, user)
@@ -330,7 +323,7 @@ class ShakedownLimits:
             above=above if sense > 0 else -np.inf,
         )
         if limit is None or (sense > 0 and limit.bound <= above):
-            raise NotAbove(f"the multipliers prove that the limit is not above {above:g}")
+            raise NotAbove(f"the limit is not above {above:g}")
         return answered(limit, record)
 
 
@@ -458,7 +451,7 @@ def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLim
 
 
 def _none_safe(question: Question) -> ShakedownLimit:
-    """A set of a search with which no load factor is safe, or none above the best; not proven."""
+    """A set of a search with which no load factor is safe, as a solver says."""
     return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.base import Bar
 from helpers.cases import few
 from helpers.liars import is_excess, lying
 from helpers.separation import lifted_system, open_in_space, pulled_system
@@ -108,14 +109,15 @@ def test_a_set_that_carries_any_load_is_found(seed, nodes):
     assert fo.shakedown_limit(contact, cycle, friction).load_factor == np.inf
 
 
-def test_a_set_that_no_solver_answers_may_have_any_limit(monkeypatch):
+@pytest.mark.parametrize("outcome", ["unbounded", "infeasible"])
+def test_a_set_that_no_solver_answers_may_have_any_limit(outcome, monkeypatch):
     contact, cycle, friction = block(75)
     best = fo.shakedown_limit(contact, cycle, friction)
     honest = []
 
     def lie(program, name, x, y):
         honest.append(name)
-        return None if is_excess(program) or len(honest) == 1 else "unbounded"
+        return None if is_excess(program) or len(honest) == 1 else outcome
 
     lying(monkeypatch, lie)
     limit = fo.shakedown_limit(contact, cycle, friction)
@@ -152,6 +154,23 @@ def test_with_too_few_programs_the_bound_is_what_is_proven_by_then(seed):
         assert limit.load_factor <= best.load_factor <= limit.bound_of_sets
         if not limit.best_of_all:
             assert "with other nodes open" in limit.covers
+
+
+def test_an_interrupt_among_some_nodes_proves_nothing_of_all_sets(monkeypatch):
+    """At first only the fourteen nodes that move most may open and close."""
+    contact, cycle, friction = block(9, nodes=16)
+    update = Bar.update
+
+    def stops(bar, more=1):
+        update(bar, more)
+        if bar.what == "open nodes" and bar.count >= 80:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Bar, "update", stops)
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        fo.shakedown_limit(contact, cycle, friction, programs=1000, progress=False)
+    limit = stopped.value.limit
+    assert not limit.best_of_all and limit.bound_of_sets == limit.bound_for_all
 
 
 def test_a_larger_contact_is_compared_with_all_sets_on_demand():
