@@ -15,35 +15,7 @@ calculix
 # A block of side 1 begins 0.01 above the ground, and moves down by 0.005.
 blocks() {
   cat <<DECK
-*NODE
-1, -0.5, -0.5, -1.
-2, 1.5, -0.5, -1.
-3, 1.5, 1.5, -1.
-4, -0.5, 1.5, -1.
-5, -0.5, -0.5, 0.
-6, 1.5, -0.5, 0.
-7, 1.5, 1.5, 0.
-8, -0.5, 1.5, 0.
-11, 0., 0., 0.01
-12, 1., 0., 0.01
-13, 1., 1., 0.01
-14, 0., 1., 0.01
-15, 0., 0., 1.01
-16, 1., 0., 1.01
-17, 1., 1., 1.01
-18, 0., 1., 1.01
-*ELEMENT, TYPE=C3D8, ELSET=GROUND
-1, 1, 2, 3, 4, 5, 6, 7, 8
-*ELEMENT, TYPE=C3D8, ELSET=BLOCK
-2, 11, 12, 13, 14, 15, 16, 17, 18
-*NSET, NSET=BELOW
-1, 2, 3, 4
-*NSET, NSET=TOP
-15, 16, 17, 18
-*SURFACE, NAME=UPPER
-2, S1
-*SURFACE, NAME=LOWER
-1, S2
+$(two_blocks 0.01 1.01)
 *MATERIAL, NAME=M
 *ELASTIC
 1000., 0.
@@ -72,14 +44,10 @@ RF
 DECK
 }
 
-run() {
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$1" > "$1.log"
-}
-
 for type in 'SURFACE TO SURFACE' 'MORTAR' 'NODE TO SURFACE'; do
   job=${type%% *}
   blocks "$type" > "$job.inp"
-  run "$job"
+  ccx "$job"
   force=$(awk '/total force/ {getline; getline; force = -$3} END {printf "%.3f", force}' "$job.dat")
   echo "$type: ${force/#-0.000/0.000}"
   if grep --quiet --fixed-strings '*CLEARANCE' "$job.log"; then exit 1; fi

@@ -46,7 +46,7 @@ DECK
 for cubes in 1 2; do
   column "$cubes" > modes.inp
   status=0
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx modes > modes.log || status=$?
+  ccx modes || status=$?
   awk -v free="$((4 * cubes))" -v status="$status" '$1 == 1 && NF == 5 {
     printf "%s free: status %s, frequency %.2f\n", free, status, $3
     exit

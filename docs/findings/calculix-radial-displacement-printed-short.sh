@@ -45,7 +45,7 @@ DECK
     '*NODE PRINT, NSET=ALL' 'U' '*END STEP'
 } > static.inp
 for job in matrix static; do
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$job" > "$job.log"
+  ccx "$job"
 done
 
 venv/bin/python - <<'PYTHON'

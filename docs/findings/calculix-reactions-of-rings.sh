@@ -13,10 +13,6 @@
 cd "$folder"
 calculix
 
-run() {
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$1" > "$1.log"
-}
-
 cat > rings.inp <<'DECK'
 *NODE, NSET=ALL
 1, 1., 0.
@@ -62,7 +58,7 @@ RF
 CF
 *END STEP
 DECK
-run rings
+ccx rings
 awk NF rings.dat | awk '
   /displacements/ {for (line = 0; line < 8; line++) {getline; if ($1 > 6) sum -= $3}}
   /total force/ {getline; reaction = $2}

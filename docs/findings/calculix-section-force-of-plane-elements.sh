@@ -14,10 +14,6 @@
 cd "$folder"
 calculix
 
-run() {
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$1" > "$1.log"
-}
-
 # A square that is held across and stretched along y. Argument: type of the element.
 square() {
   local nodes='1, 2, 3, 4' foot='1, 2' top='3, 4'
@@ -62,7 +58,7 @@ DECK
 
 for type in CPE4 CPE4R CPE8 CPE8R CPS4 CPS8 CPS8R; do
   square "$type" > cut.inp
-  run cut
+  ccx cut
   awk NF cut.dat | awk -v type="$type" '
     /total force/ {getline; reaction = $2}
     /area, *normal force/ {getline; force = $2}

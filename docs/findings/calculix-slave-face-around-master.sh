@@ -16,35 +16,7 @@ calculix
 # A block of side 1 on a larger one. Arguments: type of contact, slave and master.
 blocks() {
   cat <<DECK
-*NODE
-1, -0.5, -0.5, -1.
-2, 1.5, -0.5, -1.
-3, 1.5, 1.5, -1.
-4, -0.5, 1.5, -1.
-5, -0.5, -0.5, 0.
-6, 1.5, -0.5, 0.
-7, 1.5, 1.5, 0.
-8, -0.5, 1.5, 0.
-11, 0., 0., 0.
-12, 1., 0., 0.
-13, 1., 1., 0.
-14, 0., 1., 0.
-15, 0., 0., 1.
-16, 1., 0., 1.
-17, 1., 1., 1.
-18, 0., 1., 1.
-*ELEMENT, TYPE=C3D8, ELSET=GROUND
-1, 1, 2, 3, 4, 5, 6, 7, 8
-*ELEMENT, TYPE=C3D8, ELSET=BLOCK
-2, 11, 12, 13, 14, 15, 16, 17, 18
-*NSET, NSET=BELOW
-1, 2, 3, 4
-*NSET, NSET=TOP
-15, 16, 17, 18
-*SURFACE, NAME=UPPER
-2, S1
-*SURFACE, NAME=LOWER
-1, S2
+$(two_blocks 0. 1.)
 *MATERIAL, NAME=M
 *ELASTIC
 1000., 0.
@@ -72,10 +44,6 @@ RF
 DECK
 }
 
-run() {
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$1" > "$1.log"
-}
-
 force() {
   awk '/total force/ {getline; getline; force = -$3} END {printf "%.3f", force}' "$1.dat" \
     | sed 's/^-0.000/0.000/'
@@ -84,8 +52,8 @@ force() {
 for type in 'SURFACE TO SURFACE' 'MORTAR' 'NODE TO SURFACE'; do
   blocks "$type" 'UPPER, LOWER' > given.inp
   blocks "$type" 'LOWER, UPPER' > swapped.inp
-  run given
-  run swapped
+  ccx given
+  ccx swapped
   echo "$type: $(force given), swapped $(force swapped)"
 done | tee seen
 diff - seen <<'OUTPUT'

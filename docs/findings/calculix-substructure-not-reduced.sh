@@ -54,7 +54,7 @@ DECK
     '*SUBSTRUCTURE MATRIX OUTPUT, FILE NAME=part, STIFFNESS=YES' '*END STEP'
 } > part.inp
 for job in whole part; do
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$job" > "$job.log"
+  ccx "$job"
 done
 
 venv/bin/python - <<'PYTHON'

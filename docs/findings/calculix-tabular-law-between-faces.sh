@@ -15,10 +15,6 @@
 cd "$folder"
 calculix
 
-run() {
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$1" > "$1.log"
-}
-
 # Two cubes of side 1, with all sides held across. Arguments: type of contact, law, its data.
 cubes() {
   cat <<DECK
@@ -82,7 +78,7 @@ for type in 'NODE TO SURFACE' 'SURFACE TO SURFACE'; do
   for law in TABULAR LINEAR; do
     if [ "$law" = TABULAR ]; then data=$table; else data=1.E5; fi
     cubes "$type" "$law" "$data" > push.inp
-    run push
+    ccx push
     awk -v title="$type, $law" '
       /total force/ {getline; getline; force = -$3 + 1e-9}
       /relative contact displacement/ {getline; getline; overlap = -$(NF - 2)}

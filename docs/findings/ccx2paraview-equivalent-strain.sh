@@ -49,7 +49,7 @@ cat > pull.inp <<'DECK'
 S, E
 *END STEP
 DECK
-LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx pull > pull.log
+ccx pull
 venv/bin/ccx2paraview pull.frd vtu > convert.log 2>&1
 
 venv/bin/python - <<'PYTHON' | tee seen

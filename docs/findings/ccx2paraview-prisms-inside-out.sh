@@ -85,7 +85,7 @@ PYTHON
 
 types=(C3D6 C3D15 C3D10)
 for name in "${types[@]}"; do
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx "$name" > "$name.log"
+  ccx "$name"
   venv/bin/python convert.py "$name" > "$name.messages" 2>&1
 done
 venv/bin/python volume.py "${types[@]}" > seen

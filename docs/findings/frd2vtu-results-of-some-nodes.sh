@@ -21,35 +21,7 @@ packages frd2vtu==0.2.1 pyvista==0.49.1 vtk==9.7.2 pandas==2.3.3 numpy==2.3.5
 # A block of side 1 is pressed on a larger one and pulled along x.
 blocks() {
   cat <<DECK
-*NODE
-1, -0.5, -0.5, -1.
-2, 1.5, -0.5, -1.
-3, 1.5, 1.5, -1.
-4, -0.5, 1.5, -1.
-5, -0.5, -0.5, 0.
-6, 1.5, -0.5, 0.
-7, 1.5, 1.5, 0.
-8, -0.5, 1.5, 0.
-11, 0., 0., 0.
-12, 1., 0., 0.
-13, 1., 1., 0.
-14, 0., 1., 0.
-15, 0., 0., 1.
-16, 1., 0., 1.
-17, 1., 1., 1.
-18, 0., 1., 1.
-*ELEMENT, TYPE=C3D8, ELSET=GROUND
-1, 1, 2, 3, 4, 5, 6, 7, 8
-*ELEMENT, TYPE=C3D8, ELSET=BLOCK
-2, 11, 12, 13, 14, 15, 16, 17, 18
-*NSET, NSET=BELOW
-1, 2, 3, 4
-*NSET, NSET=TOP
-15, 16, 17, 18
-*SURFACE, NAME=UPPER
-2, S1
-*SURFACE, NAME=LOWER
-1, S2
+$(two_blocks 0. 1.)
 *MATERIAL, NAME=M
 *ELASTIC
 1000., 0.
@@ -82,7 +54,7 @@ DECK
 blocks 'SURFACE TO SURFACE' > FACE.inp
 blocks 'NODE TO SURFACE' > NODE.inp
 for deck in FACE NODE; do
-  LD_LIBRARY_PATH="$libraries" root/usr/bin/ccx $deck > $deck.log
+  ccx $deck
 done
 
 cat > nodes.py <<'PYTHON'
