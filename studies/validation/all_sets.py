@@ -11,8 +11,6 @@ machine.
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,8 +20,8 @@ import frictopt as fo
 from studies.progress import each
 from studies.tables import Row, Study, Table, markdown
 
-from .blocks import Case, block, clamp
-from .stays_open import intervals, reach
+from .blocks import Case, block, clamp, in_space
+from .stays_open import intervals, intervals_in_space, reach
 
 
 @dataclass(frozen=True)
@@ -46,25 +44,6 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(((4, 3), (6, 2)), ((4, 1),), clamps=1)
-
-
-def in_space(seed: int, nodes: int) -> Case:
-    """A random contact in space, whose mean load leaves nodes open."""
-    rng = np.random.default_rng([seed, 64])
-    G = rng.normal(size=(3 * nodes, 3 * nodes))
-    S: Any = G @ G.T / nodes + 0.3 * np.eye(3 * nodes)
-    pressed = rng.uniform(0.5, 1.5, nodes)
-    pressed[rng.random(nodes) < 0.4] *= -0.5
-    shear = np.zeros((2, nodes))
-    loads: dict[str, Any] = {
-        "mean": np.concatenate([*shear, pressed]),
-        "a": np.concatenate([*rng.normal(size=(2, nodes)), 0.3 * rng.normal(size=nodes)]),
-        "b": np.concatenate([*rng.normal(size=(2, nodes)), 0.3 * rng.normal(size=nodes)]),
-    }
-    gap = 0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3)
-    points = np.column_stack([np.arange(float(nodes)), np.zeros((nodes, 2))])
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"a": -1.0}])
-    return fo.ContactSystem(S, points, loads, gap=gap), cycle, float(rng.uniform(0.2, 0.8))
 
 
 def _cases(parameters: Parameters) -> Iterator[tuple[str, int, int, list[Case]]]:
@@ -96,7 +75,7 @@ def contacts(parameters: Parameters) -> Iterator[Row]:
         plane = family != "in space"
         every = np.nan
         if nodes <= parameters.tried[0 if plane else 1]:
-            known = list(intervals(*copies[0]) if plane else _intervals_in_space(*copies[0]))
+            known = list(intervals(*copies[0]) if plane else intervals_in_space(*copies[0]))
             # Without a safe load factor the search begins anywhere.
             every = reach(known, 0.0 if np.isnan(limit.load_factor) else limit.load_factor)
             if not known:
@@ -115,20 +94,6 @@ def contacts(parameters: Parameters) -> Iterator[Row]:
             "seconds": max(seconds),
             "residual": limit.residual,
         }
-
-
-def _intervals_in_space(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float
-) -> Iterator[tuple[float, float]]:
-    """The safe load factors of all sets of open nodes, each by a program of its own."""
-    for opened in product((False, True), repeat=system.nodes):
-        try:
-            limit = fo.shakedown_limit(system, cycle, friction, open=opened, progress=False)
-        except fo.FrictoptError:
-            # The closed nodes do not hold the open ones, or rounding hides the answer.
-            continue
-        if not np.isnan(limit.load_factor):
-            yield limit.least, limit.load_factor
 
 
 def missed(table: pd.DataFrame) -> pd.Series:

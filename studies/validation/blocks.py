@@ -1,4 +1,7 @@
-"""Blocks on a rigid base and clamps, by finite elements of their own: contacts that lift off."""
+"""Contacts that lift off.
+
+Blocks on a rigid base and clamps are finite elements. The contacts in space are random.
+"""
 
 from typing import Any
 
@@ -149,3 +152,22 @@ def clamp(seed: int, noise: float = 0.0, member: int = 0) -> Case:
     points = np.column_stack([0.25 * np.arange(14), np.zeros(14)])
     cycle = fo.LoadCycle({"bolt": 1.0}, [{"c0": 1.0}, {"c1": 1.0}])
     return fo.ContactSystem(S, points, reactions), cycle, float(rng.choice([0.15, 0.3, 0.5]))
+
+
+def in_space(seed: int, nodes: int) -> Case:
+    """A random contact in space, whose mean load leaves nodes open."""
+    rng = np.random.default_rng([seed, 64])
+    G = rng.normal(size=(3 * nodes, 3 * nodes))
+    S: Any = G @ G.T / nodes + 0.3 * np.eye(3 * nodes)
+    pressed = rng.uniform(0.5, 1.5, nodes)
+    pressed[rng.random(nodes) < 0.4] *= -0.5
+    shear = np.zeros((2, nodes))
+    loads: dict[str, Any] = {
+        "mean": np.concatenate([*shear, pressed]),
+        "a": np.concatenate([*rng.normal(size=(2, nodes)), 0.3 * rng.normal(size=nodes)]),
+        "b": np.concatenate([*rng.normal(size=(2, nodes)), 0.3 * rng.normal(size=nodes)]),
+    }
+    gap = 0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3)
+    points = np.column_stack([np.arange(float(nodes)), np.zeros((nodes, 2))])
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"a": -1.0}])
+    return fo.ContactSystem(S, points, loads, gap=gap), cycle, float(rng.uniform(0.2, 0.8))

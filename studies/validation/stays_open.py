@@ -72,6 +72,20 @@ def intervals(
                 yield found
 
 
+def intervals_in_space(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float
+) -> Iterator[tuple[float, float]]:
+    """The safe load factors of all sets of open nodes, each by a program of its own."""
+    for opened in product((False, True), repeat=system.nodes):
+        try:
+            limit = fo.shakedown_limit(system, cycle, friction, open=opened, progress=False)
+        except fo.FrictoptError:
+            # The closed nodes do not hold the open ones, or rounding hides the answer.
+            continue
+        if not np.isnan(limit.load_factor):
+            yield limit.least, limit.load_factor
+
+
 def reach(known: list[tuple[float, float]], load_factor: float, alike: float = 1e-7) -> float:
     """The load factor up to which all are safe from `load_factor` on, with one set or another."""
     for least, largest in sorted(known):

@@ -1,8 +1,5 @@
 """The best limit of all sets of nodes that stay open, against every set of them."""
 
-from functools import cache
-from itertools import product
-
 import numpy as np
 import pytest
 
@@ -10,11 +7,11 @@ import frictopt as fo
 from frictopt.base import Bar
 from helpers.cases import few
 from helpers.liars import is_excess, lying
-from helpers.separation import lifted_system, open_in_space, pulled_system
+from helpers.separation import lifted_system, pulled_system
 from helpers.systems import CYCLE
-from studies.validation.blocks import block, clamp
+from studies.validation.blocks import block, clamp, in_space
 from studies.validation.fuzz.cases import random_case
-from studies.validation.stays_open import intervals, reach
+from studies.validation.stays_open import intervals, intervals_in_space, reach
 
 # Blocks of which a local search misses the best set: it is 1.2 to 2 times better or infinite.
 MISSED = [51, 75, 90, 111, 122, 13, 109, 132, 145, 156]
@@ -42,27 +39,6 @@ def fuzzed(seed):
     return case.system, case.cycle, case.friction
 
 
-def spatial(seed):
-    """A random contact in space with nodes that the mean load leaves open."""
-    contact, cycle, _ = open_in_space(seed, nodes=4)
-    return contact, cycle, 0.6
-
-
-@cache
-def intervals_in_space(seed):
-    """Safe load factors of all sets of open nodes in space, each by a program of its own."""
-    contact, cycle, friction = spatial(seed)
-    known = []
-    for opened in product([False, True], repeat=contact.nodes):
-        try:
-            limit = fo.shakedown_limit(contact, cycle, friction, open=opened)
-        except fo.FrictoptError:
-            continue
-        if not np.isnan(limit.load_factor):
-            known.append((limit.least, limit.load_factor))
-    return known
-
-
 def is_best(contact, cycle, friction, known):
     """Assert that the limit is the best one, and that its answer says what is known of others."""
     limit = fo.shakedown_limit(contact, cycle, friction)
@@ -88,7 +64,8 @@ def test_no_set_of_a_small_contact_in_the_plane_is_better(case, seed):
 
 @pytest.mark.parametrize("seed", few(range(12), 2))
 def test_no_set_of_a_small_contact_in_space_is_better(seed):
-    is_best(*spatial(seed), intervals_in_space(seed))
+    contact, cycle, friction = in_space(seed, nodes=4)
+    is_best(contact, cycle, friction, list(intervals_in_space(contact, cycle, friction)))
 
 
 @pytest.mark.parametrize("seed", few(MISSED, 5) + few(STATIC, 2))
