@@ -15,8 +15,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..base import RESIDUAL, Array, Booleans, Integers
+from ..solve.answer import error_of_contradiction
 from ..solve.arrays import Arrays
-from ..solve.rows import LINEAR, rows_of
+from ..solve.rows import LINEAR, Rows, rows_of
 from ..solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
 from .question import Question
 from .rest_program import RestProgram
@@ -33,8 +34,6 @@ class BranchSettings:
     # A loose node is open if its pressure is below this share of its unit. It is closed if its own
     # motion is below this share. Then the solution is the state of one set.
     decided: float = 1e-6
-    # A proof that a branch has no state holds for unknowns up to this number of units.
-    far: float = 1e-3 / RESIDUAL
 
 
 BRANCHES = BranchSettings()
@@ -146,31 +145,43 @@ class LooseNodes:
         self._arrays = program.arrays(goal, 1.0)
         self._matrix = self._arrays.matrix.toarray()
         self._unit = program.place(goal).unit
-        # The own motions among the unknowns, and the forces among the rows: lifts and normal forces
-        # last.
+        # The own motions among the unknowns. Lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
-        self._forces = np.zeros(shape, dtype=int)
-        # The set of each instant, and the first instant of each slip, which is the common slip.
-        self._set = np.asarray(sets)[program.response_of]
+        self._set = np.asarray(sets)[program.response_of]  # of each instant
+        # At the first instant of each slip, loose nodes have no slip of their own, because there
+        # their slip is the common slip.
         self._first = [int((program.response_of == slip).argmax()) for slip in range(len(sets))]
         self.size = (max(sets) + 1) * n
-        # The loose node of each row of the contact law; -1 for other rows.
-        self._node = np.full(len(self._matrix), -1)
-        index = np.full(question.system.nodes, -1)
-        index[nodes] = np.arange(n)
-        first = program.slides
-        for rows in program.stacked.rows:
-            of_rows = np.arange(first, first + len(rows.constants))
-            first += len(of_rows)
-            if rows is forces:
-                self._forces = of_rows.reshape(shape)
-            elif len(of_rows) and rows.instants[0] >= 0:
-                loose = index[rows.nodes]
-                loose = np.where(loose < 0, -1, self._set[rows.instants] * n + loose)
-                self._node[of_rows] = np.repeat(loose, rows.sizes)
+        of_forces, self._node = self._rows_of_nodes(program, forces, nodes)
+        # The forces among the rows. Normal forces are last.
+        self._forces = of_forces.reshape(shape)
         # HiGHS keeps one linear program, whose bounds change.
         is_linear = self._arrays.sizes.max(initial=1) == 1
         self._warm = self._warm_program() if is_linear else None
+
+    def _rows_of_nodes(
+        self, program: RestProgram, forces: Rows, nodes: Integers
+    ) -> tuple[Integers, Integers]:
+        """The numbers of the rows `forces`, and for each row of the contact law its loose node.
+
+        Rows of other nodes, and other rows, have -1.
+        """
+        n = len(nodes)
+        index = np.full(program.question.system.nodes, -1)
+        index[nodes] = np.arange(n)
+        of_forces = np.zeros(0, dtype=int)
+        node_of_row = np.full(len(self._matrix), -1)
+        first = program.slides
+        for rows in program.stacked.rows:
+            numbers = np.arange(first, first + len(rows.constants))
+            first += len(numbers)
+            if rows is forces:
+                of_forces = numbers
+            elif len(numbers) and rows.instants[0] >= 0:
+                loose = index[rows.nodes]
+                loose = np.where(loose < 0, -1, self._set[rows.instants] * n + loose)
+                node_of_row[numbers] = np.repeat(loose, rows.sizes)
+        return of_forces, node_of_row
 
     def _warm_program(self) -> WarmProgram:
         arrays = self._arrays
@@ -201,8 +212,8 @@ class LooseNodes:
             outcome, x, y = self._solved(branch, still, zero)
         if outcome == INFEASIBLE:
             unbalanced = self._unbalanced(np.zeros(len(still)), y, still).sum()
-            impossible = unbalanced * BRANCHES.far < -float(self._arrays.right @ y)
-            return Relaxed(-np.inf if impossible else np.inf)
+            error = error_of_contradiction(unbalanced, -float(self._arrays.right @ y))
+            return Relaxed(-np.inf if error <= RESIDUAL else np.inf)
         if outcome not in (OPTIMAL, CUT_OFF):
             return Relaxed(np.inf)
         unbalanced = self._unbalanced(self._arrays.cost, y, still)
@@ -210,12 +221,14 @@ class LooseNodes:
         bound *= self._unit
         if bound >= self._most * (1 - BRANCHES.at_most):
             bound = np.inf
-        if outcome == CUT_OFF:
-            return Relaxed(bound)
+        return Relaxed(bound) if outcome == CUT_OFF else self._solution(bound, x)
+
+    def _solution(self, bound: float, x: Array) -> Relaxed:
+        """A bound with the largest motions and pressures of loose nodes in a solution."""
         rows = self._forces[:, -1]
         pressures = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
-        motion = np.zeros((self.size // n, n))
-        pressure = np.zeros((self.size // n, n))
+        motion = np.zeros((self.size // rows.shape[1], rows.shape[1]))
+        pressure = np.zeros_like(motion)
         np.maximum.at(motion, self._set, np.abs(x[self._own]).max(axis=1))
         np.maximum.at(pressure, self._set, pressures)
         return Relaxed(bound, motion.ravel(), pressure.ravel())

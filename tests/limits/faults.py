@@ -638,7 +638,7 @@ FAULTS = (
     Fault(
         "limits/loose_nodes.py",
         "multipliers that do not balance prove that a branch is empty",
-        old="unbalanced * BRANCHES.far < -float(self._arrays.right @ y)",
+        old="error <= RESIDUAL",
         new="True",
         tests="all_sets",
     ),
