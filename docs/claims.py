@@ -18,7 +18,7 @@ PAGE = Path(__file__).with_name("claims.md")
 class Claim:
     """A section of the page.
 
-    `sentences` are names `file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
+    `sentences` are names `room.file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
     same elsewhere: attributes, pages, errors. If `holds_if` is empty, the section has what its
     sentences assume.
     """
@@ -53,8 +53,8 @@ class Claim:
 
 
 def sentence_of(name: str) -> object:
-    """The sentence with a name `file.NAME` in `frictopt/limits`: a `Sentence`, or a text."""
-    file, constant = name.split(".")
+    """The sentence with a name `room.file.NAME` in `frictopt/limits`: a `Sentence`, or a text."""
+    file, constant = name.rsplit(".", 1)
     return getattr(import_module(f"frictopt.limits.{file}"), constant)
 
 
@@ -72,7 +72,7 @@ def shortened(text: str) -> str:
 
 CLAIMS = (
     Claim(
-        "sentences.HIGHEST",
+        "answers.sentences.HIGHEST",
         by="`ShakedownLimit`, README, index, checked, theory, glossary, validity",
         holds_if="the nodes of `limit.open` stay open and all others closed at every corner, also under a static load of one corner; with `limit.events` these nodes open and close in this order",
         source='multipliers (theory, eq. (8); "Nodes that open and close in each cycle")',
@@ -80,14 +80,14 @@ CLAIMS = (
         also='`bound`; "from both sides"',
     ),
     Claim(
-        "sentences.NO_BOUND",
+        "answers.sentences.NO_BOUND",
         by="`ShakedownLimit`",
         source="the slip, checked in each run: it obeys the law at all corners and events",
         tests="test_moving_events::test_a_cylinder_of_two_materials",
         also="no states, because it is infinite: even … the contact may shake down above the limit; `covers`",
     ),
     Claim(
-        "sentences.NO_EVENTS sentences.CALL_WITH_EVENTS",
+        "answers.sentences.NO_EVENTS answers.sentences.CALL_WITH_EVENTS",
         by="`ShakedownLimit`",
         source="a search, and the lemma of bonded reactions that come back (theory)",
         tests="test_moving_events::test_a_cylinder_of_two_very_different_materials_slips_under_its_pressure_alone test_moving_events::test_a_reason_says_where_to_ask_for_events",
@@ -101,13 +101,13 @@ CLAIMS = (
         tests="test_moving_events::test_turning_points_on_a_line_change_nothing",
     ),
     Claim(
-        "sentences.HIGHER_WITH_OTHERS_OPEN sentences.BOUND_COVERS",
+        "answers.sentences.HIGHER_WITH_OTHERS_OPEN answers.sentences.BOUND_COVERS",
         by="`ShakedownLimit`",
         source="multipliers, which say nothing about other sets of open nodes",
         tests="test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_own_constraints::test_constraints_that_nothing_obeys_are_named",
     ),
     Claim(
-        "sentences.STATIC",
+        "answers.sentences.STATIC",
         by="`ShakedownLimit`",
         holds_if="all corners are one load, without constraints of the user; all nodes closed",
         source="multipliers, and multipliers of `gross_slip`",
@@ -122,20 +122,20 @@ CLAIMS = (
         tests="test_set_search::test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds",
     ),
     Claim(
-        "sentences.NOTHING_SAFE sentences.NO_FRICTION sentences.NO_PRESSURE",
+        "answers.sentences.NOTHING_SAFE answers.sentences.NO_FRICTION answers.sentences.NO_PRESSURE",
         by="`ShakedownLimit`",
         holds_if="the same nodes closed; with nodes that open and close the contact may shake down",
         source="multipliers",
         tests="test_claims::test_where_nothing_is_safe_nothing_is_proven_of_starts test_spatial_embedded::test_a_node_that_alone_keeps_the_limit_at_zero_is_named",
     ),
     Claim(
-        "sentences.CONTRADICTED",
+        "answers.sentences.CONTRADICTED",
         by="`ShakedownLimit`",
         source="multipliers of the rows that contradict each other",
         tests="test_own_constraints::test_constraints_that_nothing_obeys_are_named",
     ),
     Claim(
-        "sentences.UNSAFE_BELOW",
+        "answers.sentences.UNSAFE_BELOW",
         by="`ShakedownLimit`, `least` of `GuaranteedLimit` and `Design`",
         holds_if="the same nodes closed: below it slip, opening or touching goes on from every start",
         source="multipliers",
@@ -143,7 +143,7 @@ CLAIMS = (
         also="`least`",
     ),
     Claim(
-        "sentences.NOT_HIGHER_WITH_OTHERS_OPEN",
+        "answers.sentences.NOT_HIGHER_WITH_OTHERS_OPEN",
         by="`ShakedownLimit`, validity, faq, theory",
         holds_if="the closed nodes hold the open ones; sets that are not safe at the limit do not count; with nodes that open and close the contact may also shake down",
         source='multipliers of each branch, checked in each run (theory, "All sets")',
@@ -151,32 +151,32 @@ CLAIMS = (
         also="`best_of_all`, `bound_of_sets`",
     ),
     Claim(
-        "sentences.START_UNKNOWN",
+        "answers.sentences.START_UNKNOWN",
         by="`ShakedownLimit`",
         source="said where there is no proof",
         tests="test_least_load::test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so",
     ),
     Claim(
-        "sentences.INFINITE",
+        "answers.sentences.INFINITE",
         by="`ShakedownLimit`",
         holds_if="always: it is a slip that obeys the law. It may be larger than assembly leaves",
         source='a point that obeys all rows and a direction from there, checked in each run (theory, "The arrays of a program")',
         tests="test_least_load::test_one_node_without_a_largest_load_factor",
     ),
     Claim(
-        "sentences.CHOSEN",
+        "answers.sentences.CHOSEN",
         by="`ShakedownLimit`",
         source="multipliers",
         tests="test_own_constraints::test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions",
     ),
     Claim(
-        "sentences.ONLY_SLIP_PRESSES",
+        "answers.sentences.ONLY_SLIP_PRESSES",
         by="`ShakedownLimit`",
         source="the sign of its force under the mean load without slip",
         tests="test_reasons::test_a_node_that_only_slip_presses_is_named",
     ),
     Claim(
-        "sentences.BELONGS_TO_MESH",
+        "answers.sentences.BELONGS_TO_MESH",
         by="`ShakedownLimit`, `GuaranteedLimit`",
         source="observed on meshes of smooth contacts",
         tests="test_walking::test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_zero",
@@ -190,75 +190,75 @@ CLAIMS = (
         tests="test_open_nodes::test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing",
     ),
     Claim(
-        "sentences.SLIP_IS_SAFE sentences.SLIP_WITH_EVENTS",
+        "answers.sentences.SLIP_IS_SAFE answers.sentences.SLIP_WITH_EVENTS",
         by="`SafeSlip`",
         source="the contact law, checked in each run",
         tests="test_lift_off_questions::test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it",
     ),
     Claim(
-        "sentences.NO_SLIP_IS_SAFE sentences.NOR_WITH_SOME_OPEN",
+        "answers.sentences.NO_SLIP_IS_SAFE answers.sentences.NOR_WITH_SOME_OPEN",
         by="`SafeSlip`",
         source="multipliers",
         tests="test_claims::test_under_a_static_load_a_contact_rests_above_its_bound",
     ),
     Claim(
-        "sentences.LESS_IS_NOT_SAFE required_friction._UNDECIDED",
+        "answers.sentences.LESS_IS_NOT_SAFE required_friction._UNDECIDED",
         by="`RequiredFriction`",
         source="multipliers",
         tests="test_required_friction::test_it_is_proven_from_both_sides",
         also='"from both sides"',
     ),
     Claim(
-        "sentences.NONE_NEEDED",
+        "answers.sentences.NONE_NEEDED",
         by="`RequiredFriction`",
         source="the contact law, checked in each run",
         tests="test_required_friction::test_where_no_friction_is_needed",
     ),
     Claim(
-        "sentences.ENOUGH_WITH_EVENTS",
+        "answers.sentences.ENOUGH_WITH_EVENTS",
         by="`RequiredFriction`",
         source="checked in each run, and the search",
         tests="test_lift_off_questions::test_required_friction_agrees_with_the_limit_from_both_sides",
     ),
     Claim(
-        "sentences.NOT_FROM_EVERY_START",
+        "answers.sentences.NOT_FROM_EVERY_START",
         by="`RequiredFriction`",
         source="transients",
         tests="test_required_friction::test_as_assembled_a_joint_slips_with_more_friction_than_it_needs",
     ),
     Claim(
-        "sentences.NONE_IS_ENOUGH sentences.LOADS_OPEN",
+        "answers.sentences.NONE_IS_ENOUGH answers.sentences.LOADS_OPEN",
         by="`RequiredFriction`",
         source="multipliers",
         tests="test_required_friction::test_less_friction_is_enough_with_the_node_that_it_leaves_open",
     ),
     Claim(
-        "sentences.SIDES sentences.GAP_OF_SIDES sentences.NO_AMPLITUDES sentences.NO_AMPLITUDES_ABOVE_ZERO sentences.ALL_AMPLITUDES sentences.ONE_UNLIMITED",
+        "answers.sentences.SIDES answers.sentences.GAP_OF_SIDES answers.sentences.NO_AMPLITUDES answers.sentences.NO_AMPLITUDES_ABOVE_ZERO answers.sentences.ALL_AMPLITUDES answers.sentences.ONE_UNLIMITED",
         by="`SafeRegion`",
         source="multipliers",
         tests="test_open_nodes::test_amplitudes_of_two_loads_with_a_node_that_stays_open",
     ),
     Claim(
-        "sentences.BEST_DESIGN sentences.OTHER_DESIGNS_OPEN",
+        "answers.sentences.BEST_DESIGN answers.sentences.OTHER_DESIGNS_OPEN",
         by="`Design`",
         source="multipliers",
         tests="test_design_opens::test_the_best_design_of_random_contacts_is_that_of_its_open_nodes",
     ),
     Claim(
-        "sentences.NO_OTHER_DESIGNS_OPEN",
+        "answers.sentences.NO_OTHER_DESIGNS_OPEN",
         by="`Design`",
         holds_if="the closed nodes hold the open ones; nodes stay open or closed all through the cycle",
         source='multipliers of each branch, checked in each run (theory, "All sets")',
         tests="test_design_opens::test_a_relaxed_constraint_never_lowers_a_design",
     ),
     Claim(
-        "sentences.BEST_SAFE_DESIGN",
+        "answers.sentences.BEST_SAFE_DESIGN",
         by="`Design`",
         source="multipliers",
         tests="test_design_mean_load::test_random_designs_are_safe_under_the_mean_load_if_any_is",
     ),
     Claim(
-        "sentences.LARGER_DESIGNS_OPEN",
+        "answers.sentences.LARGER_DESIGNS_OPEN",
         by="`Design`",
         source="`bound`: multipliers; where others open: a search",
         tests="test_design_search::test_a_design_that_would_open_other_nodes_counts_with_its_own_limit",
@@ -272,20 +272,20 @@ CLAIMS = (
         tests="test_design_refused::test_designs_that_cannot_be_name_the_constraints_that_contradict",
     ),
     Claim(
-        "sentences.CRITICAL sentences.BOTH_BOUNDS sentences.BOUNDS_IN_SPACE sentences.AT_EVERY_LOAD sentences.UNLOADED",
+        "answers.sentences.CRITICAL answers.sentences.BOTH_BOUNDS answers.sentences.BOUNDS_IN_SPACE answers.sentences.AT_EVERY_LOAD answers.sentences.UNLOADED",
         by="`GuaranteedLimit`",
         holds_if="always: the slip of the answer brings this node to these bounds",
         source="the contact law, checked in each run",
         tests="test_limit_kinds::test_the_reason_of_a_witness_names_node_and_corners test_least_load::test_the_guaranteed_limit_of_an_interval test_reasons::test_a_node_that_slip_unloads_is_named",
     ),
     Claim(
-        "sentences.WEDGED",
+        "answers.sentences.WEDGED",
         by="`GuaranteedLimit`",
         source="the stiffness of this node alone (Klarbring 1990)",
         tests="test_reasons::test_a_node_that_may_wedge_itself_is_named",
     ),
     Claim(
-        "sentences.ONLY_AT_LEAST",
+        "answers.sentences.ONLY_AT_LEAST",
         by="`GuaranteedLimit`",
         source="multipliers of each node",
         tests="test_guaranteed_zero::test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness",
@@ -323,7 +323,7 @@ CLAIMS = (
         tests="test_claims::test_without_any_friction_a_contact_is_uncoupled_only_where_it_is",
     ),
     Claim(
-        "sentences.SAME_LIMIT",
+        "answers.sentences.SAME_LIMIT",
         also="lambda_1 is lambda_2, because no node is critical below it; the nodes that need no program cannot be critical below the limit, by a lower bound, or can only lift off when critical, or have no friction",
         by="`GuaranteedLimit`",
         holds_if="it is said of critical nodes. That no start slips for ever below is an observation, of starts that keep nodes closed",
@@ -331,7 +331,7 @@ CLAIMS = (
         tests="test_guaranteed::test_any_cycle_against_linear_programs_of_all_corners",
     ),
     Claim(
-        "sentences.LIFTING",
+        "answers.sentences.LIFTING",
         by="`GuaranteedLimit`",
         source="some do",
         tests="test_open_nodes::test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed_limit",
@@ -361,32 +361,32 @@ CLAIMS = (
         tests="test_spatial_limits::test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears",
     ),
     Claim(
-        "sentences.ABOVE sentences.BELOW sentences.NO_STATE sentences.APART sentences.UNBALANCED",
+        "answers.sentences.ABOVE answers.sentences.BELOW answers.sentences.NO_STATE answers.sentences.APART answers.sentences.UNBALANCED",
         by="`GrossSlip`, theory",
         source="a rigid motion in which contact forces do no negative work (theory, eq. (33))",
         tests="test_gross_slip::test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does",
         also="`bound`",
     ),
     Claim(
-        "sentences.HELD",
+        "answers.sentences.HELD",
         by="`GrossSlip`",
         source="the rigid motions of the stiffness",
         tests="test_gross_slip::test_held_bodies_never_slide_off",
     ),
     Claim(
-        "sentences.ALL_BALANCED",
+        "answers.sentences.ALL_BALANCED",
         by="`GrossSlip`",
         source="a point that obeys all rows and a direction from there, checked in each run",
         tests="test_gross_slip::test_random_faces_in_the_plane_agree_with_scipy",
     ),
     Claim(
-        "sentences.SLIDES_OFF_ABOVE sentences.SLIDES_OFF_AT_ANY sentences.SELF_STRESSED sentences.STOPPED sentences.GOES_ON",
+        "answers.sentences.SLIDES_OFF_ABOVE answers.sentences.SLIDES_OFF_AT_ANY answers.sentences.SELF_STRESSED answers.sentences.STOPPED answers.sentences.GOES_ON",
         by="`GrossSlip`, theory",
         source="transients from no slip",
         tests="test_gross_slip::test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit",
     ),
     Claim(
-        "sentences.MOVES",
+        "answers.sentences.MOVES",
         by="`ShakedownLimit`, theory, validity, faq, tutorial/which",
         holds_if="B = 0 up to rounding; the load factor scales shear alone; all nodes have friction; no slip bound, constraints or given open nodes",
         source='theorem (theory, "Contact areas that move"), multipliers, and the contact law at all instants',
@@ -394,28 +394,28 @@ CLAIMS = (
         also="all states of rest, for all openings and closings; `covers`, `bound_for_all`, `proven`",
     ),
     Claim(
-        "sentences.SLIPS_AT_ANY sentences.SLIPS_BUT_AT_ONE sentences.CLOSES_OTHERWISE",
+        "answers.sentences.SLIPS_AT_ANY answers.sentences.SLIPS_BUT_AT_ONE answers.sentences.CLOSES_OTHERWISE",
         by="`ShakedownLimit`",
         holds_if="the same; the equations of the rim leave more than 1e-9 of the cyclic shear",
         source="theorem (theory, eq. of the rim), and least squares",
         tests="test_moving_areas::test_a_phase_leaves_no_limit_and_its_transients_slip test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
-        "sentences.FROM_EVERY_START",
+        "answers.sentences.FROM_EVERY_START",
         by="`ShakedownLimit`",
         holds_if="the same; supports hold the bodies",
         source="theorem (theory, uncoupled contacts that lift off)",
         tests="test_moving_areas::test_random_contacts_rest_just_below_and_slip_just_above_from_every_start",
     ),
     Claim(
-        "sentences.NO_STATE_OF_REST sentences.TOO_LITTLE_PRESSURE",
+        "answers.sentences.NO_STATE_OF_REST answers.sentences.TOO_LITTLE_PRESSURE",
         by="`ShakedownLimit`",
         holds_if="the same; no slip is safe in the program of all states of rest",
         source="multipliers",
         tests="test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
-        "sentences.LAST_REST sentences.IN_THIS_ORDER sentences.IN_ANOTHER_ORDER sentences.CLOSES_ABOVE sentences.LIFTED_OFF",
+        "answers.sentences.LAST_REST answers.sentences.IN_THIS_ORDER answers.sentences.IN_ANOTHER_ORDER answers.sentences.CLOSES_ABOVE answers.sentences.LIFTED_OFF",
         by="`ShakedownLimit`, theory, validity",
         holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all corners; no slip bound, constraints or given open nodes; a piece of load factors shorter than 1e-6 of the load factor and its unit is not seen",
         source='theorem (theory, "Normal loads that are scaled, too"), multipliers in each piece, and the contact law at all instants',
@@ -423,13 +423,13 @@ CLAIMS = (
         also="states of rest just above it, for all openings and closings; `covers`, `intervals`",
     ),
     Claim(
-        "sentences.NO_REST_THERE sentences.TOO_LITTLE_FRICTION sentences.NONE_STOPS_IT",
+        "answers.sentences.NO_REST_THERE answers.sentences.TOO_LITTLE_FRICTION answers.sentences.NONE_STOPS_IT",
         by="`SafeSlip`, `RequiredFriction`",
         source='theorem (theory, "Contact areas that move"), multipliers, and least squares',
         tests="test_moving_safe_slip::test_a_rolling_cylinder_has_a_safe_slip_up_to_its_limit test_moving_safe_slip::test_with_a_phase_no_friction_is_enough",
     ),
     Claim(
-        "sentences.OBSERVED",
+        "answers.sentences.OBSERVED",
         by="`GuaranteedLimit`",
         source="transients",
         tests="test_moving_areas::test_the_guaranteed_limit_is_the_same_number_and_proven_if_bodies_are_held",

@@ -17,8 +17,8 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.limits.critical_state import needed
-from frictopt.limits.question import pose
+from frictopt.limits.guarantee.critical_state import needed
+from frictopt.limits.program.question import pose
 from studies.validation.followed import random_contact
 
 from . import space

@@ -9,7 +9,7 @@ import numpy as np
 from ..base import Array
 from ..contact import ContactSystem
 from ..limits import GrossSlip
-from ..limits.body_motions import MOVES
+from ..limits.balance.body_motions import MOVES
 
 SLIDES, TURNS, PRIES, LIFTS_OFF = "slides", "turns", "pries", "lifts off"
 # The first of these motions names that of a joint whose contacts move in several ways.

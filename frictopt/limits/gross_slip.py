@@ -34,12 +34,7 @@ from ..errors import ModelError, SolverError
 from ..solve.explained import Explained
 from ..transients.balance import self_stress
 from ..transients.statics import Statics, motions_of_bodies, nodal_motions
-from .body_motions import motion_table, motions_in_words
-from .corner_statics import CornerAnswer, CornerQuestion, corner_answer, drives, error_of_motion
-from .corners import outer_corners
-from .question import Question, pose
-from .self_stress import sliding_off
-from .sentences import (
+from .answers.sentences import (
     ABOVE,
     ALL_BALANCED,
     APART,
@@ -53,6 +48,17 @@ from .sentences import (
     STOPPED,
     UNBALANCED,
 )
+from .balance.body_motions import motion_table, motions_in_words
+from .balance.corner_statics import (
+    CornerAnswer,
+    CornerQuestion,
+    corner_answer,
+    drives,
+    error_of_motion,
+)
+from .balance.self_stress import sliding_off
+from .program.question import Question, pose
+from .program.units import outer_corners
 
 # One file because a reader follows the question to its answer in it.
 
@@ -143,7 +149,7 @@ class GrossSlip(Explained):
         if self._asked is None:
             return None
         # Imported here, because cvxpy is slow to import, and answers do not need it.
-        from .listing import corner_problem
+        from .printed.listing import corner_problem
 
         return corner_problem(self._asked, self.load_factor, self._forces)
 

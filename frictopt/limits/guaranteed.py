@@ -29,20 +29,19 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.solvers import LP, SOCP, solver_order
-from .answered import Rated
-from .critical_bounds import load_factor_bounds
-from .critical_search import (
+from .answers.answered import Rated, check_critical
+from .answers.reasons import guaranteed_reason
+from .guarantee.critical_search import (
     COINCIDE_ALONE,
     CriticalNodes,
     CriticalSearch,
     NodeClaim,
+    load_factor_bounds,
 )
-from .moving_areas import uncoupled
-from .proven_again import check_critical
-from .question import Question, pose
-from .reasons import guaranteed_reason
+from .moving.moving_areas import uncoupled
+from .program.question import Question, pose
+from .program.solution import Solved
 from .shakedown import ShakedownLimit, ShakedownLimits
-from .solved import Solved
 
 
 @dataclass(frozen=True, eq=False, repr=False)

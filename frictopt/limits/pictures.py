@@ -27,9 +27,9 @@ from ..plots.style import (
     picture,
     together,
 )
-from .design import Design
+from .answers.least_slip import LeastSlip
+from .best_design.design import Design
 from .guaranteed import GuaranteedLimit
-from .least_slip import LeastSlip
 from .required_friction import RequiredFriction
 from .safe_region import SafeRegion
 from .safe_slip import SafeSlip

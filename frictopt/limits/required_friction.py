@@ -1,38 +1,39 @@
-"""The least friction with which a load factor is safe."""
+"""The least friction with which a load factor is safe.
+
+If friction falls to it, some slip presses all nodes (`best_pressed`); the safe slips of the load
+factor are kept as a function of friction (`SafeByFriction`).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base import (
     RESIDUAL,
+    Bar,
     Booleans,
     PerNode,
     SolveRecord,
     Table,
     finite_number,
     flag,
+    frame,
     frozen,
     number_of,
     progress_bar,
     warns_of_odd_values,
+    worst,
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from .answered import Answered
-from .best_pressed import best_pressed
-from .lift_off import LiftOff, Order
-from .load_path import has_static_shear
-from .moving_areas import uncoupled
-from .question import Question, pose
-from .reasons import where
-from .safe_by_friction import SafeByFriction
-from .safe_slip import SafeSlip
-from .sentences import (
+from .answers.answered import Answered
+from .answers.reasons import where
+from .answers.sentences import (
     ENOUGH_WITH_EVENTS,
     LESS_IS_NOT_SAFE,
     LOADS_OPEN,
@@ -41,10 +42,144 @@ from .sentences import (
     NONE_STOPS_IT,
     NOT_FROM_EVERY_START,
 )
-from .solved import Solved
+from .events.lift_off import LiftOff, Order, has_static_shear
+from .moving.moving_areas import uncoupled
+from .program.assembled import most_pressed
+from .program.mechanism import Mechanism
+from .program.question import Question, pose, with_friction, with_open
+from .program.solution import Solution, Solved, solve
+from .rest_intervals import moving_areas_at
+from .safe_slip import SafeSlip, SafeSlips
 
 if TYPE_CHECKING:
     import cvxpy as cp
+
+
+# One file because a reader follows the question to its answer in it.
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """The least normal reaction under the best slip, with its proof.
+
+    `least` is divided by the mean normal force, and at most 1. If it is negative, `motion` is the
+    proof: a mechanism that opens nodes. `residual` is the error of both.
+    """
+
+    least: float
+    motion: Mechanism
+    residual: float
+
+    @property
+    def impossible(self) -> bool:
+        """Whether no slip presses every node at every corner."""
+        # A tension within the error of an answer is no proof.
+        return self.least < -RESIDUAL
+
+
+def best_pressed(
+    system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any
+) -> tuple[Pressing, SolveRecord]:
+    """The largest least normal reaction over nodes and corners that a residual slip can give."""
+    question = pose(system, cycle, 0.0, slip_bound=slip_bound)
+
+    def claimed(solution: Solution) -> Pressing:
+        slip = solution.slip_of_nodes
+        bound, defect = solution.bound
+        _, r = question.states(load_factor, slip)
+        reached = float(min(r[:, -1].min() / question.force, 1.0))
+        gap = abs(bound - reached) + defect
+        residual = worst([gap, question.excess_over_slip_bound(slip)])
+        return Pressing(reached, solution.motion, residual)
+
+    pressing, record = solve(most_pressed(question, load_factor), "least", 1.0, claimed)
+    assert pressing is not None
+    return pressing, record
+
+
+class SafeByFriction:
+    """The safe slips of one load factor for any friction and open nodes, each computed once.
+
+    The bar counts the programs. An interrupt keeps the frictions tried.
+    """
+
+    def __init__(self, question: Question, load_factor: float, events: bool, bar: Bar) -> None:
+        self.question = question
+        self.load_factor = load_factor
+        self.started = perf_counter()
+        # The same for every friction above 0.
+        self.areas = moving_areas_at(question, load_factor)
+        self._bar = bar
+        self._safe_slips = SafeSlips()
+        self._events = events
+        self._solved: dict[tuple[float, bytes, bool], SafeSlip] = {}
+
+    @property
+    def within(self) -> str:
+        """The slip bound, as a part of a reason."""
+        return "" if self.question.slip_bound is None else " within the slip bound"
+
+    def at(
+        self, friction: float, open_nodes: Booleans | None = None, events: bool = True
+    ) -> SafeSlip:
+        """The safe slip with the largest margin.
+
+        `open_nodes=None`: the open nodes are searched until a slip is safe, and with events the
+        orders in which they open and close, if the question has them. Nodes of moving areas are
+        always searched.
+        """
+        if self.areas is not None:
+            open_nodes = None
+        events = events and self._events
+        key = friction, b"" if open_nodes is None else open_nodes.tobytes(), events
+        if key not in self._solved:
+            self._bar.update()
+            safe = self._solve(with_friction(self.question, friction), open_nodes, events)
+            self._solved[key] = safe
+            # A search ends with the program of the open nodes that it finds.
+            self._solved.setdefault((friction, safe.open.tobytes(), False), safe)
+            less, more = self.bracket()
+            best = f"between {less:.4g} and {more:.4g} so far"
+            note = f"{best}; the frictions tried are in the attribute `table`"
+            self._bar.keep("table", self._table, note, best)
+        return self._solved[key]
+
+    def _solve(self, question: Question, open_nodes: Booleans | None, events: bool) -> SafeSlip:
+        if open_nodes is not None:
+            opened = with_open(question, open_nodes)
+            assert opened is not None  # it has a limit
+            return self._safe_slips.of_set(opened, self.load_factor)
+        return self._safe_slips.of_question(
+            question, self.load_factor, events=events, enough=self.load_factor
+        )
+
+    def exists(
+        self, friction: float, open_nodes: Booleans | None = None, events: bool = True
+    ) -> bool | None:
+        """Whether a safe slip exists: True and False are proven; None if there is no proof."""
+        try:
+            return self.at(friction, open_nodes, events).exists
+        except SolverError:
+            return None
+
+    def bracket(self) -> tuple[float, float]:
+        """The largest friction proven too little, and the smallest one proven enough."""
+        enough = [friction for (friction, *_), safe in self._solved.items() if safe.exists]
+        least_enough = min(enough, default=np.inf)
+        too_little = [friction for (friction, *_), safe in self._solved.items() if not safe.exists]
+        below = (friction for friction in too_little if friction < least_enough)
+        return max(below, default=0.0), least_enough
+
+    def largest_slip(self, friction: float) -> float:
+        """Size of the first safe slip that was found with a friction."""
+        slips = (safe for (f, *_), safe in self._solved.items() if f == friction and safe.exists)
+        return next(slips).largest_slip
+
+    def _table(self) -> Table:
+        """The frictions tried so far."""
+        rows = {(f, safe.exists, safe.margin) for (f, *_), safe in self._solved.items()}
+        return frame(sorted(rows), names=["friction", "safe", "margin"])
+
 
 _NONE_FOUND = (
     "required friction: none up to {largest:g} is enough, although no node has to open: with the "
@@ -134,7 +269,7 @@ class RequiredFriction(Answered):
         if self._solved is None:
             raise ModelError("problem: this answer has none; ask again with enough friction")
         # Imported here, because cvxpy is slow to import, and answers do not need it.
-        from .listing import problem_of
+        from .printed.listing import problem_of
 
         return problem_of(self._solved)
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from ..base import (
     GROWN,
     RESIDUAL,
+    ZERO_LOAD_FACTOR,
     Array,
     LimitKind,
     PerNode,
@@ -34,22 +35,22 @@ from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from ..solve.arrays import Arrays
 from ..solve.solvers import INFEASIBLE, NoOptimum
-from . import assembled, rest_intervals
-from .answered import answered
-from .lift_off import LiftOff
-from .mechanism import Mechanism
-from .open_nodes import is_safe_at_mean_load
-from .order_limits import best_with_events
-from .ordered import read_order, solved_order
-from .question import Question, pose, with_open
-from .quick_bound import is_at_most
-from .reasons import shakedown_reason
-from .rest_program import RestProgram
-from .sentences import CHOSEN, CONTRADICTED
-from .set_search import NotAbove, best_open_set, may_open
-from .shakedown_answer import ShakedownAnswer
-from .solution import Solution, contradiction, growth, solve
-from .solved import UNBOUNDED, Solved
+from . import rest_intervals
+from .answers.answered import answered
+from .answers.reasons import shakedown_reason
+from .answers.sentences import CHOSEN, CONTRADICTED
+from .answers.shakedown_answer import ShakedownAnswer
+from .events.lift_off import LiftOff
+from .events.ordered import read_order, solved_order
+from .gross_slip import statics_alone
+from .program import assembled
+from .program.mean_load import is_safe_at_mean_load
+from .program.mechanism import Mechanism
+from .program.question import Question, pose, with_open
+from .program.rest_program import RestProgram
+from .program.solution import UNBOUNDED, Solution, Solved, contradiction, growth, solve
+from .search.order_search import best_with_events
+from .search.set_search import NotAbove, best_open_set, is_at_most, may_open
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
 
@@ -266,7 +267,7 @@ class ShakedownLimits:
             ):
                 raise
             # Imported here, because cvxpy is slow to import.
-            from .last_resort import by_plain_cvxpy
+            from .printed.last_resort import by_plain_cvxpy
 
             limit, record = by_plain_cvxpy(question, claimed, error)
         if limit is None or limit.bound <= above:
@@ -556,6 +557,37 @@ class ShakedownLimit(ShakedownAnswer):
     def reason(self) -> str:
         """Explanation of the limit in words."""
         return shakedown_reason(self)
+
+    @cached_property
+    def bound_of_sets(self) -> float:
+        """Load factor that no set of nodes that stay open all through the cycle exceeds.
+
+        It is the bound of the search, or `bound_for_all` if that is less. Sets that are safe only
+        from a load factor above the limit on do not count. -inf if no set has a safe load factor.
+        """
+        if self.best_of_all:
+            return self._searched.bound
+        return min(self._searched.bound, self.bound_for_all)
+
+    @cached_property
+    def bound_for_all(self) -> float:
+        """Load factor above which no state of rest exists, for any start and any open nodes.
+
+        It is `bound` if the limit covers all states of rest, 0 if none exists. Otherwise it is
+        `bound` of `gross_slip`; 0 if a body slides off under the mean load. Inf if supports hold
+        the bodies: then the states that `covers` leaves out have no proven bound. SolverError if no
+        solver's answer passes the checks.
+        """
+        if self._all_states:
+            return 0.0 if np.isnan(self.bound) else self.bound
+        largest = statics_alone(self.system, self.cycle, self.friction)
+        return 0.0 if np.isnan(largest) else largest
+
+    @property
+    def proven(self) -> bool:
+        """Whether no state of rest exists above the limit: `bound_for_all` equals it up to 1e-6."""
+        largest = self.load_factor * (1 + 1e-6)
+        return bool(self.bound_for_all <= largest + ZERO_LOAD_FACTOR * self._question.load_unit)
 
     @cached_property
     def intervals(self) -> Array:

@@ -10,9 +10,9 @@ from ..base import RESIDUAL, ROUNDING, Array
 from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
-from ..limits.elastic import elastic
-from ..limits.furthest import furthest
-from ..limits.open_nodes import open_under_mean
+from ..limits.program.mean_load import open_under_mean
+from ..limits.program.rest_program import elastic
+from ..limits.safe_slip import furthest
 
 
 class RangeStarts:

@@ -1,8 +1,8 @@
 """Contact forces within friction that balance loads in rigid motions of the bodies.
 
 Forces [q, p] that obey the contact law form one cone. Three questions are asked of it: the largest
-load that such forces balance (`limits/corner_statics.py`), whether they balance themselves, and the
-motion of negative work in which they cannot balance a load.
+load that such forces balance (`limits/balance/corner_statics.py`), whether they balance themselves,
+and the motion of negative work in which they cannot balance a load.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from test_spatial import ratio, seconds
 
 import frictopt as fo
 from frictopt.contact import joined
-from frictopt.limits import assembled
+from frictopt.limits.program import assembled
 from frictopt.solve.solvers import run
 from frictopt.transients.march import open_at_rest
 from frictopt.transients.stepped import SteppedPath

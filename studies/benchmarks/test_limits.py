@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import assembled, pose
+from frictopt.limits import pose
+from frictopt.limits.program import assembled
 from studies.validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
 from studies.validation.error_vs_time.plain import plain_limit
 

@@ -15,7 +15,8 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.contact import joined
-from frictopt.limits import assembled, pose
+from frictopt.limits import pose
+from frictopt.limits.program import assembled
 from frictopt.solve import interior_point
 from frictopt.solve.solvers import run
 from frictopt.transients.increments.sweeps import sweep

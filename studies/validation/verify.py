@@ -14,7 +14,7 @@ import pandas as pd
 import frictopt as fo
 from frictopt.contact import lengths, parted, reactions
 from frictopt.limits import pose
-from frictopt.limits.furthest import furthest
+from frictopt.limits.safe_slip import furthest
 
 NO_OUTCOME = "NO_CONTINUATION"
 

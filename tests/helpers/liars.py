@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from frictopt.errors import SolverError
-from frictopt.limits import last_resort
+from frictopt.limits.printed import last_resort
 from frictopt.solve import answer, by_cvxpy
 from frictopt.solve.solvers import OPTIMAL
 

@@ -32,6 +32,22 @@ BELOW = {
 }
 """Room -> the rooms that it may import, in their order. Each room stands below these rooms."""
 
+IN_LIMITS = (
+    "program",
+    "events",
+    "moving",
+    "guarantee",
+    "balance",
+    "printed",
+    "answers",
+    "search",
+    "questions",
+    "best_design",
+    "pictures",
+)
+"""The rooms of `limits`, in their order: each imports only rooms that stand before it. `questions`
+are the files beside the rooms."""
+
 LIBRARIES: dict[str, set[str]] = {
     "errors": {"numpy"},
     "base": {"numpy", "pandas", "tqdm", "matplotlib", "scipy.linalg"},
@@ -76,6 +92,12 @@ def _dotted(path: Path) -> str:
 def room(name: str) -> str:
     """The room in which a file stands, by its dotted name."""
     return (name.split(".") + [""])[1]
+
+
+def room_in_limits(name: str) -> str:
+    """The room of `limits` in which one of its files stands, by its dotted name."""
+    place = name.split(".")[2]
+    return place if place in IN_LIMITS else "questions"
 
 
 def imports(name: str) -> Iterator[str]:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits.critical_state import smallest_discs
+from frictopt.limits.guarantee.critical_state import smallest_discs
 from frictopt.reference import smallest_circle
 from helpers.cases import few
 from helpers.guaranteed import check

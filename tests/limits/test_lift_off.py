@@ -14,7 +14,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.base import number_of, progress
-from frictopt.limits import Question, ShakedownLimits, order_limits, pose
+from frictopt.limits import Question, ShakedownLimits, pose
+from frictopt.limits.search import order_search
 from helpers.cases import few
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
@@ -341,7 +342,7 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
     """
     contact = pin(16)
     started = []
-    honest = order_limits.ordered_program
+    honest = order_search.ordered_program
     counts = {}
 
     def stops(*args, **options):
@@ -357,7 +358,7 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
         counts[bar.what] = bar.count, bar.best
 
     monkeypatch.setattr(progress.Bar, "update", counted)
-    monkeypatch.setattr(order_limits, "ordered_program", stops)
+    monkeypatch.setattr(order_search, "ordered_program", stops)
     with pytest.raises(KeyboardInterrupt, match="attribute `limit`") as caught:
         fo.shakedown_limit(contact, PIN, 1.0, events=True)
     limit = caught.value.limit

@@ -11,8 +11,9 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits import last_resort, pose, shakedown
-from frictopt.limits.critical_bounds import load_factor_bounds
+from frictopt.limits import pose, shakedown
+from frictopt.limits.guarantee.critical_search import load_factor_bounds
+from frictopt.limits.printed import last_resort
 from frictopt.solve import solvers as policy
 from helpers.cases import few
 from helpers.guaranteed import least_by_node, random_cycle

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import models
+from frictopt.limits.printed import models
 from frictopt.transients.increments import programs as increments
 from helpers.cases import ALL_CASES, few
 from helpers.spatial import CORNERS, random_contact

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.limits import order_search, settled_order
+from frictopt.limits.search import order_search
 from helpers.cases import few
 from helpers.orders import largest_round_a_cycle
 from helpers.separation import pulled_system, rests
@@ -269,7 +269,7 @@ def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
     Events need a load for which a node closes at the bonded reactions at which it opens (lemma).
     """
     searches = []
-    monkeypatch.setattr(settled_order, "_settled", lambda *arguments: searches.append(arguments))
+    monkeypatch.setattr(order_search, "_settled", lambda *arguments: searches.append(arguments))
     for seed in few(range(6)):
         case = coupled(seed, "around an area")
         limit = fo.shakedown_limit(*case, events=True)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import pose, quick_bound, shakedown, with_open
+from frictopt.limits import pose, shakedown, with_open
+from frictopt.limits.search import set_search
 from helpers.cases import few
 from helpers.separation import lifted_system, pulled_system
 from helpers.systems import CYCLE
@@ -64,7 +65,7 @@ def test_no_limit_is_above_the_load_factor_that_a_mechanism_proves(seed):
             continue
         tried = question.load_unit * np.geomspace(1e-3, 1e3, 13)
         proven = [
-            load_factor for load_factor in tried if quick_bound.is_at_most(question, load_factor)
+            load_factor for load_factor in tried if set_search.is_at_most(question, load_factor)
         ]
         if proven:
             limit = fo.shakedown_limit(*case, open=question.open_nodes).load_factor

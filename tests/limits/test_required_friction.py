@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 from skfem import MeshQuad
 
 import frictopt as fo
-from frictopt.limits.best_pressed import best_pressed
+from frictopt.limits.required_friction import best_pressed
 from frictopt.limits.safe_slip import SafeSlips
 from helpers.cases import few
 from helpers.liars import misread

@@ -17,12 +17,12 @@ from frictopt.limits import (
     ShakedownLimits,
     areas_near,
     normal_path,
-    path_pieces,
     piece_at,
     pieces,
     pose,
     rest_intervals,
 )
+from frictopt.limits.moving import path_pieces
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from studies.validation.fuzz.embedded import embedded

@@ -256,7 +256,7 @@ def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
     point; the lines of twin points are parallel.
     """
 
-    rays = import_module("frictopt.limits.region_rays").Rays
+    rays = import_module("frictopt.limits.safe_region").Rays
     limit_of = rays._limit
 
     def loose(*args):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits import ShakedownLimits, pose, with_open
-from frictopt.limits.likely_sets import settled_sets
+from frictopt.limits.search.likely_sets import settled_sets
 from frictopt.solve import interior_point
 from helpers import spatial
 from helpers.cases import few

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import likely_sets, set_search, shakedown
+from frictopt.limits import shakedown
+from frictopt.limits.search import likely_sets, set_search
 from helpers.cases import few
 from helpers.separation import lifted_system, open_in_space, pulled_system, rests
 from helpers.spatial import vectors

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
-from frictopt.limits import assembled, pose
+from frictopt.limits import pose
+from frictopt.limits.program import assembled
 from frictopt.solve import LP_SOLVERS
 from studies.paper import LOADS
 from studies.validation.error_vs_time.bare_lp import (

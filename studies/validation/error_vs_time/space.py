@@ -11,7 +11,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 import frictopt as fo
-from frictopt.limits import assembled, pose
+from frictopt.limits import pose
+from frictopt.limits.program import assembled
 from frictopt.reference import SphereContact, half_space_contact, smallest_circle_limit
 from frictopt.solve.arrays import Arrays
 from studies.paper import LOADS

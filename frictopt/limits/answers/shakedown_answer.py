@@ -1,0 +1,245 @@
+"""The data of a shakedown limit, and its proofs about states that its program does not cover."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...base import (
+    FLOOR,
+    RESIDUAL,
+    Array,
+    LimitKind,
+    Table,
+    finite_number,
+    frozen,
+    kept,
+    number_of,
+)
+from ...contact import lengths
+from ...errors import ModelError
+from ..moving.moving_areas import has_all_states
+from ..program.mean_load import stays_closed
+from ..program.question import Question
+from ..program.rest_program import is_held
+from .answered import Rated, check_bound, check_contradiction, check_growth, check_slip
+from .least_slip import LeastSlip, least_slip
+
+
+@kept
+class Searched(NamedTuple):
+    """Knowledge of all sets of nodes that stay open, from the search of open nodes."""
+
+    programs: int = 0
+    # Load factor that no set exceeds, apart from those that are not safe at the limit. These are
+    # safe from the load factor `separate` on. -inf if no set has a safe load factor.
+    bound: float = np.inf
+    separate: float = np.inf
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownAnswer(Rated):
+    """Base of `ShakedownLimit`, whose docstring describes the fields."""
+
+    kind: LimitKind
+    bound: float
+    least: float = np.nan
+    objective: float | None = None
+    # The reason that there is no largest safe load factor, or one that replaces the usual reason.
+    _why: str = ""
+    _searched: Searched = Searched()
+    # Whether it ends load factors of rest, for all openings and closings.
+    _ends_rests: bool = False
+
+    def check_kept(self) -> None:
+        """Check the numbers of a loaded limit, its slip and mechanism; ValueError if they are off.
+
+        A slip bound and rows of the user have further multipliers, and nodes that open and close
+        another proof; then only the slip is checked.
+        """
+        question = self._question
+        plain = type(question) is Question and question.slip_bound is None
+        plain = plain and not self.constraints and self.objective is None
+        number = {LimitKind.UNBOUNDED: np.inf, LimitKind.NO_SAFE_SLIP: np.nan}.get(self.kind)
+        if number is not None:
+            if not np.array_equal([self.load_factor], [number], equal_nan=True):
+                raise ValueError(f"its load factor is {self.load_factor:g}, its kind {self.kind}")
+            if plain and self.kind is LimitKind.NO_SAFE_SLIP:
+                check_contradiction(question, self._motion)
+            elif plain and self._solved is not None:
+                check_growth(question, self._solved)
+            return
+        check_slip(question, self.load_factor, self.slip)
+        if self.least > self.load_factor + RESIDUAL * question.load_unit:
+            raise ValueError(f"its least load factor {self.least:g} is above {self.load_factor:g}")
+        if plain:
+            check_bound(question, self._motion, self.load_factor, self.bound)
+
+    @property
+    def _ruling(self) -> int:
+        """The node that moves most in the mechanism."""
+        motion = self._motion
+        opened = self._question.open_nodes if motion.open is None else motion.open
+        moves = np.where(opened, 0.0, motion.size + motion.opening)
+        return int(moves.sum(axis=0).argmax())
+
+    @cached_property
+    def mechanism(self) -> Table:
+        """The nodes that limit the load, largest share of the slip first.
+
+        A symmetric contact has several such mechanisms, and this is one. Columns: node, x, corner,
+        its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
+        """
+        return self._motion.table(self.system, self._question.names)
+
+    @cached_property
+    def friction_rate(self) -> Array:
+        """(N,) rate of the limit with the friction of each node; the sum is for all nodes at once.
+
+        If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
+        NaN without a finite limit.
+        """
+        return frozen(self._by_friction)
+
+    @property
+    def covers(self) -> str:
+        """The states of rest for which `bound` holds, in words."""
+        if self._all_states:
+            return "all states of rest, for all openings and closings"
+        if self._question.moves or self._ends_rests:
+            return (
+                "states of rest just above it, for all openings and closings; at higher load "
+                "factors the contact may shake down again (`intervals`)"
+            )
+        if self._question.both_vary:
+            return (
+                f"no states, because it is infinite: even{self._question.node_states} the "
+                "contact may shake down above the limit"
+            )
+        if self._question.events:
+            return (
+                f"states of rest{self._question.node_states}; with other nodes, or in another "
+                "order, the contact may shake down above it"
+            )
+        states = "all nodes closed"
+        if self.open.any():
+            opened = number_of(int(self.open.sum()), "node")
+            states = f"{opened} open (`open`) and the others closed"
+        others = "with other nodes open, or"
+        if self.best_of_all:
+            states = f"any nodes open (here {states})"
+            others = "with"
+            if self._searched.separate < np.inf:
+                least = self._searched.separate
+                others = f"with other nodes open from {least:.6g} on, or with"
+        return (
+            f"states of rest with {states} all through the cycle; {others} nodes that open and "
+            "close, the contact may shake down above it"
+        )
+
+    @property
+    def programs(self) -> int:
+        """The number of programs of the search of open nodes; 0 if they were given."""
+        return self._searched.programs
+
+    @property
+    def best_of_all(self) -> bool:
+        """Whether no other set of nodes that stay open all through the cycle has a higher limit.
+
+        It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
+        open ones, by branch and bound. Sets that are safe only from a load factor above the limit
+        on do not count; `covers` names this load factor. False if the search ended before, or if
+        the set was given.
+        """
+        if not np.isfinite(self.load_factor):
+            return bool(self._searched.bound == -np.inf or self.load_factor > 0)
+        unit = FLOOR * self._question.load_unit
+        # Twice the gain that counts in the search.
+        return bool(self._searched.bound <= self.load_factor + 2e-7 * max(self.load_factor, unit))
+
+    @property
+    def _of_every_start(self) -> bool:
+        """Whether the theorem of uncoupled contacts covers the limit, if the contact is one.
+
+        If nodes open and close in each cycle, its proof needs supports that hold the bodies.
+        """
+        if self.kind is LimitKind.NO_SAFE_SLIP:
+            return False
+        return not self._question.moves or is_held(self._question)
+
+    @property
+    def _all_states(self) -> bool:
+        """Whether the limit covers all states of rest, see `has_all_states`."""
+        if self.constraints or self.objective is not None:
+            return False
+        return has_all_states(self._question)
+
+    def stays_closed(self, load_factor: float) -> bool:
+        """Whether all nodes, if closed at first, are proven to stay closed up to a load factor.
+
+        Then no such start comes to rest between the limit with all nodes closed and this load
+        factor. The proof: the path of a contact is continuous, and every slip that obeys `|q| <= f
+        p` leaves pressure at every node. One convex program for each node shows this (theory, "What
+        is proven for which states"). False if there is no proof, as for a limit with open nodes, or
+        if fixed parts of the cycle differ. ModelError for a bad load factor.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> system = fo.scenes.PunchOnHalfPlane(elements=12).condense()
+        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+        >>> limit = fo.shakedown_limit(system, cycle, friction=0.3)
+        >>> limit.stays_closed(2 * limit.load_factor)
+        True
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        if self.open.any() or self._question.fixed:
+            return False
+        return stays_closed(self._question, load_factor)
+
+    @cached_property
+    def apart(self) -> float:
+        """Largest distance of the slip from the slip that the mean load causes, length.
+
+        The mean load is applied to a contact without slip. NaN if the limit is not finite. If the
+        distance is far larger than the slip that assembly can leave, usual starts do not lead to
+        the state of rest: it needs `slip` itself. NoContinuation or SolverError if no state under
+        the mean load is found.
+        """
+        # Imported here, because other results do not need it.
+        from ...transients.march import mean_state
+
+        settled = mean_state(self.system, self.cycle, self.friction).slip
+        return float(lengths(np.reshape(settled, self.slip.shape) - self.slip, self.friction).max())
+
+    def least_slip(self, load_factor: float) -> LeastSlip:
+        """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
+
+        It is positive above the limit. If nodes are open, it holds for cycles in which they carry
+        no force.
+
+        Raises
+        ------
+        ModelError, SolverError
+            Bad load factor; a limit that is not finite, or with events; a slip bound or user
+            constraints, because the limit then proves nothing about other slips; multipliers that
+            do not balance to the tolerance.
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        question = self._question
+        if question.events:
+            raise ModelError(
+                "least_slip: nodes open and close at the limit, so its multipliers do not bound "
+                "the slip; use shakedown_limit without events"
+            )
+        finite = np.isfinite(self.load_factor)
+        if not finite or self.constraints or question.slip_bound is not None:
+            constrained = " under constraints on the slip" if finite else ""
+            raise ModelError(
+                f"least_slip: the limit (load factor {self.load_factor:g}{constrained}) bounds no "
+                "slip from below; use a finite limit without slip bound and constraints"
+            )
+        return least_slip(question, self._motion, self.bound, load_factor, self.residual)

@@ -1,0 +1,158 @@
+"""Contact forces that balance themselves, and the load at which transients slide off.
+
+Statics treats all forces within friction that balance the loads as possible. Without loads these
+forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
+and press somewhere. If this cone contains only zero, as for a block on a plane, the loads bound all
+contact forces, and equilibrium is sufficient. If it is not, as of a shaft in a shrunk hub, of a
+plate in a clip or of a locked bolt, statics may add as much of these forces as friction needs,
+whatever the fit gives. The cone includes friction, because a wedge below its angle of friction
+holds itself by friction. Faces whose normals lean from one direction by less than 90 degrees less
+the angle of friction have no such forces.
+
+Elasticity alone knows how far a fit presses. So transients from no slip, up to their steady states,
+find the load.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ...base import Array, OutOfTime, progress_bar
+from ...contact import ContactSystem, LoadCycle, reactions
+from ...errors import NoContinuation, SolverError
+
+
+@dataclass(frozen=True)
+class SlidingOffSearch:
+    """Numbers of the search for the load factor at which transients slide off."""
+
+    # Load factor of the first transient, divided by the load factor of statics, or by the unit of
+    # the loads.
+    start: float = 1e-2
+    # Share of the load factor of statics. A transient that goes on there confirms statics.
+    end: float = 0.99
+    # Largest load factor, over the unit of the loads, if that of statics is infinite.
+    end_without_statics: float = 1e6
+    # Ratio of two load factors while the search looks for one below and one above.
+    growth: float = 4.0
+    # Number of times that the load factor shrinks before the answer is 0.
+    most_shrinks: int = 10
+    # Width of the last bracket, over its upper end.
+    tolerance: float = 2e-4
+    # Increments from corner to corner in space.
+    steps_in_space: int = 2
+
+
+SEARCH = SlidingOffSearch()
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """The transient goes on at load factor `low` and ends at `high`; `why` is its error.
+
+    `low` is 0 if no load factor is known at which it goes on. `why` is "" if it ends nowhere.
+    """
+
+    low: float
+    high: float
+    why: str
+    # Whether the search reached its end in time, and whether all cycles were followed at `low`.
+    complete: bool = True
+    cycles: bool = True
+
+
+def sliding_off(
+    system: ContactSystem, cycle: LoadCycle, friction: Array, statics: float, seconds: float
+) -> Bracket:
+    """The load factors between which transients from no slip begin to find no continuation.
+
+    `statics` is the load factor of statics, up to which they are followed. After `seconds` the
+    bracket is the one that was known by then.
+    """
+    # Imported here, because limits of other contacts need neither transients nor their compiler.
+    from ...transients.march import path_of
+    from ...transients.steady import steady_without_step_error
+
+    steps = SEARCH.steps_in_space if system.tangents == 2 else None
+
+    def follow_first_cycle(load_factor: float) -> None:
+        path = path_of(system, cycle, friction, load_factor, steps=steps).start()
+        for leg in path.legs:
+            path.follow([leg])
+            bar.update()
+
+    def follow_all_cycles(load_factor: float) -> None:
+        steady_without_step_error(system, cycle, friction, load_factor, None, steps)
+
+    end_in_first_cycle = partial(_end_of, follow_first_cycle)
+    end_in_any_cycle = partial(_end_of, follow_all_cycles)
+
+    if np.isfinite(statics):
+        start = SEARCH.start * statics
+        end = SEARCH.end * statics
+    else:
+        unit = _load_unit(system, cycle)
+        start = SEARCH.start * unit
+        end = SEARCH.end_without_statics * unit
+
+    known = Bracket(0.0, np.inf, "")
+    cycles = False
+    try:
+        with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
+            # The first cycle takes little time, also near the load that is sought, and nearly
+            # always decides.
+            for bracket in _approached(end_in_first_cycle, start, end):
+                known = bracket
+                bar.best = f"they reach {known.low:.4g}"
+            why = end_in_any_cycle(known.low) if known.low > 0 else ""
+            cycles = True
+            if why:
+                known = Bracket(0.0, known.low, why)
+                first = SEARCH.start * known.high
+                for bracket in _approached(end_in_any_cycle, first, known.high):
+                    known = bracket
+                    bar.best = f"they reach {known.low:.4g}"
+    except OutOfTime:
+        return replace(known, complete=False, cycles=cycles)
+    return known
+
+
+def _end_of(follow: Callable[[float], None], load_factor: float) -> str:
+    """Why the transient at a load factor finds no continuation; "" if it continues."""
+    try:
+        follow(load_factor)
+    # Increments in space find no state of a body that slides off, and prove nothing.
+    except (NoContinuation, SolverError) as error:
+        return str(error).split("; ")[0]
+    return ""
+
+
+def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
+    """Load factor at which the cyclic reactions are as large as the other reactions."""
+    constant = float(np.abs(reactions(system, cycle.unscaled)).max())
+    cyclic = float(np.abs(reactions(system, cycle.corners)).max())
+    return constant / cyclic if constant > 0 and cyclic > 0 else 1.0
+
+
+def _approached(end_at: Callable[[float], str], start: float, end: float) -> Iterator[Bracket]:
+    """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
+
+    Load factors shrink or grow until one of each kind is known. Then the bracket is halved.
+    """
+    bracket = Bracket(0.0, np.inf, "")
+    trial = start
+    smallest = start / SEARCH.growth**SEARCH.most_shrinks
+    while bracket.low < min(end, (1 - SEARCH.tolerance) * bracket.high):
+        why = end_at(trial)
+        bracket = Bracket(bracket.low, trial, why) if why else replace(bracket, low=trial)
+        yield bracket
+        if np.isinf(bracket.high):
+            trial = min(SEARCH.growth * bracket.low, end)
+        elif bracket.low > 0:
+            trial = (bracket.low + bracket.high) / 2
+        elif bracket.high > smallest:
+            trial = bracket.high / SEARCH.growth
+        else:
+            return

@@ -1,0 +1,351 @@
+"""The model of a best design: the contact whose preloads and profile are unknowns.
+
+`program.py` lists the terms of a design in the program of a limit. `search.py` finds
+its open nodes. `design.py` has the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from ...base import (
+    Array,
+    PerNode,
+    SolveRecord,
+    flag,
+    frozen,
+    listed,
+    progress_bar,
+    warns_of_odd_values,
+)
+from ...contact import ContactSystem, LoadCycle
+from ...errors import SolverError
+from ..answers.answered import answered
+from ..printed.user_rows import UserRows
+from ..program.question import with_open
+from ..program.rest_program import RestProgram
+from ..program.solution import Solution, solve
+from ..search.loose_nodes import LooseNodes
+from ..search.set_search import is_small
+from ..user_models import SafeModel, in_turn
+from .design import Design, Found, OpenNodes
+from .program import (
+    Scenario,
+    checked_choice,
+    checked_scenario,
+    design_problem,
+    design_program,
+    open_slips,
+    press,
+    raise_refusal,
+    under_mean_load,
+)
+from .search import DesignSearch, NoneSafeError, limits_of
+
+
+class DesignModel(SafeModel):
+    """A contact whose preloads and profile are unknowns, in addition to its residual slip.
+
+    Your own constraints and objectives may contain all of them. Reactions are linear in them, so
+    for given open nodes the best design is a convex program as for the shakedown limit, with the
+    same proof. All nodes are closed at first. If the best design leaves a node without pressure, or
+    no design is safe, design and open nodes are computed in turn. This ends when `shakedown_limit`,
+    under the chosen loads, has the same open nodes. A design does not count if its limit there is
+    lower. If some design is safe at its load factor and under its mean load alone, only such
+    designs count. Theory, eq. (32).
+
+    Parameters
+    ----------
+    system, cycle, slip_bound, solver
+        See `ShakedownModel`.
+    preloads
+        Names of load cases whose amplitudes in the mean load are free: bolt forces, pressures,
+        temperatures, interferences. The design adds to their amplitudes in the mean load.
+    profile
+        Whether the depth of material removed from the faces is free at each node.
+    scenarios
+        More pairs (load cycle, friction) under which the design has to be safe. Each has its own
+        residual slip; the load factor is common to all. In a triple (load cycle, friction, shares),
+        `shares` has the share of each preload that acts (load case name -> share), for bolts that
+        scatter or loosen. A design that is safe for all combinations of the least and the largest
+        shares is safe for all shares between, if the same nodes are open.
+
+    Attributes
+    ----------
+    load_factor, slip, q, p
+        As in `ShakedownModel`, with the design.
+    preload
+        (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None if
+        there are no preloads.
+    profile
+        (N,) depth g of material removed, length; negative: material added. It increases the gap, so
+        that q decreases by `B^T g` and p by `C g`. None if the profile is not free.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, unknown load cases, preloads whose reactions are only rounding, neither
+        preloads nor a profile, a scenario that is no pair or triple.
+
+    Examples
+    --------
+    Each of two bolts presses one node with 0.1 or more. The load shears both nodes. The sum of the
+    bolt forces is at most 3:
+
+    >>> import cvxpy as cp
+    >>> import frictopt as fo
+    >>> loads = {"one": ([0, 0], [1, 0]), "two": ([0, 0], [0, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> stiff, uncoupled = [[2, 0], [0, 2]], [[0, 0], [0, 0]]
+    >>> system = fo.ContactSystem.from_blocks(stiff, uncoupled, stiff, [0, 1], loads)
+    >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> model = fo.DesignModel(system, cycle, preloads=["one", "two"])
+    >>> design = model.solve(0.5, [cp.sum(model.preload) <= 3.0, model.preload >= 0.1])
+    >>> round(design.load_factor, 6), design.preload.round(6).to_dict()
+    (1.0, {'one': 2.0, 'two': 1.0})
+    """
+
+    preload: Any
+    profile: Any
+
+    def __init__(
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        *,
+        preloads: Sequence[str] = (),
+        profile: bool = False,
+        scenarios: Sequence[tuple[Any, ...]] = (),
+        slip_bound: PerNode | None = None,
+        solver: str | None = None,
+    ) -> None:
+        super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
+        self._choice = checked_choice(system, preloads, flag("profile", profile))
+        self.preload = self._choice.preload
+        self.profile = self._choice.profile
+        question = self._question
+        self._others = [
+            checked_scenario(f"scenarios[{number}]", scenario, self._choice, question.slip_bound)
+            for number, scenario in enumerate(listed("scenarios", scenarios))
+        ]
+
+    @warns_of_odd_values
+    @in_turn
+    def solve(
+        self,
+        friction: PerNode,
+        constraints: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
+        *,
+        progress: bool = True,
+    ) -> Design:
+        """Design with the largest load factor or objective, under user constraints.
+
+        Parameters
+        ----------
+        friction, constraints
+            Parameters are as in `ShakedownModel.solve`; constraints may also contain `preload` and
+            `profile`. With the same open nodes, more friction never lowers the load factor.
+        objective
+            Scalar to maximize instead of the load factor: a concave cvxpy expression.
+        progress
+            See `shakedown_limit`. Ctrl-C raises KeyboardInterrupt. Its attribute `design` is the
+            best design so far, if there is one.
+
+        Raises
+        ------
+        ModelError
+            Bad friction; contradictory constraints (the error names them); a design that grows
+            without end (the error names its direction); constraints or an objective that are not
+            convex, need other cones, or belong to another model.
+        SolverError
+            No solver gave an answer that passes the checks, or every design of the search opens
+            other nodes under its mean load, with a smaller limit.
+
+        Examples
+        --------
+        The least bolt force for a load factor of 2:
+
+        >>> import frictopt as fo
+        >>> loads = {"bolt": ([0.0], [0.5]), "Q": ([1.0], [0.0])}
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+        >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+        >>> model = fo.DesignModel(node, cycle, preloads=["bolt"])
+        >>> design = model.solve(0.5, [model.load_factor >= 2.0], objective=-model.preload[0])
+        >>> design.preload.round(6).to_dict()
+        {'bolt': 8.0}
+        """
+        user = self._user(constraints, objective, self._slip_of_open_nodes)
+        scenarios = [Scenario(self._posed(friction), {}), *self._others]
+        questions = [scenario.question for scenario in scenarios]
+        with progress_bar(progress, "design", "program") as bar:
+            search = DesignSearch(
+                partial(self._best_with, scenarios, user),
+                partial(self._listed, user),
+                "load factor" if objective is None else "objective",
+                self._solver,
+                bar,
+            )
+            search.alternate([question.open_nodes for question in questions])
+            if not search.counted or search.counted[0].touches:
+                search.alternate(self._open_nodes_if_pressed(scenarios, user))
+            search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
+            if is_small(questions):
+                search.compare(self._loose(scenarios, user), len(questions))
+        if search.best is None:
+            raise search.refusal
+
+        design = replace(search.best, _is_best_of_all=search.is_best_of_all)
+        design = self._listed(user, design)
+        if self.preload is not None:
+            self.preload.save_value(design.preload.to_numpy())
+        if self.profile is not None:
+            self.profile.save_value(design.profile)
+        return self._shown(design)
+
+    @property
+    def _named(self) -> dict[cp.Variable, str]:
+        return {**super()._named, **self._choice.variables}
+
+    def _loose(self, scenarios: Sequence[Scenario], user: UserRows | None) -> LooseNodes:
+        """The programs of designs in which some nodes are neither open nor closed."""
+        nodes = np.arange(self._question.system.nodes)
+        program = design_program(self._choice, scenarios, loose=nodes)
+        goal = "load_factor" if user is None else user.add_to(program)
+        largest = self._question.load_unit if goal == "load_factor" else np.inf
+        return LooseNodes(program, nodes, goal, largest, range(len(scenarios)))
+
+    def _slip_of_open_nodes(self, program: RestProgram) -> Array:
+        """(open slips, named) slips of open nodes of the first scenario due to the design."""
+        question = program.question
+        opened = int(question.open_nodes.sum()) * question.system.tangents
+        rates = np.zeros((opened, len(program.named_units)))
+        for name, reactions in self._choice.effects(Scenario(question, {})).items():
+            rates[:, program.named[name]] = open_slips(question, reactions)
+        return rates
+
+    def _listed(self, user: UserRows | None, design: Design) -> Design:
+        """A design with its printed problem."""
+        found = design._found
+        assert found is not None  # it has no problem yet
+        problem = design_problem(self._choice, found.scenarios, found.solution, self._x, user)
+        return replace(design, problem=problem, _found=None)
+
+    def _best_with(
+        self,
+        scenarios: Sequence[Scenario],
+        user: UserRows | None,
+        open_nodes: OpenNodes,
+        share: float = 1.0,
+        larger: Design | None = None,
+    ) -> Design:
+        """The best design with given nodes open in each scenario.
+
+        If `larger` is given, preloads are at most `share` times the largest preload of that design,
+        and the profile at most `share` times its largest depth. If the best design is not safe
+        under the mean load, it is replaced by the best design that is, if there is one.
+        """
+        design = self._solved(scenarios, user, open_nodes, share, larger)
+        if design._is_safe_at_mean_load:
+            return design
+        at_mean_load = [under_mean_load(scenario) for scenario in scenarios]
+        both = [*scenarios, *at_mean_load]
+        try:
+            safe = self._solved(both, user, [*open_nodes, *open_nodes], share, larger)
+        except (NoneSafeError, SolverError):
+            return design
+        count = len(scenarios)
+        return replace(
+            safe,
+            slips=safe.slips[:count],
+            _questions=safe._questions[:count],
+            _for_mean_load=True,
+        )
+
+    def _solved(
+        self,
+        scenarios: Sequence[Scenario],
+        user: UserRows | None,
+        open_nodes: OpenNodes,
+        share: float,
+        larger: Design | None,
+    ) -> Design:
+        """The solution of the program of a design, see `_best_with`."""
+        opened = []
+        for scenario, nodes in zip(scenarios, open_nodes, strict=True):
+            question = None if nodes.all() else with_open(scenario.question, nodes)
+            if question is None:
+                raise NoneSafeError("design: the closed nodes do not hold the open ones")
+            opened.append(Scenario(question, scenario.shares))
+        program = design_program(self._choice, opened, share, larger)
+        goal = "load_factor"
+        if user is not None:
+            goal = user.add_to(program)
+        design, record = solve(
+            program,
+            goal,
+            1.0,
+            partial(self._checked, opened, user),
+            self._solver,
+            no_optimum=lambda outcome, arrays: raise_refusal(program, goal, self._choice),
+        )
+        assert design is not None
+        return answered(design, record)
+
+    def _checked(
+        self, scenarios: Sequence[Scenario], user: UserRows | None, solution: Solution
+    ) -> Design:
+        """The design of a solution, with its residual.
+
+        Its slips are checked by the contact law in every scenario, with the design built in. Its
+        bound is checked by the multipliers of all rows.
+        """
+        load_factor = solution.load_factor
+        values = {name: solution.values(name) for name in self._choice.components}
+        built = self._choice.built(scenarios, values)
+        slips: list[Array] = []
+        violations: list[float] = []
+        for number, question in enumerate(built.questions):
+            slip = frozen(question.slip_at_mean_load(solution.closed_slip(number)))
+            slips.append(slip)
+            violations.append(question.violation(load_factor, slip))
+        bound, defect = solution.bound
+        import pandas as pd  # imported here, because only designs need it
+
+        names = pd.Index(self._choice.names, name="load", dtype=object)
+        return Design(
+            load_factor=load_factor,
+            objective=None if solution.goal == "load_factor" else solution.value,
+            bound=bound + defect,
+            preload=pd.Series(built.preload, index=names, name="preload"),
+            profile=built.profile,
+            slip=slips[0],
+            slips=tuple(slips),
+            _question=built.questions[0],
+            prices={} if user is None else user.prices(solution),
+            record=SolveRecord(residual=solution.residual(*violations)),
+            _questions=built.questions,
+            _found=Found(scenarios, solution),
+        )
+
+    def _open_nodes_if_pressed(
+        self, scenarios: Sequence[Scenario], user: UserRows | None
+    ) -> OpenNodes | None:
+        """The open nodes under preloads that press as much as the constraints admit.
+
+        They are another start of the search. Preloads are at most ten times the forces of the
+        contact. Without preloads the start is a zero profile. None if no answer passes the checks.
+        """
+        values = {"profile": np.zeros(self._question.system.nodes)}
+        try:
+            if self.preload is not None:
+                values = {**press(self._choice, scenarios[0], user)}
+            built = self._choice.built(scenarios, values)
+        except SolverError:
+            return None
+        return [limit.open for limit in limits_of(built.questions, self._solver)]

@@ -1,0 +1,472 @@
+"""The terms of a design in the program of a limit: preloads and a profile as unknowns.
+
+A design is linear in its unknowns. Preloads b of load cases with reactions q_j, p_j add `q_j b` to
+the shear forces and `p_j b` to the normal forces. A profile g increases the gap, so that the shear
+forces decrease by `B^T g` and the normal forces by `C g`. Open nodes follow without force, so
+preloads and profile also change the gaps and slips of these nodes.
+
+`design_problem` is the printed problem: the rows of all scenarios, the preloads and the profile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import cvxpy as cp
+import numpy as np
+
+from ...base import CONDENSATION, GROWN, Array, Integers, checked_loads, frozen, listed, shown
+from ...contact import ContactSystem, LoadCycle, joined
+from ...errors import ModelError
+from ...solve.problem import Problem
+from ...solve.rows import LINEAR
+from ..printed import models
+from ..printed.listing import fill, rest_rows, state_rows
+from ..printed.models import Row, Unknowns, constant, defines, unknowns
+from ..printed.user_rows import UserRows
+from ..program.assembled import law_rows, within_slip_bound
+from ..program.question import Question, pose, with_open
+from ..program.rest_program import RestProgram
+from ..program.solution import Judged, Solution, contradiction, growth, solve
+from ..search.loose_nodes import own_motions
+from .search import NoneSafeError
+
+# Names of the matrices of the design in q, p, the gaps and the slips of open nodes.
+_SYMBOLS = {"preload": ("q_j", "p_j", "w_j", "v_j"), "profile": ("-B.T", "-C", "-w", "-v")}
+
+
+class Added(NamedTuple):
+    """The terms that a design adds to a question, and the rows that define their unknowns."""
+
+    listed: list[cp.Expression]  # added to q, p and, if nodes are open, to the gaps
+    open_slip: cp.Expression | None  # added to the slips of open nodes
+    rows: list[Row]
+
+
+def design_problem(
+    choice: Choice,
+    scenarios: Sequence[Scenario],
+    solution: Solution,
+    x: Unknowns,
+    user: UserRows | None,
+) -> cp.Problem:
+    """The problem of a design with the values and multipliers of its solution."""
+    rows = list[Row]()
+    whole = solution.solved("design")
+    fillings = []
+    first = 0
+    for number, scenario in enumerate(scenarios):
+        question = scenario.question
+        corners = range(len(question.r1))
+        suffix = f"_{number}" if number else ""
+        own = x
+        if number:
+            own = unknowns(question.system.slip_shape, corners, x.load_factor, suffix)
+        f = models.friction(question.friction, suffix)
+        with_open_slips = number == 0 and user is not None and bool(question.open_nodes.any())
+        added = _added(choice, scenario, suffix, with_open_slips)
+        more = dict.fromkeys(corners, added.listed)
+        listed = [*added.rows, *state_rows(question, own, f, list(corners), more=more)]
+        slip = solution.closed_slip(number)
+        if with_open_slips:
+            listed += rest_rows(question, x, added.open_slip)
+            slip = whole.values["slip"]
+        here = slice(first, first := first + len(question.r1))
+        multipliers = {
+            name: value[here] if value.ndim == 2 and len(value) > len(question.r1) else value
+            for name, value in whole.multipliers.items()
+        }
+        part = replace(whole, question=question, moves=whole.moves[here], multipliers=multipliers)
+        fillings.append((listed, part, {own.slip: slip}))
+        rows += listed
+    problem = models.shakedown(x, rows)
+    goal = problem.objective
+    user_rows: list[Row] = []
+    if user is not None:
+        user.save(whole.values["user"])
+        user_rows = [*user.rows.values()]
+        goal = goal if user.objective is None else cp.Maximize(user.objective)
+    problem = Problem(goal, [*problem.constraints, *user_rows])
+    x.load_factor.save_value(np.array(solution.load_factor))
+    for variable, name in choice.variables.items():
+        variable.save_value(solution.values(name))
+    fillings.append(([problem.constraints[len(rows)]], whole, {}))
+    for listed, part, values in fillings:
+        fill(problem, listed, part, values)
+    return problem
+
+
+def _added(choice: Choice, scenario: Scenario, suffix: str, with_open_slips: bool) -> Added:
+    """The terms that a design adds to a scenario. All names end with `suffix`.
+
+    `with_open_slips`: also to the slips of open nodes, which rows of the user may contain.
+    """
+    question = scenario.question
+    by_unknown: list[list[cp.Expression]] = []
+    rows: list[Row] = []
+    effects = choice.effects(scenario)
+    for variable, name in choice.variables.items():
+        of_parts = [*question.parts(question.forces_of(effects[name]).T)]
+        if question.compliance is None:
+            of_parts = of_parts[:2]
+        elif with_open_slips:
+            of_parts.append(open_slips(question, effects[name]))
+        terms = [
+            constant(effect, symbol + suffix) @ variable
+            for effect, symbol in zip(of_parts, _SYMBOLS[name], strict=False)
+        ]
+        if name == "profile":
+            parts = [
+                cp.Variable(term.size, name=f"{part}_g{suffix}")
+                for part, term in zip("qpwv", terms, strict=False)
+            ]
+            rows = [defines(part, term) for part, term in zip(parts, terms, strict=True)]
+            terms = parts
+        by_unknown.append(terms)
+
+    q, p, *of_open_nodes = (sum(terms[1:], terms[0]) for terms in zip(*by_unknown, strict=True))
+    if choice.system.tangents > 1:
+        q = cp.reshape(q, choice.system.slip_shape, order="F")
+    open_slip = of_open_nodes[1] if with_open_slips else None
+    return Added([q, p, *of_open_nodes[:1]], open_slip, rows)
+
+
+# Name of the load case of the overlap that a profile causes.
+PROFILE = "profile"
+
+# Largest mean normal force of the preloads, divided by the mean normal force of the contact.
+_MOST_PRESSED = 10.0
+
+# Largest number of unbounded components of a design that an error names.
+_MOST_NAMES = 4
+
+_ROUNDING = (
+    "preloads: {name!r} has reactions of {size:.1e}, which is only rounding relative to the "
+    "reactions {largest:.1e} of others; leave it out if it has no effect on the contact, "
+    "otherwise enlarge its unit, or reduce the unit of the other load cases"
+)
+_NONE_SAFE = "no design is safe at any load factor with all nodes closed"
+_CONTRADICT = "they contradict each other"
+_NONE_SAFE_AT_ALL = (
+    "preloads: {why}; press nodes that are open, or call `shakedown_limit` for designs of your own"
+)
+_NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one of them"
+_GROWS = (
+    "{goal}: it grows without bound for any design; bound it by a constraint, "
+    "or give another objective"
+)
+_GROWS_WITH_DESIGN = (
+    "{goal}: it grows without bound with the design: {directions}; bound them by constraints, "
+    "or subtract their cost"
+)
+
+
+class Scenario(NamedTuple):
+    """A question in which a design has to hold, and the share of each preload that acts there."""
+
+    question: Question
+    shares: Mapping[str, float]
+
+
+class Built(NamedTuple):
+    """The values of a design, and the question of each scenario with the design built in."""
+
+    preload: Array
+    profile: Array | None
+    questions: tuple[Question, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The unknowns of a design: amplitudes of load cases in the mean load, and a profile."""
+
+    system: ContactSystem
+    names: tuple[str, ...]
+    preload: cp.Variable | None  # (J,)
+    profile: cp.Variable | None  # (N,)
+
+    @cached_property
+    def reactions(self) -> Array:
+        """(M, J) reactions of unit amplitudes of the load cases, force."""
+        by_load = [joined(*self.system.bonded[name]) for name in self.names]
+        return np.reshape(by_load, (len(self.names), len(self.system.S))).T
+
+    @property
+    def variables(self) -> dict[cp.Variable, str]:
+        """The unknowns with their names in programs."""
+        unknowns = (self.preload, "preload"), (self.profile, "profile")
+        return {variable: name for variable, name in unknowns if variable is not None}
+
+    @property
+    def components(self) -> dict[str, Sequence[object]]:
+        """Names of the components of each unknown."""
+        names: dict[str, Sequence[object]] = {}
+        if self.preload is not None:
+            names["preload"] = self.names
+        if self.profile is not None:
+            names["profile"] = range(self.system.nodes)
+        return names
+
+    def units(self, question: Question) -> dict[str, Array]:
+        """Units of the unknowns: each causes about the mean normal force at a node."""
+        units: dict[str, Array] = {}
+        if self.preload is not None:
+            sizes = np.abs(self.reactions).mean(axis=0)
+            units["preload"] = question.force / np.where(sizes > 0, sizes, question.force)
+        if self.profile is not None:
+            normal_stiffness = self.system.own_stiffness[-self.system.nodes :]
+            units["profile"] = question.force / normal_stiffness
+        return units
+
+    def effects(self, scenario: Scenario) -> dict[str, Array]:
+        """Bonded reactions (n, M) due to units of the design in a scenario, by unknown."""
+        shares = scenario.shares
+        effects: dict[str, Array] = {}
+        if self.preload is not None:
+            acting = self.reactions * [shares.get(name, 1.0) for name in self.names]
+            effects["preload"] = acting.T
+        if self.profile is not None:
+            effects["profile"] = -self.system.S[-self.system.nodes :]
+        return effects
+
+    def built(self, scenarios: Sequence[Scenario], values: Mapping[str, Array]) -> Built:
+        """The design of some values, built into the questions of all scenarios."""
+        # Adding 0 turns -0 into 0.
+        preload = np.zeros(0) if self.preload is None else frozen(values["preload"] + 0.0)
+        profile = None if self.profile is None else frozen(values["profile"] + 0.0)
+        system, overlap = _with_profile(self.system, profile)
+        built: list[Question] = []
+        for question, shares in scenarios:
+            mean = dict(question.cycle.mean)
+            for name, amount in zip(self.names, preload.tolist(), strict=True):
+                mean[name] = mean.get(name, 0.0) + amount * shares.get(name, 1.0)
+            cycle = replace(question.cycle, mean={**mean, **overlap})
+            closed = pose(system, cycle, question.friction, slip_bound=question.slip_bound)
+            built.append(with_open(closed, question.open_nodes) or closed)
+        return Built(preload, profile, tuple(built))
+
+
+def open_slips(question: Question, reactions: Array) -> Array:
+    """(open slips, n) slips of open nodes under bonded reactions (n, M)."""
+    assert question.compliance is not None  # it has open nodes
+    opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))
+    return -(reactions @ question.compliance)[:, opened].T
+
+
+def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: bool) -> Choice:
+    """The unknowns of a design; ModelError for load cases whose reactions are only rounding."""
+    names = listed("preloads", preloads)
+    known = list(system.bonded)
+    for name in names:
+        if not (isinstance(name, str) and name in known):
+            raise ModelError(
+                f"preloads: {shown(name)} is no load case; this system has {shown(known)}"
+            )
+    if len(set(names)) < len(names):
+        raise ModelError(f"preloads: {shown(names)}; name each load case once")
+    if has_profile and PROFILE in known:
+        raise ModelError(
+            f"profile: the system has a load case {PROFILE!r}, which is the name of an overlap "
+            "that a design adds; rename it"
+        )
+    if not (names or has_profile):
+        raise ModelError(
+            "preloads, profile: none, so the design has no unknowns; name load cases, or give "
+            "profile=True"
+        )
+    preload = cp.Variable(len(names), name="preload") if names else None
+    profile = cp.Variable(system.nodes, name="profile") if has_profile else None
+    choice = Choice(system, tuple(names), preload, profile)
+    largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
+    for name, size in zip(names, np.abs(choice.reactions).mean(axis=0), strict=True):
+        if 0 < size < CONDENSATION * largest:
+            raise ModelError(_ROUNDING.format(name=name, size=size, largest=largest))
+    return choice
+
+
+def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) -> Scenario:
+    """A scenario of the user, under its name."""
+    if not isinstance(scenario, tuple) or len(scenario) not in (2, 3):
+        raise ModelError(
+            f"{name}: {shown(scenario)}; give (load cycle, friction), or these and the shares of "
+            "the preloads"
+        )
+    cycle, friction, *of_preloads = scenario
+    shares = checked_loads(name, of_preloads[0] if of_preloads else {})
+    unknown = sorted(set(shares) - set(choice.names))
+    if unknown:
+        raise ModelError(
+            f"{name}: shares of {shown(unknown)}; the preloads are {shown(list(choice.names))}"
+        )
+    return Scenario(pose(choice.system, cycle, friction, slip_bound=slip_bound), shares)
+
+
+def under_mean_load(scenario: Scenario) -> Scenario:
+    """A scenario at load factor 0, with the same preloads."""
+    question, shares = scenario
+    cycle = question.cycle
+    # Without a fixed part all corners are the same load, and one is enough.
+    at_zero = LoadCycle(cycle.mean, [{}] * len(cycle.unscaled), cycle.fixed)
+    return Scenario(
+        pose(question.system, at_zero, question.friction, slip_bound=question.slip_bound), shares
+    )
+
+
+def _with_profile(
+    system: ContactSystem, profile: Array | None
+) -> tuple[ContactSystem, dict[str, float]]:
+    """The contact with a profile in its gap, and a load of the overlap if material overlaps."""
+    if profile is None:
+        return system, {}
+    gap = system.gap + profile
+    system = system.with_gap(np.maximum(gap, 0.0))
+    if gap.min() >= 0:
+        return system, {}
+    return system.with_interference({PROFILE: np.maximum(-gap, 0.0)}), {PROFILE: 1.0}
+
+
+def design_program(
+    choice: Choice,
+    scenarios: Sequence[Scenario],
+    share: float = 1.0,
+    larger: Any = None,
+    loose: Integers | None = None,
+) -> RestProgram:
+    """The load factors and designs under which all scenarios rest; their nodes are open as given.
+
+    The nodes `loose`, which are closed in all scenarios, are neither open nor closed. If `larger`
+    is given, preloads are at most `share` times the largest preload of that design, and the profile
+    at most `share` times its largest depth.
+    """
+    program = _of_scenarios(choice, scenarios, loose)
+    for number, question in enumerate(program.questions):
+        here = (program.response_of == number)[:, None]
+        law_rows(program, question, here & ~question.open_nodes, here & question.open_nodes)
+    if larger is not None:
+        sizes = {"preload": larger.preload.to_numpy(), "profile": larger.profile}
+        for name in choice.components:
+            _no_larger(program, name, share * float(np.abs(sizes[name]).max()))
+    return program
+
+
+def _of_scenarios(
+    choice: Choice, scenarios: Sequence[Scenario], loose: Integers | None = None, **units: float
+) -> RestProgram:
+    """The program at the corners of all scenarios, without friction; `units` of more unknowns.
+
+    `loose`: see `design_program`.
+    """
+    questions = [scenario.question for scenario in scenarios]
+    first = questions[0]
+    effects = {"load_factor": np.concatenate([question.rate for question in questions])}
+    of_design = [choice.effects(scenario) for scenario in scenarios]
+    for name in choice.components:
+        at_corners = list[Array]()
+        for question, reactions in zip(questions, of_design, strict=True):
+            by_unit = question.forces_of(reactions[name]).T  # (M, n)
+            at_corners.append(np.broadcast_to(by_unit, (len(question.r1), *by_unit.shape)))
+        effects[name] = np.concatenate(at_corners)
+    counts = [len(question.r1) for question in questions]
+    slip_of = np.repeat(np.arange(len(counts)), counts)
+    own_units: dict[str, Array] = {}
+    if loose is not None:
+        own_units, own_effects = own_motions(questions, slip_of, loose)
+        effects |= own_effects
+    program = RestProgram(
+        questions,
+        {"load_factor": first.load_unit, **choice.units(first), **units, **own_units},
+        np.vstack([np.broadcast_to(each.start, each.rate.shape) for each in questions]),
+        effects,
+        slip_of=slip_of,
+    )
+    program.row("load_factor", {"load_factor": 1.0})
+    for number in range(len(questions) if loose is None else 0):
+        within_slip_bound(program, number)
+    return program
+
+
+def _no_larger(program: RestProgram, name: str, size: float) -> None:
+    """Rows that bound the size of all entries of a named unknown."""
+    count = program.named[name].stop - program.named[name].start
+    entries = program.unknown(name) + np.arange(count)
+    unit = program.named_units[program.named[name]]
+    for sign in (1.0, -1.0):
+        term = entries, np.full(count, -sign)
+        program.add(f"size_{name}", LINEAR, [[term]], np.full(count, size), unit)
+
+
+def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:
+    """The preloads with the largest force that the user's rows admit.
+
+    The force is at most `_MOST_PRESSED` times the normal force of the contact. SolverError if no
+    answer passes the checks.
+    """
+    question = scenario.question
+    n = question.system.nodes
+    most = n * question.force
+    program = _of_scenarios(choice, [scenario], pressing=most)
+    program.row("pressing", {"pressing": -1.0, "preload": choice.reactions[-n:].sum(axis=0)})
+    program.row("most", {"pressing": -1.0}, _MOST_PRESSED * most)
+    if user is not None:
+        user.add_to(program)
+
+    def claimed(solution: Solution) -> Judged:
+        values = {name: solution.values(name) for name in choice.units(question)}
+        return Judged(values, program.violation(solution.x))
+
+    pressed, _ = solve(program, "pressing", 1.0, claimed)
+    assert pressed is not None
+    return dict(pressed.said)
+
+
+def raise_refusal(program: RestProgram, goal: str, choice: Choice) -> None:
+    """Raise an error if it is proven that there is no best design; return if not.
+
+    `goal` is the name of the maximized value.
+    """
+    found = contradiction(program, goal)
+    if found is not None:
+        raise _contradiction_error(found[0])
+    grown = growth(program, goal)
+    if grown is None:
+        return
+    along: dict[str, float] = {}
+    for name, components in choice.components.items():
+        part = program.named[name]
+        for component, value in zip(components, grown[0].x[part].tolist(), strict=True):
+            along[f"{name}[{component!r}]"] = value
+    raise ModelError(_growth_text(goal, along))
+
+
+def _contradiction_error(claim: Solution) -> ModelError:
+    """The error for rows that contradict each other."""
+    names = ", ".join(claim.ruling)
+    if claim.of_user_alone:
+        error, why = ModelError, _CONTRADICT
+    else:
+        error, why = NoneSafeError, _NONE_SAFE
+    if not names:
+        return error(_NONE_SAFE_AT_ALL.format(why=why))
+    return error(_NONE_OBEYS.format(names=names, why=why))
+
+
+def _growth_text(goal: str, along: Mapping[str, float]) -> str:
+    """The text of the error for a goal that grows without end.
+
+    `along`: name of each component -> its growth, divided by its unit.
+    """
+    largest = max(abs(value) for value in along.values())
+    if not largest > GROWN:
+        return _GROWS.format(goal=goal)
+    growing = {name: value for name, value in along.items() if abs(value) > GROWN * largest}
+    directions: list[str] = []
+    for name, value in list(growing.items())[:_MOST_NAMES]:
+        side = "upper" if value > 0 else "lower"
+        directions.append(f"{name} has no {side} bound")
+    text = ", ".join(directions)
+    if len(growing) > _MOST_NAMES:
+        text += f" and {len(growing) - _MOST_NAMES} more"
+    return _GROWS_WITH_DESIGN.format(goal=goal, directions=text)

@@ -1,0 +1,452 @@
+"""Nodes that open and close in each cycle: the limit of a given order of openings and closings.
+
+Instants are the corners and the events, in the order in which the load meets them. At event m the
+load is at an unknown place of a leg between two corners. The limit of a given order is a linear
+program, in space a cone program (theory, "Nodes that open and close in each cycle"). At each
+instant, A, B and the loads belong to the nodes that are closed before or after it. A node has one
+slip in each episode between a closing and the next opening.
+
+If all corners lie on a line, the states of rest along one leg between its two ends are a function
+of the load. So the two ends represent all turning points between them.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import accumulate, combinations, pairwise
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_of
+from ...contact import LoadCycle
+from ..program.question import Question
+from ..program.units import outer_corners
+
+# Two legs are one line if their distance is below this share of their length.
+_SAME_LINE = 1e-9
+
+
+@dataclass(frozen=True)
+class LoadPath:
+    """The corners that the load visits, in order: `stops`.
+
+    A path on a line goes from one end to the other, and comes back the same way: it has two stops.
+    Another path visits all corners, and returns to the first one.
+    """
+
+    stops: tuple[int, ...]
+
+    @property
+    def closed(self) -> bool:
+        """Whether the path returns to its first corner along another path."""
+        return self.stops[0] == self.stops[-1]
+
+    @property
+    def legs(self) -> list[tuple[int, int]]:
+        """First and last corner of each straight leg."""
+        return list(pairwise(self.stops))
+
+
+def path_of(cycle: LoadCycle) -> LoadPath | None:
+    """The path of a load cycle; None for a static load."""
+    corners = outer_corners(cycle)
+    if len(corners) == 1:
+        return None
+    if len(corners) == 2:
+        return LoadPath(tuple(corners))
+    return LoadPath((*range(len(cycle.corners)), 0))
+
+
+def ends_of(cycle: LoadCycle, path: LoadPath) -> LoadCycle:
+    """The load cycle to and fro between the stops of a path on a line."""
+    fixed = None
+    if cycle.fixed is not None:
+        fixed = [cycle.fixed[k] for k in path.stops]
+    return LoadCycle(cycle.mean, [cycle.corners[k] for k in path.stops], fixed)
+
+
+def places_on(question: Question, path: LoadPath) -> Array:
+    """(K,) places of the corners on a path, see `LiftOff.way`."""
+    if path.closed:
+        return np.arange(len(question.r1), dtype=float)
+    first, last = path.stops
+    load = np.hstack([part for part in question.bonded if len(part) > 1])
+    along = load[last] - load[first]
+    return np.asarray((load - load[first]) @ along / (along @ along))
+
+
+def meets_mean_load(question: Question, path: LoadPath) -> bool:
+    """Whether the load goes through the mean load on a line, at every load factor.
+
+    Then the states of rest at a load factor contain the states of rest at every smaller load
+    factor.
+    """
+    if path.closed or question.fixed:
+        return False
+    first, last = (question.bonded[1][k] for k in path.stops)
+    sizes = np.linalg.norm(first), np.linalg.norm(last)
+    return bool(np.abs(sizes[1] * first + sizes[0] * last).max() <= ROUNDING * sizes[0] * sizes[1])
+
+
+def has_static_shear(question: Question, load_factor: float) -> bool:
+    """Whether the shear force of each node is the same at all corners."""
+    static = question.r0[:, :-1]
+    cyclic = load_factor * question.r1[:, :-1]
+    largest = max(np.abs(static).max(), np.abs(cyclic).max())
+    return bool(np.ptp(static + cyclic, axis=0).max() <= RESIDUAL * largest)
+
+
+def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
+    """Whether some node can open and close in a state of rest, other than by chance.
+
+    The bonded reactions of a node are equal at its closing and at its opening, if nothing else
+    opens or closes in between (theory, "Where events can gain"). So they must return along the same
+    path: on a line, or on two legs. This assumes that no other node is open.
+    """
+    if path is None:
+        return False
+    if not path.closed:
+        return True
+    return any(bool(_retraced(a, b, c, d).any()) for a, b, c, d in _pairs_of_legs(question, path))
+
+
+def _pairs_of_legs(
+    question: Question, path: LoadPath
+) -> Iterator[tuple[Array, Array, Array, Array]]:
+    """Bonded reactions (t + 1, N) at the ends of two legs, for each pair of legs."""
+    system = question.system
+    loads = question.bonded[0] + question.load_unit * question.bonded[1]
+    at_corner = loads.reshape(len(question.bonded[1]), system.tangents + 1, system.nodes)
+    for (a, b), (c, d) in combinations(path.legs, 2):
+        yield at_corner[a], at_corner[b], at_corner[c], at_corner[d]
+
+
+def _retraced(a: Array, b: Array, c: Array, d: Array) -> Booleans:
+    """(N,) at which nodes the legs a to b and c to d run along each other for a while."""
+    along = b - a
+    size = (along**2).sum(axis=0)
+    unit = np.where(size > 0, size, 1.0)
+    off = np.zeros_like(size)
+    places = []
+    for point in (c, d):
+        place = ((point - a) * along).sum(axis=0) / unit
+        off = np.maximum(off, ((point - a - place * along) ** 2).sum(axis=0))
+        places.append(place)
+    low, high = np.minimum(*places), np.maximum(*places)
+    common = np.minimum(high, 1.0) - np.maximum(low, 0.0)
+    return np.asarray((size > 0) & (off <= _SAME_LINE**2 * size) & (common > _SAME_LINE))
+
+
+Nodes = frozenset[int]
+
+
+def among(nodes: Nodes, count: int) -> Booleans:
+    """(count,) mask of some nodes."""
+    return np.isin(np.arange(count), sorted(nodes))
+
+
+class Instant(NamedTuple):
+    """A corner (`event` is None) or an event of a leg, with the open nodes before and after it."""
+
+    leg: int
+    event: int | None
+    before: Nodes
+    after: Nodes
+
+    @property
+    def through(self) -> Nodes:
+        """Nodes that are open before and after the instant."""
+        return self.before & self.after
+
+    @property
+    def switching(self) -> Nodes:
+        """Nodes that open or close at the instant."""
+        return self.before ^ self.after
+
+
+@kept
+class Order(NamedTuple):
+    """The nodes that are open at the first corner, and the nodes that switch at each event.
+
+    A node switches if it opens or closes. Events are listed in the order in which the load meets
+    them, and `legs` has the leg of each; without legs, all events are on the first one.
+    """
+
+    start: Nodes
+    events: tuple[Nodes, ...] = ()
+    legs: tuple[int, ...] = ()
+
+    @property
+    def between(self) -> list[Nodes]:
+        """Open nodes of each interval between events, from the first corner on."""
+        return list(accumulate(self.events, frozenset.symmetric_difference, initial=self.start))
+
+    @property
+    def on_legs(self) -> tuple[int, ...]:
+        """The leg of each event."""
+        return self.legs or (0,) * len(self.events)
+
+    def instants(self, path: LoadPath) -> list[Instant]:
+        """The corners and events along a path, in their order."""
+        sets = self.between
+        instants = list[Instant]()
+        event = 0
+        for leg in range(len(path.legs)):
+            instants.append(Instant(leg, None, sets[event], sets[event]))
+            while event < len(self.events) and self.on_legs[event] == leg:
+                instants.append(Instant(leg, event, sets[event], sets[event + 1]))
+                event += 1
+        if not path.closed:
+            instants.append(Instant(len(path.legs), None, sets[-1], sets[-1]))
+        return instants
+
+
+def episodes(instants: Sequence[Instant], count: int, closed_path: bool) -> Integers:
+    """(M, count) number of the closed episode of each node at each instant, -1 while it is open.
+
+    A node has its first episode, 0, until it opens; the next ones follow its closings. On a closed
+    path, the episode at the end of the cycle is the episode at its beginning.
+    """
+    numbers = np.full((len(instants), count), -1)
+    for node in range(count):
+        episode = 0
+        for m, instant in enumerate(instants):
+            if node not in instant.through:
+                numbers[m, node] = episode
+            if node in instant.after and node not in instant.before:
+                episode += 1
+        if closed_path and node not in instants[-1].after:
+            numbers[numbers[:, node] == episode, node] = 0
+    return numbers
+
+
+@kept
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LiftOff(Question):
+    """A question with nodes that open and close in each cycle.
+
+    `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant: k at the
+    k-th stop of the load path, and linear between. `sets` has a question for each instant, with the
+    nodes open that are open before and after it. `shifts` (M, N) or (M, N, 2) are, at each instant,
+    the slip of the episode minus the slip of the first episode.
+    """
+
+    order: Order
+    way: Array
+    sets: tuple[Question, ...]
+    shifts: Array
+
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
+        *Question.KEPT_FIELDS,
+        "order",
+        "way",
+        "sets",
+        "shifts",
+    )
+
+    @classmethod
+    def from_kept(cls, fields_in_file: Mapping[str, Any]) -> "LiftOff":
+        """See `Question.from_kept`."""
+        of_question = {name: fields_in_file[name] for name in Question.KEPT_FIELDS}
+        own_fields = {name: fields_in_file[name] for name in ("order", "way", "sets")}
+        question = Question.from_kept(of_question)
+        no_shifts = np.zeros((len(own_fields["way"]), *question.system.slip_shape))
+        shifts = fields_in_file.get("shifts", no_shifts)
+        return cls(**fields_of(question), **own_fields, shifts=shifts)
+
+    @cached_property
+    def path(self) -> LoadPath:
+        """The path of the load."""
+        path = path_of(self.cycle)
+        assert path is not None  # a static load has no events
+        return path
+
+    @cached_property
+    def at(self) -> list[Instant]:
+        """The instants."""
+        return self.order.instants(self.path)
+
+    @cached_property
+    def weights(self) -> Array:
+        """(M, K) shares of the corners in the load of each instant."""
+        weights = np.zeros((len(self.way), len(self.r1)))
+        for m, (instant, place) in enumerate(zip(self.at, self.way.tolist(), strict=True)):
+            leg = min(instant.leg, len(self.path.legs) - 1)
+            first, last = self.path.legs[leg]
+            weights[m, first] += 1 - (place - leg)
+            weights[m, last] += place - leg
+        return weights
+
+    def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at the corners and events; see `Question.instants`."""
+        at_corners = dict[tuple[int, bytes], tuple[Array, Array]]()
+        motions = list[Array]()
+        reactions = list[Array]()
+        for question, shift, weights in zip(self.sets, self.shifts, self.weights, strict=True):
+            key = id(question), shift.tobytes()
+            if key not in at_corners:
+                at_corners[key] = question.states(load_factor, slip + shift)
+            u, r = at_corners[key]
+            motions.append(np.tensordot(weights, u, 1))
+            reactions.append(np.tensordot(weights, r, 1))
+        return np.array(motions), np.array(reactions)
+
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at the corners. Between two instants all is linear."""
+        places = places_on(self, self.path)
+        later = np.searchsorted(self.way, places).clip(1, len(self.way) - 1)
+        length = self.way[later] - self.way[later - 1]
+        share = (places - self.way[later - 1]) / np.where(length > 0, length, 1.0)
+        share = share[:, None, None]
+        u, r = self.instants(load_factor, slip)
+        return (
+            (1 - share) * u[later - 1] + share * u[later],
+            (1 - share) * r[later - 1] + share * r[later],
+        )
+
+    def at_instants(self, load_factor: float) -> Array:
+        """See `Question.at_instants`."""
+        at_corners = super().at_instants(load_factor)
+        return np.asarray(self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape))
+
+    def by_corner(self, moves: Array) -> Array:
+        """Motions at the corners. The motion at an event is divided according to its place."""
+        return np.tensordot(self.weights.T, moves, 1)
+
+    @property
+    def statuses(self) -> tuple[Booleans, Booleans]:
+        """See `Question.statuses`."""
+        opened = np.array([question.open_nodes for question in self.sets])
+        nodes = len(self.open_nodes)
+        touching = np.array([among(instant.switching, nodes) for instant in self.at])
+        return ~(opened | touching), opened
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Loads of the cycle at the corners and events, at load factor 1."""
+        fixed = None
+        if self.cycle.fixed is not None:
+            fixed = _blends(self.cycle.fixed, self.weights)
+        return LoadCycle(
+            self.cycle.mean, _blends(self.cycle.corners, self.weights), fixed
+        ).corner_names
+
+    @property
+    def events(self) -> list[tuple[int, str, float, str]]:
+        """See `Question.events`."""
+        rows = []
+        for m, instant in enumerate(self.at):
+            for node in sorted(instant.switching):
+                event = "closes" if node in instant.before else "opens"
+                rows.append((node, event, float(self.way[m]), self.names[m]))
+        return rows
+
+    @property
+    def open_share(self) -> Array:
+        """See `Question.open_share`."""
+        legs = len(self.path.legs)
+        opened = [among(instant.after, len(self.open_nodes)) for instant in self.at]
+        return np.asarray(np.diff(self.way, append=float(legs)) @ opened / legs)
+
+    @property
+    def node_states(self) -> str:
+        """See `Question.node_states`."""
+        count = len(frozenset().union(*self.order.events))
+        opened = ", these nodes open" if self.open_nodes.any() else ""
+        moving = number_of(count, "node that opens and closes", "nodes that open and close")
+        return f" with {moving} in this order{opened} and the others closed"
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """The places of the events on their legs, 0 to 1."""
+        events = [m for m, instant in enumerate(self.at) if instant.event is not None]
+        return tuple(float(self.way[m] - self.at[m].leg) for m in events)
+
+    @cached_property
+    def both_vary(self) -> bool:
+        """Whether fixed and scaled loads both vary on a leg that has an event.
+
+        Then the place of the event times the load factor is no linear unknown.
+        """
+        return any(all(varying(self, leg)) for leg in self.order.on_legs)
+
+    def violation(self, load_factor: float, slip: Array) -> float:
+        """Distance of a slip from being safe, see `Question.violation`.
+
+        It includes forces on a node at the event at which it opens or closes, and events in a wrong
+        order.
+        """
+        _, r = self.instants(load_factor, slip)
+        touching = [
+            np.abs(r[m][:, sorted(instant.switching)]).max(initial=0.0) / self.force
+            for m, instant in enumerate(self.at)
+        ]
+        steps = np.diff(self.way, append=float(len(self.path.legs)))
+        worst = np.max([super().violation(load_factor, slip), *touching, -steps.min()])
+        return float(np.nan_to_num(worst, nan=np.inf))
+
+
+def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict[str, float]]:
+    """Loads at the instants, from the loads at the corners."""
+    blends = []
+    for shares in weights.tolist():
+        blend = dict[str, float]()
+        for share, loads in zip(shares, corners, strict=True):
+            if share:
+                for case, amplitude in loads.items():
+                    blend[case] = blend.get(case, 0.0) + share * amplitude
+        blends.append(blend)
+    return blends
+
+
+def varying(question: LiftOff, leg: int) -> tuple[bool, bool]:
+    """Whether the loads at load factor 0, and the scaled loads, vary along a leg."""
+    first, last = question.path.legs[leg]
+    at_zero, scaled = question.bonded
+    fixed_varies = len(at_zero) > 1 and bool((at_zero[first] != at_zero[last]).any())
+    return fixed_varies, bool((scaled[first] != scaled[last]).any())
+
+
+def fields_of(question: Question) -> dict[str, Any]:
+    """Name -> value of the fields of a question."""
+    return {part.name: getattr(question, part.name) for part in fields(Question)}
+
+
+def with_order(
+    question: Question, order: Order, of_set: Callable[[Nodes], Question | None]
+) -> LiftOff | None:
+    """The question with an order of events, at preliminary places.
+
+    `of_set` returns the question with some nodes open at all corners. The result is None if the
+    closed nodes do not hold the open ones, or if the order does not return to its beginning.
+    """
+    path = path_of(question.cycle)
+    if path is None or (path.closed and order.between[-1] != order.start):
+        return None
+    instants = order.instants(path)
+    sets = list[Question]()
+    for instant in instants:
+        opened = of_set(instant.through)
+        if opened is None:
+            return None
+        sets.append(opened)
+    always = of_set(frozenset.intersection(*order.between))
+    if always is None:
+        return None
+    return LiftOff(
+        **fields_of(always),
+        order=order,
+        way=way_of(order, instants, [0.5] * len(order.events)),
+        sets=tuple(sets),
+        shifts=np.zeros((len(sets), *question.system.slip_shape)),
+    )
+
+
+def way_of(order: Order, instants: Sequence[Instant], shares: Sequence[float]) -> Array:
+    """(M,) `way` at each instant, from the place of each event on its leg."""
+    way = []
+    for instant in instants:
+        share = 0.0 if instant.event is None else shares[instant.event]
+        way.append(instant.leg + share)
+    return np.array(way)

@@ -1,0 +1,274 @@
+"""The program of an order of events as arrays: its load factors, at unknown places of the events.
+
+The load of an event lies at an unknown place of its leg. If only the scaled loads vary on a leg,
+the unknown is the place times the load factor; if only fixed ones vary, it is the place. If both
+vary, the load of the event has the product of load factor and place. The program is then linear
+about a load factor and places, see `About`.
+
+`printed/listing.py` lists the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...base import Array, Integers
+from ...solve.rows import EQUATION
+from ..program.assembled import law_rows
+from ..program.mechanism import Mechanism
+from ..program.rest_program import RestProgram
+from ..program.solution import Solution, Solved
+from .lift_off import LiftOff, episodes, varying, way_of
+
+
+@dataclass(frozen=True)
+class About:
+    """A load factor and the places of all events, about which products of them are linear."""
+
+    load_factor: float
+    places: Sequence[float]
+
+
+@dataclass(frozen=True, eq=False)
+class LaterSlips:
+    """The slips of nodes that close again: each later episode of a node has a slip of its own.
+
+    All instants share the slips of the first episodes.
+    """
+
+    later: list[tuple[int, int]]  # node and number of the episode
+    numbers: Integers  # (M, N) episode of each node at each instant, -1 while it is open
+
+    @classmethod
+    def of(cls, question: LiftOff) -> LaterSlips:
+        """The later slips of an order."""
+        numbers = episodes(question.at, question.system.nodes, question.path.closed)
+        keys = [(int(node), int(row[node])) for row in numbers for node in np.flatnonzero(row > 0)]
+        return cls(list(dict.fromkeys(keys)), numbers)
+
+    def placed(self, m: int) -> Array:
+        """(N, L) the later slips of the nodes at an instant."""
+        row = self.numbers[m]
+        placed = np.zeros((len(row), len(self.later)))
+        for place, (node, number) in enumerate(self.later):
+            placed[node, place] = float(row[node] == number)
+        return placed
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """The forces at the instants of an order, as functions of the unknowns of its program.
+
+    Attributes
+    ----------
+    start
+        (m, M) those without slip at zero unknowns.
+    effects
+        Name of an unknown -> forces due to its units at each instant, (m, M) or (m, M, k).
+    responses, response_of
+        Forces due to the slip, (M, t N) each; which of them holds at each instant, (m,).
+    """
+
+    start: Array
+    effects: Mapping[str, Array]
+    responses: Sequence[Array]
+    response_of: Integers
+
+
+def forces_of_order(
+    question: LiftOff, slips: LaterSlips, load_factor: float | None, about: About | None
+) -> Forces:
+    """The forces at all instants; their events move along their legs, see `About`."""
+    axes = question.system.tangents
+    count, entries = len(question.sets), len(question.system.S)
+    start = np.zeros((count, entries))
+    rate = np.zeros((count, entries))
+    effects: dict[str, Array] = {}
+    later = np.zeros((count, entries, axes * len(slips.later)))
+    responses = list[Array]()
+    keys = dict[tuple[int, bytes], int]()
+    response_of = np.zeros(count, dtype=int)
+    for m, (instant, of_set) in enumerate(zip(question.at, question.sets, strict=True)):
+        corner = question.path.stops[instant.leg]
+        start[m] = of_set.start[corner if of_set.fixed else 0]
+        rate[m] = of_set.rate[corner]
+        # Instants with the same open nodes and episodes share one response.
+        first_episode = slips.numbers[m] <= 0
+        key = id(of_set), first_episode.tobytes()
+        if key not in keys:
+            keys[key] = len(responses)
+            responses.append(of_set.response * np.tile(first_episode, axes))
+        response_of[m] = keys[key]
+        later[m] = of_set.response @ np.kron(np.eye(axes), slips.placed(m))
+        if instant.event is not None:
+            at_zero, scaled = _changes(question, m)
+            fixed_varies, scaled_varies = varying(question, instant.leg)
+            change = at_zero if fixed_varies else scaled
+            if fixed_varies and scaled_varies:
+                # The product of load factor and place, linear about given values of both.
+                at = load_factor if about is None else about.load_factor
+                place = 0.0 if about is None else about.places[instant.event]
+                change = at_zero + (at or 0.0) * scaled
+                if load_factor is None:
+                    rate[m] += place * scaled
+                    start[m] -= place * (at or 0.0) * scaled
+            effect = effects.setdefault(f"way{instant.event}", np.zeros((count, entries)))
+            effect[m] = change
+    if load_factor is None:
+        effects["load_factor"] = rate
+    else:
+        start = start + load_factor * rate
+    if slips.later:
+        effects["later_slip"] = later
+    return Forces(start, effects, responses, response_of)
+
+
+def ordered_program(
+    question: LiftOff,
+    load_factor: float | None = None,
+    about: About | None = None,
+) -> RestProgram:
+    """The program of an order; with a given `load_factor`, for the largest `margin` of its slip."""
+    system = question.system
+    axes = system.tangents
+    slips = LaterSlips.of(question)
+    units: dict[str, Any] = {"margin": 1.0}
+    if load_factor is None:
+        units = {"load_factor": question.load_unit}
+    events = [m for m, instant in enumerate(question.at) if instant.event is not None]
+    for event, leg in enumerate(question.order.on_legs):
+        units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
+    if slips.later:
+        nodes = [node for node, _ in slips.later]
+        slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
+        units["later_slip"] = np.tile(slip_unit[nodes], axes)
+
+    forces = forces_of_order(question, slips, load_factor, about)
+    program = RestProgram(
+        [question],
+        units,
+        forces.start,
+        forces.effects,
+        responses=(forces.responses, forces.response_of),
+    )
+    if load_factor is None:
+        program.row("load_factor", {"load_factor": 1.0})
+    else:
+        program.row("cap", {"margin": -1.0}, 1.0)
+    opened = np.array([of_set.open_nodes for of_set in question.sets])
+    sticks, _ = question.statuses
+    reserve = None if load_factor is None else sticks | opened
+    law_rows(program, question, ~opened, opened, reserve=reserve)
+    _touch_without_force(program, question, events)
+    _follow_each_other(program, question, load_factor)
+    return program
+
+
+def is_scaled(question: LiftOff, leg: int) -> bool:
+    """Whether the unknown place of an event is its share of the leg times the load factor."""
+    fixed_varies, _ = varying(question, leg)
+    return not fixed_varies
+
+
+def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
+    """Changes of the forces from the first to the last corner of the leg of an event."""
+    first, last = question.path.legs[question.at[m].leg]
+    of_set = question.sets[m]
+    at_zero = of_set.start[last] - of_set.start[first] if of_set.fixed else 0.0 * of_set.start[0]
+    return at_zero, of_set.rate[last] - of_set.rate[first]
+
+
+def _touch_without_force(program: RestProgram, question: LiftOff, events: list[int]) -> None:
+    """Nodes that open or close at an event have no force there."""
+    n = question.system.nodes
+    for m in events:
+        nodes = np.array(sorted(question.at[m].switching))
+        at = np.full(len(nodes), m)
+        for axis in range(question.system.tangents + 1):
+            label = "event_p" if axis == question.system.tangents else f"event_q{axis}"
+            force = program.force(at, axis * n + nodes), np.ones(len(nodes))
+            unit = question.node_unit[nodes]
+            zero = np.zeros(len(nodes))
+            program.add(label, EQUATION, [[force]], zero, unit, at, nodes)
+
+
+def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
+    """Events follow each other on the way along each leg, from 0 to its end."""
+    on_legs = question.order.on_legs
+    number = 0
+    for leg in dict.fromkeys(on_legs):
+        events = [f"way{event}" for event, of in enumerate(on_legs) if of == leg]
+        # The end is the load factor if it scales the varying loads of the leg, otherwise 1.
+        end: dict[str, float] = {}
+        last = 1.0
+        if is_scaled(question, leg):
+            last = load_factor or 0.0
+            end = {"load_factor": 1.0} if load_factor is None else {}
+        earlier: dict[str, float] = {}
+        for event in events:
+            program.row(f"way[{number}]", {event: 1.0, **earlier})
+            earlier = {event: -1.0}
+            number += 1
+        program.row(f"way[{number}]", {**end, **earlier}, last)
+        number += 1
+
+
+def read_order(
+    question: LiftOff, solution: Solution, load_factor: float | None = None
+) -> tuple[LiftOff, Array, Mechanism]:
+    """The order with its events placed, the slip of the first episodes, and the mechanism.
+
+    `load_factor`: the given one, or that of the solution.
+    """
+    system = question.system
+    places = [
+        float(solution.values(f"way{event}")[0]) for event in range(len(question.order.on_legs))
+    ]
+    if load_factor is None:
+        load_factor = solution.load_factor
+    slips = LaterSlips.of(question)
+    first = solution.closed_slip()
+    shifts = np.zeros((len(question.sets), *system.slip_shape))
+    if slips.later:
+        later = solution.values("later_slip").reshape(-1, len(slips.later)).T
+        later = later.reshape(len(slips.later), *system.slip_shape[1:])
+        for m in range(len(shifts)):
+            placed = slips.placed(m)
+            taken = placed.any(axis=1)
+            shifts[m][taken] = (placed @ later)[taken] - first[taken]
+    placed_question = replace(placed_order(question, places, load_factor), shifts=shifts)
+
+    moves = np.zeros((len(question.sets), *question.r1.shape[1:]))
+    for m, of_set in enumerate(question.sets):
+        moves[m] = Mechanism.of(of_set, solution.moves[[m]]).moves[0]
+    opened = np.array([of_set.open_nodes for of_set in question.sets])
+    motion = Mechanism(moves, question.friction * ~opened, open=opened)
+    return placed_question, question.slip_at_mean_load(first), motion
+
+
+def solved_order(question: LiftOff, solution: Solution, goal: str, **values: Any) -> Solved:
+    """The solved program of an order, with the unknown places of its events and its later slips."""
+    events = range(len(question.order.on_legs))
+    values["ways"] = np.array([float(solution.values(f"way{event}")[0]) for event in events])
+    if "later_slip" in solution.program.named:
+        axes = question.system.tangents
+        values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T
+    return solution.solved(goal, **values)
+
+
+def placed_order(question: LiftOff, places: Sequence[float], load_factor: float) -> LiftOff:
+    """The order with its events at these places.
+
+    On a leg on which the load factor scales the loads, a place is given times the load factor.
+    """
+    order = question.order
+    shares = []
+    for leg, place in zip(order.on_legs, places, strict=True):
+        if is_scaled(question, leg):
+            place = place / load_factor if load_factor > 0 else 0.0
+        shares.append(place)
+    return replace(question, way=way_of(order, question.at, shares))

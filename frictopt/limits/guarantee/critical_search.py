@@ -1,0 +1,382 @@
+"""Programs of the least load factor at which a node is critical, and their results, the claims.
+
+Lower bounds of these load factors need no program. One slip mechanism for each node j gives a
+bound. Its multipliers obey `A d + B^T (f a) = 0`, with `a = abs(d)` at all other nodes and a_j =
+-1. Then no residual slip changes the sum of `d q + f a p`. Let h(d) be the largest `-(d q1 + f
+abs(d) p1)` over the corners::
+
+    resistance = sum of d q0 + f a p0   >=   load_factor drive
+    drive = d_j c - f rho + sum of h(d) over the others
+
+A fixed-point iteration looks for such multipliers. If it does not converge (large friction), the
+bound of node j is 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...base import CONDENSATION, RESIDUAL, Array, Booleans, SolveRecord, Table, frame, frozen
+from ...solve.arrays import Arrays
+from ...solve.rows import EQUATION
+from ..program.assembled import at_corners, stuck
+from ..program.mechanism import Mechanism
+from ..program.question import Question
+from ..program.rest_program import RestProgram, elastic
+from ..program.solution import Solution, Solved, contradiction, solve
+from .critical_state import CriticalState, critical_states, needed
+
+# Labels: the source of the load factor of a node.
+SOLVED = "solved"
+NEVER = "never critical"
+COINCIDE_ALONE = "only at the least safe load factor"
+LEFT_OUT = "left out by its bound"
+ONE_CORNER = "one corner alone governs"
+NOT_NEEDED = "not needed"
+OPEN = "open"
+
+# The reason that some nodes needed no program, after their number.
+_LEFT_OUT = {
+    NOT_NEEDED: (
+        "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
+        "load factors lie between the two"
+    ),
+    LEFT_OUT: "cannot be critical below the limit, by a lower bound",
+    ONE_CORNER: "can only lift off when critical, or have no friction",
+}
+
+
+def critical(question: Question, state: CriticalState) -> RestProgram:
+    """The load factors at which a safe slip makes a node critical, for the least or largest one.
+
+    The slip adds the reactions `at_zero + load_factor rate` of the state. The rows of the node hold
+    then, unless a part of the cycle is fixed.
+    """
+    node = state.node
+    program = stuck(at_corners(question, residual=True), but=-1 if question.fixed else node)
+    n = question.system.nodes
+    axes = len(state.rate)
+    instant = np.array([len(program.start) - 1])
+    load_factor = np.array([program.unknown("load_factor")])
+    for axis in range(axes):
+        force = program.force(instant, np.array([axis * n + node])), np.ones(1)
+        needed = load_factor, -state.rate[[axis]]
+        label = "critical_q" if axis < axes - 1 else "critical_p"
+        unit = question.node_unit[[node]]
+        constant = -state.at_zero[[axis]]
+        program.add(label, EQUATION, [[force, needed]], constant, unit)
+    return program
+
+
+@dataclass(frozen=True, eq=False)
+class NodeClaim:
+    """The least load factor at which a node is critical under a safe slip, and that slip.
+
+    Without such a slip the load factor is inf or a lower bound, and the slip is NaN.
+    """
+
+    state: CriticalState
+    load_factor: float
+    slip: Array
+    residual: float
+    # The rates of the load factor, see `critical_motion`; None if another node has a lower one.
+    motion: Mechanism | None = None
+    # The solved program; None without a slip.
+    solved: Solved | None = None
+    solver: str = ""
+    how: str = SOLVED
+    # If the load factor is the least safe one: a larger load factor and its slip. At load factors
+    # between the two, a weighted mean of both slips makes the node critical.
+    above: tuple[float, Array] | None = None
+
+
+class CriticalSearch:
+    """The critical programs of the nodes of a question.
+
+    `records` has the records of all solved programs, in order. `user`: the `UserRows`.
+    """
+
+    def __init__(self, question: Question, user: Any, solver: str | None) -> None:
+        self.records = list[SolveRecord]()
+        self._question = question
+        self._user = user
+        self._solver = solver
+
+    def solve(
+        self, state: CriticalState, ends: tuple[float, float], least_so_far: float
+    ) -> NodeClaim:
+        """The claim of a node: its critical slip, or the proof that it is above `least_so_far`.
+
+        `ends` are the least and the largest safe load factor.
+        """
+        least, largest = ends
+        unit = self._question.load_unit
+        # The step is small compared with the interval of safe load factors, and above the errors of
+        # an answer.
+        step = 1e3 * RESIDUAL * min(unit, largest - least)
+        indistinct = least + step
+        claim = self._solved(state, least_so_far)
+        if claim.load_factor > (indistinct if least > 0 else 0.0):
+            return claim
+
+        # The load factor equals the least safe one up to errors. It counts if the node can also be
+        # critical above it: the program is convex, so critical load factors form an interval.
+        highest = self._solved(state, np.inf, most=unit + least)
+        if highest.load_factor > max(indistinct, claim.load_factor + step):
+            return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
+        return _without_slip(self._question, state, np.inf, highest.residual, COINCIDE_ALONE)
+
+    def _solved(
+        self, state: CriticalState, least_so_far: float, most: float | None = None
+    ) -> NodeClaim:
+        """The claim of a node at its least critical load factor, or at its largest up to `most`."""
+        question = self._question
+        program = critical(question, state)
+        if most is not None:
+            program.row("at_most", {"load_factor": -1.0}, most)
+        if self._user is not None:
+            self._user.add_to(program)
+
+        def claimed(solution: Solution) -> NodeClaim:
+            return _claimed(solution, state, least_so_far)
+
+        def never_critical(outcome: str, arrays: Arrays) -> NodeClaim | None:
+            found = contradiction(program, "load_factor")
+            if found is None:
+                return None
+            return _without_slip(question, state, np.inf, found[1], NEVER)
+
+        sense = -1.0 if most is None else 1.0
+        claim, record = solve(
+            program, "load_factor", sense, claimed, self._solver, no_optimum=never_critical
+        )
+        assert claim is not None
+        self.records.append(record)
+        return replace(claim, solver=record.solver)
+
+
+def _without_slip(
+    question: Question, state: CriticalState, load_factor: float, residual: float, how: str
+) -> NodeClaim:
+    """The claim that a node is not critical below a load factor."""
+    no_slip = np.full(question.system.slip_shape, np.nan)
+    return NodeClaim(state, load_factor, no_slip, residual, how=how)
+
+
+def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> NodeClaim:
+    """The claim of a solution.
+
+    If its slip fails the checks, but the multipliers prove that the node is not critical up to
+    `least_so_far`, the claim is this proof.
+    """
+    question = solution.program.question
+    slip = solution.slip_of_nodes
+    load_factor = solution.load_factor
+    distance = state.distance(question, load_factor, slip)
+    residual = solution.residual(question.violation(load_factor, slip), distance)
+    bound, defect = solution.bound
+    if not residual <= RESIDUAL and least_so_far < bound - defect < np.inf:
+        return _without_slip(question, state, bound - defect, 0.0, LEFT_OUT)
+    motion = critical_motion(solution, state) if load_factor < least_so_far else None
+    solved = solution.solved("critical", state=state)
+    return NodeClaim(state, load_factor, slip, residual, motion, solved)
+
+
+def critical_motion(solution: Solution, state: CriticalState) -> Mechanism:
+    """The rates of a node's load factor with all reactions, as slips and lifts of either sign.
+
+    They follow from the multipliers. The motions of the other nodes are the reversed mechanism of
+    their rows. The node itself slips along or against `q_k` at its corners, and lifts by friction
+    times its slip. With two opposite corners, the part of the multiplier across their line is
+    divided between the corners by the lever rule.
+    """
+    question = solution.program.question
+    node = state.node
+    corners = list(state.corners)
+    mechanism = solution.motion
+    moves = -mechanism.moves
+
+    y = np.concatenate([solution.multipliers[name] for name in ("critical_q", "critical_p")])
+    _, r = question.states(solution.load_factor, solution.slip_of_nodes)
+    q = r[corners, :-1, node]  # (corners, t)
+    size = np.linalg.norm(q, axis=1)
+    friction = question.friction[node]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        along = np.column_stack([q / size[:, None], np.full(len(corners), -friction)])
+        levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
+    shares = np.full(len(corners), np.nan)
+    if np.isfinite(along).all():
+        shares = np.linalg.lstsq(along.T, y, rcond=None)[0]
+    node_moves = np.zeros_like(moves)
+    node_moves[corners, :, node] = shares[:, None] * along + levers[:, None] * (y - shares @ along)
+    if question.compliance is not None:
+        follow = node_moves.reshape(len(node_moves), -1) @ question.system.S @ question.compliance
+        node_moves -= follow.reshape(node_moves.shape)
+    return replace(mechanism, moves=moves + node_moves)
+
+
+class CriticalNodes:
+    """Load factors of all nodes, and the critical node with the least load factor so far."""
+
+    def __init__(self, question: Question, load_factor: float) -> None:
+        nodes = question.system.nodes
+        self.states = critical_states(question)
+        self.best: NodeClaim | None = None
+        self.least = load_factor
+        self.load_factor = np.full(nodes, np.inf)
+        has_state = np.array([bool(states) for states in self.states])
+        self.may_be_critical = has_state & ~question.open_nodes
+        self.how = np.full(nodes, ONE_CORNER, dtype=object)
+        self.how[question.open_nodes] = OPEN
+        self.how[self.may_be_critical] = LEFT_OUT
+
+    def need_no_program(self) -> None:
+        """Mark all nodes as not needed: the guaranteed limit is the shakedown limit."""
+        self.load_factor[self.may_be_critical] = self.least
+        self.how[self.may_be_critical] = NOT_NEEDED
+
+    def left_out(self) -> tuple[str, ...]:
+        """Sentences that count the nodes that needed no program, with the reason."""
+        sentences = []
+        for label, why in _LEFT_OUT.items():
+            count = int((self.how == label).sum())
+            if count:
+                sentences.append(f"nodes: {count} of {len(self.how)} {why}")
+        return tuple(sentences)
+
+    def add(self, claim: NodeClaim) -> None:
+        """Keep a claim of a node if it is its first one, or if its load factor is the least."""
+        node = claim.state.node
+        if claim.load_factor < self.load_factor[node] or claim.state is self.states[node][0]:
+            self.load_factor[node] = claim.load_factor
+            self.how[node] = claim.how
+        # A node that is critical at the shakedown limit itself, up to rounding, is named, too.
+        ties = self.best is None and claim.load_factor < self.least * (1 + RESIDUAL)
+        if claim.load_factor < self.least or ties:
+            self.best = claim
+            self.least = min(self.least, claim.load_factor)
+
+    def table(self, order: list[int]) -> Table:
+        """Table of the load factors of some nodes."""
+        load_factors = self.load_factor[order]
+        return frame({"node": order, "load_factor": load_factors, "how": self.how[order]})
+
+
+@dataclass(frozen=True)
+class ScreeningSettings:
+    """Numbers of the fixed-point iteration."""
+
+    # Largest number of iterations.
+    iterations: int = 300
+    # A mechanism has converged if its relative change is at most this.
+    settled: float = RESIDUAL
+    # Relative excess of the slips of a mechanism, so that it is admissible before it converges.
+    spare: float = 1e3 * RESIDUAL
+    # A mechanism of this size diverges.
+    large: float = 1e6
+    # Number of weighted means over rigid slides in one iteration; more hardly raise the bounds.
+    means: int = 3
+    # In the weights, slips below this share of the largest are raised to it: the means converge.
+    near: float = 1e-2
+    # Relative rounding error of a bound, due to the errors of the data.
+    rounding: float = CONDENSATION
+
+
+SCREENING = ScreeningSettings()
+
+
+def load_factor_bounds(question: Question) -> Array:
+    """(N,) lower bounds of the load factor at which each node can be critical.
+
+    A bound is 0 if nothing is known, and inf if the node can never be critical.
+    """
+    nodes = len(question.friction)
+    if question.fixed:
+        # Which corner governs depends on the load factor.
+        return np.zeros(nodes)
+    unit = question.node_unit[:, None]
+    net_slips = _net_slips(question)
+    total_slip, admissible = _settled_mechanisms(net_slips, unit)
+
+    d = net_slips(total_slip) / unit  # (t, N, N) slips, by node and mechanism
+    a = total_slip / unit  # (N, N)
+    fa = question.friction[:, None] * total_slip / unit
+    shear, bound = needed(question.friction, question.q1, question.p1)
+    resistance_terms = np.array([_work(d, question.q0[0]), fa * question.p0[0][:, None]])
+    drive_terms = _work(d, shear) + a * bound[:, None]
+    if nodes > 1:
+        corners = zip(question.q1, question.p1, strict=True)
+        drive_at_other_nodes = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
+        drive_terms = np.where(np.eye(nodes, dtype=bool), drive_terms, drive_at_other_nodes)
+    resistance = resistance_terms.sum(axis=(0, 1))
+    drive = drive_terms.sum(axis=0)
+    terms = np.abs(resistance_terms).sum(axis=(0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bounds = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING.rounding)
+    proven = admissible & (resistance < -SCREENING.rounding * terms)
+    return np.asarray(np.where(proven, bounds, 0.0))
+
+
+def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tuple[Array, Booleans]:
+    """Total slips a (N, N) of the mechanisms, in columns, and which of them are admissible."""
+    total_slip = -np.eye(len(unit))
+    for _ in range(SCREENING.iterations):
+        net = np.linalg.norm(net_slips(total_slip), axis=0)
+        size = unit * np.abs(total_slip / unit).max(axis=0)
+        next_total = (1 + SCREENING.spare) * net + SCREENING.settled * size
+        np.fill_diagonal(next_total, -1.0)
+        np.fill_diagonal(net, -1.0)
+        converged = (np.abs(next_total - total_slip) <= SCREENING.settled * size).all(axis=0)
+        admissible: Booleans = (net <= total_slip).all(axis=0) & converged
+        diverges = ~(total_slip.max(axis=0) < SCREENING.large)
+        if (admissible | diverges).all():
+            break
+        total_slip = np.where(admissible | diverges, total_slip, next_total)
+    return total_slip, admissible
+
+
+def _work(d: Array, q: Array) -> Array:
+    """Work (N, N) of shear forces (N,) or (N, 2) on slips (t, N, N): by node and mechanism."""
+    return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
+
+
+def _net_slips(question: Question) -> Callable[[Array], Array]:
+    """A function that returns the net slips (t, N, N) in balance with given total slips (N, N).
+
+    Elasticity does not determine rigid slides. They follow from friction: as means of the slips
+    over the nodes, with weights from the previous slips.
+    """
+    n = question.system.nodes
+    t = question.system.tangents
+    closed = elastic(question)
+    unit = np.tile(question.node_unit, t)[:, None]
+    # Slips that follow the total slips, and rigid slides.
+    follow = np.zeros((t * n, n))
+    follow[closed.slips] = -(closed.normal * ~question.open_nodes[:, None]).T
+    follow *= unit * question.friction / question.node_unit
+    free = closed.slides.shape[1]
+    rigid = np.zeros((t * n, free))
+    rigid[closed.slips] = closed.slides
+    rigid *= unit
+    pairs = (rigid[:, :, None] * rigid[:, None]).reshape(t * n, -1)
+    bound = question.friction * question.r0[0, -1] / question.node_unit
+    positive_bound = np.tile(np.maximum(bound, 0.0), t)[:, None]
+
+    def net_slips(total: Array) -> Array:
+        slips = follow @ total
+        for _ in range(SCREENING.means if free else 0):
+            size = np.linalg.norm(slips.reshape(t, n, n), axis=0)
+            floor = SCREENING.near * size.max() or 1.0
+            weight = positive_bound / np.tile(np.maximum(size, floor), (t, 1))
+            # The slides s with the least sum of `weight (slips - rigid s)^2`.
+            square = (weight.T @ pairs).reshape(n, free, free)
+            right_side = (rigid.T @ (weight * slips)).T[..., None]
+            slides = (np.linalg.pinv(square, hermitian=True) @ right_side)[..., 0].T
+            slips = slips - rigid @ slides
+        return np.asarray(slips.reshape(t, n, n))
+
+    return net_slips

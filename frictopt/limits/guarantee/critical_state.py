@@ -1,0 +1,227 @@
+"""The critical states of nodes: the cyclic load takes a node to its friction bound from all sides.
+
+A critical node is on its friction bound at two opposite corners, or at three that enclose its mean
+traction. In the theory, eq. (10) gives the shear c and the pressure rho that the node needs: the
+smallest disc that holds the discs with centres `-q1_k` and radii `-f p1_k` has the centre c and the
+radius `f rho`. If a part of the cycle is fixed, each pair of corners that govern at some load
+factor has its own critical state, affine in the load factor.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base import ROUNDING, Array, kept
+from ...contact import lengths
+from ..program.question import Question
+from ..program.units import ruling
+
+
+@kept
+@dataclass(frozen=True, eq=False)
+class CriticalState:
+    """The reactions that a slip adds at a node where it is critical, affine in the load factor.
+
+    `[A v, B v] = at_zero + load_factor rate`, each (t + 1,), force. At `corners` the node is on its
+    bound; in the plane first of forward, then of backward slip.
+    """
+
+    node: int
+    corners: tuple[int, ...]
+    at_zero: Array
+    rate: Array
+
+    def distance(self, question: Question, load_factor: float, slip: Array) -> float:
+        """Distance of the node from this state under a slip, over the force unit."""
+        q, p = question.reactions_of_slip(slip)
+        added = np.r_[q[self.node], p[self.node]]
+        return float(np.abs(added - self.at_zero - load_factor * self.rate).max()) / question.force
+
+
+def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
+    """Shear c (N,) or (N, 2) and friction bound `f rho` (N,) that nodes need at load factor 1."""
+    fp1 = friction * p1
+    if q1.ndim == 3:
+        return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
+    forward_demand = (-q1 - fp1).max(axis=0)
+    backward_demand = (q1 - fp1).max(axis=0)
+    return (forward_demand - backward_demand) / 2, (forward_demand + backward_demand) / 2
+
+
+def critical_states(question: Question) -> list[list[CriticalState]]:
+    """The critical states of each node.
+
+    A node has no critical state if it has no friction or only lifts off. If the corners differ at
+    load factor 0, it has a critical state for each pair of governing corners; otherwise it has only
+    one. In space, no critical state is computed if they differ: only uncoupled contacts, which need
+    no critical state, get here.
+    """
+    if question.fixed and question.q1.ndim == 3:
+        return [[] for _ in question.friction]
+    if question.fixed:
+        return _states_of_pairs(question)
+    f = question.friction
+    q1 = question.q1
+    p1 = question.p1
+    shear, bound = needed(f, q1, p1)
+    size = (lengths(q1, p1) + f * np.abs(p1)).max(axis=0)
+    q = q1 + shear
+    # Corners whose distances from the bound differ by rounding govern together.
+    governs = lengths(q, p1) - f * p1 >= bound - ROUNDING * size  # (K, N)
+    cyclic = (bound > (-f * p1).max(axis=0) + ROUNDING * size) & (f > 0)
+
+    states: list[list[CriticalState]] = [[] for _ in f]
+    for i in np.flatnonzero(cyclic).tolist():
+        corners = tuple(np.flatnonzero(governs[:, i]).tolist())
+        if q.ndim == 2:
+            forward = next(k for k in corners if q[k, i] < 0)
+            backward = next(k for k in corners if q[k, i] > 0)
+            corners = (forward, backward)
+        at_zero = -np.r_[question.q0[0, i], question.p0[0, i]]
+        states[i].append(CriticalState(i, corners, at_zero, np.r_[shear[i], bound[i] / f[i]]))
+    return states
+
+
+class NodeLoads(NamedTuple):
+    """Reactions of the loads at a node that is critical at corners, for any friction.
+
+    The fields `q0` (K0, 1) to `p1` (K, 1), in space with two shear forces, are as in `Question`.
+    """
+
+    node: int
+    corners: tuple[int, ...]
+    fixed: bool
+    q0: Array
+    p0: Array
+    q1: Array
+    p1: Array
+
+    @classmethod
+    def of(cls, question: Question, node: int, corners: tuple[int, ...]) -> "NodeLoads":
+        """The loads of a node."""
+        arrays = question.q0, question.p0, question.q1, question.p1
+        return cls(node, corners, question.fixed, *(array[:, [node]] for array in arrays))
+
+    def added(self, friction: float) -> tuple[Array, Array]:
+        """Reactions that a slip adds at load factor 0, and their rate; see `CriticalState`."""
+        if self.fixed:
+            pair = list(self.corners)
+            at_zero = _at_both_bounds(friction, self.q0[pair, 0], self.p0[pair, 0])
+            return at_zero, _at_both_bounds(friction, self.q1[pair, 0], self.p1[pair, 0])
+        shear, bound = needed(np.array([friction]), self.q1, self.p1)
+        at_zero = -np.r_[self.q0[0, 0], self.p0[0, 0]]
+        return at_zero, np.r_[shear[0], bound[0] / friction]
+
+
+def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
+    """The critical states in the plane if the corners differ at load factor 0."""
+    q0, p0 = question.q0, question.p0
+    q1, p1 = question.q1, question.p1
+    fp0 = question.friction * p0
+    fp1 = question.friction * p1
+    rows = np.stack([q0, fp0, q1, fp1])  # (4, K, N)
+    rounding = ROUNDING * np.abs(rows).max(axis=1)
+    forward = _governs(-(q0 + fp0), -(q1 + fp1))
+    backward = _governs(q0 - fp0, q1 - fp1)
+
+    states: list[list[CriticalState]] = [[] for _ in question.friction]
+    for i, friction in enumerate(question.friction):
+        if not friction > 0:
+            continue
+        ends = product(np.flatnonzero(forward[:, i]), np.flatnonzero(backward[:, i]))
+        for k, j in ends:
+            if not (np.abs(rows[:, k, i] - rows[:, j, i]) > rounding[:, i]).any():
+                continue
+            corners = int(k), int(j)
+            added = NodeLoads.of(question, i, corners).added(friction)
+            states[i].append(CriticalState(i, corners, *added))
+    return states
+
+
+def _governs(constant: Array, rate: Array) -> Any:
+    """(K, N) whether a corner governs a node at some load factor, see `ruling`."""
+    governs = np.zeros(rate.shape, dtype=bool)
+    governs[ruling(constant, rate)] = True
+    return governs
+
+
+def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
+    """(2,) shear and pressure that put a node on its forward bound at one corner, then backward.
+
+    They are added to the reactions `q` (2,) and `p` (2,) of the two corners.
+    """
+    q_k, q_j = q
+    b_k, b_j = friction * p
+    return -np.array([q_k + q_j + b_k - b_j, (q_k - q_j + b_k + b_j) / friction]) / 2
+
+
+# The smallest disc touches one of these subsets of four discs: the new disc, 0, and three old ones.
+_SUBSETS = ((0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3))
+
+
+def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
+    """Smallest discs around n times K discs: centres (n, 2) and radii (n,).
+
+    `centres` (n, K, 2) and `radii` (n, K) describe the discs inside; radii may be negative. Each
+    exchange takes the disc that sticks out most, and the three discs that touched before. The
+    smallest disc around these four is found by trying all subsets.
+    """
+    cases = np.arange(len(radii))
+    touching = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
+    centre = centres[cases, touching[:, 0]]
+    radius = radii.max(axis=1)
+    spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))
+    size = spread + np.abs(radii).max(axis=1)
+    # Largest number of exchanges per disc. Usually three in total are enough.
+    exchanges = 4
+    for _ in range(exchanges * radii.shape[1]):
+        far_ends = _reach(centres, radii, centre)
+        sticks_out = np.flatnonzero(far_ends.max(axis=1) > radius + ROUNDING * size)
+        if not len(sticks_out):
+            break
+        four_discs = np.column_stack([far_ends.argmax(axis=1), touching])[sticks_out]
+        four_centres = centres[sticks_out[:, None], four_discs]
+        four_radii = radii[sticks_out[:, None], four_discs]
+        radius[sticks_out] = np.inf
+        for subset in _SUBSETS:
+            for candidate in _touching(four_centres[:, subset], four_radii[:, subset]):
+                radius_around = _reach(four_centres, four_radii, candidate).max(axis=1)
+                is_smaller = radius_around < radius[sticks_out]  # False for nan: no such disc
+                centre[sticks_out[is_smaller]] = candidate[is_smaller]
+                radius[sticks_out[is_smaller]] = radius_around[is_smaller]
+                # A subset of one disc is repeated three times; of two discs, the first is repeated.
+                touching[sticks_out[is_smaller]] = four_discs[is_smaller][:, (subset * 3)[:3]]
+    return centre, _reach(centres, radii, centre).max(axis=1)
+
+
+def _reach(centres: Array, radii: Array, centre: Array) -> Array:
+    """(n, K) distances from a centre (n, 2) to the far ends of discs."""
+    return np.asarray(np.linalg.norm(centres - centre[:, None], axis=-1) + radii)
+
+
+def _touching(centres: Array, radii: Array) -> list[Array]:
+    """Centres (n, 2) of the discs that one, two or three given discs touch from inside.
+
+    `centres` (n, m, 2), `radii` (n, m). NaN if there is none.
+    """
+    first = centres[:, 0]
+    offsets = centres[:, 1:] - centres[:, :1]
+    radius_steps = radii[:, 1:] - radii[:, :1]
+    right_side = np.stack(
+        [((offsets**2).sum(axis=-1) - radius_steps**2) / 2, radius_steps], axis=-1
+    )
+    u, w = np.moveaxis(np.linalg.pinv(offsets) @ right_side, 2, 0)
+    a = 1 - (w**2).sum(axis=-1)
+    b = (u * w).sum(axis=-1)
+    c = (u**2).sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if offsets.shape[1] == 1:
+            # If the larger disc nearly contains the smaller one, rounding spoils a.
+            distance = np.linalg.norm(offsets[:, 0], axis=-1)
+            return [
+                first + offsets[:, 0] * ((distance + radius_steps[:, 0]) / (2 * distance))[:, None]
+            ]
+        root = b + np.copysign(np.sqrt(b**2 + a * c), b)
+        return [first + u + w * s[:, None] for s in (root / a, -c / root)]

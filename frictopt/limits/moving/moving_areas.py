@@ -1,0 +1,331 @@
+"""Uncoupled contacts whose areas open and close: the question of all states of rest.
+
+If slip changes no pressure (B = 0) and the load factor scales shear alone, the normal path is known
+before the limit, and with it which nodes open and close, and when. In a state of rest the slip of
+all nodes at all instants follows from the load factor and the slip of the nodes that never open
+(theory, "Contact areas that move"). `moving_areas` makes the question, `rest_intervals.py` has its
+limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...base import (
+    CONDENSATION,
+    NO_COUPLING,
+    RESIDUAL,
+    ROUNDING,
+    Array,
+    Booleans,
+    Integers,
+    kept,
+    make_read_only,
+    unresisted,
+    worst,
+)
+from ...contact import LoadCycle, off_law, other_laws
+from ..events.lift_off import fields_of
+from ..program.question import Question
+from .normal_path import NoPath, normal_path
+from .path_pieces import PathPiece, Rim, Statuses, piece_at, piece_of_path, rim_of
+
+
+@kept
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MovingAreas(Question):
+    """A question whose normal loads alone open and close nodes in each cycle.
+
+    `open_nodes` never press. The M instants are the instants of the normal path. All other arrays
+    belong to the closed contact.
+    """
+
+    path: PathPiece
+    rim: Rim
+    alone: bool  # whether the path is the same at all load factors, or asked at `near` alone
+    near: float  # the load factor at which the path was made
+    told_at: float  # the load factor at which places of events are told
+
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (*Question.KEPT_FIELDS, "near", "told_at", "alone")
+
+    @classmethod
+    def from_kept(cls, fields: Mapping[str, Any]) -> MovingAreas:
+        """See `Question.from_kept`."""
+        inputs = {name: fields[name] for name in Question.KEPT_FIELDS}
+        none_open = np.zeros_like(inputs["open_nodes"])
+        question = Question.from_kept({**inputs, "open_nodes": none_open})
+        near = fields.get("near", 0.0)
+        areas_of = areas_at if fields.get("alone", True) else areas_near
+        areas = replace(areas_of(question, near), told_at=fields.get("told_at", near))
+        make_read_only([vars(part) for part in (areas, areas.path, areas.at_instant, areas.rim)])
+        return areas
+
+    moves: ClassVar[bool] = True
+
+    @property
+    def at_instant(self) -> Statuses:
+        """The nodes that press around each instant."""
+        return self.path.at_instant
+
+    @cached_property
+    def stays(self) -> Booleans:
+        """(N,) nodes that never open."""
+        stays = np.ones(self.system.nodes, dtype=bool)
+        stays[self.rim.nodes] = False
+        return stays
+
+    @cached_property
+    def entries(self) -> tuple[Integers, Integers]:
+        """Indices in A of the nodes that never open, and of the rim."""
+        stays = np.tile(self.stays, self.system.tangents)
+        return np.flatnonzero(stays), np.flatnonzero(~stays)
+
+    @cached_property
+    def rim_compliance(self) -> Array:
+        """Compliance of the rim. No other node resists a free slide of a body that is all rim."""
+        _, rim = self.entries
+        return unresisted(self.A[np.ix_(rim, rim)], self.system.own_stiffness[rim])[1]
+
+    @cached_property
+    def bonded_at_instants(self) -> Array:
+        """(2, M, t + 1, N) bonded reactions at the instants.
+
+        Index 0 is the part at load factor 0, index 1 the rate with the load factor.
+        """
+        return self.path.loads(np.broadcast_to(self.r0, self.r1.shape), self.r1)
+
+    @cached_property
+    def unsolved(self) -> Array:
+        """(2, M, t, R) shear forces that the equations of the rim leave, without rounding.
+
+        Index 0 is the part at load factor 0, index 1 the rate with the load factor.
+        """
+        sizes = np.abs(self.bonded_at_instants[:, :, :-1]).max(axis=(1, 2, 3))
+        sizes[0] = max(sizes[0], self.force)
+        real = np.abs(self.rim.residual) > RESIDUAL * np.reshape(sizes, (2, 1, 1, 1))
+        return np.where(real, self.rim.residual, 0.0)
+
+    def slipping(self, part: int) -> int | None:
+        """The rim node that slips in each cycle; None if the equations have a solution.
+
+        Part 1: at load factors above 0, for any friction; part 0: at load factor 0.
+        """
+        off = np.abs(self.unsolved[part]).max(axis=(0, 1), initial=0.0)
+        return int(self.rim.nodes[off.argmax()]) if off.any() else None
+
+    def slipping_at(self, load_factor: float) -> int | None:
+        """The rim node that slips in each cycle at a load factor, whatever friction is, if any."""
+        constant, rate = self.unsolved
+        off = np.abs(constant + load_factor * rate)
+        size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)
+        if not off.max(initial=0.0) > RESIDUAL * size:
+            return None
+        return int(self.rim.nodes[off.max(axis=(0, 1)).argmax()])
+
+    def _states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions (M, t + 1, N) at the instants, with all rounding."""
+        inner, rim = self.entries
+        stuck = slip.T.ravel()[inner]
+        follow = -self.rim_compliance @ (self.A[np.ix_(rim, inner)] @ stuck)
+        motion = self.rim.motion[0] + load_factor * self.rim.motion[1]
+        u = np.zeros((len(self.path.leg), len(self.S)))
+        u[:, inner] = stuck
+        u[:, rim] = follow + motion.reshape(len(motion), -1)
+        u[:, -self.system.nodes :] = self.path.gap[0] + load_factor * self.path.gap[1]
+        r = self.at_instants(load_factor) + u @ self.system.S
+        return u, r
+
+    def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at the instants; see `Question.instants`."""
+        u, r = (part.reshape(-1, *self.r1.shape[1:]) for part in self._states(load_factor, slip))
+        return u, r * self.path.presses[:, None]
+
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at the corners."""
+        u, r = self.instants(load_factor, slip)
+        at_corner = self.path.at_corner
+        return u[at_corner], r[at_corner]
+
+    def completed(self, load_factor: float, slip: Array) -> Array:
+        """A slip of the nodes that never open, with the slip of the rim at the last corner."""
+        u, _ = self.states(load_factor, slip)
+        return np.asarray(u[-1, :-1].T.reshape(slip.shape))
+
+    def at_instants(self, load_factor: float) -> Array:
+        """See `Question.at_instants`."""
+        at_zero, rate = self.bonded_at_instants
+        return np.asarray(at_zero + load_factor * rate).reshape(len(rate), -1)
+
+    @property
+    def statuses(self) -> tuple[Booleans, Booleans]:
+        """See `Question.statuses`."""
+        return self.at_instant.before & self.at_instant.after, self.at_instant.free
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Loads of the cycle at the corners and events, at load factor 1."""
+        corners = self.cycle.corners
+        fixed = self.cycle.fixed or tuple({} for _ in corners)
+        parts = self.path.part(self.told_at).tolist()
+        blends = []
+        for loads in (corners, fixed):
+            blends.append(
+                [
+                    _blend(loads[k], loads[(k + 1) % len(loads)], part)
+                    for k, part in zip(self.path.leg.tolist(), parts, strict=True)
+                ]
+            )
+        return LoadCycle(self.cycle.mean, blends[0], fixed=blends[1]).corner_names
+
+    @property
+    def events(self) -> list[tuple[int, str, float, str]]:
+        """See `Question.events`. The place counts legs: 2.5 is half way from corner 2 to the next.
+
+        A node that carries pressure before an event opens there.
+        """
+        rows = []
+        places = (self.path.leg + self.path.part(self.told_at)).tolist()
+        for m, node in np.argwhere(self.at_instant.touching).tolist():
+            event = "opens" if self.at_instant.before[m, node] else "closes"
+            rows.append((node, event, places[m], self.names[m]))
+        return rows
+
+    @property
+    def open_share(self) -> Array:
+        """(N,) part of the cycle in which each node is open; every leg counts the same."""
+        places = self.path.leg + self.path.part(self.told_at)
+        lasting = np.diff(places, append=len(self.r1))
+        return np.asarray(lasting @ ~self.at_instant.after / len(self.r1))
+
+    @property
+    def node_states(self) -> str:
+        """See `Question.node_states`."""
+        return ", for all openings and closings"
+
+    def violation(self, load_factor: float, slip: Array) -> float:
+        """Distance of a slip from being safe, see `Question.violation`.
+
+        The contact law is checked at the instants and half way between them, where a node must not
+        have both pressure and gap. A node with pressure must keep its slip.
+        """
+        u, r = self._states(load_factor, slip)
+        closing = self.system.S[:, -self.system.nodes :] @ self.system.gap
+        bonded = self.at_instants(load_factor) + closing
+        gap = np.pad(self.system.gap, (len(self.A), 0))
+        violations = list[float]()
+        states = bonded, u - gap, r
+        between = [(part + np.roll(part, -1, axis=0)) / 2 for part in states]
+        for loads, motions, reactions in (states, between):
+            off = off_law(self.system, self.law, loads, motions, reactions, self.force)
+            violations.append(float(off.max()))
+        nodes = self.system.nodes
+        slid = np.abs(np.roll(u, -1, axis=0) - u)[:, :-nodes].reshape(len(u), -1, nodes)
+        pressure = between[2][:, -nodes:]
+        pressed = pressure > CONDENSATION * float(np.abs(states[0][:, -nodes:]).max())
+        slid_while_pressed = slid.max(axis=1) * pressed
+        slid_by_force = float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force
+        return worst([*violations, slid_by_force])
+
+
+def _blend(first: Mapping[str, float], last: Mapping[str, float], part: float) -> dict[str, float]:
+    """Loads at a part of the leg between two corners."""
+    cases = dict.fromkeys([*first, *last])
+    return {c: (1 - part) * first.get(c, 0.0) + part * last.get(c, 0.0) for c in cases}
+
+
+def uncoupled(question: Question) -> bool:
+    """Whether slip changes no pressure of the whole contact: B is zero up to rounding.
+
+    Each entry of B is compared with the entries of A of the two nodes that it couples.
+    """
+    system = question.system
+    stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
+    of_slips = np.tile(stiffness, system.tangents)
+    # Row by row, because the first row of a large coupled contact already decides.
+    for factor, stiff, row in zip(
+        np.maximum(question.friction, 1.0), stiffness, system.B, strict=True
+    ):
+        if (factor * np.abs(row) > NO_COUPLING * stiff * of_slips).any():
+            return False
+    return True
+
+
+def holds_for_all_openings(question: Question) -> bool:
+    """Whether slip changes no pressure, under Coulomb's law alone and without a slip bound.
+
+    Then loads alone decide which nodes press. All nodes have friction: one without would have to
+    keep its slip in an ordinary question, which a state of rest does not ask of it.
+    """
+    if question.slip_bound is not None or not question.friction.all():
+        return False
+    return not other_laws(question.system) and uncoupled(question)
+
+
+def scales_shear_alone(question: Question) -> bool:
+    """Whether neither load factor nor slip changes a pressure, see `holds_for_all_openings`."""
+    normal = np.abs(question.bonded[1][:, -question.system.nodes :]).max()
+    if normal > ROUNDING * np.abs(question.bonded[1]).max():
+        return False
+    return holds_for_all_openings(question)
+
+
+def has_all_states(question: Question) -> bool:
+    """Whether all states of rest have the pressures of this question.
+
+    This is true if the load factor scales only shear, and each closed node always has pressure.
+    """
+    if question.events or question.moves:
+        return isinstance(question, MovingAreas) and question.alone
+    if not scales_shear_alone(question):
+        return False
+    pressure = np.broadcast_to(question.r0, question.r1.shape)[:, -1]
+    pressed = pressure + np.roll(pressure, -1, axis=0) > CONDENSATION * question.force
+    return bool((pressed | question.open_nodes).all())
+
+
+def moving_areas(question: Question) -> MovingAreas | None:
+    """The question of all states of rest, if normal loads alone open and close nodes.
+
+    None if the ordinary questions hold all that is to be known: the contact is coupled, the load
+    factor scales normal loads, no node comes or goes, or nothing holds the open nodes.
+    """
+    if question.r0[:, -1].min() > 0 or not scales_shear_alone(question):
+        return None
+    try:
+        areas = areas_at(question, 0.0)
+    except NoPath:
+        return None
+    return areas if areas.at_instant.touching.any() else None
+
+
+def areas_at(question: Question, load_factor: float) -> MovingAreas:
+    """The areas at one load factor. NoPath if nothing holds the open nodes.
+
+    If the load factor scales shear alone, they are those at every load factor.
+    """
+    corners = (question.r0 + load_factor * question.r1)[:, -1]
+    path = piece_of_path(normal_path(question.system.C, corners))
+    return _areas(question, path, True, load_factor)
+
+
+def areas_near(question: Question, load_factor: float) -> MovingAreas:
+    """The areas as functions of the load factor, in the piece around one above 0.
+
+    The loads at load factor 0 are the same at all corners. NoPath if nothing holds the open nodes.
+    """
+    at_zero, scaled = question.r0[0, -1], question.r1[:, -1]
+    path = piece_at(question.system.C, at_zero, scaled, load_factor)
+    return _areas(question, path, False, load_factor)
+
+
+def _areas(question: Question, path: PathPiece, alone: bool, near: float) -> MovingAreas:
+    nodes = question.system.nodes
+    shear = path.loads(np.broadcast_to(question.r0, question.r1.shape), question.r1)[:, :, :-1]
+    rim = rim_of(question.S[:-nodes, :-nodes], shear, path.at_instant)
+    fields = fields_of(question) | {"open_nodes": ~path.at_instant.after.any(axis=0)}
+    return MovingAreas(**fields, path=path, rim=rim, alone=alone, near=near, told_at=near)

@@ -1,0 +1,448 @@
+"""The printed problem of an answer: `models.py` with the values and multipliers of the answer.
+
+The arrays of the solver never pass through cvxpy (`rest_program.py`). What is found with them is
+put into the printed problem, where `problem.solve()` finds it again.
+
+In the problem of an order of events, the load of an event lies at an unknown place of its leg. If
+only the scaled loads vary on a leg, the unknown is the place times the load factor; if only fixed
+ones vary, it is the place. If both vary, the problem is linear about the load factor and the place
+of the answer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
+from typing import Any, TypeAlias
+
+import cvxpy as cp
+import numpy as np
+
+from ...base import Array
+from ...contact import contact_law
+from ...errors import ModelError
+from ...solve.problem import Problem, set_no_optimum, set_optimal
+from ..balance.corner_statics import CornerQuestion
+from ..events.lift_off import LiftOff
+from ..events.ordered import About, Forces, LaterSlips, forces_of_order, is_scaled
+from ..guarantee.critical_state import CriticalState, NodeLoads
+from ..program.question import Question, motion_of_open_nodes
+from ..program.solution import INFEASIBLE, OPTIMAL, Solved
+from . import models
+from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
+
+# The label of an equation that all corners share: q_r, p_r and w_r, and those of a profile.
+_OF_ALL_CORNERS = re.compile(r"([qpw])_[rg](?:_\d+)?")
+
+# The label of a row of a corner: its name, the number of its set of open nodes, and its corner.
+_OF_CORNER = re.compile(r"(.+?)(?:_\d+)?\[(\d+)\]")
+
+
+def fill(
+    problem: Problem, rows: Sequence[Row], solved: Solved, values: dict[cp.Variable, Any]
+) -> None:
+    """Put values, the multipliers of some rows, and the status into a problem."""
+    for variable, value in values.items():
+        finite = bool(np.isfinite(value).all())
+        variable.save_value(np.asarray(value, dtype=float) if finite else None)
+    for row in rows:
+        _fill_row(row, solved)
+    if solved.status == OPTIMAL:
+        for row in rows:
+            defined = row.args[0].variables() if isinstance(row, cp.constraints.Equality) else []
+            # Equations that define an unknown have its name.
+            if len(defined) == 1 and defined[0].name() == row.label:
+                value = np.reshape(row.args[1].value, defined[0].shape, order="F")
+                defined[0].save_value(value)
+        set_optimal(problem)
+    else:
+        set_no_optimum(problem, cp.INFEASIBLE if solved.status == INFEASIBLE else cp.UNBOUNDED)
+
+
+def _fill_row(row: Row, solved: Solved) -> None:
+    """Put the multipliers of a row into it, by its label."""
+    value = _multipliers(row.label, solved)
+    if value is None:
+        return
+    shape = row.dual_variables[0].shape
+    row.save_dual_value(np.reshape(value, shape, order="F"))
+
+
+def _multipliers(name: str, solved: Solved) -> Any:
+    """The multipliers of a row of `models.py`, in column order; None if it is no row of these."""
+    if name in solved.multipliers:
+        return solved.multipliers[name]
+    question = solved.question
+    n = question.system.nodes
+    moves = solved.moves
+    opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
+    parts = {
+        "q": moves[:, :-n],
+        "p": np.where(opened, 0.0, moves[:, -n:]),
+        "gap": moves[:, -n:][:, opened],
+    }
+    total = _OF_ALL_CORNERS.fullmatch(name)
+    if total is not None:
+        return parts[{"w": "gap"}.get(total[1], total[1])].sum(axis=0)
+    match = _OF_CORNER.fullmatch(name)
+    if match is None:
+        return None
+    kind, corner = match[1], int(match[2])
+    if kind in parts:
+        return parts[kind][corner]
+    if kind not in solved.multipliers:
+        return None
+    by_node = solved.multipliers[kind][corner]
+    for term in question.law.terms:
+        if term.row == kind:
+            return by_node[term.nodes]
+    return by_node[opened] if kind == "apart" else by_node
+
+
+def ordered(solved: Solved) -> cp.Problem:
+    """The largest load factor of an order of events, or the largest margin at a given one."""
+    question = solved.question
+    assert isinstance(question, LiftOff)
+    values = solved.values
+    slip_shape = question.system.slip_shape
+    margin = cp.Variable(name="margin") if "margin" in values else None
+    given = None
+    if margin is not None:
+        given = cp.Constant(values["load_factor"], name="load_factor")
+    x = unknowns(slip_shape, range(len(question.sets)), given)
+    f = models.friction(question.friction)
+    friction = models.stuck if margin is None else _inside(question, margin)
+    touching = {
+        m: sorted(instant.switching)
+        for m, instant in enumerate(question.at)
+        if instant.event is not None
+    }
+    way = [cp.Variable(name=f"way[{m}]") for m in touching]
+    more = {f"way{event}": place for event, place in enumerate(way)}
+    if "later_slip" in values:
+        more["later_slip"] = cp.Variable(values["later_slip"].shape, name="later_slip")
+
+    # At a given load factor its product with a place is linear.
+    places = [0.0] * len(way) if margin is not None else values["ways"].tolist()
+    about = About(values["load_factor"], places)
+    forces = forces_of_order(question, LaterSlips.of(question), None, about)
+    parts = [*_parts(solved, x, partial(friction, f=f), forces, more)]
+    shared = [
+        *models.ordered(_ways_of_legs(question, way, x.load_factor)),
+        *models.events(x, touching),
+    ]
+    listed = [row for rows, _ in parts for row in rows] + shared
+    if margin is None:
+        problem = models.shakedown(x, listed)
+    else:
+        problem = models.safe_slip(margin, listed)
+    known = {variable.name(): variable for variable in problem.variables()}
+    filled = {known[name]: value for name, value in values.items() if name in known}
+    filled |= dict(zip(way, values["ways"], strict=True))
+    on_events = _multipliers_of_events(question, solved, touching)
+    whole = replace(solved, multipliers={**solved.multipliers, **on_events})
+    fill(problem, [*shared, problem.constraints[-1]], whole, filled)
+    for rows, part in parts:
+        fill(problem, rows, part, {})
+    return problem
+
+
+def _parts(
+    solved: Solved,
+    x: Unknowns,
+    friction: Callable[..., list[Row]],
+    forces: Forces,
+    more: Mapping[str, cp.Variable],
+) -> Iterator[tuple[list[Row], Solved]]:
+    """The rows of instants with the same open nodes and slips, and what is solved there."""
+    question = solved.question
+    assert isinstance(question, LiftOff)
+    slip_shape = question.system.slip_shape
+    for number, response in enumerate(forces.responses):
+        instants = np.flatnonzero(forces.response_of == number).tolist()
+        of_set = question.sets[instants[0]]
+        A, B, W = of_set.parts(response)
+        loads = {m: _loads(of_set, forces, m) for m in instants}
+        terms = {m: _more(of_set, forces, m, more) for m in instants}
+        contact = SimpleNamespace(A=A, B=B, W=W, loads=loads.__getitem__)
+        suffix = f"_{number}" if number else ""
+        own = replace(unknowns(slip_shape, (), x.load_factor, suffix), slip=x.slip, q=x.q, p=x.p)
+        rows = models.rest(contact, own, instants, terms) + friction(own, corners=instants)
+        moves = np.zeros_like(solved.moves)
+        moves[instants] = solved.moves[instants]
+        yield rows, replace(solved, question=of_set, moves=moves)
+
+
+def _inside(question: LiftOff, margin: cp.Variable) -> partial[list[Row]]:
+    """The friction rows with a margin. Nodes have no reserve at their events."""
+    spare: dict[int, cp.Expression] = {}
+    press: dict[int, cp.Expression] = {}
+    for m, sticks in enumerate(question.statuses[0]):
+        spare[m] = times(margin, constant(question.mean_bound * sticks, f"mean_bound[{m}]"))
+        press[m] = times(margin, constant(question.mean_pressure * sticks, f"mean_pressure[{m}]"))
+    apart = times(margin, constant(question.clearance, "clearance"))
+    return partial(models.inside, spare=spare, press=press, apart=apart)
+
+
+def _shaped(of_set: Question, forces: Array) -> dict[str, Array]:
+    """Shear forces q, normal forces p and gaps w of forces (M,)."""
+    q, p, w = of_set.parts(forces)
+    return {"q": q.reshape(of_set.system.slip_shape, order="F"), "p": p, "w": w}
+
+
+def _loads(of_set: Question, forces: Forces, m: int) -> dict[str, Array]:
+    """The loads of an instant, in the order of `Question.loads`."""
+    at_zero = _shaped(of_set, forces.start[m])
+    rate = _shaped(of_set, forces.effects["load_factor"][m])
+    loads = dict[str, Array]()
+    for parts in ("qp", "w"):
+        loads |= {f"{part}0[{m}]": at_zero[part] for part in parts}
+        loads |= {f"{part}1[{m}]": rate[part] for part in parts}
+    return loads
+
+
+def _more(
+    of_set: Question, forces: Forces, m: int, unknown: Mapping[str, cp.Variable]
+) -> list[cp.Expression]:
+    """The terms of q, p and gaps that the places of events and later slips add at an instant."""
+    terms = dict[str, list[cp.Expression]]()
+    for name, variable in unknown.items():
+        effect = forces.effects[name][m]
+        if not effect.any():
+            continue
+        if effect.ndim == 1:
+            for part, value in _shaped(of_set, effect).items():
+                change = times(variable, constant(value, f"d{part}[{m}]"))
+                terms.setdefault(part, []).append(change)
+            continue
+        for part, matrix in zip("qpw", of_set.parts(effect), strict=True):
+            if len(matrix):
+                due = constant(matrix, f"d{part}_later[{m}]") @ vec(variable)
+                if part == "q" and of_set.system.tangents > 1:
+                    due = cp.reshape(due, of_set.system.slip_shape, order="F")
+                terms.setdefault(part, []).append(due)
+    return [sum(each[1:], each[0]) for each in terms.values()]
+
+
+def _ways_of_legs(
+    question: LiftOff, ways: Sequence[cp.Variable], load_factor: Any
+) -> Iterator[tuple[list[cp.Variable], Any]]:
+    """The unknown places of the events of each leg, and the place of its end."""
+    on_legs = question.order.on_legs
+    for leg in dict.fromkeys(on_legs):
+        places = [place for place, of in zip(ways, on_legs, strict=True) if of == leg]
+        yield places, load_factor if is_scaled(question, leg) else 1.0
+
+
+def _multipliers_of_events(
+    question: LiftOff, solved: Solved, touching: Mapping[int, Sequence[int]]
+) -> dict[str, Array]:
+    """Multipliers of the rows without force at events; the arrays have them by component."""
+    multipliers = dict[str, Array]()
+    for m, nodes in touching.items():
+        by_axis = [
+            solved.multipliers[f"event_q{axis}"][m][nodes]
+            for axis in range(question.system.tangents)
+        ]
+        multipliers[f"event_q[{m}]"] = np.concatenate(by_axis)
+        multipliers[f"event_p[{m}]"] = solved.multipliers["event_p"][m][nodes]
+    return multipliers
+
+
+# A problem, and the values of its free unknowns.
+Listed: TypeAlias = tuple[cp.Problem, dict[cp.Variable, Any]]
+
+
+def state_rows(
+    question: Question,
+    x: Unknowns,
+    f: cp.Parameter,
+    corners: Sequence[int],
+    friction: Any = stuck,
+    more: models.More | None = None,
+) -> list[Row]:
+    """The rows of a state of rest at corners, without a goal; see `models.rest`.
+
+    `friction` lists other rows in the place of `models.stuck`.
+    """
+    rows = rest(question, x, corners, more)
+    rows += friction(x, f, corners, law=question.law)
+    if question.slip_bound is not None:
+        closed = None
+        if question.open_nodes.any():
+            of_axes = np.broadcast_to(~question.open_nodes, x.slip.shape[::-1]).T
+            closed = constant(of_axes.astype(float), f"closed{x.suffix}")
+        rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"), closed)
+    return rows
+
+
+def problem_of(
+    solved: Solved, user_rows: Sequence[Row] = (), objective: cp.Expression | None = None
+) -> cp.Problem:
+    """The printed problem of a solved program, with its values and multipliers.
+
+    `user_rows`, `objective`: those of the user, whose multipliers are in them already.
+    """
+    if solved.problem is not None:
+        return solved.problem
+    if solved.goal == "ordered":
+        return ordered(solved)
+    extended = bool(user_rows) or objective is not None or "user" in solved.values
+    problem, values = _LISTED[solved.goal](solved, extended)
+    goal = problem.objective if objective is None else cp.Maximize(objective)
+    listed = problem.constraints
+    problem = Problem(goal, [*listed, *user_rows])
+    fill(problem, listed, solved, values)
+    return problem
+
+
+def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.Parameter]:
+    """The unknowns of a problem and its friction."""
+    question = solved.question
+    shape = question.system.slip_shape
+    x = solved.unknowns or unknowns(shape, range(len(question.r1)), load_factor)
+    return x, models.friction(question.friction)
+
+
+def _rows(
+    question: Question, x: Unknowns, f: cp.Parameter, extended: bool, friction: Any = stuck
+) -> list[Row]:
+    """The rows of a state of rest; of all corners and all slips if there are rows of the user."""
+    corners = [*x.q] if extended else question.listed_corners
+    rows = state_rows(question, x, f, corners, friction)
+    if extended and question.compliance is not None:
+        rows += rest_rows(question, x)
+    return rows
+
+
+def _shakedown(solved: Solved, extended: bool) -> Listed:
+    x, f = _unknowns_of(solved)
+    problem = models.shakedown(x, _rows(solved.question, x, f, extended))
+    return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
+
+
+def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
+    """Rows that set the slip of open nodes to their slip under the mean load.
+
+    Rows of the user may contain this slip. It is `v0 + V slip`: the slip without slip of the closed
+    nodes, and the part that follows them. `more`: terms due to unknown loads.
+    """
+    system = question.system
+    opened = np.tile(question.open_nodes, system.tangents)  # (t N,)
+    at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
+    v0 = at_rest.ravel(order="F")[opened]
+    V = motion_of_open_nodes(
+        system, question.open_nodes, question.compliance, np.flatnonzero(opened)
+    )
+    slip = vec(x.slip)
+    v_r = cp.Variable(len(v0), name="v_r")
+    chosen = constant(np.eye(len(opened))[opened], "open")
+    follows = chosen @ slip == constant(v0, "v0") + v_r + more
+    return [defines(v_r, constant(V, "V") @ slip), follows.set_label("open")]
+
+
+def _safe_slip(solved: Solved, extended: bool) -> Listed:
+    question = solved.question
+    closed = ~question.open_nodes
+    load_factor = cp.Parameter(nonneg=True, name="load_factor", value=solved.values["load_factor"])
+    x, f = _unknowns_of(solved, load_factor)
+    x.load_factor.value = solved.values["load_factor"]
+    margin = x.margin or cp.Variable(name="margin")
+    mean_bound = constant(question.mean_bound * closed, "mean_bound")
+    mean_pressure = constant(question.mean_pressure * closed, "mean_pressure")
+
+    def inside(x: Unknowns, f: cp.Parameter, corners: Sequence[int], law: Any) -> list[Row]:
+        spare = dict.fromkeys(corners, times(margin, mean_bound))
+        press = dict.fromkeys(corners, times(margin, mean_pressure))
+        apart = times(margin, constant(question.clearance, "clearance"))
+        return models.inside(x, f, corners, spare, press, apart)
+
+    rows = _rows(question, x, f, extended, inside)
+    values = {x.slip: solved.values["slip"], margin: solved.values["margin"]}
+    return models.safe_slip(margin, rows), values
+
+
+def _critical(solved: Solved, extended: bool) -> Listed:
+    question = solved.question
+    state = solved.values["state"]
+    x, f = _unknowns_of(solved)
+    rows = _rows(question, x, f, extended)
+    problem = models.critical(x, state.node, *_critical_state(question, state, f), rows)
+    return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
+
+
+def _critical_state(
+    question: Question, state: CriticalState, f: cp.Parameter
+) -> tuple[list[Any], list[cp.Parameter]]:
+    """Shear and pressure of the mean load at a critical node, and those that its cyclic loads need.
+
+    They follow from the friction of the node. If the corners differ at load factor 0, so do those
+    of the mean load.
+    """
+    loads = NodeLoads.of(question, state.node, state.corners)
+    shape = () if len(state.rate) == 2 else (2,)
+    mean = [
+        constant(loads.q0[0, 0], f"q0[{state.node}]"),
+        constant(loads.p0[0, 0], f"p0[{state.node}]"),
+    ]
+    if question.fixed:
+        mean = [
+            cp.CallbackParam(partial(_needed, loads, f, 0, part), name=name)
+            for part, name in enumerate(("c0", "rho0"))
+        ]
+    shear = slice(0, 2) if shape else 0
+    needed = [
+        cp.CallbackParam(partial(_needed, loads, f, 1, shear), shape, name="c"),
+        cp.CallbackParam(partial(_needed, loads, f, 1, -1), name="rho"),
+    ]
+    return mean, needed
+
+
+def _needed(loads: NodeLoads, f: cp.Parameter, rate: int, part: Any) -> Any:
+    """A part of the rate of the reactions that a slip adds, or minus a part at load factor 0."""
+    return loads.added(_friction_of(loads, f))[rate][part] * (1.0 if rate else -1.0)
+
+
+def _friction_of(loads: NodeLoads, f: cp.Parameter) -> float:
+    """The friction of a critical node; ModelError if it has none."""
+    friction = float(f.value[loads.node])
+    if not friction > 0:
+        raise ModelError(
+            f"f: {friction:g} at node {loads.node}, but a node without friction is never critical; "
+            "give it friction, or use guaranteed_limit"
+        )
+    return friction
+
+
+_LISTED: dict[str, Callable[[Solved, bool], Listed]] = {
+    "shakedown": _shakedown,
+    "safe_slip": _safe_slip,
+    "critical": _critical,
+}
+
+
+def corner_problem(asked: CornerQuestion, load_factor: float, forces: Array) -> cp.Problem:
+    """The problem of a corner, with its load factor and the forces (M,) that balance it."""
+    question = asked.question
+    system = question.system
+    name = f"r0[{asked.corner}]" if question.fixed else "r0"
+    load = {name: asked.r0, f"r1[{asked.corner}]": asked.r1}
+    f = models.friction(question.friction)
+    law = contact_law(system, question.friction)
+    problem = models.gross_slip(asked.N, load, f, law, system.slip_shape)
+    if not np.isfinite(forces).all():
+        set_no_optimum(problem, cp.INFEASIBLE if np.isnan(load_factor) else cp.UNBOUNDED)
+        return problem
+    n = system.nodes
+    values = {
+        "load_factor": np.array(load_factor),
+        "q": forces[:-n].reshape(system.slip_shape, order="F"),
+        "p": forces[-n:],
+    }
+    for variable in problem.variables():
+        variable.save_value(values[variable.name()])
+    set_optimal(problem)
+    return problem

@@ -1,0 +1,10 @@
+"""The program of a question about states of rest, as arrays, and its solution.
+
+- `question.py`: a question as data: all its arrays, and the check of its answers; `units.py`: the
+  units of its unknowns, and the corners that matter.
+- `rest_program.py`: the arrays of a program, and its unknowns; `assembled.py`: the programs of the
+  questions, with the rows of the contact law.
+- `solution.py`: the solution of a program, and what its multipliers prove; `mechanism.py`: the slip
+  mechanism that they are.
+- `mean_load.py`: the nodes that the mean load opens, and the proof that no node opens.
+"""

@@ -1,0 +1,292 @@
+"""The programs of questions as arrays, in the order of `models.py`, which lists them for readers.
+
+`law_rows` adds the rows of the contact law: `|q| <= f p`, its further terms, `p >= 0`, open gaps.
+
+Each returns a `RestProgram` with its rows; its goal is the largest or least value of one of its
+named unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...base import Array, Booleans, Integers
+from ...solve.rows import CONE, EQUATION, LINEAR, Term
+from .question import Question
+from .rest_program import RestProgram
+from .units import ruling
+
+# With more friction the rows `|q| <= f p` imply `p >= 0` to all digits.
+_LOW_FRICTION = 0.01
+
+
+def law_rows(
+    program: RestProgram,
+    question: Question,
+    closed: Booleans,
+    opened: Booleans,
+    *,
+    reserve: Booleans | None = None,
+    only_governing: bool = False,
+) -> None:
+    """Add the rows of the nodes that are closed, (K, N), and of those that are open, at instants.
+
+    The question has the contact law and the units.
+
+    With `reserve`, the unknown `margin` is the reserve of the rows of these nodes, (K, N), in the
+    units of `SafeSlip`. `only_governing`: instants are corners that differ in the load factor
+    alone, and in the plane a node needs rows only at corners that govern it at some load factor.
+    """
+    if question.system.tangents == 1:
+        _plane_friction(program, question, closed, reserve, only_governing)
+    else:
+        _space_friction(program, question, closed, reserve)
+    low = closed & (question.friction < _LOW_FRICTION)
+    _normal(program, "pressed", low, question.node_unit, question.mean_pressure, reserve)
+    clearance = np.full(question.system.nodes, question.clearance)
+    _normal(program, "apart", opened, clearance, clearance, reserve)
+
+
+def _plane_friction(
+    program: RestProgram,
+    question: Question,
+    closed: Booleans,
+    reserve: Booleans | None,
+    only_governing: bool,
+) -> None:
+    n = question.system.nodes
+    mean_bound = question.mean_bound
+    for term in question.law.terms:
+        at, nodes = np.nonzero(closed & np.isfinite(term.constant))
+        for sign in (1.0, -1.0):
+            terms = [
+                (program.force(at, nodes), np.full(len(at), -sign)),
+                (program.force(at, n + nodes), term.slope[nodes]),
+            ]
+            kept = np.ones(len(at), dtype=bool)
+            if only_governing:
+                kept = _governing(program, at, nodes, terms)
+            if reserve is not None:
+                terms.append(_reserve(program, mean_bound, reserve, at, nodes))
+            terms = [(quantities[kept], weights[kept]) for quantities, weights in terms]
+            of_nodes = nodes[kept]
+            constant, unit = term.constant[of_nodes], question.shear_unit[of_nodes]
+            program.add(term.row, LINEAR, [terms], constant, unit, at[kept], of_nodes)
+
+
+def _space_friction(
+    program: RestProgram, question: Question, closed: Booleans, reserve: Booleans | None
+) -> None:
+    n = question.system.nodes
+    mean_bound = question.mean_bound
+    for term in question.law.terms:
+        has_term = closed & np.isfinite(term.constant)
+        # A cone without room holds one point: its shear forces are zero.
+        room = has_term & ((term.slope > 0) | (term.constant > 0) | (reserve is not None))
+        at, nodes = np.nonzero(room)
+        ones = np.ones(len(nodes))
+        head = [(program.force(at, 2 * n + nodes), term.slope[nodes])]
+        if reserve is not None:
+            head.append(_reserve(program, mean_bound, reserve, at, nodes))
+        sides = [[(program.force(at, axis * n + nodes), ones)] for axis in (0, 1)]
+        unit = question.shear_unit[nodes]
+        parts = [head, *sides]
+        program.add(term.row, CONE, parts, term.constant[nodes], unit, at, nodes)
+        at, nodes = np.nonzero(has_term & ~room)
+        for axis in (0, 1):
+            side = [(program.force(at, axis * n + nodes), np.ones(len(nodes)))]
+            unit = question.shear_unit[nodes]
+            program.add(term.row, EQUATION, [side], np.zeros(len(nodes)), unit, at, nodes)
+
+
+def _normal(
+    program: RestProgram,
+    label: str,
+    where: Booleans,
+    unit: Array,
+    margin_unit: Any,
+    reserve: Booleans | None,
+) -> None:
+    """Normal forces or gaps are at least 0, or the reserve times the margin."""
+    at, nodes = np.nonzero(where)
+    normal = program.force(at, program.start.shape[1] - where.shape[1] + nodes)
+    terms = [(normal, np.ones(len(nodes)))]
+    if reserve is not None:
+        terms.append(_reserve(program, margin_unit, reserve, at, nodes))
+    program.add(label, LINEAR, [terms], np.zeros(len(nodes)), unit[nodes], at, nodes)
+
+
+def _reserve(
+    program: RestProgram, unit: Any, reserve: Booleans, at: Integers, nodes: Integers
+) -> Term:
+    """The term of the margin: its unit, one or (N,), if the rows have a reserve."""
+    units = unit * reserve.astype(float)
+    return np.full(len(nodes), program.unknown("margin")), -units[at, nodes]
+
+
+def _governing(
+    program: RestProgram, at: Integers, nodes: Integers, terms: Sequence[Term]
+) -> Booleans:
+    """Which rows govern their node at some load factor >= 0.
+
+    The slip enters the rows of a node alike at all corners. So only the loads decide.
+    """
+    start = np.zeros(len(at))
+    rate = np.zeros(len(at))
+    for quantities, weights in terms:
+        start += weights * program.start.ravel()[quantities]
+        if "load_factor" in program.named:
+            rate += weights * program.effects[quantities, program.named["load_factor"].start]
+    # Grids of the instants and nodes that have rows: each of these nodes has as many.
+    instants, of_instant = np.unique(at, return_inverse=True)
+    with_rows, of_node = np.unique(nodes, return_inverse=True)
+    needed = np.zeros((len(instants), len(with_rows)))
+    rates = np.zeros_like(needed)
+    needed[of_instant, of_node] = -start
+    rates[of_instant, of_node] = -rate
+    governs = np.zeros(needed.shape, dtype=bool)
+    governs[ruling(needed, rates)] = True
+    return np.asarray(governs[of_instant, of_node])
+
+
+def at_corners(
+    question: Question,
+    load_factor: float | None = None,
+    units: Mapping[str, Any] | None = None,
+    effects: Mapping[str, Array] | None = None,
+    residual: bool = False,
+) -> RestProgram:
+    """The program at the corners of a load cycle, without rows but the slip bound.
+
+    `load_factor`: the given one; None: it is a named unknown, which is at least 0. `units` and
+    `effects` belong to further named unknowns. With `residual`, a further instant holds the forces
+    of the slip alone.
+    """
+    rate = question.rate
+    start = np.broadcast_to(question.start, rate.shape)
+    all_units = dict(units or {})
+    all_effects = dict(effects or {})
+    if load_factor is None:
+        all_units["load_factor"] = question.load_unit
+        all_effects["load_factor"] = rate
+    else:
+        start = start + load_factor * rate
+    if residual:
+        start = np.vstack([start, np.zeros_like(start[:1])])
+        all_effects = {
+            name: np.concatenate([effect, np.zeros_like(effect[:1])])
+            for name, effect in all_effects.items()
+        }
+    program = RestProgram([question], all_units, start, all_effects)
+    if load_factor is None:
+        program.row("load_factor", {"load_factor": 1.0})
+    within_slip_bound(program)
+    return program
+
+
+def stuck(
+    program: RestProgram, margin: bool = False, but: int = -1, every: bool = False
+) -> RestProgram:
+    """Add the rows of the contact law at the corners, see `models.stuck` and `models.inside`.
+
+    The rows of the node `but` are left out, because others imply them. `every`: forces at the
+    corners differ in more than the loads, so that each corner has rows.
+    """
+    question = program.question
+    corners = np.zeros(len(program.start), dtype=bool)
+    corners[slice(None) if every else question.listed_corners] = True
+    listed = corners[:, None] & (np.arange(question.system.nodes) != but)
+    closed = listed & ~question.open_nodes
+    opened = listed & question.open_nodes
+    reserve = listed if margin else None
+    law_rows(
+        program,
+        question,
+        closed,
+        opened,
+        reserve=reserve,
+        only_governing=question.simplify and not every,
+    )
+    return program
+
+
+def shakedown(question: Question) -> RestProgram:
+    """The load factors of states of rest, for their largest or least value."""
+    return stuck(at_corners(question))
+
+
+def safe_slip(question: Question, load_factor: float) -> RestProgram:
+    """The slips at a load factor with a reserve in all rows, for the largest `margin`."""
+    program = stuck(at_corners(question, load_factor, {"margin": 1.0}), margin=True)
+    program.row("cap", {"margin": -1.0}, 1.0)
+    return program
+
+
+def furthest(question: Question, load_factor: float) -> RestProgram:
+    """The safe slips at a load factor; `program.with_cost` of their residual shear forces."""
+    return stuck(at_corners(question, load_factor))
+
+
+def most_pressed(question: Question, load_factor: float) -> RestProgram:
+    """Slips with the `least` normal force over nodes and corners, in mean forces; no friction."""
+    program = at_corners(question, load_factor, {"least": 1.0})
+    n = question.system.nodes
+    corner, nodes = np.nonzero(np.ones((len(program.start), n), dtype=bool))
+    pressure = program.force(corner, program.start.shape[1] - n + nodes), np.ones(len(nodes))
+    least = np.full(len(nodes), program.unknown("least")), np.full(len(nodes), -question.force)
+    unit = np.full(len(nodes), question.force)
+    constant = np.zeros(len(nodes))
+    program.add("pressed", LINEAR, [[pressure, least]], constant, unit, corner, nodes)
+    program.row("cap", {"least": -1.0}, 1.0)
+    return program
+
+
+def least_pressure(question: Question, node: int, load_factor: float) -> RestProgram:
+    """The least normal force, `pressure`, of a node over all safe slips and loads.
+
+    The loads are those of the mean plus `shares` of the corners, which are >= 0 and add up to at
+    most the load factor.
+    """
+    n = question.system.nodes
+    count = len(question.r1)
+    units = {"pressure": question.force, "shares": np.full(count, question.load_unit)}
+    effects = {"shares": question.rate.T[None]}
+    program = RestProgram([question], units, question.start[:1], effects)
+    closed = np.ones((1, n), dtype=bool)
+    law_rows(program, question, closed, ~closed)
+    not_negative = [(program.unknown("shares") + np.arange(count), np.ones(count))]
+    program.add("share", LINEAR, [not_negative], np.zeros(count), units["shares"])
+    program.row("shares", {"shares": -np.ones(count)}, load_factor)
+    at_node = program.force(np.zeros(1, dtype=int), np.array([program.start.shape[1] - n + node]))
+    pressure = np.array([program.unknown("pressure")])
+    least = [(pressure, np.ones(1)), (at_node, -np.ones(1))]
+    force = np.array([question.force])
+    program.add("least", LINEAR, [least], np.zeros(1), force)
+    return program
+
+
+def within_slip_bound(program: RestProgram, number: int = 0) -> None:
+    """The rows `|slip| <= slip_bound` of the closed nodes, for the slip of this number."""
+    question = program.questions[number]
+    slip_bound = question.slip_bound
+    if slip_bound is None:
+        return
+    n = question.system.nodes
+    first = program.first_slip + number * n * question.system.tangents
+    nodes = np.flatnonzero(~question.open_nodes)
+    slips = [first + axis * n + nodes for axis in range(question.system.tangents)]
+    bound = slip_bound[nodes]
+    own = question.shear_unit / question.system.own_stiffness[:n]
+    unit = np.where(bound > 0, bound, own[nodes])
+    ones = np.ones(len(nodes))
+    label = f"slip_bound_{number}" if number else "slip_bound"
+    if question.system.tangents == 1:
+        for sign in (1.0, -1.0):
+            side = [(slips[0], -sign * ones)]
+            program.add(label, LINEAR, [side], bound, unit, None, nodes)
+    else:
+        sides = [[(slip, ones)] for slip in slips]
+        program.add(label, CONE, [[], *sides], bound, unit, None, nodes)

@@ -1,0 +1,481 @@
+"""A limit question as data: system, load cycle, friction, open nodes, and all arrays that follow.
+
+`pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
+`with_friction` change the open nodes or the friction, and compute the arrays anew.
+`Question.violation` checks answers: it measures how far a residual slip is from being safe.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from inspect import signature
+from time import perf_counter
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...base import Array, Booleans, Integers, PerNode, flag, kept, make_read_only, worst
+from ...base.checks import per_node
+from ...contact import (
+    ContactLaw,
+    ContactSystem,
+    LoadCycle,
+    checked_cycle,
+    checked_law,
+    contact_law,
+    friction_coefficients,
+    lengths,
+    off_law,
+    parted,
+    reactions,
+)
+from ...contact.diagnosis import in_contact
+from ...contact.stiffness import following
+from ...errors import ModelError
+from .units import outer_corners, units_of
+
+# One file because all arrays of a question follow from each other.
+
+
+@kept
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A system, a load cycle, friction and open nodes, with the arrays that follow from them.
+
+    N nodes have t tangents each, so that vectors have M = (t + 1) N entries, normal ones last. The
+    cycle has K corners. K0 is K if fixed parts of the cycle differ, else 1. O nodes are open.
+    """
+
+    system: ContactSystem
+    cycle: LoadCycle
+    friction: Array  # (N,)
+    slip_bound: Array | None  # (N,) length; None without a bound
+    open_nodes: Booleans  # (N,) which nodes are open at all corners
+    simplify: bool  # whether to leave out corners and rows that cannot change the answer
+    started: float  # time at which the question was posed, seconds
+
+    # Reactions of all nodes with all gaps pressed shut: (K0, M) at load factor 0, and the (K, M)
+    # reactions of the scaled loads at load factor 1.
+    bonded: tuple[Array, Array]
+    fixed: bool  # whether the corners differ at load factor 0
+    static: bool  # whether all corners are the same load
+
+    compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
+    S: Array  # (M, M) stiffness of the closed nodes, with the open nodes free of force
+    W: Array  # (O, t N) gaps of the open nodes due to unit slips of the closed nodes
+
+    # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
+    r0: Array  # (K0, t + 1, N) force, normal ones last
+    r1: Array  # (K, t + 1, N)
+    q0: Array  # (K0, N) or (K0, N, 2) shear forces
+    p0: Array  # (K0, N) normal forces
+    q1: Array  # (K, N) or (K, N, 2)
+    p1: Array  # (K, N)
+    # Gaps of the open nodes without slip, with the same two indices.
+    w0: Array  # (K0, O) length
+    w1: Array  # (K, O)
+
+    # Units of the unknowns and of margins.
+    force: float  # mean normal force at load factor 0; a force of the same size if it is 0
+    mean_bound: float  # mean friction bound at load factor 0; `force` if it is 0
+    mean_pressure: Array  # (N,) normal forces whose friction bound is `mean_bound`
+    load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
+    node_unit: Array  # (N,) force at each node
+    shear_unit: Array  # (N,) shear force at each node
+    clearance: float  # unit of gaps, length: closing it needs a force of `mean_bound`
+
+    # Files hold the input alone, and the arrays are computed anew.
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
+        "system",
+        "cycle",
+        "friction",
+        "slip_bound",
+        "open_nodes",
+        "simplify",
+        "started",
+    )
+
+    @classmethod
+    def from_kept(cls, fields: Mapping[str, Any]) -> "Question":
+        """The question of the fields in a file."""
+        system = fields["system"]
+        open_nodes = fields["open_nodes"]
+        compliance = None
+        if open_nodes.any():
+            compliance = following(
+                system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
+            )
+        bonded = _bonded(system, fields["cycle"])
+        question = _question(**fields, compliance=compliance, bonded=bonded)
+        make_read_only(vars(question))
+        return question
+
+    @cached_property
+    def listed_corners(self) -> list[int]:
+        """Corners whose rows imply the rows of all others; all corners without `simplify`."""
+        if self.simplify:
+            return outer_corners(self.cycle)
+        return list(range(len(self.r1)))
+
+    @cached_property
+    def law(self) -> ContactLaw:
+        """The contact law with the friction of the question."""
+        return contact_law(self.system, self.friction)
+
+    @cached_property
+    def A(self) -> Array:
+        """(t N, t N) stiffness matrix: shear forces due to unit slips."""
+        return self.S[: -self.system.nodes, : -self.system.nodes]
+
+    @cached_property
+    def B(self) -> Array:
+        """(N, t N) stiffness matrix: normal forces due to unit slips."""
+        return self.S[-self.system.nodes :, : -self.system.nodes]
+
+    # The forces of a node are q and p; of an open node q, which is 0, and its gap w. With all nodes
+    # in the order of S they are linear in the load factor and in the slips of the closed nodes.
+
+    @cached_property
+    def response(self) -> Array:
+        """(M, t N) forces due to unit slips of the closed nodes."""
+        slips = len(self.S) - self.system.nodes
+        response = self.S[:, :slips]
+        if self.compliance is not None:
+            response = response.copy()
+            response[slips:][self.open_nodes] = self.W
+        return response
+
+    @cached_property
+    def start(self) -> Array:
+        """(K0, M) forces without slip at load factor 0."""
+        return self._forces(self.r0, self.w0)
+
+    @cached_property
+    def rate(self) -> Array:
+        """(K, M) forces without slip that a load factor of 1 adds."""
+        return self._forces(self.r1, self.w1)
+
+    def _forces(self, r: Array, w: Array) -> Array:
+        forces = r.reshape(len(r), -1)
+        if self.compliance is not None:
+            forces = forces.copy()
+            forces[:, -self.system.nodes :][:, self.open_nodes] = w
+        return forces
+
+    def loads(self, k: int) -> dict[str, Array]:
+        """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by their printed names."""
+        suffix = f"[{k}]" if self.fixed else ""
+        row = k if self.fixed else 0
+        return {
+            f"q0{suffix}": self.q0[row],
+            f"p0{suffix}": self.p0[row],
+            f"q1[{k}]": self.q1[k],
+            f"p1[{k}]": self.p1[k],
+            f"w0{suffix}": self.w0[row],
+            f"w1[{k}]": self.w1[k],
+        }
+
+    def parts(self, forces: Array) -> tuple[Array, Array, Array]:
+        """Shear forces, normal forces and gaps of open nodes of forces (M, ...), see `response`."""
+        shear, normal = np.split(forces, [-self.system.nodes])
+        pressures = normal.copy()
+        pressures[self.open_nodes] = 0.0
+        return shear, pressures, normal[self.open_nodes]
+
+    def forces_of(self, r: Array) -> Array:
+        """(K, M) forces, see `response`, from bonded reactions (K, M)."""
+        system, opened, compliance = self.system, self.open_nodes, self.compliance
+        carried = _carried(system, opened, compliance, r)
+        return self._forces(carried, _gaps_of_open(r, opened, compliance))
+
+    def reactions_of_slip(self, slip: Array) -> tuple[Array, Array]:
+        """Reactions `A v, B v` of the closed nodes that a residual slip adds, (N,) or (N, 2)."""
+        tangential = self.S[:, : -self.system.nodes]
+        return parted(tangential @ slip.T.ravel(), self.system.tangents + 1)
+
+    def slip_at_mean_load(self, slip: Array) -> Array:
+        """The slip of all nodes: open nodes have their slip under the mean load."""
+        if self.compliance is None:
+            return slip
+        # A LiftOff has other states: here the same nodes are open at all corners.
+        u, _ = Question.states(self, 0.0, slip)
+        return np.asarray(u[0, :-1].T.reshape(slip.shape))
+
+    def excess_over_slip_bound(self, slip: Array) -> float:
+        """Largest excess of the slip over its bound, relative to the largest bound or slip.
+
+        It is 0 or negative if the slip is within the bound.
+        """
+        if self.slip_bound is None:
+            return 0.0
+        sizes = np.where(self.open_nodes, 0.0, lengths(slip, self.slip_bound))
+        largest = max(float(self.slip_bound.max()), float(sizes.max()), np.finfo(float).tiny)
+        return float(((sizes - self.slip_bound) / largest).max())
+
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions `[v, w]` and reactions `[q, p]` (K, t + 1, N) at the corners, under a slip."""
+        axes, nodes = self.system.tangents + 1, self.system.nodes
+        S = self.system.S
+        closed_slip = np.concatenate([(slip.T * ~self.open_nodes).ravel(), np.zeros(nodes)])
+        r = self.bonded[0] + load_factor * self.bonded[1] + S @ closed_slip
+        u = np.broadcast_to(closed_slip, r.shape)
+        if self.compliance is not None:
+            follow = r @ self.compliance
+            u = u - follow
+            r = (r - follow @ S) * ~np.tile(self.open_nodes, axes)
+        return u.reshape(-1, axes, nodes), r.reshape(-1, axes, nodes)
+
+    # Instants are the corners; if nodes open and close in each cycle (`LiftOff`) also the events.
+
+    def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at all instants, see `states`."""
+        return self.states(load_factor, slip)
+
+    def at_instants(self, load_factor: float) -> Array:
+        """Bonded reactions at all instants, all gaps pressed shut."""
+        return self.bonded[0] + load_factor * self.bonded[1]
+
+    def by_corner(self, moves: Array) -> Array:
+        """Motions at the corners. The motion at an event is divided between two corners."""
+        return moves
+
+    @property
+    def statuses(self) -> tuple[Booleans, Booleans]:
+        """(K, N) or (1, N) masks of the nodes that stick at each instant, and of the open ones.
+
+        Nodes in neither mask touch without force.
+        """
+        return ~self.open_nodes[None], self.open_nodes[None]
+
+    # Whether the normal loads alone open and close nodes in each cycle, see `MovingAreas`.
+    moves: ClassVar[bool] = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the instants, which list their loads."""
+        return self.cycle.corner_names
+
+    @property
+    def events(self) -> list[tuple[int, str, float, str]]:
+        """A tuple for each event: node, "opens" or "closes", place on the way, and its loads."""
+        return []
+
+    @property
+    def open_share(self) -> Array:
+        """(N,) part of the cycle in which each node is open."""
+        return self.open_nodes.astype(float)
+
+    @property
+    def node_states(self) -> str:
+        """The states of the nodes that an answer is about, as a part of a sentence."""
+        if self.open_nodes.any():
+            return " with these nodes open and the others closed"
+        return " with all nodes closed"
+
+    @property
+    def both_vary(self) -> bool:
+        """Whether fixed and scaled loads both vary where nodes open or close, see `LiftOff`."""
+        return False
+
+    def violation(self, load_factor: float, slip: Array) -> float:
+        """How far a slip is from being safe, dimensionless; 0 if it is safe.
+
+        It is the largest violation of the contact law at an instant, or of the slip bound.
+        """
+        gap = np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0))
+        u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
+        bonded = self.at_instants(load_factor) + self.system.S @ gap
+        off = off_law(self.system, self.law, bonded, u - gap, r, self.force)
+        return worst([off.max(), self.excess_over_slip_bound(slip)])
+
+
+def pose(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: PerNode,
+    *,
+    simplify: bool = True,
+    slip_bound: PerNode | None = None,
+    question_name: str = "this question",
+) -> Question:
+    """Check a limit question and pose it with all nodes closed; ModelError for bad input.
+
+    `slip_bound` is one largest slip, one per node, or None. `question_name` is that of the public
+    question, which may know laws other than Coulomb's. A mean load whose shear hides its pressure
+    is refused.
+    """
+    started = perf_counter()
+    checked_law(system, question_name)
+    checked_cycle(cycle)
+    bound = None
+    if slip_bound is not None:
+        remedy = "it bounds the size of the slip, give a length >= 0, or None for no bound"
+        bound = per_node("slip_bound", slip_bound, system, remedy)
+    question = _question(
+        system=system,
+        cycle=cycle,
+        friction=friction_coefficients(friction, system),
+        slip_bound=bound,
+        open_nodes=np.zeros(system.nodes, dtype=bool),
+        compliance=None,
+        simplify=flag("simplify", simplify),
+        started=started,
+        bonded=_bonded(system, cycle),
+    )
+
+    shear = np.linalg.norm(question.r0[:, :-1], axis=1)
+    force = question.force
+    # Largest ratio of the mean shear force to the mean normal force. With a larger ratio, rounding
+    # errors of the shear would hide the pressure.
+    largest_ratio = 1e6
+    if shear.max() > largest_ratio * force:
+        node = int(shear.max(axis=0).argmax())
+        raise ModelError(
+            f"mean: its shear force at node {node}{in_contact(system, node)} is "
+            f"{shear.max() / force:.1e} times the mean normal force {force:.3g}, so that rounding "
+            "hides the pressure; press the contact, or check the units of the load cases"
+        )
+    return question
+
+
+def with_open(question: Question, open_nodes: Booleans) -> Question | None:
+    """The question with some nodes open at all corners; None if the others do not hold them.
+
+    If all nodes are open, only supports can hold them. It is the same question if they are open in
+    it already.
+    """
+    if (open_nodes == question.open_nodes).all():
+        return question
+    compliance = None
+    if open_nodes.any():
+        system = question.system
+        compliance = following(
+            system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
+        )
+        if compliance is None:
+            return None
+    return _changed(question, open_nodes=open_nodes, compliance=compliance)
+
+
+def with_friction(question: Question, friction: PerNode) -> Question:
+    """The question with other friction, and its time starts anew; ModelError for bad friction."""
+    coefficients = friction_coefficients(friction, question.system)
+    return _changed(question, friction=coefficients, started=perf_counter())
+
+
+def _changed(question: Question, **changes: Any) -> Question:
+    """The question with some of its inputs changed, and all arrays that follow."""
+    inputs = signature(_question).parameters
+    return _question(**{name: getattr(question, name) for name in inputs} | changes)
+
+
+def _question(
+    *,
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Array,
+    slip_bound: Array | None,
+    open_nodes: Booleans,
+    compliance: Array | None,
+    simplify: bool,
+    started: float,
+    bonded: tuple[Array, Array],
+) -> Question:
+    """All arrays of a question, one after the other."""
+    axes = system.tangents + 1
+    static = not any(np.ptp(part, axis=0).any() for part in bonded)
+
+    # Arrays of the closed nodes. The open nodes are free of force: their gaps press nothing shut,
+    # not even by rounding, which would be the only force under a mean load of zero.
+    S = _stiffness_of_closed(system, open_nodes, compliance)
+    pressed_shut = system.S[:, -system.nodes :] @ (system.gap * open_nodes)
+    r0 = _carried(system, open_nodes, compliance, bonded[0] + pressed_shut)
+    r1 = _carried(system, open_nodes, compliance, bonded[1])
+    q0, p0 = parted(r0.reshape(len(r0), -1), axes)
+    q1, p1 = parted(r1.reshape(len(r1), -1), axes)
+
+    # The gaps of the open nodes.
+    rows_of_gaps = np.flatnonzero(open_nodes) + system.tangents * system.nodes
+    W = motion_of_open_nodes(system, open_nodes, compliance, rows_of_gaps)
+    w0 = _gaps_of_open(bonded[0], open_nodes, compliance)
+    w1 = _gaps_of_open(bonded[1], open_nodes, compliance)
+
+    return Question(
+        system=system,
+        cycle=cycle,
+        friction=friction,
+        slip_bound=slip_bound,
+        open_nodes=open_nodes,
+        simplify=simplify,
+        started=started,
+        bonded=bonded,
+        fixed=len(bonded[0]) > 1,
+        static=static,
+        compliance=compliance,
+        S=S,
+        W=W,
+        r0=r0,
+        r1=r1,
+        q0=q0,
+        p0=p0,
+        q1=q1,
+        p1=p1,
+        w0=w0,
+        w1=w1,
+        **units_of(system, friction, open_nodes, r0, r1),
+    )
+
+
+def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
+    """Bonded reactions (K0, M) at load factor 0, all gaps shut, and (K, M) of the scaled loads."""
+    unscaled = cycle.unscaled
+    if all(loads == unscaled[0] for loads in unscaled):
+        unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
+    closing_forces = system.S[:, -system.nodes :] @ system.gap
+    return reactions(system, unscaled) - closing_forces, reactions(system, cycle.corners)
+
+
+def _stiffness_of_closed(
+    system: ContactSystem, open_nodes: Booleans, compliance: Array | None
+) -> Array:
+    """(M, M) stiffness of the closed nodes, zero elsewhere."""
+    if compliance is None:
+        return system.S
+    opened = np.tile(open_nodes, system.tangents + 1)  # (M,)
+    coupling = system.S[np.ix_(opened, ~opened)]
+    follow = compliance[np.ix_(opened, opened)] @ coupling
+    reduced = system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow
+    S = np.zeros_like(system.S)
+    S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
+    return S
+
+
+def _carried(
+    system: ContactSystem, open_nodes: Booleans, compliance: Array | None, r: Array
+) -> Array:
+    """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
+    if compliance is not None:
+        r = (r - (r @ compliance) @ system.S) * ~np.tile(open_nodes, system.tangents + 1)
+    return r.reshape(len(r), -1, system.nodes)
+
+
+def motion_of_open_nodes(
+    system: ContactSystem, open_nodes: Booleans, compliance: Array | None, rows: Integers
+) -> Array:
+    """(R, t N) slips or gaps of the open nodes due to unit slips of the closed ones.
+
+    `rows` (R,) are the wanted entries of the motions (M,).
+    """
+    columns = len(system.S) - system.nodes
+    if compliance is None:
+        return np.zeros((0, columns))
+    motion = -(compliance[rows] @ system.S[:, :columns])
+    motion[:, np.tile(open_nodes, system.tangents)] = 0.0
+    return np.asarray(motion)
+
+
+def _gaps_of_open(r: Array, open_nodes: Booleans, compliance: Array | None) -> Array:
+    """(K, O) gaps of the open nodes under bonded reactions (K, M), if nothing slips."""
+    if compliance is None:
+        return np.zeros((len(r), 0))
+    return np.asarray(-(r @ compliance)[:, -len(open_nodes) :][:, open_nodes])

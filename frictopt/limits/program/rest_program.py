@@ -1,0 +1,477 @@
+"""The programs of states of rest as arrays: one assembly for answers, searches and user rows.
+
+A program has quantities, in the units of the user and in this order::
+
+    forces      (K, M) at the instants: q by component, then p, or the gap w of an open node
+    named       the load factor, a margin, preloads and other unknowns of a question
+    slip        (t N,) of the closed nodes, by component
+    own         unknowns of the rows of the user
+
+A row `weights @ quantities + constant` is zero, or at least zero, or a part of a cone. Forces are
+those without slip, plus the effects of the named unknowns, plus the response to the slip::
+
+    forces_k = start_k + effects_k named + response slip
+
+The solver has other unknowns x: the named ones, the residual shear forces of the closed nodes, the
+slides that nothing resists, and own ones, each divided by its unit (`SlipUnknowns`). In them q is
+one entry, and the rest of the response is one dense block for all instants. `Solution` reads an
+answer back, and proves its bound on the stiffness and the loads, without the solver and without
+these unknowns.
+`models.py` lists the same programs for readers and for users.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...base import CONDENSATION, Array, Integers, unresisted
+from ...contact import ContactSystem
+from ...solve.arrays import Arrays
+from ...solve.rows import EQUATION, LINEAR, Rows, Stacked, Term, rows_of, stacked
+from .question import Question
+
+
+class Elastic(NamedTuple):
+    """The closed nodes of a question: what resists their slips, and what does not."""
+
+    closed: Integers
+    slips: Integers  # (c,) entries of their slips among those of all nodes
+    slides: Array  # (c, k) slips that nothing resists
+    compliance: Array  # (c, c) of all other slips
+    normal: Array  # (N, c) normal forces, or gaps of open nodes, by residual shear forces
+    opening: Array  # (N, k) gaps of open nodes by slides
+
+
+# The elastic data of the closed contact, and of the open nodes that were asked last, by system.
+_ELASTIC: WeakKeyDictionary[ContactSystem, dict[bytes, Elastic]] = WeakKeyDictionary()
+
+
+def elastic(question: Question) -> Elastic:
+    """See `Elastic`. It is computed once for the closed contact and the open nodes asked last."""
+    known = _ELASTIC.setdefault(question.system, {})
+    key = b"" if question.compliance is None else question.open_nodes.tobytes()
+    if key in known:
+        return known[key]
+    system = question.system
+    n, t = system.nodes, system.tangents
+    # The arrays of moving areas are those of the closed contact, whichever nodes never press.
+    opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
+    closed = np.flatnonzero(~opened)
+    slips = np.concatenate([closed + axis * n for axis in range(t)])
+    sizes = system.own_stiffness
+    normal = question.response[-n:, slips]
+    square = question.response[np.ix_(slips, slips)]
+    pressing = np.where(opened, 0.0, 1 / np.sqrt(sizes[-n:]))[:, None] * normal
+    slides, compliance = unresisted(square, sizes[slips], pressing)
+    opening = normal @ slides
+    unmoved = np.abs(opening) <= CONDENSATION * np.abs(slides).max(axis=0, initial=0.0)
+    opening[unmoved | ~opened[:, None]] = 0.0
+    for other in [other for other in known if other]:
+        del known[other]
+    known[key] = Elastic(closed, slips, slides, compliance, normal @ compliance, opening)
+    return known[key]
+
+
+def is_held(question: Question) -> bool:
+    """Whether every slip meets a resistance: supports hold the bodies along the contact."""
+    return not elastic(question).slides.size
+
+
+def slip_units(question: Question) -> Array:
+    """(t N,) units of the slips."""
+    shear = np.tile(question.shear_unit, question.system.tangents)
+    return np.asarray(shear / question.system.own_stiffness[: len(shear)])
+
+
+class SlipUnknowns:
+    """The unknowns of the slip of a state of rest, each in its unit.
+
+    They are the residual shear forces of the closed nodes, which do no work on slides that nothing
+    resists, and these slides.
+
+    Parameters
+    ----------
+    question
+        The closed nodes, their stiffness, and the units.
+    with_slides
+        Whether rows depend on the slides. Without them the slip has none.
+    start
+        (M,) forces without slip. The slip is counted from the reference that takes their shear
+        away: with little friction all safe slips are close to it, and small differences keep their
+        digits. None: it is counted from zero, because rows contain the slip, and the reference may
+        be far larger than it.
+    first
+        Number of unknowns of the solver before these.
+    """
+
+    def __init__(
+        self, question: Question, with_slides: bool, start: Array | None, first: int
+    ) -> None:
+        self.question = question
+        self.elastic = elastic(question)
+        slips = self.elastic.slips
+        self.shear_units = question.shear_unit[slips % question.system.nodes]
+        slides = self.elastic.slides
+        if not (with_slides or self.elastic.opening.any()):
+            slides = slides[:, :0]
+        stiffness = question.system.own_stiffness[slips]
+        self.slide_units = question.force / (stiffness @ slides**2)
+        self.slides = slides * self.slide_units
+        self.shear = slice(first, first + len(slips))
+        self.slide = slice(self.shear.stop, self.shear.stop + len(self.slide_units))
+        self.reference = np.zeros(question.response.shape[1])
+        if start is not None:
+            self.reference[slips] = -self.elastic.compliance @ start[slips]
+
+    def slip_of(self, x: Array) -> Array:
+        """(t N,) slip of the closed nodes from the reference on, from the solver's unknowns."""
+        slip = np.zeros(len(self.reference))
+        by_shear = self.elastic.compliance @ (self.shear_units * x[self.shear])
+        slip[self.elastic.slips] = by_shear + self.slides @ x[self.slide]
+        return slip
+
+    def part(self, by_shear: Array, by_slides: Array, width: int) -> Array:
+        """Quantities as functions of all unknowns, from their rates with shear and with slides."""
+        part = np.zeros((len(by_shear), width))
+        part[:, self.shear] = by_shear * self.shear_units
+        part[:, self.slide] = by_slides
+        return part
+
+    def of_response(self, response: Array, width: int) -> Array:
+        """Forces (M,) due to unit slips as functions of all unknowns."""
+        of_slips = response[:, self.elastic.slips]
+        return self.part(of_slips @ self.elastic.compliance, of_slips @ self.slides, width)
+
+    def normal(self, width: int) -> Array:
+        """(N,) normal forces, or gaps of open nodes, as functions of all unknowns."""
+        opening = self.elastic.opening[:, : len(self.slide_units)] * self.slide_units
+        return self.part(self.elastic.normal, opening, width)
+
+    def slip(self, width: int) -> Array:
+        """(c,) slips of the closed nodes as functions of all unknowns."""
+        return self.part(self.elastic.compliance, self.slides, width)
+
+    def rates_of(self, stress: Array) -> tuple[Array, Array]:
+        """The rates (c,) and (k,) with the unknowns of what has the rates (t N,) with the slip."""
+        of_slips = stress[self.elastic.slips]
+        return self.shear_units * (self.elastic.compliance @ of_slips), self.slides.T @ of_slips
+
+    @property
+    def equations(self) -> Array:
+        """(k, c) the shear forces do no work on any slide, of which each has a row."""
+        relative = self.shear_units / self.shear_units.max(initial=0.0)
+        return np.asarray(self.elastic.slides.T * relative)
+
+
+NO_UNKNOWNS = np.zeros(0)
+NO_NUMBERS = np.zeros(0, dtype=int)
+
+# Label of the rows of the user.
+USER = "user"
+
+
+class Place(NamedTuple):
+    """Where a named unknown is: its column of x, and its unit."""
+
+    column: int
+    unit: float
+
+
+class RestProgram:
+    """The program of states of rest, without rows at first.
+
+    Parameters
+    ----------
+    questions
+        For each slip: its closed nodes, their stiffness, and its units. Scenarios of a design have
+        a slip each; otherwise there is one.
+    units
+        Name -> unit, one number or (n,), of the named unknowns.
+    start
+        (K, M) forces at the instants without slip, if all named unknowns are 0.
+    effects
+        Name -> (K, M, n) or (K, M) forces that a named unknown adds for each unit.
+    slip_of
+        (K,) number of the slip at each instant; None: the first.
+    responses
+        Further (M, t N) forces due to unit slips of the first question, at instants with other open
+        nodes, and (K,) which of them belongs to each instant.
+    """
+
+    def __init__(
+        self,
+        questions: Sequence[Question],
+        units: Mapping[str, Any],
+        start: Array,
+        effects: Mapping[str, Array],
+        *,
+        slip_of: Integers | None = None,
+        responses: tuple[Sequence[Array], Integers] = ((), NO_NUMBERS),
+    ) -> None:
+        self.questions = questions
+        self.question = questions[0]
+        self.rows = list[Rows]()
+        count, entries = start.shape
+        self.start = start
+        # The responses, and the slip of each: first that of each question.
+        more, response_of = responses
+        self.responses = [*(question.response for question in questions), *more]
+        self.slips_of = [*range(len(questions)), *([0] * len(more))]
+        self.response_of = np.zeros(count, dtype=int) if slip_of is None else slip_of
+        if len(more):
+            self.response_of = len(questions) + response_of
+
+        self.named = dict[str, slice]()
+        end = 0
+        for name, unit in units.items():
+            self.named[name] = slice(end, end + np.size(unit))
+            end += np.size(unit)
+        self.named_units = np.concatenate([NO_UNKNOWNS, *map(np.ravel, units.values())])
+        self.effects = np.zeros((count * entries, end))
+        for name, effect in effects.items():
+            self.effects[:, self.named[name]] = effect.reshape(count * entries, -1)
+
+        # The rows of the user, and the units of their own unknowns.
+        self.user: Any = None
+        self.own_units = NO_UNKNOWNS
+        self.first_named = count * entries
+        self.first_slip = self.first_named + end
+        slips = self.question.system.tangents * self.question.system.nodes
+        self.first_own = self.first_slip + len(questions) * slips
+
+    @property
+    def constraints(self) -> tuple[str, ...]:
+        """Names of the rows of the user, and "objective" if they have one."""
+        return () if self.user is None else self.user.of.names
+
+    def force(self, instants: Integers, entries: Integers) -> Integers:
+        """Numbers of the quantities that are forces."""
+        return np.asarray(instants * self.start.shape[1] + entries)
+
+    def unknown(self, name: str) -> int:
+        """Number of the quantity that is a named unknown."""
+        return int(self.first_named + self.named[name].start)
+
+    def row(self, label: str, weights: Mapping[str, float | Array], constant: float = 0.0) -> None:
+        """Add a row `sum of weights * unknowns + constant >= 0`, in the unit of the first one.
+
+        Weights are one number or those of all entries of a named unknown.
+        """
+        terms = list[Term]()
+        for name, of_entries in weights.items():
+            each = np.atleast_1d(of_entries)
+            terms += [(self.unknown(name) + np.array([j]), each[[j]]) for j in range(len(each))]
+        unit = self.named_units[terms[0][0] - self.first_named]
+        self.add(label, LINEAR, [terms], np.array([constant]), unit)
+
+    def add(self, *row: Any) -> None:
+        """Add rows, see `rows_of`."""
+        self.rows.append(rows_of(*row))
+
+    @cached_property
+    def of_slip(self) -> bool:
+        """Whether a row contains the slip."""
+        return any(
+            ((rows.quantities >= self.first_slip) & (rows.quantities < self.first_own)).any()
+            for rows in self.rows
+        )
+
+    @cached_property
+    def slips(self) -> list[SlipUnknowns]:
+        """The unknowns of the slips."""
+        slips = list[SlipUnknowns]()
+        first = len(self.named_units)
+        for number, question in enumerate(self.questions):
+            instant = int((self.response_of == number).argmax())
+            start = None if self.of_slip else self.start[instant]
+            with_slides = self.of_slip or len(self.responses) > len(self.questions)
+            slips.append(SlipUnknowns(question, with_slides, start, first))
+            first = slips[-1].slide.stop
+        return slips
+
+    @property
+    def width(self) -> int:
+        """The number of unknowns of the solver."""
+        return self.slips[-1].slide.stop + len(self.own_units)
+
+    @property
+    def slides(self) -> int:
+        """The number of equations of slides, which are the first rows of the arrays."""
+        return sum(slip.elastic.slides.shape[1] for slip in self.slips)
+
+    def slip_at(self, x: Array) -> Array:
+        """(S t N,) slips of the closed nodes from the references on, from the unknowns x."""
+        return np.concatenate([slip.slip_of(x) for slip in self.slips])
+
+    @cached_property
+    def stacked(self) -> Stacked:
+        """All rows, in the order of the solver."""
+        return stacked(self.rows)
+
+    @cached_property
+    def origin(self) -> Array:
+        """(Q,) the quantities if all unknowns of the solver are zero."""
+        references = [slip.reference for slip in self.slips]
+        shift = [
+            response @ references[of_slip]
+            for response, of_slip in zip(self.responses, self.slips_of, strict=True)
+        ]
+        start = self.start + np.array(shift)[self.response_of]
+        named = np.zeros(self.first_slip - self.first_named)
+        own = np.zeros(len(self.own_units))
+        return np.concatenate([start.ravel(), named, *references, own])
+
+    def place(self, goal: str) -> Place:
+        """Where a named unknown is; the objective of the user is the first of the own unknowns."""
+        if goal in self.named:
+            number = self.named[goal].start
+            return Place(number, float(self.named_units[number]))
+        return Place(self.slips[-1].slide.stop, float(self.own_units[0]))
+
+    def arrays(self, goal: str, sense: float) -> Arrays:
+        """The program that maximises (sense 1) or minimises (sense -1) a named unknown."""
+        cost = np.zeros(self.width)
+        cost[self.place(goal).column] = -sense
+        return self.with_cost(cost)
+
+    def with_cost(self, cost: Array) -> Arrays:
+        """The program that minimises `cost @ x`."""
+        block, columns, scales = self._parts()
+        rows, units, at, quantities, weights, constants = self.stacked
+        weights = weights / units[at]
+        right = constants / units + np.bincount(at, weights * self.origin[quantities], len(units))
+        forces = quantities < self.first_named
+        effects = self.effects[quantities[forces]] * weights[forces, None]
+        of_entry, of_named = np.nonzero(effects)
+        by_named = effects[of_entry, of_named] * self.named_units[of_named]
+
+        zero = self.slides
+        entry_rows = [zero + at, zero + at[forces][of_entry]]
+        entry_columns = [columns[quantities], of_named]
+        values = [-weights * scales[quantities], -by_named]
+        first = 0
+        for slip in self.slips:
+            of_slide, of_shear = np.nonzero(slip.equations)
+            entry_rows.append(first + of_slide)
+            entry_columns.append(slip.shear.start + of_shear)
+            values.append(slip.equations[of_slide, of_shear])
+            first += len(slip.equations)
+        entries = np.concatenate(entry_rows), np.concatenate(entry_columns)
+        shape = zero + len(units), len(cost) + len(block)
+        return Arrays(
+            sparse=csr_array((np.concatenate(values), entries), shape=shape),
+            block=block,
+            right=np.r_[np.zeros(zero), right],
+            cost=cost,
+            zero=zero + sum(len(part.constants) for part in rows if part.kind == EQUATION),
+            sizes=np.concatenate([part.sizes for part in rows if part.kind != EQUATION]),
+        )
+
+    def _parts(self) -> tuple[Array, Integers, Array]:
+        """The dense block, and for each quantity its entry of [x, block @ x] and its unit there."""
+        width, entries = self.width, self.start.shape[1]
+        n = self.question.system.nodes
+        columns = np.zeros((len(self.responses), entries), dtype=int)
+        scales = np.zeros((len(self.responses), entries))
+        parts = list[Array]()
+        end = width
+        for number, (response, of_slip) in enumerate(
+            zip(self.responses, self.slips_of, strict=True)
+        ):
+            slip = self.slips[of_slip]
+            if number < len(self.slips):
+                # The shear forces are unknowns themselves.
+                columns[number, slip.elastic.slips] = np.arange(slip.shear.start, slip.shear.stop)
+                scales[number, slip.elastic.slips] = slip.shear_units
+                parts.append(slip.normal(width))
+                dense = np.arange(entries - n, entries)
+            else:
+                parts.append(slip.of_response(response, width))
+                dense = np.arange(entries)
+            columns[number, dense] = end + np.arange(len(dense))
+            scales[number, dense] = 1.0
+            end += len(dense)
+
+        slip_columns = np.zeros((len(self.slips), entries - n), dtype=int)
+        slip_scales = np.zeros((len(self.slips), entries - n))
+        for number, slip in enumerate(self.slips if self.of_slip else []):
+            parts.append(slip.slip(width))
+            slip_columns[number, slip.elastic.slips] = end + np.arange(len(slip.elastic.slips))
+            slip_scales[number, slip.elastic.slips] = 1.0
+            end += len(slip.elastic.slips)
+        named = np.arange(len(self.named_units))
+        own = np.arange(width - len(self.own_units), width)
+        return (
+            np.vstack(parts),
+            np.r_[columns[self.response_of].ravel(), named, slip_columns.ravel(), own],
+            np.r_[
+                scales[self.response_of].ravel(),
+                self.named_units,
+                slip_scales.ravel(),
+                self.own_units,
+            ],
+        )
+
+    def violation(self, x: Array, ray: bool = False, label: str | None = None) -> float:
+        """Largest violation of a row (with a label) by unknowns, relative to its terms.
+
+        `ray`: by a direction, beyond what rounding of the stiffness explains.
+        """
+        _, units, at, quantities, weights, constants = self.stacked
+        count = len(constants)
+        values, sizes = self.quantities(x, ray)
+        each = weights * values[quantities]
+        terms = np.bincount(at, np.abs(each), count).astype(float)
+        slack = np.bincount(at, each, count).astype(float)
+        rounding = np.zeros(count)
+        if ray:
+            rounding += CONDENSATION * np.bincount(at, np.abs(weights * sizes[quantities]), count)
+        else:
+            slack += constants
+            terms += np.abs(constants) + units
+        off = 0.0
+        first = 0
+        for rows in self.stacked.rows:
+            part = slice(first, first := first + len(rows.constants))
+            if label not in (None, rows.label):
+                continue
+            for size in np.unique(rows.sizes):
+                heads = (np.cumsum(rows.sizes) - rows.sizes)[rows.sizes == size]
+                entries = heads[:, None] + np.arange(size)
+                s, scale, rounded = (v[part][entries] for v in (slack, terms, rounding))
+                outside = np.linalg.norm(s[:, 1:], axis=1) - s[:, 0]
+                if rows.kind == EQUATION:
+                    outside = np.abs(s[:, 0])
+                scale, rounded = scale.sum(axis=1), rounded.sum(axis=1)
+                share = (outside - rounded) / np.where(scale > 0, scale, 1.0)
+                off = max(off, float(share.max(initial=0.0)))
+        return off
+
+    def quantities(self, x: Array, ray: bool = False) -> tuple[Array, Array]:
+        """(Q,) values of the quantities, and the sums of the sizes of their terms.
+
+        The stiffness gives them, without the unknowns of the solver. `ray`: of a direction.
+        """
+        named = self.named_units * x[: len(self.named_units)]
+        slips = [slip.slip_of(x) for slip in self.slips]
+        own = self.own_units * x[len(x) - len(self.own_units) :]
+        shape = self.start.shape
+        forces = (self.effects @ named).reshape(shape)
+        sizes = (np.abs(self.effects) @ np.abs(named)).reshape(shape)
+        for number, (response, of_slip) in enumerate(
+            zip(self.responses, self.slips_of, strict=True)
+        ):
+            here = self.response_of == number
+            forces[here] += response @ slips[of_slip]
+            sizes[here] += np.abs(response) @ np.abs(slips[of_slip])
+        values = np.concatenate([forces.ravel(), named, *slips, own])
+        sizes = np.concatenate([sizes.ravel(), np.abs(values[self.first_named :])])
+        if ray:
+            return values, sizes
+        return values + self.origin, sizes + np.abs(self.origin)

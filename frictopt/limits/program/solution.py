@@ -1,0 +1,422 @@
+"""The solution of a program of states of rest: what it says, and what its multipliers prove.
+
+`Solved` keeps it as data, from which the printed problem and the proof of an answer follow.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ...base import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, kept, worst
+from ...contact import ROWS, lengths
+from ...solve.answer import (
+    answer,
+    contradictions,
+    error_of_contradiction,
+    growths,
+    interiors,
+    kind_of,
+)
+from ...solve.arrays import Arrays
+from ...solve.rows import EQUATION, Rows
+from ...solve.solvers import LP, LP_SOLVERS, SOCP, C, solver_order
+from .mechanism import Mechanism
+from .question import Question
+from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
+
+OPTIMAL = "optimal"
+INFEASIBLE = "infeasible"
+UNBOUNDED = "unbounded"
+
+
+@kept
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A solved program: its question and goal, the values of its unknowns, and its multipliers.
+
+    Attributes
+    ----------
+    goal
+        Name of the function of `printed/listing.py` that lists it.
+    status
+        "optimal"; "infeasible" if the multipliers prove that no values obey all rows; "unbounded".
+    values
+        The unknowns by name: load_factor, slip (N,) or (N, 2) of the closed nodes, margin, ... If
+        the problem is unbounded, the load factor and the slip that grow.
+    moves
+        (K, M) multipliers of the equations of q and p, and of the gaps of open nodes. A further
+        instant has those of q_r and p_r in the rows of a critical node.
+    multipliers
+        Those of the rows by label, (K, N) for rows of corners.
+    own
+        Multipliers of the rows of the user by name.
+    unknowns, problem
+        The variables of the model that was asked, and its problem if it has rows of the user. Both
+        stay in memory.
+    """
+
+    goal: str
+    question: Question
+    status: str
+    values: Mapping[str, Any]
+    moves: Array
+    multipliers: Mapping[str, Array]
+    own: Mapping[str, Array] = field(default_factory=dict)
+    unknowns: Any = None
+    problem: Any = field(default=None)  # of cvxpy, with rows of the user; files have none
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies have variables of their own."""
+        return {**vars(self), "unknowns": None, "problem": copy.deepcopy(self.problem)}
+
+    def of_model(self, unknowns: Any, user: Any) -> Solved:
+        """A solved program with the variables of the model that asks, and its `UserRows`."""
+        solved = replace(self, unknowns=unknowns)
+        return solved if user is None else user.listed(solved)
+
+
+class Judged(NamedTuple):
+    """A claim of a solution, with its residual."""
+
+    said: Any
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Unknowns x of a solver and multipliers y of the rows, read in the units of the user.
+
+    The bound is evaluated on the stiffness and the loads, without the unknowns of the solver.
+    """
+
+    program: RestProgram
+    x: Array
+    y: Array
+    goal: str
+
+    def values(self, name: str) -> Array:
+        """(n,) the values of a named unknown."""
+        part = self.program.named[name]
+        return np.asarray(self.x[part] * self.program.named_units[part])
+
+    @property
+    def value(self) -> float:
+        """The value of the goal."""
+        place = self.program.place(self.goal)
+        return float(self.x[place.column]) * place.unit
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor, >= 0; rounding of its unit counts as 0."""
+        factor = float(self.values("load_factor")[0])
+        return factor if factor > ZERO_LOAD_FACTOR * self.program.question.load_unit else 0.0
+
+    @cached_property
+    def slip(self) -> Array:
+        """(S t N,) slips of the closed nodes, by component."""
+        references = [slip.reference for slip in self.program.slips]
+        return np.concatenate(references) + self.program.slip_at(self.x)
+
+    @cached_property
+    def _multipliers(self) -> Array:
+        """(R,) multipliers of the rows in user units, for the goal in its unit."""
+        unit = self.program.place(self.goal).unit
+        return np.asarray(unit * self.y / self.program.stacked.units)
+
+    @cached_property
+    def _work(self) -> Array:
+        """(Q,) sums of the weights of the rows, times their multipliers."""
+        program = self.program
+        _, _, at, quantities, weights, _ = program.stacked
+        size = program.first_own + len(program.own_units)
+        return np.bincount(quantities, weights * self._multipliers[at], size).astype(float)
+
+    def balances_along(self, ray: Array) -> bool:
+        """Whether the sum of the rows does not change along a ray, up to rounding."""
+        values, sizes = self.program.quantities(ray, ray=True)
+        return bool(abs(self._work @ values) <= RESIDUAL * (np.abs(self._work) @ sizes))
+
+    @property
+    def moves(self) -> Array:
+        """(K, M) slips and lifts of the mechanism; at open nodes the forces that keep them open."""
+        return self._work[: self.program.first_named].reshape(self.program.start.shape)
+
+    @cached_property
+    def balance(self) -> tuple[float, Array]:
+        """The proof of the multipliers: `0 <= resistance + rates @ x` for x that obey the rows."""
+        program = self.program
+        moves = self.moves
+        resistance = float(program.stacked.constants @ self._multipliers)
+        resistance += float(self._work @ program.origin)
+        named = self._work[program.first_named : program.first_slip]
+        rates = np.zeros(program.width)
+        rates[: len(named)] = program.named_units * (named + moves.ravel() @ program.effects)
+        stresses = self._work[program.first_slip : program.first_own].copy()
+        by_slip = stresses.reshape(len(program.slips), -1)
+        for number, (response, of_slip) in enumerate(
+            zip(program.responses, program.slips_of, strict=True)
+        ):
+            by_slip[of_slip] += moves[program.response_of == number].sum(axis=0) @ response
+        for slip, stress in zip(program.slips, by_slip, strict=True):
+            rates[slip.shear], rates[slip.slide] = slip.rates_of(stress)
+        own = self._work[program.first_own :]
+        rates[len(rates) - len(own) :] = program.own_units * own
+        return resistance, rates
+
+    @cached_property
+    def bound(self) -> tuple[float, float]:
+        """The bound of the goal that the multipliers prove, and the error of their balance.
+
+        The error holds for unknowns of the size of the solution or of their units.
+        """
+        place = self.program.place(self.goal)
+        resistance, rates = self.balance
+        others = np.abs(rates)
+        others[place.column] = 0.0
+        defect = others @ np.maximum(np.abs(self.x), 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.float64(rates[place.column]) / place.unit
+            return float(-resistance / rate), float(defect / abs(rate))
+
+    @property
+    def gap(self) -> float:
+        """Distance of the bound from the value, with its error, relative to the value.
+
+        Relative to a thousandth of the unit, if the value is smaller.
+        """
+        bound, defect = self.bound
+        size = max(abs(self.value), FLOOR * self.program.place(self.goal).unit)
+        return (abs(bound - self.value) + defect) / size
+
+    def residual(self, *violations: float) -> float:
+        """Largest of some violations, the gap, and the violation of the rows of the user."""
+        off = [*violations, self.gap]
+        if self.program.user is not None:
+            off.append(self.program.violation(self.x, label=USER))
+        return worst(off)
+
+    @property
+    def ruling(self) -> list[str]:
+        """Names of the rows of the user with a part in the contradiction that is proven."""
+        user = self.program.user
+        return [] if user is None else list(user.of.ruling(self))
+
+    @cached_property
+    def slip_of_nodes(self) -> Array:
+        """(N,) or (N, 2) slip of all nodes within its bound; of open nodes, at the mean load."""
+        return self.program.question.slip_at_mean_load(self.closed_slip())
+
+    def closed_slip(self, number: int = 0) -> Array:
+        """(N,) or (N, 2) a slip of the closed nodes within its bound, 0 at open nodes."""
+        slip: SlipUnknowns = self.program.slips[number]
+        question = slip.question
+        values = self.slip.reshape(len(self.program.slips), -1)[number]
+        if question.slip_bound is None and not len(self.program.own_units):
+            values = np.asarray(values - _needless_slide(self, slip, values))
+        values = values.reshape(question.system.slip_shape, order="F")
+        if question.slip_bound is None:
+            return np.asarray(values)
+        return _cut_to_bound(question, values, question.slip_bound)
+
+    @property
+    def growing(self) -> dict[str, Any]:
+        """The load factor and the slip of the closed nodes that grow along a direction."""
+        slip = self.program.slip_at(self.x)
+        shape = self.program.question.system.slip_shape
+        return {"load_factor": self.load_factor, "slip": slip.reshape(shape, order="F")}
+
+    @property
+    def motion(self) -> Mechanism:
+        """The slip mechanism of the multipliers."""
+        question = self.program.question
+        return Mechanism.of(question, self.moves[: len(question.r1)])
+
+    def solved(self, goal: str, **values: Any) -> Solved:
+        """The program as data; `goal` names its listing, `values` are those of further unknowns."""
+        values["slip"] = self.closed_slip()
+        if "load_factor" in self.program.named:
+            values["load_factor"] = self.load_factor
+        solved = Solved(goal, self.program.question, OPTIMAL, values, self.moves, self.multipliers)
+        user = self.program.user
+        return solved if user is None else user.completed(solved, self)
+
+    def of_rows(self, rows: Rows) -> Array:
+        """Multipliers of some rows."""
+        of_stacked = self.program.stacked.rows
+        number = next(number for number, other in enumerate(of_stacked) if other is rows)
+        first = sum(len(other.constants) for other in of_stacked[:number])
+        return self._multipliers[first : first + len(rows.constants)]
+
+    @property
+    def of_user_alone(self) -> bool:
+        """Whether only rows of the user have multipliers above rounding."""
+        stacked = self.program.stacked
+        by_user = np.concatenate(
+            [np.full(len(rows.constants), rows.label == USER) for rows in stacked.rows]
+        )
+        sizes = np.abs(self._multipliers)
+        return bool((sizes[~by_user] <= RESIDUAL * sizes.max(initial=0.0)).all())
+
+    @property
+    def largest_multiplier(self) -> float:
+        """The largest multiplier of a row."""
+        return float(np.abs(self._multipliers).max(initial=0.0))
+
+    @cached_property
+    def multipliers(self) -> dict[str, Array]:
+        """Multipliers of the rows by label, (K, N): of cones, those of their first rows.
+
+        Those of equations have the sign of the multipliers of `left == right` in cvxpy. If a law
+        leaves a node no shear force, they are the size of the multipliers of its two equations.
+        """
+        by_label = dict[str, Array]()
+        first = 0
+        for rows in self.program.stacked.rows:
+            heads = first + np.cumsum(rows.sizes) - rows.sizes
+            of_heads = self._multipliers[heads]
+            if rows.kind == EQUATION:
+                of_heads = -of_heads
+            first += len(rows.constants)
+            nodes = self.program.question.system.nodes
+            if len(rows.instants) and rows.instants[0] < 0 <= rows.nodes[0]:
+                of_nodes = by_label.setdefault(rows.label, np.zeros(nodes))
+                np.add.at(of_nodes, rows.nodes, of_heads)
+                continue
+            if len(rows.instants) and rows.instants[0] < 0:
+                before = by_label.get(rows.label, NO_UNKNOWNS)
+                by_label[rows.label] = np.r_[before, of_heads]
+                continue
+            shape = len(self.program.start), nodes
+            by_node = by_label.setdefault(rows.label, np.zeros(shape))
+            if rows.kind == EQUATION and rows.label in ROWS:
+                # A node without friction has an equation for each of its shear forces.
+                of_heads = np.hypot(by_node[rows.instants, rows.nodes], of_heads)
+                by_node[rows.instants, rows.nodes] = of_heads
+                continue
+            np.add.at(by_node, (rows.instants, rows.nodes), of_heads)
+        return by_label
+
+
+def solve(
+    program: RestProgram,
+    goal: str,
+    sense: float,
+    claimed: Callable[[Solution], C],
+    solver: str | None = None,
+    *,
+    no_optimum: Callable[[str, Arrays], C | None] = lambda outcome, arrays: None,
+    above: float = -np.inf,
+    tolerance: float = RESIDUAL,
+) -> tuple[C | None, SolveRecord]:
+    """The claim about the largest (sense 1) or least value of a named unknown, see `answer`.
+
+    `no_optimum` makes the claim if a solver reports another outcome for the arrays.
+    """
+    arrays = program.arrays(goal, sense)
+    if program.question.system.tangents > 1 and kind_of(arrays) == LP:
+        # The program of a node alone has no cones, and solvers of cones are not asked.
+        solver_order(solver, SOCP)
+        solver = solver if solver in LP_SOLVERS else None
+    return answer(
+        arrays,
+        lambda x, y: claimed(Solution(program, x, y[program.slides :], goal)),
+        solver,
+        no_optimum=lambda outcome: no_optimum(outcome, arrays),
+        above=above / program.place(goal).unit,
+        tolerance=tolerance,
+    )
+
+
+def contradiction(program: RestProgram, goal: str) -> tuple[Solution, float] | None:
+    """Multipliers of rows that no unknowns obey at once, and their error; None if not proven.
+
+    The proof holds for unknowns up to a million times their units, and along a ray of growth.
+    """
+    arrays = program.arrays(goal, 1.0)
+    ray = next((ray for ray, _ in _rays(program, arrays)), None)
+    for y in contradictions(arrays):
+        claim = Solution(program, np.zeros(len(arrays.cost)), y[program.slides :], goal)
+        if ray is not None and not claim.balances_along(ray):
+            continue
+        resistance, rates = claim.balance
+        error = error_of_contradiction(float(np.abs(rates).sum()), -resistance)
+        if error <= RESIDUAL:
+            return claim, error
+    return None
+
+
+def growth(program: RestProgram, goal: str) -> tuple[Solution, float] | None:
+    """A direction in which the goal grows without end, and its error; None if not proven.
+
+    It keeps all rows up to the rounding of the stiffness, and begins at values that obey them.
+    """
+    arrays = program.arrays(goal, 1.0)
+    for ray, leaving in _rays(program, arrays):
+        for start in interiors(arrays):
+            unsafe = program.violation(start)
+            if unsafe <= RESIDUAL:
+                no_multipliers = np.zeros(len(program.stacked.constants))
+                return Solution(program, ray, no_multipliers, goal), max(leaving, unsafe)
+    return None
+
+
+def _rays(program: RestProgram, arrays: Arrays) -> Iterator[tuple[Array, float]]:
+    for ray in growths(arrays):
+        leaving = program.violation(ray, ray=True)
+        growing = -float(arrays.cost @ ray)
+        if leaving <= RESIDUAL and growing > RESIDUAL * float(np.abs(arrays.cost) @ np.abs(ray)):
+            yield ray, leaving
+
+
+def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
+    """A slip that exceeds its bound by no more than the tolerance of solvers, within it.
+
+    It becomes shorter as a whole: a change of one node alone would change larger forces.
+    """
+    slip = np.where(slip_bound == 0, 0.0, slip.T).T
+    if question.excess_over_slip_bound(slip) > RESIDUAL:
+        return np.asarray(slip)
+    size = lengths(slip, slip_bound)
+    shares = slip_bound / np.where(size > 0, size, np.inf)
+    within = slip * shares[size > slip_bound].min(initial=1.0)
+    # Rounding may leave a slip just above its bound.
+    most = (slip_bound * np.ones_like(within.T)).T
+    return np.asarray(np.clip(within, -most, most))
+
+
+def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Array:
+    """(t N,) the rigid slide in a slip that only keeps gaps open, beyond what the gaps need.
+
+    Interior-point solvers make it large. The smallest slide that leaves the gaps open is a problem
+    of least distance, which is solved as one of nonnegative least squares (Lawson and Hanson 1974,
+    chapter 23).
+    """
+    program = solution.program
+    question = slip.question
+    elastic = slip.elastic
+    slide = np.zeros(len(values))
+    if not elastic.opening.any():
+        return slide
+    quantities, _ = program.quantities(solution.x)
+    forces = quantities[: program.first_named].reshape(program.start.shape)
+    here = program.response_of == program.slips.index(slip)
+    gaps = forces[here, -question.system.nodes :][:, question.open_nodes]
+    slides = elastic.slides.T @ values[elastic.slips]  # (k,)
+    opening = elastic.opening[question.open_nodes] / question.clearance  # (O, k) gaps by slide
+    margin = solution.values("margin")[0] if "margin" in program.named else 0.0
+    needed = opening @ slides - gaps.min(axis=0) / question.clearance + margin
+
+    columns = np.vstack([opening.T, needed])
+    last = np.eye(len(slides) + 1)[-1]
+    *direction, share = columns @ nnls(columns, last)[0] - last
+    smallest = -np.array(direction) / share if share else slides
+    if (opening @ smallest >= needed - RESIDUAL).all():
+        slide[elastic.slips] = elastic.slides @ (slides - smallest)
+    return slide

@@ -1,0 +1,147 @@
+"""Sets of open nodes that are likely to be good: under the mean load, and next to a limit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base import Array, Booleans, Integers
+from ...errors import SolverError
+from ...transients.statics import Statics
+from ..answers.shakedown_answer import ShakedownAnswer
+from ..program.mean_load import TOUCHES, open_under_mean
+from ..program.question import Question
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Numbers of the local searches of sets and of orders (`order_search.py`)."""
+
+    # Shares of the friction with which the mean load may open other nodes.
+    frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
+    # A node governs the limit if its motion in the mechanism is above this share of the largest.
+    governs: float = 0.02
+    # The same share for a node that touches, also in a search of orders: an open node without gap
+    # at a corner, or a closed node without pressure. The motion of an open node is in the unit of
+    # its gap, and can be far smaller than the slips of closed nodes.
+    governs_touching: float = 1e-6
+    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
+    gain: float = 1e-7
+    # Largest number of programs of one search.
+    programs: int = 60
+    # Largest number of programs times unknown slips, in a search of orders; up to it, a search of
+    # sets climbs from a second start.
+    work: int = 20_000
+    # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
+    few: int = 16
+    group: int = 4
+
+
+SEARCH = SearchSettings()
+
+
+def settled_sets(
+    question: Question,
+    tending: bool,
+    safe: bool,
+    shares: Sequence[float] = SEARCH.frictions,
+) -> Iterator[Booleans]:
+    """Open nodes under the mean load, for the given friction, for more and for less.
+
+    If the mean load opens no node with the given friction, other frictions are tried only if some
+    governing node tends to open (`tending`). `safe`: whether some set is known to be safe.
+    """
+    for share in shares:
+        try:
+            opened = open_under_mean(question, share * question.friction)
+        except SolverError:
+            # The state under the mean load is not known, so that this start is missing. If no other
+            # state of rest is known, raise: a failed solver does not prove that none exists. A body
+            # that slides off has no such state.
+            if share == 1.0 and not safe and not _slides_off(question):
+                raise
+            continue
+        yield from opened
+        if share == 1.0 and not (opened or tending):
+            return
+
+
+def _slides_off(question: Question) -> bool:
+    """Whether the mean load slides a body off at the pressures of the closed contact."""
+    statics = Statics(question.system, question.friction)
+    return any(
+        statics.slides_off("the mean load", forces.ravel()) is not None for forces in question.r0
+    )
+
+
+def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
+    """Neighbouring sets of open nodes: some governing nodes of the limit are opened or closed.
+
+    First all governing nodes change, then only the nodes at the border between open and closed
+    nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
+    may govern on one side only. Then governing nodes change one by one, in space in small groups,
+    beginning at the border.
+    """
+    question = limit._question
+    open_nodes = question.open_nodes
+    plane = question.system.tangents == 1
+    moving = governing(limit)
+    changes = np.roll(open_nodes, 1) != open_nodes
+    border = changes | np.roll(changes, -1)
+    edge = moving[border[moving]]
+    inner = moving[~border[moving]]
+
+    groups = [moving, edge]
+    if plane:
+        groups += [np.flatnonzero(border & (open_nodes == state)) for state in (False, True)]
+    size = 1 if plane or len(moving) <= SEARCH.few else SEARCH.group
+    for part in (edge, inner):
+        groups += [part[start : start + size] for start in range(0, len(part), size)]
+    for nodes in groups:
+        flipped = open_nodes.copy()
+        flipped[nodes] ^= True
+        yield flipped
+
+
+def governing(limit: ShakedownAnswer) -> Integers:
+    """Nodes that govern a limit and may change, largest motion first.
+
+    In a closed contact without gaps, only nodes that tend to open govern: each pressed node would
+    cost a program, and in the large contacts measured it gains nothing.
+    """
+    question = limit._question
+    motion = motion_of(limit)
+    share = np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)
+    governs = motion > share * motion.max()
+    has_gaps = bool((question.system.gap > TOUCHES * question.clearance).any())
+    if not (question.open_nodes.any() or has_gaps):
+        governs = tends_to_open(limit)
+    order = np.argsort(-motion, kind="stable")
+    return np.asarray(order[governs[order]])
+
+
+def tends_to_open(closed: ShakedownAnswer) -> Booleans:
+    """(N,) governing nodes of a closed contact without pressure, or pulled by the mean load."""
+    motion = motion_of(closed)
+    unpressed = _touching(closed) & (motion > SEARCH.governs_touching * motion.max())
+    pulled = closed._question.r0[:, -1].max(axis=0) < 0
+    return np.asarray(unpressed | pulled & (motion > SEARCH.governs * motion.max()))
+
+
+def motion_of(limit: ShakedownAnswer) -> Array:
+    """(N,) motions of the nodes in the mechanism of a limit; of open nodes, how far they touch."""
+    motion: Array = limit._motion.parts(limit._question.system).sum(axis=(0, 1))
+    return motion
+
+
+def _touching(limit: ShakedownAnswer) -> Booleans:
+    """(N,) open nodes whose gap closes at a corner, and closed nodes without pressure at one."""
+    question = limit._question
+    if not np.isfinite(limit.load_factor):
+        return np.zeros(question.system.nodes, dtype=bool)
+    u, r = question.states(limit.load_factor, limit.slip)
+    shut = u[:, -1].min(axis=0) <= TOUCHES * question.clearance
+    unpressed = r[:, -1].min(axis=0) <= TOUCHES * question.force
+    return np.asarray(np.where(question.open_nodes, shut, unpressed))

@@ -1,0 +1,377 @@
+"""The program of loose nodes, which bounds the limits of many sets of open nodes at once.
+
+A loose node has forces as a closed node, and at each corner also a slip and a gap of its own. In a
+branch some loose nodes are open, some closed, and the others open or closed (theory, "The search of
+the open nodes"). Branches differ in bounds alone: an open node has no pressure, and a closed one no
+motion of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...base import RESIDUAL, Array, Booleans, Integers
+from ...solve.answer import error_of_contradiction
+from ...solve.arrays import Arrays
+from ...solve.rows import LINEAR, Rows, rows_of
+from ...solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
+from ..program.assembled import at_corners, stuck
+from ..program.question import Question
+from ..program.rest_program import RestProgram
+
+
+@dataclass(frozen=True)
+class BranchSettings:
+    """Numbers of the programs of branches."""
+
+    # Value up to which branches have bounds, relative to a value that is large.
+    most: float = 100.0
+    # Relative distance from it below which a bound is infinite.
+    at_most: float = 1e-6
+    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
+    # motion is below this share. Then the solution is the state of one set.
+    decided: float = 1e-6
+
+
+BRANCHES = BranchSettings()
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """All sets in which some loose nodes are open, some closed, and the others open or closed.
+
+    `bound` is a proven upper bound of their limits.
+    """
+
+    opens: Booleans  # (n,)
+    closes: Booleans  # (n,)
+    bound: float = np.inf
+
+    @property
+    def undecided(self) -> Booleans:
+        """(n,) loose nodes that are open in some sets and closed in other ones."""
+        return ~(self.opens | self.closes)
+
+    def divided(self, index: int, open_first: bool) -> list[Branch]:
+        """The branch in which a node is open and the one in which it is closed.
+
+        The branch that is to be solved first comes last.
+        """
+        here = np.arange(len(self.opens)) == index
+        opened = replace(self, opens=self.opens | here)
+        closed = replace(self, closes=self.closes | here)
+        return [closed, opened] if open_first else [opened, closed]
+
+
+@dataclass(frozen=True, eq=False)
+class Relaxed:
+    """The bound of a branch, and the motions and pressures of loose nodes in its solution."""
+
+    bound: float
+    # (n,) largest own motions and largest pressures over the corners, in their units; None without
+    # a solution.
+    motion: Array | None = None
+    pressure: Array | None = None
+
+
+def loose(question: Question, nodes: Integers) -> RestProgram:
+    """The load factors of states of rest in which some nodes are neither open nor closed.
+
+    The slip has no bound, because open nodes do not have it.
+    """
+    slips = np.zeros(len(question.r1), dtype=int)
+    program = at_corners(
+        replace(question, slip_bound=None), None, *own_motions([question], slips, nodes)
+    )
+    return stuck(program, every=True)
+
+
+def own_motions(
+    questions: Sequence[Question], slip_of: Integers, nodes: Integers
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Units and effects of the named unknown `own`, the motions of loose nodes at each instant.
+
+    The nodes are closed in all questions. `slip_of` (I,) is the question of each instant.
+    """
+    system = questions[0].system
+    axes = system.tangents + 1
+    entries = np.concatenate([nodes + axis * system.nodes for axis in range(axes)])
+    moved = [question.forces_of(system.S[:, entries].T).T for question in questions]  # (M, axes n)
+    count = len(slip_of)
+    effects = np.zeros((count, len(moved[0]), count, len(entries)))
+    effects[np.arange(count), :, np.arange(count)] = np.array(moved)[slip_of]
+    unit = _units(questions[0])[entries] / system.own_stiffness[entries]
+    return {"own": np.tile(unit, count)}, {"own": effects}
+
+
+def _units(question: Question) -> Array:
+    """(M,) units of the forces."""
+    shear = np.tile(question.shear_unit, question.system.tangents)
+    return np.concatenate([shear, question.node_unit])
+
+
+class LooseNodes:
+    """The programs of the branches, for their bounds.
+
+    Parameters
+    ----------
+    program
+        The program with the unknown `own` of `own_motions` and all rows.
+    nodes
+        (n,) the loose nodes.
+    goal
+        Name of the value that is maximised.
+    largest
+        A value that is large for the goal; a bound much above it is infinite. While many nodes are
+        loose, the goal may grow without end.
+    sets
+        (S,) for each slip of the program, which of G sets of open nodes it has. A branch decides on
+        G n nodes.
+    """
+
+    def __init__(
+        self,
+        program: RestProgram,
+        nodes: Integers,
+        goal: str,
+        largest: float,
+        sets: Sequence[int] = (0,),
+    ) -> None:
+        question = program.question
+        self._most = BRANCHES.most * largest
+        if np.isfinite(largest):
+            program.row("most", {goal: -1.0}, self._most)
+        count, n, axes = len(program.start), len(nodes), question.system.tangents + 1
+        shape = count, axes, n
+        entries = np.concatenate([nodes + axis * question.system.nodes for axis in range(axes)])
+        at = np.repeat(np.arange(count), len(entries))
+        of_entry = np.tile(entries, count)
+        force = program.force(at, of_entry), np.ones(len(at))
+        unit = _units(question)[of_entry]
+        forces = rows_of("loose", LINEAR, [[force]], np.zeros(len(at)), unit, at, of_entry)
+        program.rows.append(forces)
+
+        self._arrays = program.arrays(goal, 1.0)
+        self._matrix = self._arrays.matrix.toarray()
+        self._unit = program.place(goal).unit
+        # The own motions among the unknowns. Lifts are last.
+        self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
+        self._set = np.asarray(sets)[program.response_of]  # of each instant
+        # At the first instant of each slip, loose nodes have no slip of their own, because there
+        # their slip is the common slip.
+        self._first = [int((program.response_of == slip).argmax()) for slip in range(len(sets))]
+        self.size = (max(sets) + 1) * n
+        of_forces, self._node = self._rows_of_nodes(program, forces, nodes)
+        # The forces among the rows. Normal forces are last.
+        self._forces = of_forces.reshape(shape)
+        # HiGHS keeps one linear program, whose bounds change.
+        is_linear = self._arrays.sizes.max(initial=1) == 1
+        self._warm = self._warm_program() if is_linear else None
+
+    def _rows_of_nodes(
+        self, program: RestProgram, forces: Rows, nodes: Integers
+    ) -> tuple[Integers, Integers]:
+        """The numbers of the rows `forces`, and for each row of the contact law its loose node.
+
+        Rows of other nodes, and other rows, have -1.
+        """
+        n = len(nodes)
+        index = np.full(program.question.system.nodes, -1)
+        index[nodes] = np.arange(n)
+        of_forces = np.zeros(0, dtype=int)
+        node_of_row = np.full(len(self._matrix), -1)
+        first = program.slides
+        for rows in program.stacked.rows:
+            numbers = np.arange(first, first + len(rows.constants))
+            first += len(numbers)
+            if rows is forces:
+                of_forces = numbers
+            elif len(numbers) and rows.instants[0] >= 0:
+                loose = index[rows.nodes]
+                loose = np.where(loose < 0, -1, self._set[rows.instants] * n + loose)
+                node_of_row[numbers] = np.repeat(loose, rows.sizes)
+        return of_forces, node_of_row
+
+    def _warm_program(self) -> WarmProgram:
+        arrays = self._arrays
+        least = np.full(len(arrays.right), -np.inf)
+        least[: arrays.zero] = arrays.right[: arrays.zero]
+        free = np.full(len(arrays.cost), np.inf)
+        return WarmProgram(self._matrix, least, arrays.right, arrays.cost, -free, free)
+
+    def solve(self, branch: Branch, above: float) -> Relaxed:
+        """The bound of a branch; inf if no solver proves one.
+
+        A solver may stop once it knows that the bound is not `above` a value.
+        """
+        n = self._own.shape[-1]
+        closes = branch.closes.reshape(-1, n)[self._set]
+        opens = branch.opens.reshape(-1, n)[self._set]
+        still = np.zeros(len(self._arrays.cost), dtype=bool)
+        still[self._own] = closes[:, None]
+        still[self._own[self._first, :-1]] = True
+        zero = np.zeros(len(self._matrix), dtype=bool)
+        zero[self._forces] = opens[:, None]
+        zero[: self._arrays.zero] = True
+        outcome = ""
+        if self._warm is not None:
+            outcome, x, y = self._solved_warm(self._warm, still, zero, above)
+        if outcome not in (OPTIMAL, CUT_OFF, INFEASIBLE):
+            # No linear program is kept, or HiGHS gave it up.
+            outcome, x, y = self._solved(branch, still, zero)
+        if outcome == INFEASIBLE:
+            unbalanced = self._unbalanced(np.zeros(len(still)), y, still).sum()
+            error = error_of_contradiction(unbalanced, -float(self._arrays.right @ y))
+            return Relaxed(-np.inf if error <= RESIDUAL else np.inf)
+        if outcome not in (OPTIMAL, CUT_OFF):
+            return Relaxed(np.inf)
+        unbalanced = self._unbalanced(self._arrays.cost, y, still)
+        bound = float(self._arrays.right @ y + unbalanced @ np.maximum(np.abs(x), 1.0))
+        bound *= self._unit
+        if bound >= self._most * (1 - BRANCHES.at_most):
+            bound = np.inf
+        return Relaxed(bound) if outcome == CUT_OFF else self._solution(bound, x)
+
+    def _solution(self, bound: float, x: Array) -> Relaxed:
+        """A bound with the largest motions and pressures of loose nodes in a solution."""
+        rows = self._forces[:, -1]
+        pressures = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
+        motion = np.zeros((self.size // rows.shape[1], rows.shape[1]))
+        pressure = np.zeros_like(motion)
+        np.maximum.at(motion, self._set, np.abs(x[self._own]).max(axis=1))
+        np.maximum.at(pressure, self._set, pressures)
+        return Relaxed(bound, motion.ravel(), pressure.ravel())
+
+    def _unbalanced(self, cost: Array, y: Array, still: Booleans) -> Array:
+        """(X,) by how much the multipliers of the rows do not balance a cost.
+
+        Unknowns that are zero balance any cost, and lifts a positive one, because they are >= 0.
+        """
+        rest = cost + self._matrix.T @ y
+        lifts = self._own[:, -1]
+        rest[lifts] = np.minimum(rest[lifts], 0.0)
+        return np.where(still, 0.0, np.abs(rest))
+
+    def _solved_warm(
+        self, program: WarmProgram, still: Booleans, zero: Booleans, above: float
+    ) -> tuple[str, Array, Array]:
+        """Outcome, x and multipliers of a branch of a linear program."""
+        rows, own = self._forces.ravel(), self._own.ravel()
+        right = self._arrays.right[rows]
+        ends = np.where(zero[rows], 0.0, np.inf)
+        program.bound_rows(rows, right - ends, right + ends)
+        most = np.where(still, 0.0, np.inf)
+        least = -most
+        least[self._own[:, -1]] = 0.0
+        program.bound_columns(own, least[own], most[own])
+        outcome, x, y = program.solve(-above / self._unit)
+        # Multipliers of inequalities are not negative, and those of rows without bounds are zero.
+        y = np.where(zero, y, np.maximum(y, 0.0))
+        y[rows[~zero[rows]]] = 0.0
+        return outcome, x, y
+
+    def _solved(self, branch: Branch, still: Booleans, zero: Booleans) -> tuple[str, Array, Array]:
+        """Outcome, x and multipliers of a branch, which is solved anew.
+
+        Open nodes have no cone, which would hold one point alone.
+        """
+        arrays, matrix = self._arrays, self._matrix
+        left = ~zero & ~np.isin(self._node, np.flatnonzero(branch.opens))
+        left[self._forces] = False
+        of_cones = np.arange(len(left)) >= arrays.linear
+        rows = [np.flatnonzero(part) for part in (zero, left & ~of_cones, left & of_cones)]
+        lifts = self._own[:, -1].ravel()
+        above_zero = -np.eye(len(still))[lifts[~still[lifts]]]
+        parts = [matrix[rows[0]], above_zero, matrix[rows[1]], matrix[rows[2]]]
+        right = [
+            arrays.right[rows[0]],
+            np.zeros(len(above_zero)),
+            *map(arrays.right.take, rows[1:]),
+        ]
+        of_left = arrays.sizes[left[arrays.heads] & (arrays.sizes > 1)]
+        sizes = [np.ones(len(above_zero) + len(rows[1]), dtype=int), of_left]
+        program = Arrays(
+            sparse=csr_array(np.vstack(parts)[:, ~still]),
+            block=np.zeros((0, int((~still).sum()))),
+            right=np.concatenate(right),
+            cost=arrays.cost[~still],
+            zero=len(rows[0]),
+            sizes=np.concatenate(sizes),
+        )
+        x, y = np.zeros(len(still)), np.zeros(len(left))
+        for name in solver_order(None, SOCP):
+            outcome, moved, multipliers = run(program, name, -np.inf)
+            if outcome in (OPTIMAL, INFEASIBLE):
+                x[~still] = moved
+                multipliers = program.admissible(multipliers)
+                of_lifts = slice(program.zero, program.zero + len(above_zero))
+                y[np.concatenate(rows)] = np.delete(multipliers, of_lifts)
+                break
+        return outcome, x, y
+
+
+class Branches:
+    """Branch and bound: the branches that are not done, and the bound of all.
+
+    Parameters
+    ----------
+    loose
+        The programs of the branches.
+    wanted
+        Function that returns the value above which sets are searched.
+    compare
+        Function that computes the value of one set, (G n,) open nodes, and returns a
+        bound of it.
+    """
+
+    def __init__(
+        self,
+        loose: LooseNodes,
+        wanted: Callable[[], float],
+        compare: Callable[[Booleans], float],
+    ) -> None:
+        none = np.zeros(loose.size, dtype=bool)
+        self.left = [Branch(none, none)]
+        self._done = -np.inf
+        self._loose = loose
+        self._wanted = wanted
+        self._compare = compare
+
+    @property
+    def bound(self) -> float:
+        """Value that no set exceeds."""
+        return max([self._done, *(branch.bound for branch in self.left)])
+
+    def step(self) -> None:
+        """Bound one branch; if some of its sets may have a wanted value, divide it."""
+        # An interrupt must find the branch that is being solved.
+        self.left[-1:] = self._parts(self.left[-1])
+
+    def _parts(self, branch: Branch) -> list[Branch]:
+        """The two parts of a branch; none if it is done."""
+        relaxed = Relaxed(branch.bound)
+        if branch.bound > self._wanted():
+            relaxed = self._loose.solve(branch, self._wanted())
+            branch = replace(branch, bound=min(branch.bound, relaxed.bound))
+        bound = branch.bound
+        if bound > self._wanted():
+            undecided = branch.undecided
+            opens = branch.opens
+            index = int(undecided.argmax())
+            decided = not undecided.any()
+            if relaxed.motion is not None and relaxed.pressure is not None:
+                opens = np.where(undecided, relaxed.pressure <= relaxed.motion, opens)
+                between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), 0.0)
+                decided = bool(between.max() <= BRANCHES.decided)
+                index = int(np.where(undecided, relaxed.motion * relaxed.pressure, -1.0).argmax())
+            if decided:
+                of_set = self._compare(opens)
+                bound = bound if undecided.any() else min(bound, of_set)
+            if undecided.any() and bound > self._wanted():
+                return branch.divided(index, open_first=bool(opens[index]))
+        self._done = max(self._done, bound)
+        return []

@@ -1,0 +1,491 @@
+"""Search for nodes that open and close in each cycle.
+
+On a line between two corners an order of events changes by pivots at the corners. The previous
+order is a limiting case of the new one, so that the load factors between the limits of the two are
+safe, too. Then, and for other cycles at once, transients are followed just above the best limit: a
+transient that comes to rest shows the next order (`settled_orders`).
+
+The search calls a function that returns a limit; it does not depend on the program behind it. Each
+limit passes the usual checks, and its bound holds for its own order only.
+
+If only the scaled or only the fixed loads vary where nodes open or close, the limit of an order is
+one convex program. If both vary there, the program has products of the load factor and places:
+linear programs then follow each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from ...base import Array, Bar, Booleans, LimitKind, Outcome, progress_bar
+from ...contact import ContactSystem
+from ...errors import FrictoptError
+from ..answers.reasons import nothing_with_events
+from ..answers.shakedown_answer import ShakedownAnswer
+from ..events.lift_off import (
+    LiftOff,
+    LoadPath,
+    Nodes,
+    Order,
+    among,
+    ends_of,
+    may_open_and_close,
+    meets_mean_load,
+    path_of,
+    with_order,
+)
+from ..events.ordered import About, ordered_program, read_order
+from ..program.mean_load import TOUCHES
+from ..program.question import Question, pose, with_open
+from ..program.rest_program import slip_units
+from ..program.solution import Judged, Solution, solve
+from .likely_sets import SEARCH
+from .set_search import keep_best
+
+
+@dataclass(frozen=True)
+class TransientSettings:
+    """Numbers of the transients."""
+
+    # How far above the limit a transient is followed, relative to it.
+    above: float = 0.003
+    # The same if the limit is 0, relative to the unit of the load.
+    above_zero: float = 1e-3
+    # Load factors at which transients begin if no safe load factor is known, in units of the load.
+    # If the cycle has fixed parts, the first load factor is 0.
+    first: tuple[float, ...] = (0.005, 0.05, 0.3, 1.0)
+    # An overload before the cycles, relative to the load factor: it leaves another slip.
+    overload: float = 5.0
+    # Largest number of nodes of a contact in which a transient also starts from the slip of the
+    # limit with each slip of a node moved by its unit, in both senses: it may settle to another
+    # order.
+    moved: int = 6
+    # Cycles after which a transient is given up.
+    cycles: int = 300
+    # A node is open if its gap is above this share of the largest one, and an interval counts if
+    # it is longer than this share of a leg.
+    counts: float = 1e-9
+
+
+TRANSIENT = TransientSettings()
+
+
+@dataclass(frozen=True)
+class Settled:
+    """An order of events, and the state of rest that shows it, if there is one.
+
+    `shares` are the places of its events on their legs, at `load_factor`.
+    """
+
+    order: Order
+    shares: tuple[float, ...] = ()
+    load_factor: float = 0.0
+
+
+def settled_orders(limit: ShakedownAnswer) -> Iterator[Settled]:
+    """Orders that transients show just above a limit or, without a limit, at small load factors."""
+    question = limit._question
+    path = path_of(question.cycle)
+    assert path is not None  # a static load has no events
+    for load_factor, start in _starts(limit):
+        settled = _settled(question, path, load_factor, start)
+        if settled is not None:
+            yield settled
+
+
+def _starts(limit: ShakedownAnswer) -> Iterator[tuple[float, dict[str, Any]]]:
+    """Load factors and starts of transients."""
+    unit = limit._question.load_unit
+    if np.isnan(limit.load_factor):
+        at_zero = (0.0,) if limit._question.fixed else ()
+        for share in (*at_zero, *TRANSIENT.first):
+            yield share * unit, {}
+    elif np.isfinite(limit.load_factor):
+        load_factor = limit.load_factor * (1 + TRANSIENT.above) or TRANSIENT.above_zero * unit
+        yield load_factor, {"initial_state": limit.state}
+        yield load_factor, {}
+        yield load_factor, {"overload": TRANSIENT.overload * load_factor}
+        units = slip_units(limit._question).reshape(limit.slip.shape, order="F")
+        entries = np.ndindex(units.shape) if limit.system.nodes <= TRANSIENT.moved else ()
+        for entry in entries:
+            for sense in (-1.0, 1.0):
+                slip = limit.slip.copy()
+                slip[entry] += sense * units[entry]
+                yield load_factor, {"initial_slip": slip}
+
+
+def _settled(
+    question: Question, path: LoadPath, load_factor: float, start: dict[str, Any]
+) -> Settled | None:
+    """The order of the state of rest to which a transient settles; None if it finds no rest."""
+    # Imported here, because only the search of events needs it.
+    from ...transients.steady import steady_state
+
+    with suppress(FrictoptError):
+        steady = steady_state(
+            question.system,
+            question.cycle,
+            question.friction,
+            load_factor,
+            most_cycles=TRANSIENT.cycles,
+            progress=False,
+            **start,
+        )
+        if steady.outcome is Outcome.SHAKEDOWN and steady.period == 1:
+            states = steady.states()
+            return _order_of(question.system, path, states.time, states.gap, load_factor)
+    return None
+
+
+def _order_of(
+    system: ContactSystem, path: LoadPath, time: Array, gap: Array, load_factor: float
+) -> Settled:
+    """The order of a cycle, from its states: a node is open between two states with a gap.
+
+    A cycle of states begins at the last corner; at time k the load is at corner k - 1.
+    """
+    size = max(float(gap.max()), np.finfo(float).tiny)
+    corners = max(path.stops) + 1
+    intervals = list[tuple[int, float, Nodes]]()
+    for j in range(len(time) - 1):
+        middle = (time[j] + time[j + 1]) / 2
+        if time[j + 1] - time[j] > TRANSIENT.counts:
+            leg = (int(np.floor(middle)) - int(np.floor(time[0])) - 1) % corners
+            nodes = np.flatnonzero(gap[j] + gap[j + 1] > TRANSIENT.counts * size)
+            share = float(time[j] - np.floor(middle))
+            intervals.append((leg, max(share, 0.0), frozenset(nodes.tolist())))
+    intervals.sort(key=lambda interval: interval[:2])
+    if not path.closed:
+        intervals = [interval for interval in intervals if interval[0] == 0]
+
+    events = list[tuple[int, float, Nodes]]()
+    now: Nodes = intervals[0][2]
+    for leg, share, opened in intervals[1:]:
+        if opened != now:
+            events.append((leg, share, opened ^ now))
+            now = opened
+    # What the last interval opens before the first corner, the first one closes there.
+    if path.closed and now != intervals[0][2]:
+        events.append((corners - 1, 1.0, now ^ intervals[0][2]))
+    order = Order(
+        intervals[0][2],
+        tuple(nodes for _, _, nodes in events),
+        tuple(leg for leg, _, _ in events),
+    )
+    return Settled(order, tuple(share for _, share, _ in events), load_factor)
+
+
+# A shakedown limit.
+L = TypeVar("L", bound=ShakedownAnswer)
+
+
+def best_order(
+    limit_of: Callable[[LiftOff | None, Settled, float], L],
+    best: L,
+    enough: float = np.inf,
+) -> L:
+    """The best limit with nodes that open and close in each cycle, starting from `best`.
+
+    The result is `best` itself if no order is better. `limit_of(question, settled, above)` computes
+    the limit of a question with an order, or without a question, if the order has no events, the
+    limit with its open nodes. It may raise an error if this limit is at most `above`. The first
+    limit that reaches `enough` ends the search.
+    """
+    question = best._question
+    with progress_bar(True, "events", "program") as bar:
+        search = _OrderSearch(limit_of, best, bar)
+        path = path_of(question.cycle)
+        if path is not None and not path.closed and not question.fixed:
+            while search.below(enough) and any(
+                search.gains(order) for order in _pivots(search.best, search.order)
+            ):
+                pass
+        while search.below(enough) and any(
+            search.gains_settled(settled) for settled in settled_orders(search.best)
+        ):
+            pass
+    return search.best
+
+
+class _OrderSearch(Generic[L]):
+    """The orders that have been tried, and the best limit so far with its order."""
+
+    def __init__(
+        self, limit_of: Callable[[LiftOff | None, Settled, float], L], start: L, bar: Bar
+    ) -> None:
+        self.best = start
+        self.order = Order(_nodes(start.open))
+        self._question = start._question
+        self._limit_of = limit_of
+        self._tried = set[Order]()
+        self._programs = min(SEARCH.programs, SEARCH.work // start.slip.size)
+        self._with_open = cache(self._of_set)
+        self._bar = bar
+        keep_best(bar, lambda: self.best)
+
+    def _of_set(self, nodes: Nodes) -> Question | None:
+        return with_open(self._question, among(nodes, self._question.system.nodes))
+
+    def below(self, enough: float) -> bool:
+        """Whether the best limit is below `enough`, or none is known."""
+        return not self.best.load_factor >= enough
+
+    def gains(self, order: Order) -> bool:
+        """Whether an order with a pivot has a higher limit. If so, it becomes the best one."""
+        limit = self._higher(Settled(order))
+        if limit is None:
+            return False
+        self._keep(order, limit, self.best.least)
+        return True
+
+    def gains_settled(self, settled: Settled) -> bool:
+        """Whether the order of a transient at rest has a higher limit; if so, it is the best one.
+
+        It does not count if the load factors between both limits are not safe.
+        """
+        limit = self._higher(settled)
+        if limit is None:
+            return False
+        least = limit.least
+        if not np.isnan(self.best.load_factor):
+            if least > self.best.load_factor * (1 + SEARCH.gain):
+                return False
+            # It is NaN if one of the two is missing.
+            least = float(np.minimum(least, self.best.least))
+        self._keep(settled.order, limit, least)
+        return True
+
+    def _higher(self, settled: Settled) -> L | None:
+        """The limit of a new order, if it is higher than the best one."""
+        order = settled.order
+        if not order.events and len(order.start) == self._question.system.nodes:
+            return None  # nothing touches: see `best_open_set`
+        if order in self._tried or len(self._tried) >= self._programs:
+            return None
+        self._tried.add(order)
+        self._bar.update()
+        above = self.best.load_factor * (1 + SEARCH.gain)
+        if np.isnan(above):
+            above = -np.inf
+        # An order whose answer fails the checks does not count.
+        with suppress(FrictoptError):
+            question = with_order(self._question, order, self._with_open)
+            if question is None:
+                return None
+            limit = self._limit_of(question if order.events else None, settled, above)
+            if limit.load_factor > above:
+                return limit
+        return None
+
+    def _keep(self, order: Order, limit: L, least: float) -> None:
+        self.best = replace(limit, least=least)
+        self.order = order
+
+
+def _nodes(chosen: Booleans) -> Nodes:
+    return frozenset(np.flatnonzero(chosen).tolist())
+
+
+def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
+    """Neighbouring orders: nodes open or close at a corner.
+
+    First all nodes without pressure open there, and all without gap close: on symmetric contacts
+    only one of two twin nodes may have a multiplier, and opening this node alone does not raise the
+    limit. Then the nodes that govern open together, and close one by one.
+    """
+    bare, shut = _touching(limit)
+    yield from _all_at_once(bare, shut, order)
+
+    start, events, _ = order
+    open_first = order.between[0]
+    open_last = order.between[-1]
+    governs_first, governs_last = _governing(limit)
+    opens_first = (bare[0] & governs_first) - open_first
+    opens_last = (bare[1] & governs_last) - open_last
+    if opens_last:
+        for first in dict.fromkeys([opens_first, Nodes()]):
+            before = (first,) if first else ()
+            yield Order(start | first, (*before, *events, opens_last))
+    if opens_first:
+        yield Order(start | opens_first, (opens_first, *events))
+    for node in sorted(shut[1] & governs_last & open_last):
+        yield Order(start, (*events, Nodes({node})))
+    for node in sorted(shut[0] & governs_first & open_first):
+        yield Order(start - {node}, (Nodes({node}), *events))
+
+
+def _all_at_once(bare: list[Nodes], shut: list[Nodes], order: Order) -> Iterator[Order]:
+    """Orders in which all nodes without pressure open at a corner, or all without gap close."""
+    start, events, _ = order
+    open_first = order.between[0]
+    open_last = order.between[-1]
+    opens_first = bare[0] - open_first
+    opens_last = bare[1] - open_last
+    for last in dict.fromkeys([opens_last, Nodes()]):
+        for first in dict.fromkeys([opens_first, Nodes()]):
+            before = (first,) if first else ()
+            after = (last,) if last else ()
+            if before or after:
+                yield Order(start | first, (*before, *events, *after))
+    closes_first = shut[0] & open_first
+    closes_last = shut[1] & open_last
+    if closes_last:
+        yield Order(start, (*events, closes_last))
+    if closes_first:
+        yield Order(start - closes_first, (closes_first, *events))
+
+
+def _touching(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
+    """Nodes without pressure, and nodes without gap, at the first and the last corner."""
+    question = limit._question
+    u, r = question.states(limit.load_factor, limit.slip)
+    bare = r[:, -1] <= TOUCHES * question.force
+    shut = u[:, -1] <= TOUCHES * question.clearance
+    return [_nodes(bare[k]) for k in (0, -1)], [_nodes(shut[k]) for k in (0, -1)]
+
+
+def _governing(limit: ShakedownAnswer) -> list[Nodes]:
+    """Nodes that govern the limit at the first and the last corner."""
+    system = limit._question.system
+    motion: Array = limit._motion.parts(system).sum(axis=0)[[0, -1]]  # (2, N)
+    governs = motion > SEARCH.governs_touching * motion.max()
+    return [_nodes(governs[k]) for k in (0, -1)]
+
+
+@dataclass(frozen=True)
+class ProductSettings:
+    """Numbers of the programs with products of the load factor and places of events."""
+
+    # Largest number of linearised programs.
+    programs: int = 20
+    # Change of the load factor, in its unit, and of places below which the solution stays.
+    stays: float = 1e-8
+
+
+PRODUCTS = ProductSettings()
+
+
+def best_with_events(limits: Any, best: L, enough: float = np.inf) -> L:
+    """The best limit with nodes that open and close in each cycle; `best` if none is better.
+
+    `best` is the limit of nodes that stay open or closed. The search ends with the first limit that
+    reaches `enough`. No order is searched if nodes cannot open and close in a state of rest.
+    """
+    question = best._question
+    path = path_of(question.cycle)
+    if path is None or not may_open_and_close(question, path):
+        return best
+    if path.closed or len(question.cycle.corners) == 2:
+        found: L = _searched(limits, best, enough)
+    else:
+        found = _between_ends(limits, best, enough)
+    if found.kind is LimitKind.NO_SAFE_SLIP:
+        return replace(found, _why=nothing_with_events(found))
+    return found
+
+
+def _between_ends(limits: Any, best: Any, enough: float) -> Any:
+    """The best limit of a load on a line, whose two ends stand for all its corners."""
+    question = best._question
+    path = path_of(question.cycle)
+    assert path is not None  # the load is not static
+    ends = pose(
+        question.system,
+        ends_of(question.cycle, path),
+        question.friction,
+        simplify=question.simplify,
+    )
+    opened = with_open(ends, question.open_nodes)
+    assert opened is not None  # it has a limit with all corners
+    of_ends = type(limits)(limits.solver)
+    found = _searched(of_ends, of_ends.of_set(opened), enough)
+    if not isinstance(found._question, LiftOff):
+        return _again(limits, best, found)
+
+    order = found._question.order
+    nodes = question.system.nodes
+    with_corners = with_order(
+        question, order, lambda opened: with_open(question, among(opened, nodes))
+    )
+    assert with_corners is not None  # the order has a limit between the ends
+    settled = Settled(order, found._question.shares, found.load_factor)
+    limit = _limit_of(limits, with_corners, settled, -np.inf)
+    return replace(limit, least=found.least)
+
+
+def _searched(limits: Any, best: Any, enough: float) -> Any:
+    """The best limit of `best_order`."""
+
+    def limit_of(question: LiftOff | None, settled: Settled, above: float) -> Any:
+        if question is not None:
+            return _limit_of(limits, question, settled, above)
+        opened = with_open(best._question, among(settled.order.start, best.system.nodes))
+        assert opened is not None  # a transient rests with these nodes open
+        return limits.of_set(opened, above=above)
+
+    found = best_order(limit_of, best, enough)
+    if isinstance(found._question, LiftOff):
+        return found
+    return _again(limits, best, found)
+
+
+def _again(limits: Any, best: Any, found: Any) -> Any:
+    """The limit with the open nodes of `found`; it is `best` if they are the same.
+
+    It is solved again, so that the problem of the answer holds the values of the answer.
+    """
+    if (found.open == best.open).all():
+        return best
+    opened = with_open(best._question, found.open)
+    assert opened is not None  # it has a limit
+    return replace(limits.of_set(opened), least=found.least)
+
+
+def _limit_of(limits: Any, question: LiftOff, settled: Settled, above: float) -> Any:
+    """The limit of an order; SolverError if it is proven to be at most `above`.
+
+    If the load meets the mean load on a line, all smaller load factors are safe. Else a second
+    program gives the least one, unless the order is that of a pivot.
+    """
+    if question.both_vary:
+        return _limit_of_products(limits, question, settled)
+    program = ordered_program(question)
+    limit = limits.of_order(question, program, 1.0, above)
+    if meets_mean_load(question, question.path):
+        return replace(limit, least=0.0)
+    if not settled.shares:
+        return limit
+    return replace(limit, least=limits.of_order(question, program, -1.0).load_factor)
+
+
+def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
+    """The limit of an order whose program has products of the load factor and places.
+
+    The program is linearised about the last solution and solved again, until the solution no longer
+    changes. The solution obeys the contact law. It has no bound, and the least safe load factor is
+    not known.
+    """
+    about = About(settled.load_factor, settled.shares)
+    for _ in range(PRODUCTS.programs):
+        program = ordered_program(question, about=about)
+        judged, _ = solve(program, "load_factor", 1.0, _judged, limits.solver)
+        assert judged is not None
+        placed, _, _ = read_order(question, judged.said)
+        load_factor = judged.said.load_factor
+        change = abs(load_factor - about.load_factor) / question.load_unit
+        moved = np.abs(np.subtract(placed.shares, about.places)).max()
+        about = About(load_factor, placed.shares)
+        if max(change, moved) <= PRODUCTS.stays:
+            break
+    return replace(limits.of_order(question, program, 1.0), bound=np.inf)
+
+
+def _judged(solution: Solution) -> Judged:
+    """A solution of a linearised program, which counts if its multipliers prove its optimum."""
+    return Judged(solution, solution.gap)

@@ -1,0 +1,452 @@
+"""Search for the open nodes of a state of rest: the best set of open nodes, with its gap.
+
+Branch and bound compares all sets of open nodes at once. In a branch some nodes are open, some are
+closed, and the others are loose (`loose_nodes.py`). If the bound of a branch is not above the best
+limit so far, its sets are done; else one loose node opens in one part of the branch and closes in
+the other. In contacts of many nodes this takes too many programs. There a local search begins at
+the nodes that the mean load opens, and opens or closes nodes that govern (theory, "The search of
+the open nodes").
+
+The search calls a function that returns the limit of a set; it does not depend on the program
+behind it. Each limit passes the usual checks.
+
+One mechanism may prove that a set has no limit above a load factor, for the price of one
+factorisation instead of a program. Nodes stay open only if slip lifts them, and friction bounds the
+slip. In the mechanism the open node closes by 1, and the closed nodes slip by `s` and lift by `f
+t`, so that no residual slip does work on it:
+
+    A s = B' (f t) + W' e,    |s| <= t.
+
+Friction dissipates at most the work `f t p - s q` at each closed node, at the corner of its own
+choice. If the sum of these works and of the gap is negative at a load factor, no slip is safe
+there. The sum is concave in the load factor: if it falls from there on, it stays negative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from ...base import (
+    CONDENSATION,
+    FLOOR,
+    RESIDUAL,
+    Array,
+    Bar,
+    Booleans,
+    Integers,
+    progress_bar,
+    unresisted,
+)
+from ...contact import reactions
+from ...errors import FrictoptError, SolverError
+from ...transients.statics import note_balanced
+from ..answers.shakedown_answer import Searched, ShakedownAnswer
+from ..program.question import Question, with_open
+from .likely_sets import SEARCH, governing, motion_of, next_to, settled_sets, tends_to_open
+from .loose_nodes import Branches, LooseNodes, loose
+
+
+@dataclass(frozen=True)
+class MechanismSettings:
+    """Numbers of the mechanism."""
+
+    # Lifts grow by this factor in each round, so that they reach the slips after a few rounds.
+    growth: float = 1.01
+    # Largest number of rounds. If friction is above the critical value, there is no end.
+    rounds: int = 20
+
+
+MECHANISM = MechanismSettings()
+
+
+def is_at_most(question: Question, above: float) -> bool:
+    """Whether a mechanism proves that the limit of a question is at most `above`.
+
+    False proves nothing.
+    """
+    if not (np.isfinite(above) and len(question.W)):
+        return False
+    gaps = (question.w0 + above * question.w1).min(axis=0)
+    node = int(gaps.argmin())
+    if gaps[node] >= 0:
+        return False
+    mechanism = _mechanism(question, node)
+    if mechanism is None:
+        return False
+    work, size = _work(question, above, node, *mechanism)
+    further, _ = _work(question, above + question.load_unit, node, *mechanism)
+    return bool(work < -RESIDUAL * size and further <= work)
+
+
+def _mechanism(question: Question, node: int) -> tuple[Array, Array] | None:
+    """Slips s (t, n) and lifts t (n,) of the closed nodes while the open node closes by 1.
+
+    `node` counts the open nodes. None if friction is too large for such lifts, or if a slide that
+    nothing resists closes the node.
+    """
+    closed = np.flatnonzero(~question.open_nodes)
+    nodes, tangents = question.system.nodes, question.system.tangents
+    slips = np.concatenate([closed + axis * nodes for axis in range(tangents)])
+    sizes = question.system.own_stiffness
+    A = question.A[np.ix_(slips, slips)]
+    press = question.B[np.ix_(closed, slips)] * question.friction[closed, None]
+    pressing = press / np.sqrt(sizes[-nodes:][closed])[:, None]
+    slides, compliance = unresisted(A, sizes[slips], pressing)
+    by_gap = question.W[node, slips]
+    if np.abs(by_gap @ slides).max(initial=0.0) > CONDENSATION * np.abs(by_gap).max():
+        return None
+
+    lifts = np.zeros(len(closed))
+    for _ in range(MECHANISM.rounds):
+        s = (compliance @ (by_gap + lifts @ press)).reshape(tangents, -1)
+        sizes = np.linalg.norm(s, axis=0)
+        if (sizes <= lifts).all():
+            return s, lifts
+        lifts = np.maximum(lifts, MECHANISM.growth * sizes)
+    return None
+
+
+def _work(
+    question: Question, load_factor: float, node: int, s: Array, lifts: Array
+) -> tuple[float, float]:
+    """The least work of the mechanism at a load factor, and the sum of the sizes of its terms.
+
+    The strictest corner is chosen at each node.
+    """
+    closed = ~question.open_nodes
+    r = (question.r0 + load_factor * question.r1)[:, :, closed]  # (K, t + 1, n)
+    dissipated = question.friction[closed] * lifts * r[:, -1]
+    supplied = (s * r[:, :-1]).sum(axis=1)
+    gap = (question.w0 + load_factor * question.w1)[:, node].min()
+    work = (dissipated - supplied).min(axis=0).sum() + gap
+    size = (np.abs(dissipated) + np.abs(supplied)).max(axis=0).sum() + abs(gap)
+    return float(work), float(size)
+
+
+@dataclass(frozen=True)
+class CompareSettings:
+    """Numbers of the comparison of all sets."""
+
+    # Largest number of nodes, in the plane and in space, of a contact of which all sets are
+    # compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400,
+    # clamps of 14 nodes 300 to 2000.
+    small: tuple[int, int] = (14, 8)
+    programs: int = 2000
+    # Largest number of motions of loose nodes (nodes, axes and corners) in one program, by default
+    # and if the user gives a number of programs.
+    motions: tuple[int, int] = (240, 3000)
+
+
+COMPARE = CompareSettings()
+
+# A shakedown limit.
+L = TypeVar("L", bound=ShakedownAnswer)
+
+
+class NotAbove(SolverError):
+    """A limit is at most a value, above which limits are searched."""
+
+
+def best_open_set(
+    limit_of: Callable[[Question, float], L],
+    closed: L,
+    start_by: float = np.inf,
+    enough: float = np.inf,
+    programs: int | None = None,
+) -> L:
+    """The best limit over sets of open nodes that the search finds.
+
+    `closed` is the limit with all nodes closed. `limit_of(question, above)` computes the limit of a
+    question with other open nodes, or raises `NotAbove` if this limit is at most `above`.
+
+    Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
+    The first limit that reaches `enough` ends the search. All sets are compared if the contact is
+    small, or if a largest number of `programs` is given.
+
+    If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
+    safe.
+    """
+    question = closed._question
+    small = is_small([question])
+    if not small and programs is None and _settles_closed(question) and not len(governing(closed)):
+        return replace(closed, _searched=Searched(programs=1))
+    with progress_bar(True, "open nodes", "program") as bar:
+        most = programs or (COMPARE.programs if small else SEARCH.programs)
+        search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
+        if not small:
+            search.locally()
+        elif not _counts(closed, start_by):
+            search.from_mean_load()
+        if small or programs is not None:
+            search.compare()
+    if search.failed is not None and not _counts(search.best, start_by):
+        raise search.failed
+    return search.answer()
+
+
+def is_small(questions: Sequence[Question]) -> bool:
+    """Whether all sets of open nodes of all questions together are compared by default."""
+    system = questions[0].system
+    nodes = len(questions) * system.nodes
+    motions = sum(_motions(question, system.nodes) for question in questions)
+    return nodes <= COMPARE.small[system.tangents - 1] and motions <= COMPARE.motions[0]
+
+
+def _motions(question: Question, nodes: int) -> int:
+    """Number of motions of loose nodes in the program that compares their sets."""
+    return nodes * (question.system.tangents + 1) * len(question.r1)
+
+
+def may_open(question: Question) -> bool:
+    """Whether nodes have gaps, or the mean load pulls nodes; then some nodes usually open."""
+    return bool(question.system.gap.any() or (question.r0[:, -1] < 0).any())
+
+
+def _settles_closed(question: Question) -> bool:
+    """Whether zero slip is safe under the mean load, which then leaves all nodes closed."""
+    no_slip = np.zeros(question.system.slip_shape)
+    return question.violation(0.0, no_slip) <= RESIDUAL
+
+
+def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
+    """Whether some load factor is safe, and the least safe one is at most `start_by`."""
+    return not (np.isnan(limit.load_factor) or limit.least > start_by)
+
+
+class _SetSearch(Generic[L]):
+    """The sets that are known, and the best limit so far, which an interrupt keeps."""
+
+    def __init__(
+        self,
+        limit_of: Callable[[Question, float], L],
+        closed: L,
+        start_by: float,
+        enough: float,
+        programs: int,
+        bar: Bar,
+    ) -> None:
+        self.best = closed
+        self.failed: SolverError | None = None
+        self._closed = closed
+        self._limit_of = limit_of
+        self._start_by = start_by
+        self._enough = enough
+        self._most = programs
+        self._programs = 1
+        self._bar = bar
+        # The bound of each set that is known. If its limit is not safe at the best load factor, the
+        # set is separate, and does not count.
+        self._bounds = {closed.open.tobytes(): _bound(closed)}
+        self._separate = list[L]()
+        # The branches, once they contain all sets.
+        self._branches: Branches | None = None
+        keep_best(bar, self.answer)
+
+    def answer(self) -> L:
+        """The best limit, and what is known of all other sets."""
+        separate = min((limit.least for limit in self._separate), default=np.inf)
+        return replace(self.best, _searched=Searched(self._programs, self.bound, separate))
+
+    @property
+    def bound(self) -> float:
+        """Load factor that no set exceeds, apart from separate ones."""
+        if self._branches is None:
+            return np.inf
+        # The bound is NaN if no load factor is safe with any set so far.
+        return float(np.fmax(self._branches.bound, self.best.bound))
+
+    @property
+    def _above(self) -> float:
+        """The load factor above which a limit is higher than the best one."""
+        best = self.best
+        if not _counts(best, self._start_by):
+            return -np.inf
+        unit = FLOOR * best._question.load_unit
+        return best.load_factor + SEARCH.gain * max(best.load_factor, unit)
+
+    def _goes_on(self) -> bool:
+        reached = _counts(self.best, self._start_by) and self.best.load_factor >= self._enough
+        return self._programs < self._most and not reached
+
+    def compare(self) -> None:
+        """Bound the limits of all sets, until no other set may have a higher limit.
+
+        In a large contact, first only the nodes that move most may open and close: fourteen, then
+        twice as many, until all may, or until a program would have too many motions.
+        """
+        question = self._closed._question
+        total = question.system.nodes
+        count = min(COMPARE.small[0], total)
+        while self._goes_on() and _motions(question, count) <= COMPARE.motions[1]:
+            best = self.best
+            nodes = np.sort(np.argsort(-motion_of(best), kind="stable")[:count])
+            self._compare(nodes)
+            if count == total:
+                return
+            if self.best is best:
+                count = min(2 * count, total)
+
+    def _compare(self, nodes: Integers) -> None:
+        """Bound the limits of the sets that differ from the best one in some nodes alone."""
+        fixed = self.best.open.copy()
+        fixed[nodes] = False
+        question = with_open(self._closed._question, fixed)
+        assert question is not None  # fewer nodes are open than in the best set
+
+        def bound_of(opens: Booleans) -> float:
+            open_nodes = fixed.copy()
+            open_nodes[nodes] = opens
+            self.limit(open_nodes, self._above)
+            return self._bounds[open_nodes.tobytes()]
+
+        # An infinite limit that does not count is no measure of the others.
+        reached = np.nan_to_num(self.best.load_factor, posinf=0.0)
+        largest = max(reached, question.load_unit)
+        program = LooseNodes(loose(question, nodes), nodes, "load_factor", largest)
+        branches = Branches(program, lambda: self._wanted, bound_of)
+        if len(nodes) == len(fixed):
+            self._branches = branches
+        while branches.left and self._goes_on():
+            self._count()
+            branches.step()
+
+    @property
+    def _wanted(self) -> float:
+        """The load factor above which limits are searched."""
+        enough = self._enough * (1 - RESIDUAL) if self._enough < np.inf else -np.inf
+        return max(self._above, enough)
+
+    def from_mean_load(self) -> None:
+        """Try the sets that the mean load opens, so that a set near it is the first that counts."""
+        question = self._closed._question
+        for opened in settled_sets(question, False, True, SEARCH.frictions[:1]):
+            self._neighbour(opened)
+
+    def locally(self) -> None:
+        """Search near the nodes that the mean load opens, and near the nodes that govern.
+
+        Under a static load only the nodes that the mean load opens are tried: a search would open
+        more nodes until a body slides off.
+        """
+        closed = self._closed
+        question = closed._question
+        moves = not question.static and self._goes_on() and _counts(closed, self._start_by)
+        tending = moves and bool(tends_to_open(closed).any())
+        settles_closed = _settles_closed(question)
+        if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
+            # The search for a motion of bodies under the mean load would factorise the stiffness.
+            mean = reactions(question.system, [question.cycle.mean])[0]
+            note_balanced(question.system, question.friction, mean)
+        self._climb(closed)
+        if tending or not settles_closed:
+            safe = _counts(self.best, self._start_by)
+            self._climb_from(settled_sets(question, tending, safe))
+
+    def _climb(self, start: L) -> None:
+        """Move to a neighbouring set with a higher limit, as long as there is one."""
+        current: L | None = start
+        moves = not start._question.static
+        while current and moves and self._goes_on() and _counts(self.best, self._start_by):
+            above = current.load_factor * (1 + SEARCH.gain)
+            neighbours = (self._neighbour(opened, above) for opened in next_to(current))
+            current = next(filter(None, neighbours), None)
+
+    def _climb_from(self, sets: Iterator[Booleans]) -> None:
+        """Climb from the best of some sets and, if that is no great work, from the last one."""
+        starts = [limit for limit in map(self._neighbour, sets) if limit is not None]
+        if not starts:
+            return
+        self._climb(max(starts, key=lambda limit: limit.load_factor))
+        # The last start has the least friction. Other sets are close to it.
+        if len(self._bounds) * starts[-1].slip.size < SEARCH.work:
+            self._climb(starts[-1])
+
+    def _neighbour(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
+        return self.limit(open_nodes, above) if self._goes_on() else None
+
+    def limit(self, open_nodes: Booleans, above: float) -> L | None:
+        """The limit of a new set; None if it does not count, or is at most `above`."""
+        key = open_nodes.tobytes()
+        if key in self._bounds:
+            return None
+        # Without a proof the set may have any limit.
+        self._bounds[key] = np.inf
+        try:
+            question = None
+            if not open_nodes.all():
+                question = with_open(self._closed._question, open_nodes)
+            if question is None:
+                # Closed nodes that do not hold the others have no limit.
+                self._bounds[key] = -np.inf
+                return None
+            self._count()
+            limit = self._limit_of(question, above)
+        except NotAbove:
+            return None
+        except SolverError as error:
+            self.failed = error
+            return None
+        except FrictoptError:
+            return None
+        self._bounds[key] = _bound(limit)
+        if np.isnan(limit.load_factor) or limit.load_factor <= above:
+            return None
+        if not _counts(limit, self._start_by) or not self._compared(limit):
+            self._bounds[key] = -np.inf
+            return None
+        return limit
+
+    def _compared(self, limit: L) -> bool:
+        """Keep the better limit; False if load factors between both limits are not safe."""
+        if limit.load_factor <= self._above:
+            return True
+        self._separate.append(limit)
+        joined = [limit]
+        while joined:
+            joined = [other for other in self._separate if self._joins(other)]
+            if joined:
+                highest = max(joined, key=lambda other: other.load_factor)
+                least = highest.least
+                if _counts(self.best, self._start_by):
+                    least = min(self.best.least, least)
+                self.best = replace(highest, least=least)
+            above = self._above
+            self._separate = [other for other in self._separate if other.load_factor > above]
+        return limit not in self._separate
+
+    def _joins(self, limit: L) -> bool:
+        """Whether a higher limit is safe at the best load factor."""
+        if not _counts(self.best, self._start_by):
+            return True
+        reach = max(self.best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
+        return not limit.least > reach * (1 + SEARCH.gain)
+
+    def _count(self) -> None:
+        self._programs += 1
+        self._bar.update()
+
+
+def _bound(limit: ShakedownAnswer) -> float:
+    """The proven bound of a set; -inf if no load factor is safe."""
+    if not np.isnan(limit.load_factor):
+        return limit.bound
+    # That no load factor is safe may be the word of a solver.
+    return np.inf if limit._solved is None else -np.inf
+
+
+def keep_best(bar: Bar, answer: Callable[[], ShakedownAnswer]) -> None:
+    """Keep the best limit for an interrupt, and show it with the bound of all sets."""
+
+    def so_far() -> str:
+        limit = answer()
+        if np.isnan(limit.load_factor):
+            return "none safe so far"
+        most = limit._searched.bound
+        bound = f", at most {most:.4g}" if most < np.inf else ""
+        return f"at least {limit.load_factor:.4g}{bound} so far"
+
+    bar.keep("limit", answer, "the best limit by then is in the attribute `limit`", so_far)
