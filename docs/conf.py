@@ -18,7 +18,7 @@ os.environ["PYTHONWARNINGS"] = "error:::__main__"  # a cell of the tutorial that
 
 project = "frictopt"
 author = "The frictopt developers"
-copyright = "the frictopt developers"
+copyright = "the frictopt developers"  # noqa: A001  Sphinx reads this name
 version = release = installed("frictopt")
 
 extensions = [

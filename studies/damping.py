@@ -141,7 +141,7 @@ def _curve(
     # The modal mass is 1. Frequency ratios do not depend on it.
     glued = 1 / (2 * np.pi * np.sqrt(compliance))
     curve = fo.backbone_curve(
-        system, cycle, f, limit * np.array(ratios), natural_frequency=glued, range=True
+        system, cycle, f, limit * np.array(ratios), natural_frequency=glued, with_range=True
     )
     rows = (
         curve.to_frame()

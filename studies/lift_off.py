@@ -171,8 +171,8 @@ def _limits(
     steps = None if system.slip_shape == (system.nodes,) else 4
     path = fo.march(system, cycle, friction, _LITTLE, cycles=1, steps=steps)
     settled = path.gap[path.time == 0][-1] > 0
-    closed = fo.shakedown_limit(system, cycle, friction, open=np.zeros_like(settled))
-    with_settled = fo.shakedown_limit(system, cycle, friction, open=settled)
+    closed = fo.shakedown_limit(system, cycle, friction, open_nodes=np.zeros_like(settled))
+    with_settled = fo.shakedown_limit(system, cycle, friction, open_nodes=settled)
     limit = fo.shakedown_limit(system, cycle, friction, events=events)
     ends = [
         fo.steady_state(

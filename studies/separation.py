@@ -135,7 +135,7 @@ def closed(parameters: Parameters) -> Iterator[Row]:
         for friction in each(frictions, name):
             limit = fo.shakedown_limit(contact, cycle, friction, events=True)
             closed = fo.shakedown_limit(
-                contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool)
+                contact, cycle, friction, open_nodes=np.zeros(contact.nodes, dtype=bool)
             )
             largest, scan = _BEYOND * limit.load_factor, parameters.closed_scan
             rests = fo.limit_after_protocol(

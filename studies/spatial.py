@@ -141,7 +141,7 @@ def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> di
         start = time.process_time()
         try:
             limit = fo.shakedown_limit(
-                system, cycle, friction, open=np.zeros(system.nodes, dtype=bool)
+                system, cycle, friction, open_nodes=np.zeros(system.nodes, dtype=bool)
             )
         except fo.SolverError as error:
             return {

@@ -25,6 +25,9 @@ collect_ignore_glob = ["*/faults.py", "tools/*"]  # lists of planted faults, and
 
 threadpool_limits(1)  # tests run side by side
 
+# Seconds: a test that hangs fails and says where. Slow tests have ten times as long.
+PATIENCE = 60.0
+
 # Tests that the default run leaves out, written by tests/tools/slow_tests.py.
 SLOW = frozenset(Path(__file__).with_name("slow.txt").read_text(encoding="utf-8").split("\n"))
 
@@ -43,12 +46,20 @@ def pytest_addoption(parser):
     )
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
     """Choose the random cases, and compile what the tests share in a process of several.
 
     Processes that begin together would all compile all. Each begins with one of two halves, and
     takes the other from the process that has compiled it.
     """
+    # Plug-ins of pytest are options: without them, no test is stopped, and all run in one process.
+    plugins = config.pluginmanager
+    if plugins.hasplugin("timeout") and config.option.timeout is None:
+        config.option.timeout = PATIENCE
+    if plugins.hasplugin("xdist") and config.option.maxworkerrestart is None:
+        # A process that dies ends the run and says in which test.
+        config.option.maxworkerrestart = "0"
     # Hooks of this file see no examples of the package, which is in another folder.
     config.pluginmanager.register(absent)
     cases.SEED = config.getoption("hypothesis_seed", None)
@@ -68,11 +79,11 @@ def pytest_collection_modifyitems(config, items):
 
     A slow test may take ten times as long as others before it counts as one without an end.
     """
-    patience = 10 * float(config.getini("timeout"))
     for item in items:
         if item.nodeid in SLOW:
             item.add_marker(pytest.mark.slow)
-            item.add_marker(pytest.mark.timeout(patience))
+            if config.pluginmanager.hasplugin("timeout"):
+                item.add_marker(pytest.mark.timeout(10 * PATIENCE))
     if share := config.getoption("share"):
         number, shares = map(int, share.split("/"))
         kept, left_out = [], []

@@ -18,7 +18,7 @@ from .inputs import loads_of, numbers_of, ranges_of
 # Parameters that a command supplies.
 _SUPPLIED = ("system", "cycle", "friction", "progress")
 # Arrays and states of nodes are for Python.
-_FOR_PYTHON = ("open", "initial_slip", "initial_state")
+_FOR_PYTHON = ("open_nodes", "initial_slip", "initial_state")
 
 _BY_NAME: dict[str, dict[str, Any]] = {
     "slip_bound": {"type": numbers_of, "metavar": "X[,X]"},

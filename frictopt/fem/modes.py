@@ -244,7 +244,7 @@ class Modes(Shown, Plotted):
 class Vibrating:
     """Base of models that have modes of vibration."""
 
-    def modes(self: Any, n: int, *, open: ArrayLike | None = None) -> Modes:
+    def modes(self: Any, n: int, *, open_nodes: ArrayLike | None = None) -> Modes:
         """The n lowest natural frequencies and modes, with the contacts glued or some nodes open.
 
         The contact stiffness of the surfaces acts at glued nodes. The mass follows from the
@@ -259,7 +259,7 @@ class Vibrating:
         ----------
         n
             Number of modes, smaller than the number of unknowns.
-        open
+        open_nodes
             (N,) whether each node of the contacts is open, in the order of the condensed system; or
             a result with this attribute, such as a steady state. Nodes that are not open stick.
             None: all stick.
@@ -267,15 +267,15 @@ class Vibrating:
         Raises
         ------
         ModelError
-            A body without density, a wrong number of modes, or a value of `open` that is not True
-            or False for each node.
+            A body without density, a wrong number of modes, or a value of `open_nodes` that is not
+            True or False for each node.
         SolverError
             The search for modes does not converge.
         """
         parts: Assembly = self._assembly
         opened = np.zeros(len(parts.contact), dtype=bool)
-        if open is not None:
-            opened = flags("open", getattr(open, "open", open), len(opened))
+        if open_nodes is not None:
+            opened = flags("open_nodes", getattr(open_nodes, "open", open_nodes), len(opened))
         return _modes(parts, self._springs, opened, n, self.units)
 
     def with_loads(self: Any, loads: Mapping[str, Sequence[Load]]) -> Any:

@@ -299,7 +299,7 @@ def backbone_curve(
     load_factors: ArrayLike | None = None,
     *,
     natural_frequency: float | None = None,
-    range: bool = False,
+    with_range: bool = False,
     steps: int | None = None,
     progress: bool = True,
 ) -> BackboneCurve:
@@ -325,7 +325,7 @@ def backbone_curve(
         the mean load may be open. The compliance also gives this frequency. The curve uses the
         value from the compliance; the two may differ by 1 %. None: the load is not the load of a
         mode.
-    range
+    with_range
         Whether to search the residual slips for the smallest and the largest damping, and to
         compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no
         search. In space the search takes hundreds of transients for each load factor, see
@@ -355,21 +355,21 @@ def backbone_curve(
     >>> import frictopt as fo
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
-    >>> curve = fo.backbone_curve(punch, cycle, friction=0.5, load_factors=[1.2, 1.5], range=True)
+    >>> curve = fo.backbone_curve(punch, cycle, 0.5, [1.2, 1.5], with_range=True)
     >>> bool((curve.least_damping <= curve.damping).all())
     True
     >>> bool((curve.damping <= curve.most_damping).all())
     True
     """
     coefficients = np.array(friction_coefficients(friction, system))
-    with_range = flag("range", range)
+    flag("with_range", with_range)
     # These raise if the cycle names an unknown load case.
     system.reaction(checked_cycle(cycle).mean)
     cycle.corner_reactions(system)
     system, load = with_compliance(system, cycle, coefficients, natural_frequency)
     if with_range and load.missing:
         raise ModelError(
-            f"range: True, but the damping is unknown: {load.missing}; leave the range out"
+            f"with_range: True, but the damping is unknown: {load.missing}; leave the range out"
         )
     try:
         gross: GrossSlip | SolverError = gross_slip(system, cycle, coefficients)

@@ -218,7 +218,7 @@ class Pages(Generic[Parts]):
     def _limit_with_open(self, is_open: Booleans) -> ShakedownLimit:
         """The shakedown limit with these nodes open."""
         try:
-            return shakedown_limit(self.system, self.cycle, self.friction, open=is_open)
+            return shakedown_limit(self.system, self.cycle, self.friction, open_nodes=is_open)
         except ModelError as error:
             # The closed nodes do not hold the open ones.
             raise NoContinuation(str(error)) from error

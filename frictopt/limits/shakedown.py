@@ -61,7 +61,7 @@ def shakedown_limit(
     cycle: LoadCycle,
     friction: PerNode,
     *,
-    open: ArrayLike | None = None,
+    open_nodes: ArrayLike | None = None,
     events: bool = False,
     programs: int | None = None,
     slip_bound: PerNode | None = None,
@@ -89,7 +89,7 @@ def shakedown_limit(
     friction
         Coefficient of friction, one, one per node, or one per contact: a mapping or a series of
         pandas by the names of the contacts.
-    open
+    open_nodes
         (N,) bool, the nodes that stay open; all other nodes stay closed. None: search them. All
         False: the limit with all nodes closed.
     events
@@ -133,7 +133,7 @@ def shakedown_limit(
         )
         if programs is not None:
             programs = whole_number("programs", programs, least=1)
-        return ShakedownLimits(solver).of_question(question, open, events, programs=programs)
+        return ShakedownLimits(solver).of_question(question, open_nodes, events, programs=programs)
 
 
 class ShakedownLimits:
@@ -149,7 +149,7 @@ class ShakedownLimits:
     def of_question(
         self,
         question: Question,
-        open: Any,
+        open_nodes: Any,
         events: bool,
         user: Any = None,
         programs: int | None = None,
@@ -159,18 +159,18 @@ class ShakedownLimits:
         With `events` some nodes may open and close in each cycle. `user`: the `UserRows`.
         `programs`: see `best_open_set`.
         """
-        restricted = user is not None or open is not None
+        restricted = user is not None or open_nodes is not None
         check_events(events, question, restricted)
         if not restricted:
             moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
             if moving is not None:
                 return moving
-        if open is not None:
-            opened = with_open(question, flags("open", open, question.system.nodes))
+        if open_nodes is not None:
+            opened = with_open(question, flags("open_nodes", open_nodes, question.system.nodes))
             if opened is None or opened.open_nodes.all():
                 raise ModelError(
-                    "open: the closed nodes are too few to hold the open nodes; leave more nodes "
-                    "closed"
+                    "open_nodes: the closed nodes are too few to hold the open nodes; leave more "
+                    "nodes closed"
                 )
             return self.of_set(opened, user)
         limit = self.of_any_set(question, programs=programs)
@@ -338,7 +338,7 @@ def check_events(events: object, question: Question, restricted: bool) -> None:
     reasons = {
         "the slip is bounded": question.slip_bound is not None,
         **{f"the surface has {law}": True for law in other_laws(question.system)},
-        "they cannot be combined with open, constraints or an objective": restricted,
+        "they cannot be combined with open_nodes, constraints or an objective": restricted,
     }
     for reason, holds in reasons.items():
         if holds:

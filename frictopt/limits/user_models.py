@@ -267,7 +267,7 @@ class ShakedownModel(SafeModel):
         objective: cp.Expression | None = None,
         *,
         cycle: LoadCycle | None = None,
-        open: ArrayLike | None = None,
+        open_nodes: ArrayLike | None = None,
         events: bool = False,
         progress: bool = True,
     ) -> ShakedownLimit:
@@ -275,7 +275,7 @@ class ShakedownModel(SafeModel):
 
         Parameters
         ----------
-        friction, open, events, progress
+        friction, open_nodes, events, progress
             See `shakedown_limit`.
         cycle
             Another load cycle with as many corners as the load cycle of the model, for other mean
@@ -305,7 +305,7 @@ class ShakedownModel(SafeModel):
         with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction) if cycle is None else self._posed_on(cycle, friction)
             limits = ShakedownLimits(self._solver, self._x)
-            return self._shown(limits.of_question(question, open, events, user))
+            return self._shown(limits.of_question(question, open_nodes, events, user))
 
     def _posed_on(self, cycle: LoadCycle, friction: Any) -> Question:
         """The question of the model with another load cycle."""

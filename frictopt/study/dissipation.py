@@ -20,6 +20,7 @@ from ..base import (
     LARGEST_SEED,
     Array,
     Bar,
+    PerNode,
     check_text,
     finite_array,
     finite_numbers,
@@ -48,12 +49,12 @@ from .store import Store
 def dissipation_study(
     system: ContactSystem,
     cycle: LoadCycle | Mapping[str, LoadCycle],
-    friction: object,
-    load_factors: Iterable[float],
+    friction: PerNode | Sequence[Any],
+    load_factors: ArrayLike,
     starts: Sequence[Start] | ArrayLike | None = None,
     *,
     limits: bool = False,
-    rng: int | np.random.Generator | None = None,
+    seed: int | None = None,
     shard: tuple[int, int] | None = None,
     executor: Executor | int | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -88,9 +89,9 @@ def dissipation_study(
         Whether the table has the shakedown limit of each friction and load cycle. A limit takes
         longer than many transients. Limits are computed after all transients, and kept in the
         store.
-    rng
-        Seed or generator for the distributions among the frictions, in their order. The same seed
-        gives the same table.
+    seed
+        Seed of the distributions among the frictions, in their order. The same seed gives the same
+        table.
     shard
         (k, n): follow only every n-th run, beginning with run k, where k is from 1 to n. Parts with
         separate stores need no shared file; the command `frictopt merge` puts the stores together.
@@ -163,7 +164,7 @@ def dissipation_study(
     0          1.0             none  CYCLIC_SLIP          1.0
     1          1.0  overload to 1.5  CYCLIC_SLIP          1.0
     """
-    fields = friction_fields(friction, checked_system(system), rng)
+    fields = friction_fields(friction, checked_system(system), seed)
     cycles = checked_cycles(cycle)
     factors = finite_numbers("load_factors", load_factors, least=0.0)
     if not factors or len(set(factors)) < len(factors):
@@ -391,7 +392,7 @@ def _check_start(start: object, slip_shape: tuple[int, ...]) -> None:
         )
 
 
-def friction_fields(friction: Any, system: ContactSystem, rng: object) -> list[Array]:
+def friction_fields(friction: Any, system: ContactSystem, seed: object) -> list[Array]:
     """(N,) coefficients of a single friction, or of each in a list; see `dissipation_study`."""
     is_list = np.iterable(friction) and not (
         isinstance(friction, str | bytes) or is_named(friction)
@@ -405,9 +406,9 @@ def friction_fields(friction: Any, system: ContactSystem, rng: object) -> list[A
             f"friction: {nodes} numbers for {nodes} nodes, which may be one friction per node or "
             f"{nodes} frictions; give [friction] or np.c_[friction]"
         )
-    generator = rng
-    if not isinstance(rng, np.random.Generator | None):
-        generator = np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
+    generator = None
+    if seed is not None:
+        generator = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
     return [_field(item, system, generator) for item in items]
 
 
@@ -421,8 +422,8 @@ def _field(item: Any, system: ContactSystem, generator: Any) -> Array:
     if hasattr(item, "rvs"):
         if generator is None:
             raise ModelError(
-                "rng: None, and friction has a distribution; give a seed, so that the study can be "
-                "repeated"
+                "seed: None, and friction has a distribution; give a seed, so that the study can "
+                "be repeated"
             )
         item = real_array("friction", item.rvs(size=system.nodes, random_state=generator))
         if (item < 0).any():

@@ -36,7 +36,7 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     - `cycle`: the arguments of `LoadCycle`; or a `history` with those of `LoadCycle.from_history`;
       or `harmonic` loads with those of `LoadCycle.harmonic`; or tables of these by their labels
     - `friction`: a number, a list, or a `distribution` of scipy.stats with its parameters, `draws`
-      and the seed `rng`
+      and the seed
     - `load_factors`
     - optional `starts`: name of a function of `fo.starts` -> its arguments
     - optional `limits`: true, if the table shall have the shakedown limits
@@ -144,7 +144,7 @@ def _call(name: str, function: Callable[..., T], *arguments: Any, **options: Any
 
 
 def _distributions(
-    distribution: object = None, draws: object = 1, rng: object = 0, **parameters: Any
+    distribution: object = None, draws: object = 1, seed: object = 0, **parameters: Any
 ) -> dict[str, Any]:
     """Frictions that are drawn from a distribution, and their seed, as arguments of the study."""
     family = getattr(stats, distribution, None) if isinstance(distribution, str) else None
@@ -155,7 +155,7 @@ def _distributions(
         )
     # More contacts would fill the memory.
     count = whole_number("draws", draws, least=1, most=100_000)
-    return {"friction": [_call("friction", family, **parameters)] * count, "rng": rng}
+    return {"friction": [_call("friction", family, **parameters)] * count, "seed": seed}
 
 
 def read_table(file: str | Path) -> pd.DataFrame:

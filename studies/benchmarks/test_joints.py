@@ -98,7 +98,7 @@ def limit_ratio(model, friction, open_nodes, record_property):
     The first time contains the assembly and the proof.
     """
     limits = []
-    ours = seconds(lambda: limits.append(model.solve(friction, open=open_nodes)))
+    ours = seconds(lambda: limits.append(model.solve(friction, open_nodes=open_nodes)))
     program = assembled.shakedown(limits[0]._question)
     arrays = program.arrays("load_factor", 1.0)
     rival = seconds(lambda: run(arrays, "CLARABEL", -np.inf))
@@ -151,7 +151,7 @@ def test_the_search_of_open_nodes_against_one_limit(made, friction, record_prope
     rounds = [
         (
             seconds(lambda: fo.shakedown_limit(system, cycle, friction)),
-            seconds(lambda: fo.shakedown_limit(system, cycle, friction, open=limit.open)),
+            seconds(lambda: fo.shakedown_limit(system, cycle, friction, open_nodes=limit.open)),
         )
         for _ in range(3)
     ]
@@ -168,5 +168,5 @@ def test_the_search_of_open_nodes_in_space_against_one_limit(made, record_proper
     """
     system, (cycle, friction), limits = made("flange"), asked("flange"), []
     whole = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
-    one = seconds(lambda: fo.shakedown_limit(system, cycle, friction, open=limits[0].open))
+    one = seconds(lambda: fo.shakedown_limit(system, cycle, friction, open_nodes=limits[0].open))
     assert limits[0].load_factor > 0.4831 and ratio(whole, one, record_property) < 45.0

@@ -103,8 +103,10 @@ def test_other_loads_on_one_model_against_models_of_their_own(compare, system, c
     ]
     assert (
         compare(
-            lambda: [model.solve(f, cycle=other, open=none_open) for other, f in asked],
-            lambda: [fo.shakedown_limit(system, other, f, open=none_open) for other, f in asked],
+            lambda: [model.solve(f, cycle=other, open_nodes=none_open) for other, f in asked],
+            lambda: [
+                fo.shakedown_limit(system, other, f, open_nodes=none_open) for other, f in asked
+            ],
         )
         < 0.7
     )
@@ -121,13 +123,13 @@ def test_swept_loads_and_friction_against_bare_highs(compare, system, cycle):
     ]
     programs = []
     for other, friction in asked:
-        limit = model.solve(friction, cycle=other, open=none_open)
+        limit = model.solve(friction, cycle=other, open_nodes=none_open)
         programs.append(arrays(system, other, friction))
         bare = -highs_cost(highs(programs[-1], SIMPLEX))
         assert bare == pytest.approx(limit.load_factor, rel=1e-7)
     assert (
         compare(
-            lambda: [model.solve(f, cycle=other, open=none_open) for other, f in asked],
+            lambda: [model.solve(f, cycle=other, open_nodes=none_open) for other, f in asked],
             lambda: [highs(program, SIMPLEX) for program in programs],
         )
         < 2.1
@@ -145,7 +147,7 @@ def test_sweep_with_its_search_against_the_closed_contact(compare, system, cycle
     assert (
         compare(
             lambda: model.sweep(frictions),
-            lambda: [model.solve(friction, open=none_open) for friction in frictions],
+            lambda: [model.solve(friction, open_nodes=none_open) for friction in frictions],
             rounds=3,
         )
         < 2.8

@@ -31,14 +31,16 @@ def test_a_rolling_cylinder_against_a_pad_that_stays_closed(compare):
 
 @pytest.mark.parametrize("scaled", [0.0, 0.1])
 def test_a_closed_contact_pays_nothing_for_nodes_that_may_open(compare, scaled):
-    """`open=` without a node names the set, so that neither open nodes nor events are searched."""
+    """`open_nodes=` without a node names the set, so that neither open nodes nor events are searched."""
     closed = pad()
     corner = {"Q": 0.4 * PRESS, "P": scaled * PRESS}
     cycle = fo.LoadCycle({"P": PRESS}, [corner, {case: -load for case, load in corner.items()}])
     none_open = np.zeros(closed.nodes, dtype=bool)
     assert (
         compare(
-            lambda: limit(closed, cycle), lambda: limit(closed, cycle, open=none_open), rounds=15
+            lambda: limit(closed, cycle),
+            lambda: limit(closed, cycle, open_nodes=none_open),
+            rounds=15,
         )
         < 1.1
     )

@@ -59,7 +59,7 @@ def test_small_contacts_in_space(record_property):
         question = space_contact(seed)
         all_closed = np.zeros(question[0].nodes, dtype=bool)
         searches += least(question)
-        closed += least(question, open=all_closed)
+        closed += least(question, open_nodes=all_closed)
     record_property("ratio", searches / closed)
     print(f"\n    search {searches:.3f} s, closed {closed:.3f} s, ratio {searches / closed:.2f}")
     assert searches / closed < 10.0

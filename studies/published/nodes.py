@@ -229,7 +229,7 @@ def _first_infinite(
         middle = (low + high) / 2
         low, high = (
             (low, middle)
-            if np.isinf(fo.shakedown_limit(contact, cycle, middle, open=apart).load_factor)
+            if np.isinf(fo.shakedown_limit(contact, cycle, middle, open_nodes=apart).load_factor)
             else (middle, high)
         )
     return (low + high) / 2

@@ -38,7 +38,7 @@ def cases(parameters: Parameters) -> Iterator[Case]:
         _FRICTION,
         list(parameters.forces),
         natural_frequency=stuck,
-        range=True,
+        with_range=True,
     )
     at = [int(np.flatnonzero(curve.load_factor == force)[0]) for force in parameters.forces]
     how = "a search over residual slips; theirs are 25 samples in 100 steps a quarter cycle, right to 1 %"

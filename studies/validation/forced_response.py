@@ -193,7 +193,7 @@ def band(parameters: Parameters) -> Iterator[Row]:
     """One row for each force and start of the first case, swept down."""
     case = CASES[0]
     load_factors = np.geomspace(120, 1000, parameters.band_factors)
-    curve = case.make().curve(case.mode, load_factors, range=True)
+    curve = case.make().curve(case.mode, load_factors, with_range=True)
     # Largest random slip. In a cycle a wedge slips by about 1e-3.
     largest = 1.2e-3
     rng = np.random.default_rng(parameters.seed)

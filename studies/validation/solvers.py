@@ -123,8 +123,10 @@ def problems(parameters: Parameters, unit: float) -> dict[str, PrintedProblem]:
     strong = 2.0
     in_plane = fo.shakedown_limit(plane, stretched, 0.7, progress=False)
     in_space = fo.shakedown_limit(space, sheared, 0.4, progress=False)
-    infinite = fo.shakedown_limit(plane, pressed, strong, open=np.zeros(plane.nodes, dtype=bool))
-    none = fo.shakedown_limit(plane, sliding, 0.7, open=np.zeros(plane.nodes, dtype=bool))
+    infinite = fo.shakedown_limit(
+        plane, pressed, strong, open_nodes=np.zeros(plane.nodes, dtype=bool)
+    )
+    none = fo.shakedown_limit(plane, sliding, 0.7, open_nodes=np.zeros(plane.nodes, dtype=bool))
     margin = fo.safe_slip(plane, stretched, 0.7, 0.9 * in_plane.load_factor)
     guaranteed = fo.guaranteed_limit(plane, stretched, 0.7, progress=False)
     sliding_load = fo.gross_slip(plane, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.7)

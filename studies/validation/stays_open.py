@@ -78,7 +78,7 @@ def intervals_in_space(
     """The safe load factors of all sets of open nodes, each by a program of its own."""
     for opened in product((False, True), repeat=system.nodes):
         try:
-            limit = fo.shakedown_limit(system, cycle, friction, open=opened, progress=False)
+            limit = fo.shakedown_limit(system, cycle, friction, open_nodes=opened, progress=False)
         except fo.FrictoptError:
             # The closed nodes do not hold the open ones, or rounding hides the answer.
             continue

@@ -209,14 +209,14 @@ def test_a_study_in_a_file_is_that_of_the_function_and_its_parts_make_the_whole(
 
 
 def test_a_study_in_a_file_takes_a_distribution():
-    study_file('{ distribution = "norm", loc = 0.4, scale = 0.05, draws = 2, rng = 7 }')
+    study_file('{ distribution = "norm", loc = 0.4, scale = 0.05, draws = 2, seed = 7 }')
     assert main(["study", "study.toml", "--table", "runs.csv"]) == 0
     starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
     cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners)
     same(
         pd.read_csv("runs.csv"),
         fo.dissipation_study(
-            CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False
+            CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, seed=7, progress=False
         ),
     )
 

@@ -161,7 +161,7 @@ def test_every_argument_of_a_function_is_an_option_or_needs_python():
             written |= parameters.keys() & values
             left |= parameters.keys() - values
     supplied = {"system", "cycle", "progress"}
-    assert left - supplied == {"open", "initial_slip", "initial_state", "show"}
+    assert left - supplied == {"open_nodes", "initial_slip", "initial_state", "show"}
     assert {"steps", "load_factor", "load_factors", "events", "overload"} <= written
 
 

@@ -384,7 +384,7 @@ def test_the_polygon_of_random_loads_is_within_its_error_of_a_fine_one():
                 contact,
                 fo.LoadCycle.harmonic(loads, mean={"mean": 1.0}, points=points),
                 0.6,
-                open=np.zeros(4, dtype=bool),
+                open_nodes=np.zeros(4, dtype=bool),
             ).load_factor
             for points in (180, 8)
         )

@@ -105,7 +105,7 @@ def test_the_limit_is_that_of_the_cone_program_in_lengths_as_they_are():
     for n in (1, 3):
         bare, ratio = random_contact(rng, n), rng.uniform(0.3, 3.0, n)
         limit = fo.shakedown_limit(
-            bare.with_orthotropic_friction(ratio), CYCLE, F, open=np.zeros(n, dtype=bool)
+            bare.with_orthotropic_friction(ratio), CYCLE, F, open_nodes=np.zeros(n, dtype=bool)
         )
         v = cp.Variable(2 * n)
         lam = cp.Variable(nonneg=True)

@@ -130,7 +130,7 @@ def test_the_limit_is_that_of_raw_rows_by_scipy():
         n = 1 + case % 5
         bare = random_system(rng, n)
         c = np.where(rng.random(n) < 0.3, np.inf, rng.uniform(0.05, 0.5, n))
-        limit = fo.shakedown_limit(strong(bare, *c), CYCLE, 0.6, open=np.zeros(n, dtype=bool))
+        limit = fo.shakedown_limit(strong(bare, *c), CYCLE, 0.6, open_nodes=np.zeros(n, dtype=bool))
         rows, right = corner_rows(bare, CYCLE, 0.6)
         q0, q1 = bare.closed_reaction(CYCLE.mean)[0], CYCLE.corner_reactions(bare)[0]
         most = [
@@ -166,7 +166,7 @@ def test_the_limit_is_that_of_raw_rows_by_scipy():
 def test_rates_of_the_limit_are_its_differences():
     rng, h = np.random.default_rng(3), 1e-6
     system, c = random_system(rng, 4), np.array([0.1, 0.15, np.inf, 0.2])
-    ask = partial(fo.shakedown_limit, open=np.zeros(4, dtype=bool))
+    ask = partial(fo.shakedown_limit, open_nodes=np.zeros(4, dtype=bool))
     limit = ask(strong(system, *c), CYCLE, 0.6)
     for node in range(4):
         f = np.where(np.arange(4) == node, 0.6 + h, 0.6)
@@ -481,7 +481,7 @@ def test_a_report_leaves_out_what_does_not_know_it():
     (lambda s: fo.GuaranteedModel(s, PUSHES), "does not know"),
     (lambda s: fo.SafeSlipModel(s, PUSHES), "does not know"),
     (lambda s: fo.dissipation_range(s, PUSHES, 0.5, 1.0), "does not know"),
-    (lambda s: fo.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, range=True), "does not know"),
+    (lambda s: fo.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
     (lambda s: fo.limit_after_protocol(s, PUSHES, 0.5, start="worst"), "does not know"),
     (lambda s: fo.worn_in(s, PUSHES, 0.5, 1.0), "shear strength"),
     (lambda s: fo.march(s, PUSHES, 0.5, 1.0, engine="path"), "engine 'path' does not know"),

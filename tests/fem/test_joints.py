@@ -233,7 +233,7 @@ def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
         # points go
     ):
         # These nodes in place of a search, which takes half a minute by the interior point.
-        options = {"open": None if ALL_CASES else limit.open}
+        options = {"open_nodes": None if ALL_CASES else limit.open}
         one, other = (
             fo.shakedown_limit(system, cycle, friction, solver=solver, **options)
             for solver in ("INTERIOR_POINT", "CLARABEL_DIRECT")

@@ -201,7 +201,7 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
     )
     assert (pairs[:, 0] < first).all() and (pairs[:, 1] >= first).all()
     squares, shapes, M, along = dense(model.bodies, pairs, np.flatnonzero(points[:, 0] == 0))
-    modes = model.modes(5, open=open_nodes)
+    modes = model.modes(5, open_nodes=open_nodes)
     assert modes.frequency**2 == pytest.approx(squares[:5] / (2 * np.pi) ** 2, rel=1e-9, abs=1e-13)
     modal_shapes = np.concatenate(
         [shape.swapaxes(1, 2).reshape(5, -1) for shape in modes.shapes.values()], axis=1
@@ -251,12 +251,12 @@ def test_bars_that_touch_nowhere_vibrate_by_themselves():
     L, but for the elements.
     """
     model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.Support("left", "end")])
-    apart = model.modes(5, open=[True, True])
+    apart = model.modes(5, open_nodes=[True, True])
     steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
     waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
     assert apart.frequency == pytest.approx(of_elements(waves, LENGTH / 20), rel=1e-9)
     # A result knows its open nodes, too.
-    assert np.array_equal(model.modes(5, open=steady).frequency, apart.frequency)
+    assert np.array_equal(model.modes(5, open_nodes=steady).frequency, apart.frequency)
 
 
 def test_surfaces_that_give_are_springs_between_heavy_ends():
@@ -420,9 +420,9 @@ def test_bad_input_is_named():
             model.modes(odd)
     for odd in ([True], [0, 1], "both"):
         with pytest.raises(
-            fo.ModelError, match=r"open: .*; give (True or False for each of 2 nodes|a list)"
+            fo.ModelError, match=r"open_nodes: .*; give (True or False for each of 2 nodes|a list)"
         ):
-            model.modes(1, open=odd)
+            model.modes(1, open_nodes=odd)
     modes = model.modes(2)
     with pytest.raises(fo.ModelError, match=r"k: 2; .* at most 1"):
         modes.load(2)
@@ -628,7 +628,7 @@ def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(
 
     straight = model(False)
     mask = np.arange(straight.condense().nodes) < 1 if opened else None
-    first, second = (one.modes(4, open=mask) for one in (straight, model(True)))
+    first, second = (one.modes(4, open_nodes=mask) for one in (straight, model(True)))
     assert second.frequency == pytest.approx(first.frequency, rel=1e-8) and first.frequency[0] > 0
     moved = [np.linalg.norm(one.shapes["upper"], axis=1) for one in (first, second)]
     assert moved[1] == pytest.approx(moved[0], rel=1e-6, abs=1e-6 * moved[0].max())

@@ -432,7 +432,7 @@ def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
     assert states[0].work[-1].sum() == pytest.approx(4 * states[1].work[-1].sum(), rel=1e-9)
     opened = states[1].gap[-1] > 0
     limits = [
-        fo.shakedown_limit(each, cycle, 0.15, open=nodes).load_factor
+        fo.shakedown_limit(each, cycle, 0.15, open_nodes=nodes).load_factor
         for each, nodes in ((whole, opened[same]), (system, opened))
     ]
     assert opened.any() and limits[0] > 0 and limits[0] == pytest.approx(limits[1], rel=1e-7)

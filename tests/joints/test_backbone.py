@@ -51,7 +51,7 @@ def test_the_element_of_jenkins():
         mu,
         force / np.sqrt(m),
         natural_frequency=1.005 * natural,
-        range=True,
+        with_range=True,
     )
     slides = force > mu * N * (k0 + kt) / kt
     X = np.where(slides, (force - mu * N) / k0, force / (k0 + kt))
@@ -93,7 +93,7 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     cycle = opposed("Q", {"P": 1.0})
     friction = [0.5, 0.4]
     starts = 3.0 * np.random.default_rng(1).normal(size=(20, 2))
-    curve = fo.backbone_curve(pair, cycle, friction, [0.7], range=True)
+    curve = fo.backbone_curve(pair, cycle, friction, [0.7], with_range=True)
     seen = [
         fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q")
         for start in starts
@@ -155,7 +155,7 @@ def test_a_node_without_friction_slides_where_the_others_rest():
         [0.0, 0.5],
         [0.1, 0.9],
         natural_frequency=1 / (2 * np.pi),
-        range=True,
+        with_range=True,
     )
     assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor)
     assert not curve.work.any()
@@ -210,7 +210,7 @@ def test_a_published_oscillator(monkeypatch):
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
     curve = fo.backbone_curve(
-        system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, range=True
+        system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, with_range=True
     )
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
     assert curve.shakedown_limit == pytest.approx(linprog_limit(system, cycle, 0.9)[1], rel=1e-9)
@@ -228,7 +228,7 @@ def test_a_published_oscillator(monkeypatch):
     same = fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
     other = fo.backbone_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck)
-    unsaid = fo.backbone_curve(system, cycle, 0.9, [800.0], range=True)
+    unsaid = fo.backbone_curve(system, cycle, 0.9, [800.0], with_range=True)
     assert all(
         np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all()
         for name in ("frequency", "least_frequency", "most_frequency")
@@ -247,7 +247,7 @@ def test_a_published_oscillator(monkeypatch):
     monkeypatch.setattr(
         import_module("frictopt.joints.curve_question"), "dissipation_range", lambda *_, **__: found
     )
-    assert fo.backbone_curve(system, cycle, 0.9, [800.0], range=True).residual == 1e-3
+    assert fo.backbone_curve(system, cycle, 0.9, [800.0], with_range=True).residual == 1e-3
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
         fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 
@@ -305,7 +305,7 @@ def test_a_load_that_is_no_mode_has_no_frequency():
     """
     punch = fo.scenes.PunchOnHalfPlane(elements=24).condense()
     cycle = opposed("sigma", {"P": 1.0})
-    curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], range=True)
+    curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], with_range=True)
     assert np.isnan(
         [curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]
     ).all()
@@ -591,8 +591,8 @@ def test_bad_input():
         [{"sigma": 1.0}, {}, {"sigma": -1.0}],
         [{}, {}],
     ):
-        for options in ({"natural_frequency": 1.0}, {"range": True}):
-            with pytest.raises(fo.ModelError, match=r"(cycle|range): .*two opposed corners"):
+        for options in ({"natural_frequency": 1.0}, {"with_range": True}):
+            with pytest.raises(fo.ModelError, match=r"(cycle|with_range): .*two opposed corners"):
                 fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **options)
     with pytest.raises(fo.ModelError, match=r"cycle: .*no fixed part"):
         fo.backbone_curve(
@@ -610,8 +610,8 @@ def test_bad_input():
     ):
         fo.backbone_curve(punch, cycle, 0.5)
     bare = fo.ContactSystem(punch.S, punch.points, dict(punch.bonded))
-    with pytest.raises(fo.ModelError, match=r"range: True, .* no compliance"):
-        fo.backbone_curve(bare, cycle, 0.5, [1.0], range=True)
+    with pytest.raises(fo.ModelError, match=r"with_range: True, .* no compliance"):
+        fo.backbone_curve(bare, cycle, 0.5, [1.0], with_range=True)
     for odd in (0.0, -1.0, np.inf, "1"):
         with pytest.raises(fo.ModelError, match="natural_frequency"):
             fo.backbone_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
@@ -626,8 +626,8 @@ def test_bad_input():
     for odd, cyclic in ({"X": 1.0}, cycle.corners), (cycle.mean, [{"X": 1.0}, {"X": -1.0}]):
         with pytest.raises(fo.ModelError, match="load case 'X': unknown"):
             fo.backbone_curve(punch, fo.LoadCycle(odd, cyclic), 0.5, [1.0])
-    with pytest.raises(fo.ModelError, match="range: 'yes'"):
-        fo.backbone_curve(punch, cycle, 0.5, [1.0], range="yes")
+    with pytest.raises(fo.ModelError, match="with_range: 'yes'"):
+        fo.backbone_curve(punch, cycle, 0.5, [1.0], with_range="yes")
 
 
 def test_the_load_of_a_mode():

@@ -293,7 +293,7 @@ def test_other_units_give_the_same_answer():
 
 
 def test_the_band_over_residual_slips_encloses_the_curve():
-    curve = wedges().curve(2, [300.0, 500.0, 700.0, 900.0], range=True)
+    curve = wedges().curve(2, [300.0, 500.0, 700.0, 900.0], with_range=True)
     extremes = curve.extremes
     assert extremes["extreme"].tolist() == ["least", "most"] * 4
     for name in ("least", "most"):
@@ -486,7 +486,9 @@ def test_a_response_is_kept_shown_and_drawn(light, tmp_path):
 
 
 def test_the_bar_of_a_peak_is_its_band():
-    answer = wedges().curve(2, [300.0, 500.0, 800.0], range=True).response([20.0], damping=1e-3)
+    answer = (
+        wedges().curve(2, [300.0, 500.0, 800.0], with_range=True).response([20.0], damping=1e-3)
+    )
     bars = [line for line in answer.plot().get_lines() if line.get_linewidth() == 4.0]
     assert bars[0].get_ydata().tolist() == [answer.least_peak[0], answer.most_peak[0]]
 

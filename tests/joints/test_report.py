@@ -86,7 +86,7 @@ def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_th
     assert (
         value(report, "shakedown limit with these nodes open")
         == fo.shakedown_limit(
-            contact, spatial_cycle(), 0.4, open=report.mean_state.open
+            contact, spatial_cycle(), 0.4, open_nodes=report.mean_state.open
         ).load_factor
     )
     assert "leaves 1 of 5 nodes open" in report.kind

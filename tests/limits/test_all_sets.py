@@ -185,7 +185,9 @@ def test_the_answer_does_not_depend_on_units():
 
 def test_a_set_that_is_given_is_compared_with_no_other():
     contact, cycle, friction = block(75)
-    closed = fo.shakedown_limit(contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool))
+    closed = fo.shakedown_limit(
+        contact, cycle, friction, open_nodes=np.zeros(contact.nodes, dtype=bool)
+    )
     assert closed.programs == 0 and not closed.best_of_all
     assert "the contact may shake down above it" in closed.covers
 
@@ -215,7 +217,7 @@ def test_the_margin_of_open_gaps_counts_where_a_body_slides_freely():
     sway = fo.LoadCycle({"pull": 1.0}, [{"sway": 0.1}, {"sway": -0.1}])
     required = fo.required_friction(joint, sway, 0.6)
     assert required.open.any() and required.required < 0.2
-    closed = fo.shakedown_limit(joint, sway, 0.3, open=np.zeros(joint.nodes, dtype=bool))
+    closed = fo.shakedown_limit(joint, sway, 0.3, open_nodes=np.zeros(joint.nodes, dtype=bool))
     assert closed.load_factor < 0.6
     steady = fo.steady_state(joint, sway, required.required, 0.6, initial_slip=required.slip)
     assert steady.outcome is fo.Outcome.SHAKEDOWN

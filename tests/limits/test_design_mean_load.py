@@ -58,7 +58,7 @@ def test_a_design_that_no_constraint_admits_under_the_mean_load_has_a_least_load
 
     some = model.solve(FRICTION, [model.preload == 2.0])
     assert (some.least, some.load_factor) == pytest.approx((1.0, 1.5))
-    built = fo.shakedown_limit(some.system, some.cycle, FRICTION, open=[False, False])
+    built = fo.shakedown_limit(some.system, some.cycle, FRICTION, open_nodes=[False, False])
     assert (built.least, built.load_factor) == pytest.approx((1.0, 1.5))
 
 

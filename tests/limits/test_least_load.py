@@ -75,7 +75,7 @@ def test_two_uncoupled_nodes_by_hand(contact, simplify):
     assert (first.least, first.load_factor) == (0.0, pytest.approx(1.0))
     assert first.intervals == pytest.approx(np.array([[0.0, 1.0], [1.25, 5 / 3]]))
     closed = np.zeros(2, dtype=bool)
-    limit = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify, open=closed)
+    limit = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify, open_nodes=closed)
     assert (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3), rel=1e-12)
     assert limit.record.solver == "HIGHS"
     assert "no slip is safe below 1.25: " in limit.reason
@@ -173,7 +173,7 @@ def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(
 
     misread(monkeypatch, lie)
     closed = np.zeros(contact.nodes, dtype=bool)
-    assert fo.shakedown_limit(contact, cycle, 0.5, open=closed).least == (
+    assert fo.shakedown_limit(contact, cycle, 0.5, open_nodes=closed).least == (
         pytest.approx(least, rel=1e-9) if right else pytest.approx(np.nan, nan_ok=True)
     )
 
@@ -348,7 +348,10 @@ def test_in_space_it_is_that_of_the_plane(seed):
     flat = flat.with_bonded({**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])})
     least, largest = oracle(flat, cycle, 0.4)
     limit = fo.shakedown_limit(
-        embedded(flat, rng, across=flat.A)[0], cycle, 0.4, open=np.zeros(flat.nodes, dtype=bool)
+        embedded(flat, rng, across=flat.A)[0],
+        cycle,
+        0.4,
+        open_nodes=np.zeros(flat.nodes, dtype=bool),
     )
     assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
     assert limit.residual <= 1e-9

@@ -265,8 +265,8 @@ def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):
     model = fo.ShakedownModel(contact, PIN)
     for limit in (
         fo.shakedown_limit(contact, PIN, 0.8),
-        fo.shakedown_limit(contact, PIN, 0.8, open=none),
-        model.solve(0.8, open=none),
+        fo.shakedown_limit(contact, PIN, 0.8, open_nodes=none),
+        model.solve(0.8, open_nodes=none),
     ):
         assert limit.events.empty
         assert limit.load_factor == pytest.approx(closed, rel=1e-12)
@@ -282,11 +282,14 @@ def test_questions_without_events_are_refused(pin):
             "slip is bounded",
         ),
         (lambda: model.solve(0.8, [model.load_factor <= 1], events=True), "cannot be combined"),
-        (lambda: model.solve(0.8, open=np.zeros(8, dtype=bool), events=True), "cannot be combined"),
-        (lambda: model.solve(0.8, events="yes"), "True or False"),
-        (lambda: fo.shakedown_limit(contact, PIN, 0.8, open=np.zeros(8)), "each of 8 nodes"),
         (
-            lambda: fo.shakedown_limit(contact, PIN, 0.8, open=np.ones(8, dtype=bool)),
+            lambda: model.solve(0.8, open_nodes=np.zeros(8, dtype=bool), events=True),
+            "cannot be combined",
+        ),
+        (lambda: model.solve(0.8, events="yes"), "True or False"),
+        (lambda: fo.shakedown_limit(contact, PIN, 0.8, open_nodes=np.zeros(8)), "each of 8 nodes"),
+        (
+            lambda: fo.shakedown_limit(contact, PIN, 0.8, open_nodes=np.ones(8, dtype=bool)),
             "leave more nodes closed",
         ),
     ):

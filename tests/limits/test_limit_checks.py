@@ -70,9 +70,9 @@ def test_plain_cvxpy_answers_if_no_answer_of_the_arrays_passes(tangents, opened,
         open_nodes[3] = True
         contact = contact.with_gap(8.0 * open_nodes)
     friction = [0.3, 0.005, 0.4, 0.2]
-    right = fo.shakedown_limit(contact, cycle, friction, open=open_nodes)
+    right = fo.shakedown_limit(contact, cycle, friction, open_nodes=open_nodes)
     lying(monkeypatch, lambda program, name, x, y: "stopped", plain=True)
-    limit = fo.shakedown_limit(contact, cycle, friction, open=open_nodes)
+    limit = fo.shakedown_limit(contact, cycle, friction, open_nodes=open_nodes)
     assert limit.record.solver.startswith("cvxpy: CLARABEL")
     assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
     assert limit.bound == pytest.approx(right.load_factor, rel=1e-9)
@@ -86,7 +86,7 @@ def test_plain_cvxpy_answers_if_no_answer_of_the_arrays_passes(tangents, opened,
     unpolished(monkeypatch)
     monkeypatch.setattr(last_resort, "polish", lambda program, x, y: (x, y))
     with pytest.raises(fo.SolverError, match="stopped"):
-        fo.shakedown_limit(contact, cycle, friction, open=open_nodes)
+        fo.shakedown_limit(contact, cycle, friction, open_nodes=open_nodes)
 
 
 def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
@@ -380,7 +380,7 @@ def test_that_there_is_no_limit_has_the_error_of_its_proof(proof, cycle, kind, m
             shakedown, proof, lambda *asked, error=error: (honest(*asked)[0], error)
         )
         try:
-            limit = fo.shakedown_limit(single(), cycle, 0.5, open=[False])
+            limit = fo.shakedown_limit(single(), cycle, 0.5, open_nodes=[False])
         except fo.SolverError:
             assert error == 1e-3
         else:
@@ -521,7 +521,7 @@ def test_a_node_that_one_corner_pulls_whatever_the_load_has_no_infinite_limit(fr
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     try:
         limit = fo.shakedown_limit(
-            node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), friction, open=[False]
+            node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), friction, open_nodes=[False]
         )
     except fo.SolverError:
         assert friction < 1e-9
@@ -544,7 +544,7 @@ def test_little_friction_in_space_has_the_limit_by_hand(friction, coupling):
         S, [[0.0, 0.0, 0.0]], {name: np.array(load) for name, load in loads.items()}
     )
     limit = fo.shakedown_limit(
-        node, fo.LoadCycle({"P": 1.0}, [{"A": 1.0}, {"B": 1.0}]), friction, open=[False]
+        node, fo.LoadCycle({"P": 1.0}, [{"A": 1.0}, {"B": 1.0}]), friction, open_nodes=[False]
     )
     assert limit.load_factor == pytest.approx(
         friction * (1.5 - coupling * q0) / (1 - friction**2 * coupling * p1), rel=1e-8

@@ -54,7 +54,7 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
     )
     limit = limit_of(contact, *parts[0], *parts[1:])
     # The rates are those of the limit with these open nodes.
-    same = {"open": limit.open} if ask is fo.shakedown_limit else {}
+    same = {"open_nodes": limit.open} if ask is fo.shakedown_limit else {}
     assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
     entries = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
     entries += [

@@ -249,8 +249,10 @@ def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, frict
     """
     system, friction = contact(np.random.default_rng(2), 3), np.array(friction)
     load = fo.LoadCycle(cycle.mean, [{**corner, "mean": 0.4} for corner in cycle.corners])
-    limit = fo.shakedown_limit(system, load, friction, open=np.zeros(3, dtype=bool))
-    every = fo.shakedown_limit(system, load, friction, open=np.zeros(3, dtype=bool), simplify=False)
+    limit = fo.shakedown_limit(system, load, friction, open_nodes=np.zeros(3, dtype=bool))
+    every = fo.shakedown_limit(
+        system, load, friction, open_nodes=np.zeros(3, dtype=bool), simplify=False
+    )
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
     value = copy.deepcopy(limit.problem).solve(**options)
     assert limit.load_factor == pytest.approx(every.load_factor, rel=1e-8, abs=1e-8, nan_ok=True)
@@ -264,7 +266,7 @@ def test_programs_hold_no_copy_of_the_stiffness(axes):
     """Programs hold no copy of the stiffness, although constants of cvxpy usually copy arrays."""
     rng = np.random.default_rng(1)
     contact = random_system(rng, 5) if axes == 1 else random_contact(rng, 5)
-    limit = fo.shakedown_limit(contact, CYCLE if axes == 1 else SPACE, 0.5, open=[False] * 5)
+    limit = fo.shakedown_limit(contact, CYCLE if axes == 1 else SPACE, 0.5, open_nodes=[False] * 5)
     matrices = [part.value for part in limit.problem.constants() if part.ndim == 2]
     stiffness = [matrix for matrix in matrices if matrix.shape[1] == axes * 5]
     assert len(stiffness) == 2

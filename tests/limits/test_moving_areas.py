@@ -261,7 +261,7 @@ def test_a_file_keeps_the_limit(tmp_path):
 def test_options_that_restrict_the_slip_ask_the_ordinary_question():
     system, cycle = cylinder(20, 1.6), harmonic(0.0)
     assert fo.shakedown_limit(system, cycle, F, events=True).load_factor == pytest.approx(F / 2)
-    for options in ({"slip_bound": 1.0}, {"open": np.zeros(20, dtype=bool)}):
+    for options in ({"slip_bound": 1.0}, {"open_nodes": np.zeros(20, dtype=bool)}):
         assert np.isnan(fo.shakedown_limit(system, cycle, F, **options).load_factor)
     with pytest.raises(fo.ModelError, match="events: 'yes'"):
         fo.shakedown_limit(system, cycle, F, events="yes")

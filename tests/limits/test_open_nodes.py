@@ -352,8 +352,8 @@ def test_open_nodes_may_be_free_aside_where_no_load_takes_them_and_nowhere_else(
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     if held:
         assert fo.shakedown_limit(
-            contact, cycle, 0.5, open=[False, True]
+            contact, cycle, 0.5, open_nodes=[False, True]
         ).load_factor == pytest.approx(0.5, rel=1e-9)
     else:
         with pytest.raises(fo.ModelError, match="the closed nodes are too few"):
-            fo.shakedown_limit(contact, cycle, 0.5, open=[False, True])
+            fo.shakedown_limit(contact, cycle, 0.5, open_nodes=[False, True])

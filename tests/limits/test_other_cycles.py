@@ -79,11 +79,11 @@ def test_rows_of_the_user_on_the_slip_of_open_nodes():
     for scale in (1.0, 2.5):
         cycle = fo.LoadCycle({"mean": scale}, CYCLE.corners)
         own = fo.ShakedownModel(system, cycle)
-        free = own.solve(0.5, open=opened)
+        free = own.solve(0.5, open_nodes=opened)
         least = float(free.slip[0]) + 0.05
         bound.value = least
-        found = model.solve(0.5, rows, cycle=cycle, open=opened)
-        other = own.solve(0.5, [own.slip[0] >= least], open=opened)
+        found = model.solve(0.5, rows, cycle=cycle, open_nodes=opened)
+        other = own.solve(0.5, [own.slip[0] >= least], open_nodes=opened)
         assert 0 < found.load_factor < free.load_factor
         assert found.load_factor == pytest.approx(other.load_factor, rel=1e-7)
         assert found.slip[0] >= least - 1e-9

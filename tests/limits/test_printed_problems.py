@@ -266,7 +266,9 @@ def test_no_values_obey_the_printed_rows_if_no_load_factor_is_safe(tangents):
     """No values obey the printed rows if no load factor is safe: their multipliers prove it."""
     case = asked(tangents, "fixed parts", "slip bound")
     pulled = fo.LoadCycle({"mean": -1.0}, case.cycle.corners)
-    problem = fo.shakedown_limit(case.system, pulled, 0.5, open=[False] * 3, **case.options).problem
+    problem = fo.shakedown_limit(
+        case.system, pulled, 0.5, open_nodes=[False] * 3, **case.options
+    ).problem
     # Values that obey the rows would make the sum at least 0.
     assert largest(-resistance(problem), tangents) < -1e-3
     for options in solvers(tangents):

@@ -68,7 +68,7 @@ def test_no_limit_is_above_the_load_factor_that_a_mechanism_proves(seed):
             load_factor for load_factor in tried if set_search.is_at_most(question, load_factor)
         ]
         if proven:
-            limit = fo.shakedown_limit(*case, open=question.open_nodes).load_factor
+            limit = fo.shakedown_limit(*case, open_nodes=question.open_nodes).load_factor
             assert not limit > min(proven) * (1 + 1e-9)
 
 

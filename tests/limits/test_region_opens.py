@@ -28,7 +28,7 @@ def test_all_amplitudes_of_a_region_are_safe_where_each_load_alone_leaves_other_
     for point in points:
         chosen = opened_in(region, points[0], case)
         assert fo.shakedown_limit(
-            case.system, region.cycle(*point), case.friction, open=chosen
+            case.system, region.cycle(*point), case.friction, open_nodes=chosen
         ).load_factor == pytest.approx(1.0, rel=1e-7)
 
 
@@ -43,5 +43,8 @@ def opened_in(region, point, case):
     )
     # With all nodes closed the region would be smaller.
     cycle = region.cycle(*point)
-    assert fo.shakedown_limit(case.system, cycle, case.friction, open=closed).load_factor < 1 - 1e-6
+    assert (
+        fo.shakedown_limit(case.system, cycle, case.friction, open_nodes=closed).load_factor
+        < 1 - 1e-6
+    )
     return fo.shakedown_limit(case.system, cycle, case.friction).open

@@ -200,7 +200,7 @@ def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
     case = Case(system, TO_AND_FRO, np.full(2, 0.5), "by hand")
     assert set(ends(case.arguments, 1.01, 4)) == {"CYCLIC_SLIP"}
     assert set(ends(case.arguments, 0.99, 4)) == {"SHAKEDOWN"}
-    limit_of_set = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open=limit.open)
+    limit_of_set = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open_nodes=limit.open)
     assert "the contact may shake down above it" in limit_of_set.covers
 
 
@@ -317,7 +317,7 @@ def test_closed_contacts_keep_their_limit():
     flat = fo.ContactSystem.from_blocks(**half_plane_contact(8, 1.0, 1.0))
     cycle = fo.LoadCycle({"P": P}, [{"Q": -0.3, "P": 0.1}, {"Q": 0.3, "P": -0.2}])
     limit = fo.shakedown_limit(flat, cycle, F)
-    closed = fo.shakedown_limit(flat, cycle, F, open=np.zeros(8, dtype=bool))
+    closed = fo.shakedown_limit(flat, cycle, F, open_nodes=np.zeros(8, dtype=bool))
     assert limit.load_factor == closed.load_factor and limit.reason.startswith(closed.reason)
     assert_allclose(limit.intervals[0], [0, limit.load_factor])
 

@@ -75,7 +75,7 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
-    closed = fo.shakedown_limit(contact, CYCLE, 0.5, open=[False])
+    closed = fo.shakedown_limit(contact, CYCLE, 0.5, open_nodes=[False])
     assert closed.load_factor == pytest.approx(2.0) and "nodes that open and close" in closed.covers
     assert fo.shakedown_limit(contact, CYCLE, 0.5).load_factor == np.inf
     beyond = fo.limit_after_protocol(contact, CYCLE, 0.5, start=closed.slip, up_to=100.0)
@@ -383,7 +383,7 @@ def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_se
     limit = fo.shakedown_limit(NODE, cycle, 0.5)
     assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3))
     assert "at higher load factors the contact may shake down again" in limit.covers
-    closed = fo.shakedown_limit(NODE, cycle, 0.5, open=[False])
+    closed = fo.shakedown_limit(NODE, cycle, 0.5, open_nodes=[False])
     assert "the contact may shake down above it" in closed.covers
     for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
         assert rests(NODE, cycle, 0.5, load_factor) == at_rest
@@ -418,7 +418,7 @@ def test_a_static_load_opens_a_node_above_the_limit_of_the_closed_contact():
     B = np.diag([0.0, 0.01])
     pair = system(np.eye(2), B, 0.0, [2.0, 1.0], [0.5, 0.6], [0.0, -1.0])
     static = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
-    closed = fo.shakedown_limit(pair, static, 0.5, open=[False, False])
+    closed = fo.shakedown_limit(pair, static, 0.5, open_nodes=[False, False])
     assert closed.load_factor == pytest.approx(1 / 1.006)
     assert "until a body slides off" in closed.reason
     limit = fo.shakedown_limit(pair, static, 0.5)

@@ -56,7 +56,7 @@ def test_friction_changed_by_hand_to_zero_leaves_no_tension():
     loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.0, 0.1], [1.0, 0.0])}
     two = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    problem = fo.shakedown_limit(two, cycle, 0.5, open=[False, False]).problem
+    problem = fo.shakedown_limit(two, cycle, 0.5, open_nodes=[False, False]).problem
     for friction, right in (([0.0, 0.5], 1.0), ([0.0, 0.02], 0.2), ([1e-9, 0.5], 1.0)):
         problem.param_dict["f"].value = np.array(friction)
         assert problem.solve(solver="HIGHS") == pytest.approx(right, rel=1e-6)

@@ -62,7 +62,7 @@ def better_set(contact, cycle, friction, limit):
         every = np.tile(opened, (len(cycle.corners), 1))
         claim = largest_with_open(contact, cycle, friction, every, 3 * limit.load_factor)
         if claim is not None and claim[0] > best * (1 + 1e-5):
-            set_limit = fo.shakedown_limit(contact, cycle, friction, open=opened)
+            set_limit = fo.shakedown_limit(contact, cycle, friction, open_nodes=opened)
             if set_limit.least <= limit.load_factor:
                 best = claim[0]
     return best
@@ -105,7 +105,9 @@ def test_the_set_of_the_mean_load_is_tried_though_a_slip_keeps_all_nodes_closed(
     monkeypatch.setattr(set_search, "COMPARE", replace(set_search.COMPARE, small=(0, 0)))
     contact, cycle, friction = fuzzed(seed)
     settled = fo.march(contact, cycle, friction, 0.0, cycles=1).status[-1] == 2
-    closed = fo.shakedown_limit(contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool))
+    closed = fo.shakedown_limit(
+        contact, cycle, friction, open_nodes=np.zeros(contact.nodes, dtype=bool)
+    )
     assert settled.any() and closed.least == 0.0
     limit = fo.shakedown_limit(contact, cycle, friction)
     assert limit.open.any() and limit.load_factor > 1.4 * closed.load_factor
@@ -142,7 +144,7 @@ def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
     loads = {name: r * unit for name, r in vectors(contact).items()}
     S = contact.S * np.outer(unit, unit)
     other = fo.ContactSystem(S, contact.points, loads, gap=contact.gap / unit[: contact.nodes])
-    again = fo.shakedown_limit(other, cycle, 0.6, open=limit.open)
+    again = fo.shakedown_limit(other, cycle, 0.6, open_nodes=limit.open)
     assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
     changed = again._motion.parts(other).sum(axis=(0, 1))
     assert 1e-5 < changed[node] / changed.max() < 0.02 < motion[node] / motion.max()

@@ -112,7 +112,7 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
         system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0),
         fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
         F,
-        open=[False],
+        open_nodes=[False],
     )
     assert pulled.least_slip(2.0).plot().get_title().endswith("no cycle keeps all nodes closed")
 
@@ -173,7 +173,7 @@ def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
         F,
         factors,
         natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi),
-        range=True,
+        with_range=True,
     )
     work, share, above, below = curve.plot()
     for ax, name in ((above, "frequency"), (below, "damping")):

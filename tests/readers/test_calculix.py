@@ -381,7 +381,12 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
     cycle = fo.LoadCycle({"P": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
     limit = fo.shakedown_limit(joint, cycle, 0.5).load_factor
     curve = fo.backbone_curve(
-        joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0], range=True
+        joint,
+        cycle,
+        0.5,
+        [0.5 * limit, 1.04 * limit],
+        natural_frequency=frequencies[0],
+        with_range=True,
     )
     assert (
         curve.frequency[1]

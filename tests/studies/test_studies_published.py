@@ -167,7 +167,7 @@ def test_a_pair_wedges_from_the_friction_on_at_which_a_slip_holds_itself():
     least = nodes.least_wedged(guaranteed.pair())
     for friction, wedged in ((0.999 * least, False), (1.001 * least, True)):
         limit = fo.shakedown_limit(
-            guaranteed.pair(), guaranteed.PAIR_LOADS, friction, open=[False, False]
+            guaranteed.pair(), guaranteed.PAIR_LOADS, friction, open_nodes=[False, False]
         )
         assert np.isinf(limit.load_factor) == wedged
     assert nodes.one_wedged(guaranteed.pair()) < least

@@ -264,7 +264,7 @@ def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factor
     field = [0.3, 0.4, 0.5, 0.4]
     axis = [0.4, field, stats.uniform(0.3, 0.2), stats.uniform(0.3, 0.2)]
     table = fo.dissipation_study(
-        contact, CYCLE, axis, factors, rng=5, limits=True, store=tmp_path / "runs"
+        contact, CYCLE, axis, factors, seed=5, limits=True, store=tmp_path / "runs"
     )
     draws = np.random.default_rng(5)
     # As the distribution is defined.
@@ -413,8 +413,8 @@ def test_progress_of_a_short_study_is_silent_but_on_a_terminal(
     ({"starts": [*no_slip(), 1.0]}, "a float among starts"),
     ({"friction": np.full(4, 0.4)}, "friction: 4 numbers for 4 nodes"),
     ({"friction": []}, "friction: empty"),
-    ({"friction": [stats.norm(-5, 1)], "rng": 0}, "friction: a distribution draws -.*truncnorm"),
-    ({"friction": stats.norm(0.5, 0.01)}, "rng: None"),
+    ({"friction": [stats.norm(-5, 1)], "seed": 0}, "friction: a distribution draws -.*truncnorm"),
+    ({"friction": stats.norm(0.5, 0.01)}, "seed: None"),
     ({"shard": (4, 3)}, "shard k: 4"),
     ({"shard": (1, 2, 3)}, "shard: "),
     ({"limits": 1}, "limits: 1; give True or False"),

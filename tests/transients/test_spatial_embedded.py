@@ -160,7 +160,7 @@ def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
     contact, size = graded(rng, int(rng.integers(4, 13)))
     f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes
     closed = np.zeros(contact.nodes, dtype=bool)
-    limit = fo.shakedown_limit(contact, cycle(), f, open=closed)
+    limit = fo.shakedown_limit(contact, cycle(), f, open_nodes=closed)
     loads = vectors(contact)
     finite = np.isfinite(limit.load_factor)
     if finite:

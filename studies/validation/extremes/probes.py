@@ -94,7 +94,7 @@ def shakedown(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, open_nodes: Any = None
 ) -> Answer:
     """The shakedown limit, with `open_nodes` only for these open nodes."""
-    limit = fo.shakedown_limit(system, cycle, friction, open=open_nodes)
+    limit = fo.shakedown_limit(system, cycle, friction, open_nodes=open_nodes)
     return Answer.of(limit, limit.load_factor)
 
 

@@ -165,7 +165,7 @@ def _least(known: Known) -> tuple[float, bool]:
         return limit.residual, False
     # Loads alone may open nodes of an uncoupled contact. It then shakes down below this load
     # factor, too.
-    closed = fo.shakedown_limit(*args, open=np.zeros(n, dtype=bool))
+    closed = fo.shakedown_limit(*args, open_nodes=np.zeros(n, dtype=bool))
     if limit.least > closed.least * (1 + 1e-6) + 1e-8:
         raise Wrong(f"least safe load factor {limit.least!r}, with closed nodes {closed.least!r}")
     if expected is not None:

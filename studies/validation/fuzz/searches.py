@@ -158,7 +158,7 @@ def best_design(known: Subject) -> tuple[float, bool]:
     bounds = [cp.abs(model.preload) <= largest_preload, cp.abs(model.profile) <= depth]
     design = model.solve(friction, bounds)
     built = design.system, design.cycle, friction
-    built_limit = fo.shakedown_limit(*built, open=design.open)
+    built_limit = fo.shakedown_limit(*built, open_nodes=design.open)
     same("the design built in", built_limit.load_factor, design.load_factor, _SAME, _SAME)
     same("the least load factor of the design", built_limit.least, design.least, _SAME, _SAME)
     residual = max(design.residual, built_limit.residual)

@@ -105,7 +105,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         MODEL.recover,
         {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)},
     ),
-    "ContactModel.modes": (HEAVY.modes, {"n": 1, "open": [True, False, False]}),
+    "ContactModel.modes": (HEAVY.modes, {"n": 1, "open_nodes": [True, False, False]}),
     "ContactModel.with_loads": (MODEL.with_loads, {"loads": {"P": [fo.Pressure("punch", "top")]}}),
     "Cyclic": (
         fo.Cyclic,
