@@ -18,15 +18,16 @@ PAGE = Path(__file__).with_name("claims.md")
 class Claim:
     """A section of the page.
 
-    `sentences` are names `room.file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
-    same elsewhere: attributes, pages, errors. If `holds_if` is empty, the section has what its
-    sentences assume.
+    `sentences` are names `file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
+    same elsewhere: attributes, pages, errors. `by` names the result that says them, and then other
+    places. If `holds_if` is empty, the section has what its sentences assume. The head of the page
+    describes the default of `source`, so sections with this source do not name it.
     """
 
     sentences: str
     by: str
-    source: str
     tests: str
+    source: str = "multipliers"
     holds_if: str = ""
     also: str = ""
 
@@ -39,17 +40,18 @@ class Claim:
         """The section: its sentences as a quotation, and below them what each reader looks for."""
         sentences = [sentence.strip(" ;") for sentence in (*self.texts, self.also) if sentence]
         assumed = [getattr(sentence_of(name), "assumes", "") for name in self.sentences.split()]
+        first, _, others = self.by.partition(", ")
         items = {
-            "Said by": self.by,
+            "Also said by": others,
             "Holds if": self.holds_if or "; ".join(dict.fromkeys(filter(None, assumed))),
-            "Source": self.source,
+            "Source": "" if self.source == "multipliers" else self.source,
             "Test": ", ".join(f"`{test}`" for test in self.tests.split()),
         }
-        if not sentences or not all(items.values()):
+        if not (sentences and items["Holds if"] and items["Test"]):
             raise ValueError(f"{self.sentences}{self.also}: something is empty in {items}")
         quotation = "\n>\n".join(f"> {sentence}" for sentence in sentences)
-        below = "\n".join(f"- {name}: {text}" for name, text in items.items())
-        return f"## {number}. {self.by.split(',')[0]}\n\n{quotation}\n\n{below}\n"
+        below = "\n".join(f"- {name}: {text}" for name, text in items.items() if text)
+        return f"## {number}. {first}\n\n{quotation}\n\n{below}\n"
 
 
 def sentence_of(name: str) -> object:
@@ -74,7 +76,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.HIGHEST",
         by="`ShakedownLimit`, README, index, checked, theory, glossary, validity",
-        holds_if="the nodes of `limit.open` stay open and all others closed at every corner, also under a static load of one corner; with `limit.events` these nodes open and close in this order",
+        holds_if="the nodes of `limit.open` stay open and all others closed at every corner; with `limit.events` these nodes open and close in this order",
         source='multipliers (theory, eq. (8); "Nodes that open and close in each cycle")',
         tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_lift_off::test_a_pin_rests_though_its_sides_lift_off_in_each_cycle",
         also='`bound`; "from both sides"',
@@ -82,7 +84,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.NO_BOUND",
         by="`ShakedownLimit`",
-        source="the slip, checked in each run: it obeys the law at all corners and events",
+        source="the contact law, checked in each run",
         tests="test_moving_events::test_a_cylinder_of_two_materials",
         also="no states, because it is infinite: even … the contact may shake down above the limit; `covers`",
     ),
@@ -103,7 +105,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.HIGHER_WITH_OTHERS_OPEN answers.sentences.BOUND_COVERS",
         by="`ShakedownLimit`",
-        source="multipliers, which say nothing about other sets of open nodes",
+        source="multipliers of this set of open nodes",
         tests="test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_own_constraints::test_constraints_that_nothing_obeys_are_named",
     ),
     Claim(
@@ -118,27 +120,23 @@ CLAIMS = (
         also="states of rest with … all through the cycle; with other nodes open, or nodes that open and close, the contact may shake down above it; states of rest with …; with other nodes, or in another order, the contact may shake down above it; `covers`",
         by="`ShakedownLimit`",
         holds_if="the nodes of `limit.open` stay open, all others closed",
-        source="multipliers",
         tests="test_set_search::test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds",
     ),
     Claim(
         "answers.sentences.NOTHING_SAFE answers.sentences.NO_FRICTION answers.sentences.NO_PRESSURE",
         by="`ShakedownLimit`",
         holds_if="the same nodes closed; with nodes that open and close the contact may shake down",
-        source="multipliers",
         tests="test_claims::test_where_nothing_is_safe_nothing_is_proven_of_starts test_spatial_embedded::test_a_node_that_alone_keeps_the_limit_at_zero_is_named",
     ),
     Claim(
         "answers.sentences.CONTRADICTED",
         by="`ShakedownLimit`",
-        source="multipliers of the rows that contradict each other",
         tests="test_own_constraints::test_constraints_that_nothing_obeys_are_named",
     ),
     Claim(
         "answers.sentences.UNSAFE_BELOW",
         by="`ShakedownLimit`, `least` of `GuaranteedLimit` and `Design`",
         holds_if="the same nodes closed: below it slip, opening or touching goes on from every start",
-        source="multipliers",
         tests="test_least_load::test_two_uncoupled_nodes_by_hand",
         also="`least`",
     ),
@@ -146,27 +144,26 @@ CLAIMS = (
         "answers.sentences.NOT_HIGHER_WITH_OTHERS_OPEN",
         by="`ShakedownLimit`, validity, faq, theory",
         holds_if="the closed nodes hold the open ones; sets that are not safe at the limit do not count; with nodes that open and close the contact may also shake down",
-        source='multipliers of each branch, checked in each run (theory, "All sets")',
+        source='multipliers of each branch (theory, "All sets")',
         tests="test_all_sets::test_no_set_of_a_small_contact_in_the_plane_is_better test_all_sets::test_limits_above_load_factors_that_are_not_safe_are_separate",
         also="`best_of_all`, `bound_of_sets`",
     ),
     Claim(
         "answers.sentences.START_UNKNOWN",
         by="`ShakedownLimit`",
-        source="said where there is no proof",
+        source="no proof",
         tests="test_least_load::test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so",
     ),
     Claim(
         "answers.sentences.INFINITE",
         by="`ShakedownLimit`",
         holds_if="always: it is a slip that obeys the law. It may be larger than assembly leaves",
-        source='a point that obeys all rows and a direction from there, checked in each run (theory, "The arrays of a program")',
+        source='a point and a direction from there (theory, "The arrays of a program")',
         tests="test_least_load::test_one_node_without_a_largest_load_factor",
     ),
     Claim(
         "answers.sentences.CHOSEN",
         by="`ShakedownLimit`",
-        source="multipliers",
         tests="test_own_constraints::test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions",
     ),
     Claim(
@@ -198,13 +195,11 @@ CLAIMS = (
     Claim(
         "answers.sentences.NO_SLIP_IS_SAFE answers.sentences.NOR_WITH_SOME_OPEN",
         by="`SafeSlip`",
-        source="multipliers",
         tests="test_claims::test_under_a_static_load_a_contact_rests_above_its_bound",
     ),
     Claim(
         "answers.sentences.LESS_IS_NOT_SAFE required_friction._UNDECIDED",
         by="`RequiredFriction`",
-        source="multipliers",
         tests="test_required_friction::test_it_is_proven_from_both_sides",
         also='"from both sides"',
     ),
@@ -229,32 +224,28 @@ CLAIMS = (
     Claim(
         "answers.sentences.NONE_IS_ENOUGH answers.sentences.LOADS_OPEN",
         by="`RequiredFriction`",
-        source="multipliers",
         tests="test_required_friction::test_less_friction_is_enough_with_the_node_that_it_leaves_open",
     ),
     Claim(
         "answers.sentences.SIDES answers.sentences.GAP_OF_SIDES answers.sentences.NO_AMPLITUDES answers.sentences.NO_AMPLITUDES_ABOVE_ZERO answers.sentences.ALL_AMPLITUDES answers.sentences.ONE_UNLIMITED",
         by="`SafeRegion`",
-        source="multipliers",
         tests="test_open_nodes::test_amplitudes_of_two_loads_with_a_node_that_stays_open",
     ),
     Claim(
         "answers.sentences.BEST_DESIGN answers.sentences.OTHER_DESIGNS_OPEN",
         by="`Design`",
-        source="multipliers",
         tests="test_design_opens::test_the_best_design_of_random_contacts_is_that_of_its_open_nodes",
     ),
     Claim(
         "answers.sentences.NO_OTHER_DESIGNS_OPEN",
         by="`Design`",
         holds_if="the closed nodes hold the open ones; nodes stay open or closed all through the cycle",
-        source='multipliers of each branch, checked in each run (theory, "All sets")',
+        source='multipliers of each branch (theory, "All sets")',
         tests="test_design_opens::test_a_relaxed_constraint_never_lowers_a_design",
     ),
     Claim(
         "answers.sentences.BEST_SAFE_DESIGN",
         by="`Design`",
-        source="multipliers",
         tests="test_design_mean_load::test_random_designs_are_safe_under_the_mean_load_if_any_is",
     ),
     Claim(
@@ -268,7 +259,6 @@ CLAIMS = (
         also="no design is safe at any load factor with all nodes closed; no design is safe at any load factor above 0 with all nodes closed",
         by="`DesignModel`",
         holds_if="all nodes closed",
-        source="multipliers",
         tests="test_design_refused::test_designs_that_cannot_be_name_the_constraints_that_contradict",
     ),
     Claim(
@@ -287,38 +277,29 @@ CLAIMS = (
     Claim(
         "answers.sentences.ONLY_AT_LEAST",
         by="`GuaranteedLimit`",
-        source="multipliers of each node",
         tests="test_guaranteed_zero::test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness",
     ),
     Claim(
         "",
         also='lambda_1 is lambda_2, because the contact is uncoupled (B = 0); `proven`; "a theorem"; "from every start"; "shakedown is certain"',
         by="`GuaranteedLimit`, `GuaranteedModel`, `guaranteed_limit`, api/limits, theory, validity, glossary, faq, tutorial/punch",
-        holds_if="B is zero for all nodes up to rounding: pressures and gaps then do not depend on slip, so open nodes stay open and closed ones closed from every start",
-        source="Klarbring, Ciavarella & Barber (2007); with B = 0 its proof holds where nodes are open, too: these carry nothing",
+        holds_if="B is zero for all nodes up to rounding",
+        source="Klarbring, Ciavarella & Barber (2007); its proof also holds with open nodes, which carry nothing",
         tests="test_claims::test_a_proven_guaranteed_limit_holds_from_starts_that_open_and_close_nodes",
     ),
     Claim(
         "",
-        also="not said where the closed nodes alone are uncoupled",
+        also="not said where the closed nodes alone are uncoupled, or where f B = 0 and B is not",
         by="`GuaranteedLimit`",
-        holds_if="-",
-        source="a start that closes an open node couples them",
-        tests="test_claims::test_a_guaranteed_limit_is_not_proven_where_the_closed_nodes_alone_are_uncoupled",
-    ),
-    Claim(
-        "",
-        also="not said where f B = 0 and B is not",
-        by="`GuaranteedLimit`",
-        holds_if="-",
-        source="a start that opens a node without friction couples the others",
-        tests="test_claims::test_a_node_without_friction_couples_the_others_once_a_start_opens_it",
+        holds_if="a start may close an open node, or open a node without friction, which couples the others",
+        source="transients",
+        tests="test_claims::test_a_guaranteed_limit_is_not_proven_where_the_closed_nodes_alone_are_uncoupled test_claims::test_a_node_without_friction_couples_the_others_once_a_start_opens_it",
     ),
     Claim(
         "",
         also="need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no load factors lie between the two",
         by="`record.left_out`",
-        holds_if="the same, all nodes closed",
+        holds_if="B is zero for all nodes, and all nodes are closed",
         source="`reference.uncoupled_limit`",
         tests="test_claims::test_without_any_friction_a_contact_is_uncoupled_only_where_it_is",
     ),
@@ -326,8 +307,7 @@ CLAIMS = (
         "answers.sentences.SAME_LIMIT",
         also="lambda_1 is lambda_2, because no node is critical below it; the nodes that need no program cannot be critical below the limit, by a lower bound, or can only lift off when critical, or have no friction",
         by="`GuaranteedLimit`",
-        holds_if="it is said of critical nodes. That no start slips for ever below is an observation, of starts that keep nodes closed",
-        source="multipliers of each node",
+        holds_if="it concerns critical nodes. That no start slips for ever below is an observation",
         tests="test_guaranteed::test_any_cycle_against_linear_programs_of_all_corners",
     ),
     Claim(
@@ -349,7 +329,7 @@ CLAIMS = (
         also="damping is zero from every start below the guaranteed limit, and from none above the shakedown limit",
         by="`BackboneCurve`, `backbone_curve`, theory",
         holds_if="nodes stay closed and have friction; below it, a theorem only where `proven`",
-        source="as above",
+        source="the limits",
         tests="test_backbone::test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes",
     ),
     Claim(
@@ -362,9 +342,9 @@ CLAIMS = (
     ),
     Claim(
         "answers.sentences.ABOVE answers.sentences.BELOW answers.sentences.NO_STATE answers.sentences.APART answers.sentences.UNBALANCED",
-        by="`GrossSlip`, theory",
+        by="`GrossSlip`, `bound_for_all` and `proven` of `ShakedownLimit`, theory",
         source="a rigid motion in which contact forces do no negative work (theory, eq. (33))",
-        tests="test_gross_slip::test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does",
+        tests="test_gross_slip::test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does test_gross_slip::test_limits_of_all_states_and_of_some",
         also="`bound`",
     ),
     Claim(
@@ -376,7 +356,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.ALL_BALANCED",
         by="`GrossSlip`",
-        source="a point that obeys all rows and a direction from there, checked in each run",
+        source="a point and a direction from there",
         tests="test_gross_slip::test_random_faces_in_the_plane_agree_with_scipy",
     ),
     Claim(
@@ -389,7 +369,7 @@ CLAIMS = (
         "answers.sentences.MOVES",
         by="`ShakedownLimit`, theory, validity, faq, tutorial/which",
         holds_if="B = 0 up to rounding; the load factor scales shear alone; all nodes have friction; no slip bound, constraints or given open nodes",
-        source='theorem (theory, "Contact areas that move"), multipliers, and the contact law at all instants',
+        source='theorem (theory, "Contact areas that move"), and multipliers',
         tests="test_moving_areas::test_random_contacts_rest_just_below_and_slip_just_above_from_every_start",
         also="all states of rest, for all openings and closings; `covers`, `bound_for_all`, `proven`",
     ),
@@ -411,14 +391,13 @@ CLAIMS = (
         "answers.sentences.NO_STATE_OF_REST answers.sentences.TOO_LITTLE_PRESSURE",
         by="`ShakedownLimit`",
         holds_if="the same; no slip is safe in the program of all states of rest",
-        source="multipliers",
         tests="test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
         "answers.sentences.LAST_REST answers.sentences.IN_THIS_ORDER answers.sentences.IN_ANOTHER_ORDER answers.sentences.CLOSES_ABOVE answers.sentences.LIFTED_OFF",
         by="`ShakedownLimit`, theory, validity",
         holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all corners; no slip bound, constraints or given open nodes; a piece of load factors shorter than 1e-6 of the load factor and its unit is not seen",
-        source='theorem (theory, "Normal loads that are scaled, too"), multipliers in each piece, and the contact law at all instants',
+        source='theorem (theory, "Normal loads that are scaled, too"), and multipliers in each piece',
         tests="test_rest_intervals::test_random_contacts_rest_inside_of_their_intervals_and_slip_outside test_rest_intervals::test_in_phase_a_cylinder_rests_up_to_gross_slip test_rest_intervals::test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_opens test_rest_intervals::test_a_body_that_lifts_off_ends_the_load_factors",
         also="states of rest just above it, for all openings and closings; `covers`, `intervals`",
     ),
@@ -444,14 +423,6 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="`bound_for_all`, `proven`",
-        by="`ShakedownLimit`",
-        holds_if="the same: it is `bound` of `gross_slip`",
-        source="the same",
-        tests="test_gross_slip::test_limits_of_all_states_and_of_some",
-    ),
-    Claim(
-        "",
         also="no start with all nodes closed opens a node up to a load factor, or comes to rest between the limit with all nodes closed and this load factor; `stays_closed`",
         by="`ShakedownLimit`, theory",
         holds_if="all nodes are closed at the start, and the loads are loads of the cycle: between its mean and its corners",
@@ -471,7 +442,6 @@ CLAIMS = (
         also="above the limit the contact slips in every cycle, whatever the start; below it not from every start",
         by="theory, README, index, faq, tutorial/spatial, tutorial/joint, tutorial/punch, tutorial/which, `python -m studies first_look`",
         holds_if="all nodes stay closed",
-        source="multipliers",
         tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close test_claims::test_front_pages_claim_no_more_than_the_answers test_claims::test_the_first_command_and_its_picture_claim_no_more_than_the_answers",
     ),
 )
