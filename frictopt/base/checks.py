@@ -205,13 +205,9 @@ def finite_number(
         number = np.inf
         is_real = False
     if not (abs(number) <= _LARGEST and number >= least and number > above and number < below):
-        conditions = ["finite"]
-        if least > -np.inf:
-            conditions.append(f"at least {least:g}")
-        if above > -np.inf:
-            conditions.append(f"above {above:g}")
-        if below < np.inf:
-            conditions.append(f"below {below:g}")
+        ends = {"at least": least, "above": above, "below": below}
+        bounds = [f"{words} {end:g}" for words, end in ends.items() if np.isfinite(end)]
+        conditions = ["finite", *bounds]
         got = repr(number) if is_real else f"{shown(value)} is not one real number"
         raise ModelError(f"{name}: {got}; it must be {' and '.join(conditions)}")
     return number

@@ -80,11 +80,8 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
         if number not in nodes_of_element:
             # An element with some of its midside nodes has the name of its card: its faces are
             # not known.
-            name = f"{card.name}{len(nodes)}"
-            if len(nodes) == kind.corners:
-                name = kind.linear
-            elif len(nodes) == kind.nodes:
-                name = kind.quadratic
+            names = {kind.nodes: kind.quadratic, kind.corners: kind.linear}
+            name = names.get(len(nodes), f"{card.name}{len(nodes)}")
             elements[name].append([number, *_upper_edges_first(nodes)])
             # The number of the element is the default of its property.
             properties[str(section or number)].append(number)

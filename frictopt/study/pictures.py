@@ -107,12 +107,7 @@ def runs_of(
     words = {SLIDES_OFF: "runs slide off", FAILED: "runs failed"}
     missing = [f"{of_outcome[n]} of {len(table)} {w}" for n, w in words.items() if n in of_outcome]
     runs = table[~table["outcome"].isin([*words])]
-    if x is None:
-        x = "load_factor"
-        if np.isfinite(runs.get("load_ratio", np.nan)).all():
-            x = "load_ratio"
-        if table["load_factor"].nunique() == 1 and table["friction"].nunique() > 1:
-            x = "friction"
+    x = x or _usual_x(table, runs)
     if colour is None:
         several = ["cycle"] if x == "friction" else ["friction_number", "cycle"]
         colour = next((name for name in several if table[name].nunique() > 1), "family")
@@ -138,6 +133,15 @@ def runs_of(
     all_axes[-1].set_xlabel(_column_name(x))
     _legend_of_runs(all_axes[0], table, colour)
     return together(all_axes) if rows is None else np.array(all_axes)
+
+
+def _usual_x(table: Table, runs: Table) -> str:
+    """The column along which runs are drawn, unless the user names one."""
+    if table["load_factor"].nunique() == 1 and table["friction"].nunique() > 1:
+        return "friction"
+    if np.isfinite(runs.get("load_ratio", np.nan)).all():
+        return "load_ratio"
+    return "load_factor"
 
 
 def _range_of_work(runs: Table) -> tuple[float, float]:

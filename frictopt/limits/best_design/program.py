@@ -258,16 +258,8 @@ def open_slips(question: Question, reactions: Array) -> Array:
 
 def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: bool) -> Choice:
     """The unknowns of a design; ModelError for load cases whose reactions are only rounding."""
-    names = listed("preloads", preloads)
-    known = list(system.bonded)
-    for name in names:
-        if not (isinstance(name, str) and name in known):
-            raise ModelError(
-                f"preloads: {shown(name)} is no load case; this system has {shown(known)}"
-            )
-    if len(set(names)) < len(names):
-        raise ModelError(f"preloads: {shown(names)}; name each load case once")
-    if has_profile and PROFILE in known:
+    names = _checked_names(system, preloads)
+    if has_profile and PROFILE in system.bonded:
         raise ModelError(
             f"profile: the system has a load case {PROFILE!r}, which is the name of an overlap "
             "that a design adds; rename it"
@@ -285,6 +277,20 @@ def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: 
         if 0 < size < CONDENSATION * largest:
             raise ModelError(_ROUNDING.format(name=name, size=size, largest=largest))
     return choice
+
+
+def _checked_names(system: ContactSystem, preloads: Sequence[str]) -> list[Any]:
+    """The load cases that a design scales, each once."""
+    names = listed("preloads", preloads)
+    known = list(system.bonded)
+    for name in names:
+        if not (isinstance(name, str) and name in known):
+            raise ModelError(
+                f"preloads: {shown(name)} is no load case; this system has {shown(known)}"
+            )
+    if len(set(names)) < len(names):
+        raise ModelError(f"preloads: {shown(names)}; name each load case once")
+    return names
 
 
 def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) -> Scenario:
