@@ -18,7 +18,7 @@ PAGE = Path(__file__).with_name("claims.md")
 class Claim:
     """A section of the page.
 
-    `sentences` are names `file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
+    `sentences` are names `room.file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
     same elsewhere: attributes, pages, errors. `by` names the result that says them, and then other
     places. If `holds_if` is empty, the section has what its sentences assume. The head of the page
     describes the default of `source`, so sections with this source do not name it.

@@ -10,8 +10,10 @@
     Progress of long computations, and the partial result that an interrupt keeps.
 `results.py`
     Bases of results: how they are printed, plotted and pickled.
-`files.py`, `archive.py`, `kinds.py`
-    npz archives; results in them; the list of the classes that they can hold.
+`files.py`, `archive.py`
+    npz archives, and results in them.
+`kinds.py`
+    The classes that an archive can hold.
 `strict_json.py`
     Values as strict JSON.
 `libraries.py`

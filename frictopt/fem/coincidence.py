@@ -120,7 +120,7 @@ def error_along(directions: Array, errors: Array) -> Array:
 def measured(distance: Array, error: Array) -> Array:
     """(n,) distance if it exceeds its error (n,), else zero.
 
-    A distance of a whole unit of the last digit counts.
+    A distance of one whole unit of the last digit is no error.
     """
     return np.where(distance > (1 - 2 * COUNTS) * error, distance, 0.0)
 

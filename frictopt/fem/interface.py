@@ -200,8 +200,8 @@ def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
     slip = slips @ turn[slides].T
     lift = lifts @ turn[slides].T
 
-    # The lean explains the lift by the slip, in least squares. If a body turns about the node,
-    # there is no slip, and the lean is zero.
+    # The lean times the slip is the lift, in least squares over the motions. If a body turns about
+    # the node, there is no slip, and the lean is zero.
     square = np.einsum("ain,bin->iab", slip, slip) + ROUNDING * np.eye(len(slip))
     lean = np.linalg.solve(square, np.einsum("ain,in->ia", slip, lift)[..., None])[..., 0]
     # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.

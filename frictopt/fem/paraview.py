@@ -180,7 +180,7 @@ def _along_tangents(values: Array, frames: Array) -> Array:
 def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
     """Facets of body 1 of each contact, as (m, k) numbers of nodes, and the nodes in no pair.
 
-    Numbers count the pairs, and after them the nodes that are in no pair.
+    The pairs have the first numbers, and nodes that are in no pair the numbers after them.
     """
     parts = model._assembly
     places = parts.points[parts.pairs.nodes]

@@ -86,7 +86,7 @@ def _place_of(system: ContactSystem, node: int) -> str:
 
 
 def _with_step_error(steady: SteadyState, value: Judged) -> Judged:
-    """A part of the work, judged with the estimated error of its increments."""
+    """A value from the work of friction; what is judged includes its estimated error."""
     error = steady.step_error if steady.steps else 0.0
     # At rest, an infinite error says that finer increments may slip.
     judged = np.inf if np.isinf(error) else value.value * (1 + error)

@@ -186,8 +186,9 @@ class GuaranteedLimit(Rated):
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
         """A load factor above the limit, and the slip that makes `node` critical there.
 
-        The load factor is at most `most`. From this slip, a contact slips for ever just above it
-        or, if the load presses the contact, just below it. None if the limit is above `least`.
+        The load factor is at most `most`. A transient from this slip slips for ever at load factors
+        just above it or, if the load presses the contact, just below it. None if the limit is above
+        `least`.
         """
         most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)
         if self._above is None:

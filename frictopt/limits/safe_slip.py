@@ -302,7 +302,7 @@ def safe_slip(
     load_factor
         Load factor, >= 0.
     events
-        Whether nodes may also open and close in each cycle, see `shakedown_limit`, if no slip is
+        Whether nodes may also open and close in each cycle (`shakedown_limit`), if no slip is
         safe with nodes that stay as they are. Always, if slip changes no pressure (B = 0) and all
         nodes have friction.
 

@@ -25,6 +25,8 @@ Decks, from the text to the `Deck`:
 - `deck.py`, `constraints.py`, `element_types.py`: the `Deck`, displacements that are held or that
   follow other ones, and the types of elements.
 
-To add a keyword, see `keywords.py`. A new reader is one function that returns a `MatrixJob`:
-`deck_of_points` of `listing.py` makes its `Deck` of nodes, elements and sets.
+To add a keyword, see `keywords.py`. A new reader of matrices is one function that returns a
+`MatrixJob`. A new format of meshes is one function that returns a `Deck`, which `read_mesh` calls
+by the ending of the file. In both cases `deck_of_points` of `listing.py` makes the `Deck` of nodes,
+elements and sets.
 """

@@ -136,7 +136,10 @@ def _equation(listing: _ConstraintListing, block: Block) -> None:
 def _terms_of_equation(
     listing: _ConstraintListing, count: int, unread: Sequence[str]
 ) -> list[_Term]:
-    """The first term follows the others; a set in it makes an equation for each of its nodes."""
+    """The terms of an equation: the first displacement follows the others.
+
+    If the first term names a set, each node of the set has an equation.
+    """
     places = []
     weights = []
     for i in range(0, 3 * count, 3):

@@ -42,9 +42,9 @@ class Elements(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Deck(Shown):
-    """Nodes, sets and elements of a deck of CalculiX or Abaqus.
+    """Nodes, sets and elements of a deck or of a mesh file.
 
-    Names of sets are in capital letters, because neither code distinguishes cases.
+    CalculiX and Abaqus do not distinguish cases, so names of their sets are in capital letters.
 
     Examples
     --------

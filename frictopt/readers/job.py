@@ -321,7 +321,7 @@ class MatrixJob(JoinedFaces):
         Raises
         ------
         ModelError
-            None or several of the four arguments are given; no facet of the outline joins the
+            Not exactly one of the four arguments is given; no facet of the outline joins the
             nodes; a value is not finite. Also if a force acts on a displacement that the matrix
             lacks, such as a displacement of a tied node, and the deck does not contain its
             constraint. See also `nodes`.

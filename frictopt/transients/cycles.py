@@ -81,7 +81,7 @@ class Run:
         The transient.
     most_cycles
         Number of load cycles after which the run gives up.
-    tell
+    report
         Function to call after each return.
     period
         Load cycles in one return, 1 or 2.

@@ -65,8 +65,9 @@ OFF_LAW = (
     "steady state: its states violate the contact law or the balance of energy, or do not return "
     "to the first state, by {residual:.1e} (tolerance {tolerance:g}); {cause}"
 )
-LEFT_OUT = "corners: {number} of {corners} are on the straight segment between others, and are "
-"ignored"
+LEFT_OUT = (
+    "corners: {number} of {corners} are on the straight segment between others, and are ignored"
+)
 
 
 @warns_of_odd_values

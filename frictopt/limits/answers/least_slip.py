@@ -54,8 +54,8 @@ class LeastSlip(Kept, Plotted):
         the sum of `abs(g)` over the corners; in space, if more than two corners have weights, the
         sum divided by sqrt(3).
     residual
-        Largest entry of the sum of g over the corners, divided by the largest force that single
-        motions of the mechanism cause; or the residual of the limit, whichever is larger.
+        The larger of two errors: the residual of the limit; and the largest entry of the sum of g
+        over the corners, divided by the largest force that the motions of one corner may cause.
 
     Examples
     --------

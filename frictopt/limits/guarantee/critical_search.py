@@ -109,7 +109,9 @@ class CriticalSearch:
     def solve(
         self, state: CriticalState, ends: tuple[float, float], least_so_far: float
     ) -> NodeClaim:
-        """The claim of a node: its critical slip, or the proof that it is above `least_so_far`.
+        """The claim of a node: a slip that makes it critical, or that there is none of use.
+
+        In the second case it is proven to be critical only above `least_so_far`, or never.
 
         `ends` are the least and the largest safe load factor.
         """

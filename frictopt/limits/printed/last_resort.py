@@ -1,8 +1,8 @@
 """The last resort: plain cvxpy solves the printed problem of a limit, and the same proof judges it.
 
 It is asked if no answer of the arrays passes its checks. Its unknowns and multipliers are read as
-those of the arrays, so that polish and proof are the same. It knows Coulomb's law with friction at
-all nodes, without a slip bound and rows of users.
+those of the arrays, so that polish and proof are the same. It handles
+only Coulomb's law with friction at all nodes, without slip bound and user constraints.
 """
 
 from __future__ import annotations

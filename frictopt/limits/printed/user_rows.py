@@ -63,9 +63,10 @@ def labelled_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> d
 
 
 def check_rows(name: str, row: Row, known_ids: set[int]) -> None:
-    """Refuse a constraint that multipliers of linear rows and second-order cones do not prove.
+    """Refuse a constraint that is not made of linear rows and second-order cones.
 
-    It also refuses constraints that are not convex, or on unknowns of another model.
+    Multipliers could not prove the answer. It also refuses constraints that are not convex, or on
+    unknowns of another model.
     """
     if not row.is_dcp(dpp=True):
         raise ModelError(

@@ -44,7 +44,8 @@ class Solved:
     Attributes
     ----------
     goal
-        Name of the function of `printed/listing.py` that lists it.
+        Name of the problem, by which its listing is found: "shakedown", "safe_slip", "critical",
+        "ordered" or "design".
     status
         "optimal"; "infeasible" if the multipliers prove that no values obey all rows; "unbounded".
     values
