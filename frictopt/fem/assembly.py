@@ -3,12 +3,13 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..base import SAME_POINT, Array, Booleans, Integers, choice, place, shown
+from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers, choice, number_of, place, shown
 from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body, on_axis
@@ -60,8 +61,12 @@ class Assembly:
         (N,) number of the contact, initial gap and width of each pair.
     sides
         Two (N, nodes) matrices: nodes of body 1, and places on body 2, of the pairs.
+    held
+        Nodes of body 1, and openings, of the pairs left out because they are held on both sides.
     cuts
         The cut sections of bolts.
+    notes
+        Sentences on what the model does that its arguments do not say.
     """
 
     def __init__(
@@ -74,6 +79,7 @@ class Assembly:
     ) -> None:
         self.bodies, cuts = cut_bodies(bodies, bolts, kinematics)
         self.kinematics = kinematics
+        self.notes: list[str] = []
         self.supports = [support for support in supports if isinstance(support, Support)]
         cyclic = [support for support in supports if isinstance(support, Cyclic)]
         self.couplings = [support for support in supports if isinstance(support, Coupling)]
@@ -363,9 +369,10 @@ class Assembly:
 
     def _make_pairs(self, contacts: Sequence[Contact]) -> None:
         """Make the pairs of all contacts, contact after contact."""
-        number, nodes, projection, normals, widths, gap, inside = self.sector.once(
+        pairs_once = self.sector.once(
             self.names, self._all_pairs(contacts), self.points, self.errors
         )
+        number, nodes, projection, normals, widths, gap, inside = self._that_move(pairs_once)
 
         # Node of body 2 that coincides with the node of body 1; -1 if there is none.
         links = projection.tocoo()
@@ -428,6 +435,34 @@ class Assembly:
             np.concatenate([joint.gap for joint in self.joints]),
             np.concatenate([joint.inside for joint in self.joints]),
         )
+
+    def _that_move(self, pairs: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The pairs without those that are held on both sides: no load moves these.
+
+        The supports carry their pressure and shear, so their widths belong to no other pair.
+        """
+        contact, nodes, projection, *_ = pairs
+        opening = openings(nodes, projection)
+        weights = abs(opening)
+        is_free = (self.free_rows != -1).any(axis=1)
+        # Rounding may join a held node to its neighbours. A node at the tip of a crack is free.
+        moves = weights @ is_free >= COUNTS * np.asarray(weights.sum(axis=1)).ravel()
+        self.held = nodes[~moves], opening[~moves]
+        for number, name in enumerate(self.names):
+            held = nodes[~moves & (contact == number)]
+            if not len(held):
+                continue
+            if not moves[contact == number].any():
+                raise ModelError(
+                    f"contacts: all pairs of {name!r} are held on both sides, so nothing moves "
+                    "there; leave the contact out, or hold fewer nodes"
+                )
+            listed = ", ".join(self._name_of_node(node) for node in held.tolist())
+            self.notes.append(
+                f"{number_of(len(held), 'pair')} of contact {name!r} held on both sides and left "
+                f"out: {listed}"
+            )
+        return tuple(part[moves] for part in pairs)
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
         """The cuts in node numbers of the model; the far faces follow the near faces."""

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..base import ROUNDING, Array, choice, first_of, place
+from ..base import ROUNDING, Array, Booleans, choice, first_of, place
 from ..errors import ModelError
 from .assembly import Assembly
 from .bodies import on_axis
@@ -149,21 +149,29 @@ def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Seque
     if not displacements.any():
         return displacements
 
+    rounding = ROUNDING * np.abs(displacements).max()
+    held, opening = model.held
+    imposed = np.abs(opening @ displacements[model.rows]) > rounding
+    _check_together(argument, imposed, model.points[held])
     dependent, _, Q = model.pairs.dependent_nodes
     rows = model.rows[dependent]
     glued = Q @ displacements[model.rows]
     # On a plane of symmetry a dependent node follows only the nodes of its pair on that plane.
     held_share = Q @ (model.free_rows < 0)
     error = np.abs(displacements[rows] * held_share - glued)
-    differs = error > ROUNDING * np.abs(displacements).max()
     is_prescribed = ~np.isnan(prescribed[rows])
-    if (i := first_of((is_prescribed & differs).any(axis=1))) is not None:
-        raise ModelError(
-            f"{argument}: a displacement moves both bodies at {place(model.points[dependent[i]])}, "
-            "in different ways; give both the same displacement"
-        )
+    _check_together(argument, is_prescribed & (error > rounding), model.points[dependent])
     displacements[rows] = np.where(is_prescribed, displacements[rows], glued)
     return displacements
+
+
+def _check_together(argument: str, differs: Booleans, points: Array) -> None:
+    """Check that displacements do not move both bodies at points (n, d) in different ways."""
+    if (i := first_of(differs.any(axis=1))) is not None:
+        raise ModelError(
+            f"{argument}: a displacement moves both bodies at {place(points[i])}, in different "
+            "ways; give both the same displacement"
+        )
 
 
 def _check_felt(

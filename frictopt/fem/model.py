@@ -47,8 +47,9 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         bodies hold may be free. For symmetric bodies, model one half and hold it across the plane
         of symmetry. A `RigidCoupling` or a `DistributingCoupling` holds nodes by a point. Nodes of
         a contact on the plane of symmetry, or on the axis of axisymmetric bodies, do not slip
-        across it. For a ring of equal sectors, model one sector, with a `Cyclic` for each body that
-        is cut.
+        across it. A pair whose two nodes cannot move at all, as where both bodies are clamped, is
+        left out, and `notes` names it. For a ring of equal sectors, model one sector, with a
+        `Cyclic` for each body that is cut.
     loads
         Load case name -> its loads: Traction, Pressure, PointForce, RemoteForce, BodyForce,
         Centrifugal, Expansion, Displacement, Interference, BoltPreload, or the load of a mode
@@ -195,8 +196,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         Raises
         ------
         ModelError
-            A rigid motion is free, supports hold both nodes of a pair, or the stiffness cannot be
-            factorised accurately.
+            A rigid motion is free, supports hold both nodes of a pair along their normal, or the
+            stiffness cannot be factorised accurately.
         """
         assembly = self._assembly
         glued = assembly.glued
@@ -274,7 +275,13 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         }
         if assembly.sector.count > 1:
             answer["sector"] = f"1 of {assembly.sector.count}"
-        return answer | {"loads": list(self.loads), "kinematics": self.kinematics}
+        answer |= {"loads": list(self.loads), "kinematics": self.kinematics}
+        return answer | ({"notes": list(self.notes)} if self.notes else {})
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Statements on what the model does that its arguments do not say: pairs left out."""
+        return tuple(self._assembly.notes)
 
     @cached_property
     def _assembly(self) -> Assembly:
