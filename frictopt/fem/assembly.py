@@ -12,9 +12,10 @@ from scipy.sparse.csgraph import connected_components
 from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers, choice, number_of, place, shown
 from ..contact.frames import frames_of
 from ..errors import ModelError
+from .adjusting import adjusted, checked_moves
 from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, check_ends, cut_bodies, joined_by_elements, released
-from .coincidence import coincide, mesh_errors
+from .coincidence import coincide
 from .condense import Glued
 from .contacts import Contact, contact_names, join_faces, normals_into
 from .couplings import Coupling, coupled
@@ -77,14 +78,17 @@ class Assembly:
         bolts: Sequence[BoltPreload],
         kinematics: Kinematics,
     ) -> None:
-        self.bodies, cuts = cut_bodies(bodies, bolts, kinematics)
+        cut, cuts = cut_bodies(bodies, bolts, kinematics)
+        self.bodies, self.touching, self.notes = adjusted(cut, contacts)
         self.kinematics = kinematics
-        self.notes: list[str] = []
         self.supports = [support for support in supports if isinstance(support, Support)]
         cyclic = [support for support in supports if isinstance(support, Cyclic)]
         self.couplings = [support for support in supports if isinstance(support, Coupling)]
         self.sector = sector_of(cyclic, self.bodies, kinematics)
-        self.placed = self.sector.closed(self.bodies)  # copied nodes are in exact places
+        open_ring = self.bodies
+        self.bodies = self.sector.closed(open_ring)
+        for name, body in self.bodies.items():
+            self.notes += checked_moves(f"sector of body {name!r}", open_ring[name], body)
         self._number_nodes()
         self.names = contact_names(contacts)
         self.joints = self._joined_faces(contacts)
@@ -98,7 +102,7 @@ class Assembly:
         """Stiffness of the separate bodies; midside nodes on contacts are tied, cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
-            for body in self.placed.values()
+            for body in self.bodies.values()
         ]
         return csr_matrix(self.tied.T @ block_diag(parts, format="csr") @ self.tied)
 
@@ -132,7 +136,7 @@ class Assembly:
             K = csr_matrix(R.T @ self.whole @ R)
         graph = node_graph(K, self.free_rows)
         _, body = connected_components(graph, directed=False)
-        points = np.hstack([part.mesh.p for part in self.placed.values()]).T
+        points = np.hstack([part.mesh.p for part in self.bodies.values()]).T
         motions = free_motions(K, self.free_rows, points, body, directions=self.pairs.directions)
         return Glued(
             K=K,
@@ -169,7 +173,7 @@ class Assembly:
         if not self.cuts:
             return
         # Nodes that couplings hold have no stiffness left, but elements still join them.
-        meshes = [body.mesh for body in self.placed.values()]
+        meshes = [body.mesh for body in self.bodies.values()]
         graph = node_graph(self.whole, self.rows) + joined_by_elements(meshes)
 
         def is_held(nodes: Integers, axis: Array) -> bool:
@@ -191,7 +195,7 @@ class Assembly:
             node += count
         self.rows: Integers = np.concatenate(rows)
         self.points = np.concatenate([mesh.p.T for mesh in meshes])
-        self.errors = np.concatenate([mesh_errors(mesh) for mesh in meshes])
+        self.errors = np.concatenate([body.errors for body in self.bodies.values()])
 
     def _name_of_node(self, node: int) -> str:
         """The number of a node in the mesh of its body, in words."""
@@ -207,10 +211,11 @@ class Assembly:
         bodies = {name: self.body("contacts", name).through_corners for name in names}
         joints = []
         touched = defaultdict[tuple[str, str], list[Integers]](list)
-        for contact, normals in zip(contacts, normals_into(contacts, bodies), strict=True):
+        of_contacts = zip(contacts, normals_into(contacts, bodies), self.touching, strict=True)
+        for contact, normals, touching in of_contacts:
             body_1 = bodies[contact.body_1]
             body_2 = bodies[contact.body_2]
-            joint = join_faces(contact, body_1, body_2, normals, self.kinematics)
+            joint = join_faces(contact, body_1, body_2, normals, touching, self.kinematics)
             joints.append(joint)
             touched[contact.body_1, contact.body_2].append(joint.opposite)
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)
@@ -252,7 +257,7 @@ class Assembly:
             first = self.first_node[name]
             of_body = [support for support in supports if support.body == name]
             along = normals_along(body, of_body, planes, self.sector.seam(first, body))
-            points = self.placed[name].mesh.p.T
+            points = self.bodies[name].mesh.p.T
             is_cut = np.isin(first + np.arange(len(points)), self.sector.nodes).any()
             motions = self.sector.rigid_motions if is_cut else None
             for nodes, normals in free_to_slide(along, points, motions):

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from skfem import Mesh
 
 from ..base import Array, Booleans, Integers, check_text, choice, first_of, shown
 from ..errors import ModelError
+from .coincidence import mesh_errors
 from .elasticity import (
     ELEMENT_NAMES,
     KINEMATICS,
@@ -116,7 +118,7 @@ class Body:
         if element == "quadratic" and is_straight:
             mesh = quadratic(mesh)
         vars(self).update(element=element, mesh=mesh)
-        _check_elements(mesh)
+        check_elements(mesh)
 
     def __repr__(self) -> str:
         mesh = self.mesh
@@ -160,12 +162,26 @@ class Body:
         """
         if self.element != "quadratic":
             return self
-        return self.with_mesh(through_corners(self.mesh))
+        body = self.with_mesh(through_corners(self.mesh))
+        vars(body)["errors"] = self.errors[: body.mesh.p.shape[1]]
+        return body
+
+    @cached_property
+    def errors(self) -> Array:
+        """(nodes, d) error of each coordinate, as the mesh was written."""
+        return mesh_errors(self.mesh)
 
     def with_mesh(self, mesh: Mesh) -> Body:
         """The body with another mesh. It is not checked: a body that a bolt cuts has two parts."""
         body = copy(self)
+        vars(body).pop("errors", None)
         object.__setattr__(body, "mesh", mesh)
+        return body
+
+    def moved(self, points: Array) -> Body:
+        """The body with its nodes at other points (d, nodes), which have the errors of before."""
+        body = self.with_mesh(replace(self.mesh, doflocs=np.ascontiguousarray(points)))
+        vars(body)["errors"] = self.errors
         return body
 
 
@@ -180,7 +196,7 @@ def check_kind(mesh: Mesh) -> None:
         )
 
 
-def _check_elements(mesh: Mesh) -> None:
+def check_elements(mesh: Mesh) -> None:
     """Check that elements are convex and have a size, that they are connected, and all nodes."""
     is_plane = mesh.dim() == 2
     if (i := first_of(~np.isfinite(mesh.p).all(axis=0))) is not None:

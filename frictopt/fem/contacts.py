@@ -14,12 +14,12 @@ from ..base import Array, Integers, check_text, finite_number, shown
 from ..contact import checked_springs
 from ..errors import ModelError
 from .bodies import Body
-from .coincidence import mesh_errors
 from .elasticity import Kinematics
 from .faces import facets_around, ordered_nodes
 from .loads import Part, values_at
 from .mortar import Face, FaceNames, Joint, joined
 from .normals import Planes, normals_of_faces
+from .supports import Place, checked_place
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,14 @@ class Contact:
         error of the facets, and overlaps up to their sag are treated as touching. So mesh finely
         enough that the sag is small relative to the gap; otherwise a `ModelWarning` is issued. A
         distance below the last digit of the coordinates is no gap.
+    adjust
+        Position tolerance, length: before assembly, nodes of body 1 that overlap, or lie at most
+        this far from the face of body 2, move onto it along its normal. So noise of coordinates
+        neither holds nor parts the bodies. If the face of body 2 lies within the tolerance of a
+        plane, its nodes move into the plane first. Nothing is strained, and `ContactModel.notes`
+        states the largest move; no node may move by more than a tenth of an edge of its elements.
+        Or a place, as in a `Support`: these nodes of body 1 move, however far they are. The gap
+        of all other nodes is measured, unless `gap` is a function. None: nothing moves.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see
         `ContactSystem.with_contact_stiffness`; inf: rigid.
@@ -68,8 +76,8 @@ class Contact:
     Raises
     ------
     ModelError
-        A name is not a text, a face is in contact with itself, the gap is of another kind, or a
-        stiffness is not positive.
+        A name is not a text, a face is in contact with itself, the gap or `adjust` is of another
+        kind, or a stiffness is not positive.
 
     Examples
     --------
@@ -84,6 +92,7 @@ class Contact:
     boundary_2: str = "contact"
     name: str | None = None
     gap: Literal["measured"] | Callable[..., ArrayLike] | None = None
+    adjust: float | Place | None = None
     tangential_stiffness: float = np.inf
     normal_stiffness: float = np.inf
 
@@ -107,6 +116,10 @@ class Contact:
             raise ModelError(
                 f"gap: {shown(self.gap)}; give 'measured' or a function of x and y, and z in space"
             )
+        if isinstance(self.adjust, int | float):
+            object.__setattr__(self, "adjust", finite_number("adjust", self.adjust, least=0.0))
+        elif self.adjust is not None:
+            object.__setattr__(self, "adjust", checked_place(self.adjust, "adjust"))
         for name in ("tangential_stiffness", "normal_stiffness"):
             stiffness = checked_springs(name, getattr(self, name), 1)[0]
             object.__setattr__(self, name, float(stiffness))
@@ -169,42 +182,58 @@ def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> lis
             argument = f"contact {contacts[number].name!r}, body {name!r}"
             facets = bodies[name].boundary(contacts[number].boundary_1, argument)
             faces.append(facets_around(mesh, facets))
-        of_faces = normals_of_faces(faces, mesh.p.T, mesh_errors(mesh), planes)
+        of_faces = normals_of_faces(faces, mesh.p.T, bodies[name].errors, planes)
         normals.update(zip(numbers, of_faces, strict=True))
     return [normals[number] for number in range(len(contacts))]
 
 
 def join_faces(
-    contact: Contact, body_1: Body, body_2: Body, normals: Array, kinematics: Kinematics
+    contact: Contact,
+    body_1: Body,
+    body_2: Body,
+    normals: Array,
+    touching: Integers,
+    kinematics: Kinematics,
 ) -> Joint:
     """Join the nodes of the two faces of a contact, see `joined`.
 
-    `normals` (nodes of body 1, d) point into body 1, see `normals_into`.
+    `normals` (nodes of body 1, d) point into body 1, see `normals_into`; `touching` are nodes of
+    body 1 that have been moved onto body 2.
     """
-    name = f"contact {contact.name!r}"
-    argument = f"{name}, body {contact.body_1!r}"
-    facets_1 = body_1.boundary(contact.boundary_1, argument)
-    facets_2 = body_2.boundary(contact.boundary_2, f"{name}, body {contact.body_2!r}")
-    if kinematics == "space":
-        nodes = np.unique(body_1.mesh.facets[:, facets_1])
-    else:
-        title = f"{argument}: boundary {contact.boundary_1!r}"
+    face_1, face_2, names = faces_of(contact, body_1, body_2)
+    nodes = np.unique(face_1.facets)
+    if kinematics != "space":
+        facets_1 = body_1.boundary(contact.boundary_1, "contacts")
+        title = f"{names.contact}, body {contact.body_1!r}: boundary {contact.boundary_1!r}"
         nodes = ordered_nodes(body_1.mesh, facets_1, title)
 
     def given_gap(points: Array) -> Array:
-        return values_at(f"{name}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
+        gap = contact.gap if callable(contact.gap) else 0.0
+        return values_at(f"{names.contact}: gap", gap, points.T)
 
+    is_measured = contact.gap == "measured" or (contact.adjust is not None and not contact.gap)
     return joined(
-        _face(body_1, facets_1),
-        _face(body_2, facets_2),
+        face_1,
+        face_2,
         nodes,
         normals[nodes],
-        None if contact.gap == "measured" else given_gap,
-        FaceNames(name, f"the face of body {contact.body_1!r}", f"body {contact.body_2!r}"),
+        None if is_measured else given_gap,
+        names,
         kinematics,
+        touching,
     )
 
 
-def _face(body: Body, facets: Integers) -> Face:
-    mesh = body.mesh
-    return Face(facets_around(mesh, facets), mesh.p.T, mesh_errors(mesh))
+def faces_of(contact: Contact, body_1: Body, body_2: Body) -> tuple[Face, Face, FaceNames]:
+    """The faces of a contact of two bodies, and their names."""
+    name = f"contact {contact.name!r}"
+    return (
+        _face(body_1, contact.boundary_1, f"{name}, body {contact.body_1!r}"),
+        _face(body_2, contact.boundary_2, f"{name}, body {contact.body_2!r}"),
+        FaceNames(name, f"the face of body {contact.body_1!r}", f"body {contact.body_2!r}"),
+    )
+
+
+def _face(body: Body, boundary: str, argument: str) -> Face:
+    facets = body.boundary(boundary, argument)
+    return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)

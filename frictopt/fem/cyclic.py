@@ -14,10 +14,9 @@ from scipy.sparse import block_diag, csr_matrix
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ..base import SAME_POINT, Array, Integers, check_text
+from ..base import SAME_POINT, Array, Integers, check_text, finite_number
 from ..errors import ModelError
 from .bodies import Body
-from .coincidence import mesh_errors
 from .elasticity import Kinematics, facet_nodes
 from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar_projection, sag
 from .sector import Sector
@@ -57,6 +56,9 @@ class Cyclic:
         normal to it.
     centre
         Point (x, y), in space (x, y, z), of the axis; None: the origin.
+    tolerance
+        Position tolerance, length: nodes of `high` that are so far from the turned nodes of `low`
+        move onto them before assembly, without strain, see `Contact.adjust`.
 
     Raises
     ------
@@ -102,8 +104,10 @@ class Cyclic:
     high: str
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     centre: tuple[float, ...] | None = None
+    tolerance: float = 0.0
 
     def __post_init__(self) -> None:
+        finite_number("tolerance", self.tolerance, least=0.0)
         check_text("body", self.body, "the name of a body of the model")
         for side in ("low", "high"):
             check_text(side, getattr(self, side), "the name of a boundary of the mesh")
@@ -222,7 +226,7 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
             "by a whole number"
         )
 
-    pairing = _pairing(body, low, high, turn, centre)
+    pairing = _pairing(body, low, high, turn, centre, cut.tolerance)
     if pairing.far > 0:
         raise ModelError(_no_copies(cut, pairing, angle, count))
     follows = ~np.isin(pairing.nodes, pairing.fixed)
@@ -270,7 +274,9 @@ class _Pairing(NamedTuple):
     matches: bool
 
 
-def _pairing(body: Body, low: Integers, high: Integers, turn: Array, centre: Array) -> _Pairing:
+def _pairing(
+    body: Body, low: Integers, high: Integers, turn: Array, centre: Array, tolerance: float
+) -> _Pairing:
     """Find the places of the nodes of one cut face on the other."""
     mesh = body.through_corners.mesh
     x = body.mesh.p.T
@@ -279,7 +285,7 @@ def _pairing(body: Body, low: Integers, high: Integers, turn: Array, centre: Arr
     fixed = np.intersect1d(nodes, others)
     # All nodes turned back by one sector, and the errors of their coordinates.
     back = (x - centre) @ turn + centre
-    errors = mesh_errors(body.mesh)
+    errors = body.errors + tolerance / 2
     turned = errors @ np.abs(turn)
 
     off, nearest = (np.asarray(found) for found in cKDTree(x[others]).query(back[nodes]))
@@ -319,5 +325,5 @@ def _no_copies(cut: Cyclic, pairing: _Pairing, angle: float, count: int) -> str:
         f"copies of each other: turned by 360/{count} degrees about the axis, they are up to "
         f"{pairing.off.max():.4g} apart, more than {pairing.allowed.max():.1g}{middles}; give two "
         "faces that are turned copies, 360 degrees divided by a whole number apart, and check "
-        "axis and centre"
+        "axis and centre; if the distance is noise, give the Cyclic a tolerance"
     )

@@ -280,7 +280,11 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Statements on what the model does that its arguments do not say: pairs left out."""
+        """Statements on what the model does that its arguments do not say.
+
+        They name pairs that are left out, and the largest moves of `Contact.adjust` and of the
+        tolerance of `Cyclic`.
+        """
         return tuple(self._assembly.notes)
 
     @cached_property

@@ -31,6 +31,7 @@ class MortarSettings:
 
 
 SETTINGS = MortarSettings()
+NO_NODES: Integers = np.zeros(0, dtype=np.intp)
 
 
 @dataclass(frozen=True)
@@ -96,18 +97,17 @@ def joined(
     given_gap: Callable[[Array], Array] | None,
     names: FaceNames,
     kinematics: Kinematics,
+    touching: Integers = NO_NODES,
 ) -> Joint:
     """Join the nodes (n,) of face 1, with normals (n, d) into body 1, to places on face 2.
 
     If the faces match, the places are nodes. `given_gap` is the initial gap at points (n, d) of
-    faces that touch; None: it is measured.
+    faces that touch; None: it is measured. Some nodes are `touching`, whatever their distance.
     """
-    overlaps = facet_overlaps(face_1.facets, face_1.points, face_2.facets, face_2.points)
-    share = faced(overlaps, face_1.corners)
-    _check_faced(share, face_1, names)
+    overlaps, share = facing(face_1, face_2, names)
     opposite = face_1.facets[share > 0]
     beyond, share_beyond = _part_beyond(share, face_1)
-    overlaps, face_1, share = _without_slivers(overlaps, face_1, share)
+    overlaps, face_1, share = without_slivers(overlaps, face_1, share)
 
     is_joined = np.isin(nodes, face_1.facets)
     nodes = nodes[is_joined]
@@ -124,6 +124,7 @@ def joined(
     unit = inward / np.linalg.norm(inward, axis=1)[:, None]
     error = error_along(unit, face_1.errors[nodes] + abs(P) @ face_2.errors)
     distance = np.sum((points - P @ face_2.points) * unit, axis=1)
+    distance[np.isin(nodes, touching)] = 0.0
     largest_sag_2 = np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
     allowed = error + face_1.sag()[nodes] + largest_sag_2
     _check_overlap(points, distance, allowed, names)
@@ -136,9 +137,9 @@ def joined(
     else:
         gap = _checked_gap(given_gap(points), points, distance, allowed, names)
 
-    facing = np.isin(face_2.facets, P.indices).all(axis=1)
+    is_opposite = np.isin(face_2.facets, P.indices).all(axis=1)
     length_1 = _edge_length(face_1.corners)
-    length_2 = _edge_length(face_2.corners[facing])
+    length_2 = _edge_length(face_2.corners[is_opposite])
     return Joint(
         nodes=nodes,
         normals=inward,
@@ -152,6 +153,14 @@ def joined(
         coarser=length_1 / length_2,
         missed=missed,
     )
+
+
+def facing(face_1: Face, face_2: Face, names: FaceNames) -> tuple[Overlaps, Array]:
+    """The overlaps of two faces, and the share (facets,) of each facet of face 1 that faces 2."""
+    overlaps = facet_overlaps(face_1.facets, face_1.points, face_2.facets, face_2.points)
+    share = faced(overlaps, face_1.corners)
+    _check_faced(share, face_1, names)
+    return overlaps, share
 
 
 def _edge_length(corners: Array) -> float:
@@ -193,9 +202,7 @@ def _part_beyond(share: Array, face_1: Face) -> tuple[float, float]:
     return beyond, beyond / float(areas.sum())
 
 
-def _without_slivers(
-    overlaps: Overlaps, face_1: Face, share: Array
-) -> tuple[Overlaps, Face, Array]:
+def without_slivers(overlaps: Overlaps, face_1: Face, share: Array) -> tuple[Overlaps, Face, Array]:
     """Overlaps, face 1 and shares without the facets that face nothing but a sliver."""
     faces_2 = share >= SETTINGS.least_share
     number = np.cumsum(faces_2) - 1
@@ -229,8 +236,8 @@ def _check_overlap(points: Array, distance: Array, allowed: Array, names: FaceNa
     if (i := first_of(distance < -allowed, -distance)) is not None:
         raise ModelError(
             f"{names.contact}, at {place(points[i])}: the bodies overlap by {-distance[i]:g}; move "
-            "them apart, and give an Interference load; or, if it is rounding, write the "
-            "coordinates with at least six digits"
+            "them apart, and give an Interference load; or, if it is rounding or noise, give the "
+            "Contact adjust="
         )
 
 
@@ -241,8 +248,8 @@ def _checked_gap(
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(
             f"{names.contact}, at {place(points[i])}: the faces do not touch, they are "
-            f'{distance[i]:g} apart; move them, or give gap="measured"; or, if it is rounding, '
-            "write the coordinates with at least six digits"
+            f'{distance[i]:g} apart; move them, or give gap="measured"; or, if it is rounding or '
+            "noise, give the Contact adjust="
         )
     if (i := first_of(gap < 0, -gap)) is not None:
         raise ModelError(

@@ -64,10 +64,13 @@ class Planes:
     def __init__(self, dimension: int) -> None:
         self._normals = list(np.eye(dimension))
 
-    def normal_of(self, facets: Integers, points: Array, errors: Array) -> Array | None:
+    def normal_of(
+        self, facets: Integers, points: Array, errors: Array, askew: float = ASKEW
+    ) -> Array | None:
         """(d,) unit normal of facets (facets, corners) that lie in one plane, else None.
 
-        The coordinates (nodes, d) of all nodes have `errors`.
+        The coordinates (nodes, d) of all nodes have `errors`, and `askew` is the squared sine of
+        the largest angle between the mean normal of the facets and the normal of the plane.
         """
         areas = areas_of(points[facets])
         mean = unit_vectors(areas.sum(axis=0))
@@ -77,7 +80,7 @@ class Planes:
             error = error_along(normal[None], errors[nodes]).max()
             # The nodes have this error, and the plane has it at its edge.
             is_flat = np.ptp(points[nodes] @ normal) <= 4 * error
-            is_one_normal = np.sum((normal - mean) ** 2) <= ASKEW
+            is_one_normal = np.sum((normal - mean) ** 2) <= askew
             if is_flat and is_one_normal and (areas @ normal > 0).all():
                 if known is mean:
                     self._normals.append(mean)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -87,8 +87,7 @@ class Sector:
         start = 0
         for name, body in bodies.items():
             end = start + body.mesh.p.shape[1]
-            mesh = replace(body.mesh, doflocs=np.ascontiguousarray(points[start:end].T))
-            moved[name] = body.with_mesh(mesh)
+            moved[name] = body.moved(points[start:end].T)
             start = end
         return moved
 

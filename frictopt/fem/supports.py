@@ -21,7 +21,6 @@ from ..base import (
 )
 from ..errors import ModelError
 from .bodies import Body
-from .coincidence import mesh_errors
 from .elasticity import corner_weights, facet_nodes, places_of
 from .faces import areas_of, facets_around, normals_of, unit_vectors
 from .normals import SMOOTH, Planes, normals_of_faces
@@ -91,7 +90,7 @@ class Support:
             raise ModelError(f"where: {self.where} with normal=True; {hint}")
 
 
-def checked_place(where: object) -> Place:
+def checked_place(where: object, name: str = "where") -> Place:
     """Check the name of a boundary, the coordinates of points, or a function."""
     if isinstance(where, str) or (callable(where) and not isinstance(where, type)):
         return where
@@ -100,8 +99,8 @@ def checked_place(where: object) -> Place:
         "function of the coordinates"
     )
     if isinstance(where, tuple | list) and where and isinstance(where[0], tuple | list):
-        return tuple(checked_point("where", point, remedy) for point in where)
-    return checked_point("where", where, remedy)
+        return tuple(checked_point(name, point, remedy) for point in where)
+    return checked_point(name, where, remedy)
 
 
 def checked_point(
@@ -159,7 +158,7 @@ def _node_at(point: Array, body: Body, name: str) -> int:
         )
     distance = np.linalg.norm(x - point[:, None], axis=0)
     nearest = int(distance.argmin())
-    if distance[nearest] > np.linalg.norm(2 * mesh_errors(body.mesh)[nearest]):
+    if distance[nearest] > np.linalg.norm(2 * body.errors[nearest]):
         raise ModelError(
             f"support of body {name!r}: no node at {where}; the nearest is at "
             f"{tuple(x[:, nearest].tolist())}"
@@ -199,9 +198,9 @@ def planes_of(supports: Sequence[Support], bodies: Mapping[str, Body]) -> Planes
         facets = body.boundary(str(support.where), f"support of body {support.body!r}")
         corners = facets_around(body.mesh, facets)
         size = np.linalg.norm(areas_of(body.mesh.p.T[corners]), axis=1).sum()
-        faces.append((size, corners, body.mesh))
-    for _, corners, mesh in sorted(faces, key=lambda face: -face[0]):
-        planes.normal_of(corners, mesh.p.T, mesh_errors(mesh))
+        faces.append((size, corners, body))
+    for _, corners, body in sorted(faces, key=lambda face: -face[0]):
+        planes.normal_of(corners, body.mesh.p.T, body.errors)
     return planes
 
 
@@ -222,7 +221,7 @@ def normals_along(
     ]
     corners_of_faces = [facets_around(mesh, facets) for facets in faces]
     # (faces, nodes, d)
-    weighted = np.array(normals_of_faces(corners_of_faces, points, mesh_errors(mesh), planes))
+    weighted = np.array(normals_of_faces(corners_of_faces, points, body.errors, planes))
     if seam:
         _join_at_seam(weighted, seam)
 

@@ -9,7 +9,7 @@ from skfem import Mesh
 from ..base import COUNTS, Array, Integers, place
 from ..errors import ModelError
 from .bodies import Body
-from .coincidence import error_along, measured, mesh_errors
+from .coincidence import error_along, measured
 from .faces import areas_of, facet_overlaps, facets_around, unit_vectors
 
 
@@ -25,7 +25,7 @@ def check_touching(
     no_nodes = np.zeros(0, int)
     for name_1, name_2 in combinations(bodies, 2):
         meshes = bodies[name_1].mesh, bodies[name_2].mesh
-        errors = [mesh_errors(mesh) for mesh in meshes]
+        errors = bodies[name_1].errors, bodies[name_2].errors
         near = sum(float(error.max()) for error in errors)
         # The box in which both bodies are.
         low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near

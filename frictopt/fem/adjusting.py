@@ -1,0 +1,188 @@
+"""Nodes of contacts that are moved onto the opposite face, without strain, before assembly.
+
+Coordinates of meshes have noise, and meshes of round faces overlap a little. Other codes have a
+position tolerance or an adjustment for this, and so has `Contact.adjust`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from skfem import Mesh
+
+from ..base import Array, Integers, choice, first_of, number_of, place
+from ..errors import ModelError
+from .bodies import Body, check_elements
+from .contacts import Contact, faces_of
+from .elasticity import corner_weights
+from .faces import mortar_projection, unit_vectors
+from .mortar import NO_NODES, Face, facing, without_slivers
+from .normals import Planes, node_normals
+from .supports import Place, nodes_of
+
+
+@dataclass(frozen=True)
+class MoveSettings:
+    """Limits of moves, over the shortest edge at the node."""
+
+    # A larger move would change the elements.
+    largest: float = 0.1
+    # The nodes of a face move into one plane if no move is larger: the face may be curved.
+    into_plane: float = 0.02
+    # Two nodes of matching meshes are not farther apart.
+    same_node: float = 0.01
+
+
+SETTINGS = MoveSettings()
+
+
+def adjusted(
+    bodies: Mapping[str, Body], contacts: Sequence[Contact]
+) -> tuple[dict[str, Body], list[Integers], list[str]]:
+    """The bodies after the moves, the nodes of body 1 that touch in each contact, and notes.
+
+    A node of several contacts stays in the faces of the earlier ones while it moves.
+    """
+    moves = _Moves(bodies)
+    touching = [
+        NO_NODES if contact.adjust is None else moves.fit(contact, contact.adjust)
+        for contact in contacts
+    ]
+    notes = []
+    for name, body in moves.bodies.items():
+        notes += checked_moves(f"contacts: adjust, body {name!r}", bodies[name], body)
+    return moves.bodies, touching, notes
+
+
+def checked_moves(argument: str, before: Body, after: Body) -> list[str]:
+    """A note of how many corner nodes have moved, and by how much; none if none has.
+
+    No node may move by much of its elements, and all these stay convex.
+    """
+    count = before.mesh.nvertices
+    length = np.linalg.norm(after.mesh.p - before.mesh.p, axis=0)[:count]
+    length[length <= np.linalg.norm(before.errors[:count], axis=1)] = 0.0
+    if not length.any():
+        return []
+    edge = _shortest_edges(before.mesh)
+    if (i := first_of(length > SETTINGS.largest * edge, length / edge)) is not None:
+        element = int(np.flatnonzero((before.mesh.t == i).any(axis=0))[0])
+        raise ModelError(
+            f"{argument}: node {i} at {place(before.mesh.p[:, i])} would move by {length[i]:.3g}, "
+            f"and element {element} has an edge of {edge[i]:.3g}; a node may move by "
+            f"{SETTINGS.largest:g} of the shortest edge: reduce the tolerance, or repair the mesh"
+        )
+    check_elements(after.mesh)
+    moved = number_of(int(np.count_nonzero(length)), "node")
+    return [f"{argument}: {moved} moved, by up to {length.max():.3g}"]
+
+
+def _shortest_edges(mesh: Mesh) -> Array:
+    """(corner nodes,) shortest distance between two corners of an element at each node."""
+    corners = mesh.p[:, mesh.t]  # (d, corners, elements)
+    distance = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=0)
+    size = float(np.ptp(mesh.p, axis=1).max())
+    distance[distance == 0] = size  # a corner and itself, or a repeated corner
+    edge = np.full(mesh.nvertices, size)
+    shortest = distance.min(axis=(0, 1))
+    for nodes in mesh.t:
+        np.minimum.at(edge, nodes, shortest)
+    return edge
+
+
+class _Moves:
+    """Bodies whose nodes move, contact after contact."""
+
+    def __init__(self, bodies: Mapping[str, Body]) -> None:
+        self.bodies = dict(bodies)
+        d = next(iter(bodies.values())).mesh.dim()
+        self._planes = Planes(d)
+        # Orthonormal directions in which a node of a body must not move any more.
+        self._fixed: dict[tuple[str, int], list[Array]] = {}
+
+    def fit(self, contact: Contact, adjust: float | Place) -> Integers:
+        """Move nodes of body 1 onto body 2; returns those that touch afterwards."""
+        tolerance = adjust if isinstance(adjust, float) else 0.0
+        body_1 = self._body(contact.body_1)
+        edge = _shortest_edges(body_1.mesh)
+        _, face_2, _ = faces_of(contact, body_1, self._body(contact.body_2))
+        is_plane = self._straighten(contact.body_2, face_2, tolerance)
+        body_1 = self._body(contact.body_1)
+        face_1, face_2, names = faces_of(contact, body_1, self._body(contact.body_2))
+        overlaps, share = facing(face_1, face_2, names)
+        overlaps, face_1, _ = without_slivers(overlaps, face_1, share)
+        nodes = np.unique(face_1.facets)
+        P, _ = mortar_projection(overlaps, nodes, len(face_2.points))
+
+        points = face_1.points[nodes]
+        inward = node_normals(face_2.facets, face_2.points, face_2.errors, self._planes)
+        normals = -unit_vectors(P @ unit_vectors(inward))
+        distance = np.sum((points - P @ face_2.points) * normals, axis=1)
+        # Nodes of round faces may miss the opposite facets by their sag, and stay.
+        sag = np.zeros(len(nodes))
+        if not is_plane:
+            sag = face_1.sag()[nodes] + np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
+        if isinstance(adjust, float):
+            touches = distance <= tolerance + sag
+        else:
+            chosen = nodes_of(self.bodies[contact.body_1], contact.body_1, adjust)
+            touches = np.isin(nodes, chosen)
+        moves = touches & (np.abs(distance) > sag)
+        places = points - (moves * distance)[:, None] * normals
+
+        corners = np.unique(face_2.facets)
+        off, nearest = cKDTree(face_2.points[corners]).query(places)
+        same = touches & (off <= np.minimum(tolerance, SETTINGS.same_node * edge[nodes]))
+        places[same] = face_2.points[corners[nearest[same]]]
+        self._move(contact.body_1, nodes[touches], places[touches], normals[touches])
+        return np.asarray(nodes[touches])
+
+    def _body(self, name: str) -> Body:
+        return self.bodies[choice("contacts: body", name, self.bodies)].through_corners
+
+    def _straighten(self, name: str, face: Face, tolerance: float) -> bool:
+        """Move the nodes of a face of body 2 into its plane, if it nearly has one.
+
+        Returned is whether the face is plane.
+        """
+        nodes = np.unique(face.facets)
+        edge = _shortest_edges(self.bodies[name].mesh)[nodes].min()
+        most = min(tolerance, SETTINGS.into_plane * edge)
+        errors = np.maximum(face.errors, most / 2)
+        normal = self._planes.normal_of(face.facets, face.points, errors, askew=np.inf)
+        if normal is None:
+            return False
+        if tolerance > 0:
+            heights = face.points[nodes] @ normal
+            middle = (heights.min() + heights.max()) / 2
+            places = face.points[nodes] + np.outer(middle - heights, normal)
+            self._move(name, nodes, places, np.tile(normal, (len(nodes), 1)))
+        return True
+
+    def _move(self, name: str, nodes: Integers, places: Array, normals: Array) -> None:
+        """Move corner nodes of a body to places (n, d), and its midside nodes with them.
+
+        A node that must stay in other faces moves along these until it reaches the plane with the
+        normal (n, d) through its place.
+        """
+        mesh = self.bodies[name].mesh
+        steps = np.zeros(mesh.p.shape)
+        for node, to, normal in zip(nodes.tolist(), places, normals, strict=True):
+            step = to - mesh.p[:, node]
+            fixed = self._fixed.setdefault((name, node), [])
+            free = normal - sum((way * (way @ normal) for way in fixed), np.zeros(len(normal)))
+            size = float(np.linalg.norm(free))
+            # Faces in nearly one direction: the node stays where the first one has it.
+            same_direction = 0.1
+            if size > same_direction:
+                if fixed:
+                    step = free * (normal @ step) / size**2
+                fixed.append(free / size)
+                steps[:, node] = step
+        if steps.any():
+            corners = steps[:, mesh.t]  # (d, corners, elements)
+            weights = corner_weights(type(mesh))
+            elements = mesh.dofs.element_dofs
+            steps[:, elements] = np.einsum("lc,ace->ale", weights, corners)
+            self.bodies[name] = self.bodies[name].moved(mesh.p + steps)

@@ -1,0 +1,249 @@
+"""Position tolerances: nodes are moved onto the opposite face, or onto the other cut, unstrained."""
+
+import re
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshQuad
+
+import frictopt as fo
+
+STEEL = fo.Material(E=200.0, nu=0.3)
+SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+KINDS = {"plane": (MeshQuad, None), "space": (MeshHex, None), "quadratic": (MeshHex, "quadratic")}
+
+
+def block(kind, heights, shift, element=None, size=3):
+    """A block 1 wide whose nodes on the height 0 are shifted by a function of the coordinates."""
+    lines = [np.linspace(0.0, 1.0, size + 1)] * (1 if kind is MeshQuad else 2)
+    mesh = kind.init_tensor(*lines, np.array(heights))
+    names = {
+        "contact": lambda x: x[-1] == 0,
+        "top": lambda x: x[-1] == heights[-1],
+        "bottom": lambda x: x[-1] == heights[0],
+        "left": lambda x: x[0] == 0,
+    }
+    mesh = mesh.with_boundaries(names)
+    points = mesh.p + (mesh.p[-1] == 0) * shift(mesh.p)
+    moved = kind(points, mesh.t).with_boundaries(mesh.boundaries)
+    return fo.Body(moved, STEEL, element)
+
+
+def along_normal(function):
+    """Shifts along the last axis by a function of x."""
+
+    def shift(x):
+        steps = np.zeros(x.shape)
+        steps[-1] = function(x[0])
+        return steps
+
+    return shift
+
+
+def still(x):
+    return np.zeros(x.shape)
+
+
+def pad(upper=still, lower=still, kind="plane", **contact):
+    """A block on another one, pressed and sheared."""
+    mesh, element = KINDS[kind]
+    return fo.ContactModel(
+        {
+            "upper": block(mesh, [0.0, 0.3, 0.7], upper, element),
+            "lower": block(mesh, [-0.6, -0.2, 0.0], lower, element),
+        },
+        contacts=[fo.Contact("upper", "lower", **contact)],
+        supports=[fo.Support("lower", "bottom")],
+        loads={
+            "P": [fo.Pressure("upper", "top", 10.0)],
+            "Q": [fo.Traction("upper", "top", x=1.0)],
+        },
+    )
+
+
+def limits(model):
+    system = model.condense(progress=False)
+    return [
+        ask(system, SHEAR, friction=0.3, progress=False).load_factor
+        for ask in (fo.shakedown_limit, fo.gross_slip)
+    ]
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("kind", KINDS)
+def test_noise_in_all_directions_on_a_face_changes_no_limit(kind, size):
+    """On matching meshes nodes return to their places, so that nothing at all is left of noise."""
+    random = np.random.default_rng(1)
+
+    def noise(x):
+        return size * random.uniform(-1, 1, x.shape)
+
+    exact = pad(kind=kind)
+    noisy = pad(upper=noise, kind=kind, adjust=2 * size)
+    np.testing.assert_allclose(limits(noisy), limits(exact), rtol=1e-9)
+    # Shear per pressure is 1 / 10.
+    assert limits(noisy)[1] == pytest.approx(0.3 * 10, rel=1e-9)
+    (note,) = noisy.notes
+    assert re.fullmatch(r"contacts: adjust, body 'upper': \d+ nodes moved, by up to .*", note)
+    assert note in repr(noisy)
+    largest = float(note.rsplit(" ", 1)[1])
+    assert 0.5 * size < largest < 2 * size
+
+
+@pytest.mark.parametrize("kind", ["plane", "space"])
+def test_noise_on_both_faces_does_not_hold_the_body(kind):
+    random = np.random.default_rng(2)
+
+    def noise(x):
+        return 1e-4 * random.uniform(-1, 1, x.shape)
+
+    limit, slides = limits(pad(noise, noise, kind, adjust=1e-3))
+    assert slides == pytest.approx(3.0, rel=1e-9)
+    assert limit == pytest.approx(limits(pad(kind=kind))[0], rel=1e-3)
+
+
+def test_only_overlaps_move_if_the_tolerance_is_zero():
+    waves = along_normal(lambda x: np.where(x < 0.5, -1e-4, 1e-4))
+    model = pad(waves, adjust=0)
+    system = model.condense(progress=False)
+    np.testing.assert_allclose(system.gap, np.where(system.x < 0.5, 0.0, 1e-4), atol=1e-15)
+    assert model.notes == ("contacts: adjust, body 'upper': 2 nodes moved, by up to 0.0001",)
+    # Without a tolerance an overlap and a gap are refused, with the way out.
+    for gap in (None, "measured"):
+        with pytest.raises(fo.ModelError, match=r"overlap by 0.0001.*give the Contact adjust="):
+            pad(waves, gap=gap)
+    with pytest.raises(fo.ModelError, match=r"do not touch.*give the Contact adjust="):
+        pad(along_normal(lambda x: 1e-4 + 0 * x))
+
+
+def test_chosen_nodes_move_however_far_they_are():
+    apart = along_normal(lambda x: 0.01 + 0 * x)
+    model = pad(apart, adjust=lambda x, y: x < 0.5)
+    system = model.condense(progress=False)
+    np.testing.assert_allclose(system.gap, np.where(system.x < 0.5, 0.0, 0.01), rtol=1e-3)
+    assert pad(apart, adjust="left").condense(progress=False).gap.argmin() == 0
+
+
+@pytest.mark.parametrize("tilt", [1e-2, -1e-2])
+def test_a_taper_stays_a_taper(tilt):
+    """A block on a slope moves downhill under the shear P tan(phi - beta)."""
+    slope = along_normal(lambda x: tilt * x)
+
+    def noisy_slope(x):
+        steps = slope(x)
+        steps[-1] += 1e-5 * np.sin(50 * x[0])
+        return steps
+
+    slides = limits(pad(noisy_slope, slope, adjust=1e-4))[1]
+    assert slides == pytest.approx(10 * np.tan(np.arctan(0.3) - abs(np.arctan(tilt))), rel=1e-6)
+
+
+def test_a_node_of_two_contacts_comes_to_their_common_edge():
+    random = np.random.default_rng(3)
+    x, y = np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 3)
+    places = {
+        "under": lambda x: x[1] == 0,
+        "side": lambda x: x[0] == 0,
+        "top": lambda x: x[1] == 1,
+        "face": lambda x: x[0] == 0,
+        "up": lambda x: x[1] == 0,
+    }
+    box = MeshQuad.init_tensor(x, y).with_boundaries(places)
+    noisy = MeshQuad(box.p + 1e-5 * random.uniform(-1, 1, box.p.shape), box.t)
+    floor = MeshQuad.init_tensor(x, y - 1).with_boundaries(places)
+    wall = MeshQuad.init_tensor(x - 1, y).with_boundaries(
+        {"face": lambda x: x[0] == 0, "far": lambda x: x[0] == -1}
+    )
+    model = fo.ContactModel(
+        {
+            "box": fo.Body(noisy.with_boundaries(box.boundaries)),
+            "floor": fo.Body(floor),
+            "wall": fo.Body(wall),
+        },
+        contacts=[
+            fo.Contact("box", "floor", "under", "up", adjust=1e-4),
+            fo.Contact("box", "wall", "side", "face", adjust=1e-4),
+        ],
+        supports=[fo.Support("floor", lambda x, y: y == -1), fo.Support("wall", "far")],
+        loads={"P": [fo.Pressure("box", "top", 1.0)]},
+    )
+    system = model.condense(progress=False)
+    of_floor = system.contact == "under"
+    np.testing.assert_allclose(system.points[of_floor, 1], 0.0, atol=1e-15)
+    np.testing.assert_allclose(system.points[~of_floor, 0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(system.points[of_floor][0], 0.0, atol=1e-15)
+
+
+def test_moves_that_would_change_elements_are_refused():
+    def stepped(x):
+        return along_normal(lambda x: np.where(np.isclose(x, 1 / 3), 0.05, 0.0))(x)
+
+    message = (
+        r"adjust, body 'upper': node \d at \(0.333333, 0.05\) would move by 0.05, and element 0"
+    )
+    with pytest.raises(fo.ModelError, match=message):
+        pad(stepped, adjust=0.1)
+    for wrong, message in {-1.0: "adjust", "nowhere": "'nowhere' is unknown", 1j: "adjust"}.items():
+        with pytest.raises(fo.ModelError, match=message):
+            pad(adjust=wrong)
+
+
+def sector(off, **cyclic):
+    """Two rings of a twelfth of a circle on each other; the cuts are off by an angle."""
+    grid = MeshHex.init_tensor(
+        np.linspace(1, 2, 3), np.linspace(0, np.pi / 6, 4), np.linspace(0, 0.5, 3)
+    )
+    angle = grid.p[1] * (1 - off)
+    points = np.array([grid.p[0] * np.cos(angle), grid.p[0] * np.sin(angle), grid.p[2]])
+    end = np.tan(np.pi / 6 * (1 - off))
+    places = {
+        "from": lambda x: abs(x[1]) < 1e-9,
+        "to": lambda x: abs(x[1] - x[0] * end) < 1e-9,
+        "contact": lambda x: x[2] == 0,
+        "far": lambda x: abs(x[2]) == 0.5,
+    }
+    bodies = {
+        name: fo.Body(
+            MeshHex(points * [[1.0], [1.0], [side]], grid.t).with_boundaries(places), STEEL
+        )
+        for name, side in (("high", 1.0), ("low", -1.0))
+    }
+    return fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("high", "low")],
+        supports=[
+            fo.Cyclic("high", "from", "to", **cyclic),
+            fo.Cyclic("low", "from", "to", **cyclic),
+            fo.Support("low", "far"),
+        ],
+        loads={
+            "P": [fo.Pressure("high", "far", 1.0)],
+            "Q": [fo.Traction("high", "far", x=lambda x, y, z: -y, y=lambda x, y, z: x)],
+        },
+    )
+
+
+def test_cuts_of_a_sector_close_within_the_tolerance():
+    with pytest.raises(fo.ModelError, match=r"turned copies.*noise, give the Cyclic a tolerance"):
+        sector(4e-6)
+    exact = sector(0.0).condense(progress=False)
+    model = sector(4e-6, tolerance=1e-5)
+    closed = model.condense(progress=False)
+    assert closed.nodes == exact.nodes
+    np.testing.assert_allclose(closed.S, exact.S, atol=1e-4 * np.abs(exact.S).max())
+    for system in (exact, closed):
+        slides = fo.gross_slip(system, SHEAR, friction=0.3, progress=False).load_factor
+        np.testing.assert_allclose(slides, limit_of_ring(exact), rtol=1e-4)
+    assert [note.split(":")[0] for note in model.notes] == [
+        "sector of body 'high'",
+        "sector of body 'low'",
+    ]
+    with pytest.raises(fo.ModelError, match="tolerance"):
+        fo.Cyclic("high", "from", "to", tolerance=-1.0)
+
+
+def limit_of_ring(system):
+    """Friction against the torque, if all pressure is at the outer radius, 2."""
+    x, y, _ = system.points.T
+    q_x, q_y = system.bonded["Q"][0].T
+    return 0.3 * 2.0 * system.bonded["P"][1].sum() / abs((x * q_y - y * q_x).sum())
