@@ -192,7 +192,8 @@ def gross_slip(
     determine the pressure. Examples are a press fit, a clip, a joint with a locked bolt, or a body
     that supports guide along its face. Then transients without initial slip are followed. If they
     slide off at a lower load factor, the result is this load factor, and `reason` says so. Its
-    relative error is 2e-4, in space 2e-3 with two increments from corner to corner, which may take
+    relative error is 2e-4; in space it is 1e-3, besides 2e-3 of two increments from corner to
+    corner, which may take
     minutes. Equilibrium answers at once where it decides.
 
     Parameters

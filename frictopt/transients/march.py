@@ -263,11 +263,16 @@ def amplitudes_at(
 
 
 def path_of(
-    system: ContactSystem, *parameters: Any, steps: int | None = None, engine: object = None
+    system: ContactSystem,
+    *parameters: Any,
+    steps: int | None = None,
+    engine: object = None,
+    retries: bool = True,
 ) -> ExactPath | SteppedPath:
     """A `Transient` that has not begun; `parameters` are its other ones.
 
-    `steps` and `engine` are those of `march`.
+    `steps` and `engine` are those of `march`. Without `retries`, an increment ends the transient
+    if Newton's method does not find its state at once.
     """
     in_plane = checked_law(system, "march").tangents == 1
     if engine is not None:
@@ -292,7 +297,7 @@ def path_of(
                 f"engine with increments: {', '.join(ENGINES)}"
             )
         return ExactPath(system, *parameters)
-    return SteppedPath(chosen, steps, system, *parameters).checked()
+    return SteppedPath(chosen, steps, system, *parameters, retries=retries).checked()
 
 
 def mean_state(

@@ -70,7 +70,10 @@ class SteppedPath(Transient):
         Number of changes of status so far.
     """
 
-    def __init__(self, engine: str, steps: int | None, *parameters: Any) -> None:
+    def __init__(
+        self, engine: str, steps: int | None, *parameters: Any, retries: bool = True
+    ) -> None:
+        self._retries = retries
         self.engine = engine
         self.steps = whole_number("steps", _SETTINGS.steps if steps is None else steps, least=1)
         smaller_counts = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
@@ -83,6 +86,7 @@ class SteppedPath(Transient):
         from . import increments
 
         self._increment = getattr(increments, ENGINES[self.engine])(self.system, self.friction)
+        self._increment.retries = self._retries
         self.unit = np.tile(self.scales.length, self.system.tangents)
         status = np.where(opened, OPEN, STICK).astype(np.int8)
         zeros = np.zeros(self.nodes)

@@ -41,8 +41,9 @@ class SlidingOffSearch:
     most_shrinks: int = 10
     # Width of the last bracket, over its upper end.
     tolerance: float = 2e-4
-    # Increments from corner to corner in space.
+    # Increments from corner to corner in space, and the width there: it is below their error.
     steps_in_space: int = 2
+    tolerance_in_space: float = 1e-3
 
 
 SEARCH = SlidingOffSearch()
@@ -75,10 +76,14 @@ def sliding_off(
     from ...transients.march import path_of
     from ...transients.steady import steady_without_step_error
 
-    steps = SEARCH.steps_in_space if system.tangents == 2 else None
+    steps = None
+    tolerance = SEARCH.tolerance
+    if system.tangents == 2:
+        steps = SEARCH.steps_in_space
+        tolerance = SEARCH.tolerance_in_space
 
-    def follow_first_cycle(load_factor: float) -> None:
-        path = path_of(system, cycle, friction, load_factor, steps=steps).start()
+    def follow_first_cycle(load_factor: float, retries: bool = True) -> None:
+        path = path_of(system, cycle, friction, load_factor, steps=steps, retries=retries).start()
         for leg in path.legs:
             path.follow([leg])
             bar.update()
@@ -86,6 +91,7 @@ def sliding_off(
     def follow_all_cycles(load_factor: float) -> None:
         steady_without_step_error(system, cycle, friction, load_factor, None, steps)
 
+    end_at_once = partial(_end_of, partial(follow_first_cycle, retries=False))
     end_in_first_cycle = partial(_end_of, follow_first_cycle)
     end_in_any_cycle = partial(_end_of, follow_all_cycles)
 
@@ -99,21 +105,30 @@ def sliding_off(
 
     known = Bracket(0.0, np.inf, "")
     cycles = False
+
+    def approach(
+        end_at: Callable[[float], str], start: float, end: float, low: float = 0.0
+    ) -> None:
+        nonlocal known
+        for known in _approached(end_at, start, end, low, tolerance):
+            bar.best = f"they reach {known.low:.4g}"
+
     try:
         with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
             # The first cycle takes little time, also near the load that is sought, and nearly
             # always decides.
-            for bracket in _approached(end_in_first_cycle, start, end):
-                known = bracket
-                bar.best = f"they reach {known.low:.4g}"
+            approach(end_at_once, start, end)
+            if steps and known.why:
+                # An increment without a state takes ten times as long if all methods try it, so
+                # they try the smallest load factor alone at which the first one failed.
+                first = known.high if known.low > 0 else start
+                approach(end_in_first_cycle, first, end, known.low)
             why = end_in_any_cycle(known.low) if known.low > 0 else ""
             cycles = True
             if why:
                 known = Bracket(0.0, known.low, why)
                 first = SEARCH.start * known.high
-                for bracket in _approached(end_in_any_cycle, first, known.high):
-                    known = bracket
-                    bar.best = f"they reach {known.low:.4g}"
+                approach(end_in_any_cycle, first, known.high)
     except OutOfTime:
         return replace(known, complete=False, cycles=cycles)
     return known
@@ -136,15 +151,18 @@ def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
     return constant / cyclic if constant > 0 and cyclic > 0 else 1.0
 
 
-def _approached(end_at: Callable[[float], str], start: float, end: float) -> Iterator[Bracket]:
+def _approached(
+    end_at: Callable[[float], str], start: float, end: float, low: float, tolerance: float
+) -> Iterator[Bracket]:
     """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
 
-    Load factors shrink or grow until one of each kind is known. Then the bracket is halved.
+    Load factors shrink or grow until one of each kind is known. Then the bracket is halved. At
+    `low` a transient goes on.
     """
-    bracket = Bracket(0.0, np.inf, "")
+    bracket = Bracket(low, np.inf, "")
     trial = start
     smallest = start / SEARCH.growth**SEARCH.most_shrinks
-    while bracket.low < min(end, (1 - SEARCH.tolerance) * bracket.high):
+    while bracket.low < min(end, (1 - tolerance) * bracket.high):
         why = end_at(trial)
         bracket = Bracket(bracket.low, trial, why) if why else replace(bracket, low=trial)
         yield bracket

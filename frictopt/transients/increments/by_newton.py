@@ -188,7 +188,10 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
             if moved:
                 acting = reactions(S, r, moved[0] - u)
             if moved is None or not np.abs(acting - moved[1]).max() <= STALLED * force:
-                moved = self._moved(u, r, force, key) or self._solved_by_itself(u, load)
+                moved = self._moved(u, r, force, key)
+                if moved is None and not self.retries:
+                    raise SolverError("friction increment: Newton's method finds no state at once")
+                moved = moved or self._solved_by_itself(u, load)
                 acting = reactions(S, r, moved[0] - u)
             u = moved[0]
             self._stands = u, acting - load

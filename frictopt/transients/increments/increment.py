@@ -207,6 +207,8 @@ class FrictionIncrement(ABC):
     """
 
     _title: ClassVar[str] = "friction increment"
+    retries = True
+    """Whether a method that fails in `along` tries further starts and methods."""
 
     def __init__(self, system: ContactSystem, friction: PerNode) -> None:
         self.system, self.friction = (

@@ -35,6 +35,10 @@ class NewtonSettings:
     kept_factors: float = 0.1
     # If a step leaves more than this share of the squared error, the error may be rounding.
     small_gain: float = 0.25
+    # It ends without a state after so many steps in turn that each leave more than this share of
+    # the squared error: a body slides, and further motion does not change the forces.
+    no_gain: float = 0.99
+    idle_steps: int = 6
 
 
 _SETTINGS = NewtonSettings()
@@ -95,8 +99,9 @@ def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
     """
     best = _piece(law, trial, u)
     steps = 0
+    idle = 0
     factors = None
-    while steps < most and best.error > _SETTINGS.enough:
+    while steps < most and idle < _SETTINGS.idle_steps and best.error > _SETTINGS.enough:
         if factors and (factors.status == best.status).all():
             tried = _piece(law, trial, best.u + factors.step(best))
             if tried.error <= _SETTINGS.kept_factors * best.error:
@@ -109,6 +114,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
         tried = _line_search(law, trial, best, direction)
         if _is_rounding(tried, best):
             break
+        idle = idle + 1 if tried.merit > _SETTINGS.no_gain * best.merit else 0
         best = tried
     return _on_law(law, best, steps)
 
