@@ -20,6 +20,7 @@ from .fem.model import ContactModel
 from .fem.node_forces import PointForce, RemoteForce
 from .fem.paraview import write_paraview
 from .fem.supports import Support
+from .fem.ties import Tie
 from .joints.backbone import backbone_curve
 from .joints.report import report
 from .joints.tightening import tightened
@@ -91,6 +92,7 @@ __all__ = [
     "SolverError",
     "StoreError",
     "Support",
+    "Tie",
     "Traction",
     "after_overload",
     "backbone_curve",

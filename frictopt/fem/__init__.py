@@ -12,6 +12,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `mixed.py` | meshes of elements of several shapes |
 | `contacts.py`, `supports.py`, `couplings.py` | contacts, supports, and nodes coupled to a point |
 | `cyclic.py`, `sector.py` | sectors of a ring |
+| `ties.py` | faces that are glued for good |
 | `adjusting.py` | position tolerances: nodes moved onto the opposite face |
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
 | `bolts.py`, `load_sizes.py` | tightened bolts, and sizes of load cases |

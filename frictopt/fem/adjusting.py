@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
@@ -17,9 +18,10 @@ from .bodies import Body, check_elements
 from .contacts import Contact, faces_of
 from .elasticity import corner_weights
 from .faces import mortar_projection, unit_vectors
-from .mortar import NO_NODES, Face, facing, without_slivers
+from .mortar import NO_NODES, Face, edge_length, facing, without_slivers
 from .normals import Planes, node_normals
 from .supports import Place, nodes_of
+from .ties import Tie, Tied
 
 
 @dataclass(frozen=True)
@@ -32,34 +34,42 @@ class MoveSettings:
     into_plane: float = 0.02
     # Two nodes of matching meshes are not farther apart.
     same_node: float = 0.01
+    # Tolerance of ties over the mean edge, as in CalculiX.
+    tied: float = 0.025
 
 
 SETTINGS = MoveSettings()
 
 
 def adjusted(
-    bodies: Mapping[str, Body], contacts: Sequence[Contact]
-) -> tuple[dict[str, Body], list[Integers], list[str]]:
-    """The bodies after the moves, the nodes of body 1 that touch in each contact, and notes.
+    bodies: Mapping[str, Body], ties: Sequence[Tie], contacts: Sequence[Contact]
+) -> tuple[dict[str, Body], list[Tied], list[Integers], list[str]]:
+    """The bodies after the moves, with the nodes of each tie, and notes.
 
-    A node of several contacts stays in the faces of the earlier ones while it moves.
+    The third result has the nodes of body 1 that touch in each contact. A node of several contacts
+    stays in the faces of the earlier ones while it moves.
     """
     moves = _Moves(bodies)
+    tied = [moves.tie(tie) for tie in ties]
     touching = [
         NO_NODES if contact.adjust is None else moves.fit(contact, contact.adjust)
         for contact in contacts
     ]
-    notes = []
-    for name, body in moves.bodies.items():
-        notes += checked_moves(f"contacts: adjust, body {name!r}", bodies[name], body)
-    return moves.bodies, touching, notes
+    return moves.bodies, tied, touching, notes_on_moves("adjust", bodies, moves.bodies)
 
 
-def checked_moves(argument: str, before: Body, after: Body) -> list[str]:
-    """A note of how many corner nodes have moved, and by how much; none if none has.
+def notes_on_moves(cause: str, before: Mapping[str, Body], after: Mapping[str, Body]) -> list[str]:
+    """A note for each body with corner nodes that have moved: how many, and by how much.
 
     No node may move by much of its elements, and all these stay convex.
     """
+    notes = []
+    for name, body in before.items():
+        notes += _note_on_moves(f"{cause}, body {name!r}", body, after[name])
+    return notes
+
+
+def _note_on_moves(argument: str, before: Body, after: Body) -> list[str]:
     count = before.mesh.nvertices
     length = np.linalg.norm(after.mesh.p - before.mesh.p, axis=0)[:count]
     length[length <= np.linalg.norm(before.errors[:count], axis=1)] = 0.0
@@ -91,6 +101,11 @@ def _shortest_edges(mesh: Mesh) -> Array:
     return edge
 
 
+def _largest(values: Array, P: csr_matrix) -> Array:
+    """(n,) largest of the values of the nodes of each place."""
+    return np.asarray(np.maximum.reduceat(values[P.indices], P.indptr[:-1]))
+
+
 class _Moves:
     """Bodies whose nodes move, contact after contact."""
 
@@ -98,8 +113,36 @@ class _Moves:
         self.bodies = dict(bodies)
         d = next(iter(bodies.values())).mesh.dim()
         self._planes = Planes(d)
+        self._axes = list(np.eye(d))
         # Orthonormal directions in which a node of a body must not move any more.
         self._fixed: dict[tuple[str, int], list[Array]] = {}
+
+    def tie(self, tie: Tie) -> Tied:
+        """Move nodes of face 1 to their places on face 2; returns those within the tolerance.
+
+        A second pass finds the places of the moved nodes.
+        """
+        for _ in range(1 + tie.adjust):
+            face_1, face_2, nodes, P = self._placed(tie)
+            off = face_1.points[nodes] - P @ face_2.points
+            tolerance = tie.tolerance or SETTINGS.tied * edge_length(face_1.corners)
+            sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
+            near = np.linalg.norm(off, axis=1) <= tolerance + sag
+            if not near.any():
+                raise ModelError(
+                    f"ties: {tie.title}: no node of the face of body {tie.body_1!r} lies within "
+                    f"{tolerance:.3g} of the other face; give a larger tolerance, or exchange the "
+                    "faces"
+                )
+            if tie.adjust:
+                places = face_1.points[nodes] - off
+                normals = unit_vectors(off[near])
+                self._move(tie.body_1, nodes[near], places[near], normals, stays=False)
+        # Later moves would part the faces again.
+        for name, face_nodes in ((tie.body_1, nodes[near]), (tie.body_2, face_2.facets.ravel())):
+            self._fixed.update(dict.fromkeys(((name, k) for k in face_nodes.tolist()), self._axes))
+        others = np.setdiff1d(face_1.facets, nodes[near])
+        return Tied(nodes[near], P[near], len(others), tolerance)
 
     def fit(self, contact: Contact, adjust: float | Place) -> Integers:
         """Move nodes of body 1 onto body 2; returns those that touch afterwards."""
@@ -108,13 +151,7 @@ class _Moves:
         edge = _shortest_edges(body_1.mesh)
         _, face_2, _ = faces_of(contact, body_1, self._body(contact.body_2))
         is_plane = self._straighten(contact.body_2, face_2, tolerance)
-        body_1 = self._body(contact.body_1)
-        face_1, face_2, names = faces_of(contact, body_1, self._body(contact.body_2))
-        overlaps, share = facing(face_1, face_2, names)
-        overlaps, face_1, _ = without_slivers(overlaps, face_1, share)
-        nodes = np.unique(face_1.facets)
-        P, _ = mortar_projection(overlaps, nodes, len(face_2.points))
-
+        face_1, face_2, nodes, P = self._placed(contact)
         points = face_1.points[nodes]
         inward = node_normals(face_2.facets, face_2.points, face_2.errors, self._planes)
         normals = -unit_vectors(P @ unit_vectors(inward))
@@ -122,7 +159,7 @@ class _Moves:
         # Nodes of round faces may miss the opposite facets by their sag, and stay.
         sag = np.zeros(len(nodes))
         if not is_plane:
-            sag = face_1.sag()[nodes] + np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
+            sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
         if isinstance(adjust, float):
             touches = distance <= tolerance + sag
         else:
@@ -140,6 +177,15 @@ class _Moves:
 
     def _body(self, name: str) -> Body:
         return self.bodies[choice("contacts: body", name, self.bodies)].through_corners
+
+    def _placed(self, part: Contact | Tie) -> tuple[Face, Face, Integers, csr_matrix]:
+        """Both faces, the nodes of face 1 that lie opposite face 2, and their places there."""
+        bodies = self._body(part.body_1), self._body(part.body_2)
+        face_1, face_2, names = faces_of(part, *bodies)
+        overlaps, share = facing(face_1, face_2, names)
+        overlaps, opposite, _ = without_slivers(overlaps, face_1, share)
+        nodes = np.unique(opposite.facets)
+        return face_1, face_2, nodes, mortar_projection(overlaps, nodes, len(face_2.points))[0]
 
     def _straighten(self, name: str, face: Face, tolerance: float) -> bool:
         """Move the nodes of a face of body 2 into its plane, if it nearly has one.
@@ -160,11 +206,13 @@ class _Moves:
             self._move(name, nodes, places, np.tile(normal, (len(nodes), 1)))
         return True
 
-    def _move(self, name: str, nodes: Integers, places: Array, normals: Array) -> None:
+    def _move(
+        self, name: str, nodes: Integers, places: Array, normals: Array, *, stays: bool = True
+    ) -> None:
         """Move corner nodes of a body to places (n, d), and its midside nodes with them.
 
         A node that must stay in other faces moves along these until it reaches the plane with the
-        normal (n, d) through its place.
+        normal (n, d) through its place. It `stays` in this plane in later moves.
         """
         mesh = self.bodies[name].mesh
         steps = np.zeros(mesh.p.shape)
@@ -178,7 +226,8 @@ class _Moves:
             if size > same_direction:
                 if fixed:
                     step = free * (normal @ step) / size**2
-                fixed.append(free / size)
+                if stays:
+                    fixed.append(free / size)
                 steps[:, node] = step
         if steps.any():
             corners = steps[:, mesh.t]  # (d, corners, elements)

@@ -9,10 +9,20 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers, choice, number_of, place, shown
+from ..base import (
+    COUNTS,
+    ROUNDING,
+    SAME_POINT,
+    Array,
+    Booleans,
+    Integers,
+    choice,
+    place,
+    shown,
+)
 from ..contact.frames import frames_of
 from ..errors import ModelError
-from .adjusting import adjusted, checked_moves
+from .adjusting import adjusted, notes_on_moves
 from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, check_ends, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
@@ -21,13 +31,14 @@ from .contacts import Contact, contact_names, join_faces, normals_into
 from .couplings import Coupling, coupled
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .guided_pairs import guided_pairs, node_directions
+from .guided_pairs import guided_pairs, node_directions, notes_on_held
 from .interface import ASKEW, Interface, blocks_of, openings
 from .loads import Displacement
 from .mortar import Joint
 from .rigid import NO_ROWS, assemblies, free_motions, free_to_slide, node_graph
 from .shared_corners import independent_pairs
 from .supports import Support, along_axes, nodes_of, normals_along, planes_of
+from .ties import Tie, followers_of
 from .touching import check_touching
 
 
@@ -53,6 +64,8 @@ class Assembly:
     tied
         Matrix by which midside nodes of contact faces, and cut faces of sectors, follow other
         nodes.
+    of_ties, followers
+        The nodes of each tie with their places, and all nodes that follow others.
     joints
         The joined faces of each contact.
     pairs
@@ -75,11 +88,12 @@ class Assembly:
         bodies: Mapping[str, Body],
         supports: Sequence[Support | Cyclic | Coupling],
         contacts: Sequence[Contact],
+        ties: Sequence[Tie],
         bolts: Sequence[BoltPreload],
         kinematics: Kinematics,
     ) -> None:
         cut, cuts = cut_bodies(bodies, bolts, kinematics)
-        self.bodies, self.touching, self.notes = adjusted(cut, contacts)
+        self.bodies, self.of_ties, self.touching, self.notes = adjusted(cut, ties, contacts)
         self.kinematics = kinematics
         self.supports = [support for support in supports if isinstance(support, Support)]
         cyclic = [support for support in supports if isinstance(support, Cyclic)]
@@ -87,13 +101,13 @@ class Assembly:
         self.sector = sector_of(cyclic, self.bodies, kinematics)
         open_ring = self.bodies
         self.bodies = self.sector.closed(open_ring)
-        for name, body in self.bodies.items():
-            self.notes += checked_moves(f"sector of body {name!r}", open_ring[name], body)
+        self.notes += notes_on_moves("sector", open_ring, self.bodies)
         self._number_nodes()
         self.names = contact_names(contacts)
-        self.joints = self._joined_faces(contacts)
+        self.followers = followers_of(ties, self.of_ties, self.bodies, self.first_node)
+        self.joints = self._joined_faces(contacts, ties)
         self._hold_nodes()
-        self.tied = self._ties(contacts)
+        self.tied = self._ties(contacts, ties)
         self._make_pairs(contacts)
         self.cuts = self._closed_cuts(cuts)
 
@@ -205,20 +219,21 @@ class Assembly:
                 owner = name
         return f"node {node - self.first_node[owner]} of body {owner!r}"
 
-    def _joined_faces(self, contacts: Sequence[Contact]) -> list[Joint]:
-        """Join the faces of each contact, and check that all touching faces have a contact."""
+    def _joined_faces(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> list[Joint]:
+        """Join the faces of each contact, and check that all touching faces have one, or a tie."""
         names = [name for contact in contacts for name in (contact.body_1, contact.body_2)]
         bodies = {name: self.body("contacts", name).through_corners for name in names}
         joints = []
         touched = defaultdict[tuple[str, str], list[Integers]](list)
         of_contacts = zip(contacts, normals_into(contacts, bodies), self.touching, strict=True)
         for contact, normals, touching in of_contacts:
-            body_1 = bodies[contact.body_1]
-            body_2 = bodies[contact.body_2]
-            joint = join_faces(contact, body_1, body_2, normals, touching, self.kinematics)
+            joint = join_faces(contact, bodies, normals, touching, self.kinematics)
             joints.append(joint)
             touched[contact.body_1, contact.body_2].append(joint.opposite)
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)
+        for tie, of_tie in zip(ties, self.of_ties, strict=True):
+            touched[tie.body_1, tie.body_2].append(of_tie.nodes)
+            touched[tie.body_2, tie.body_1].append(of_tie.places.indices)
         check_touching(self.bodies, touched)
         return joints
 
@@ -272,17 +287,17 @@ class Assembly:
         cosines = np.abs(self.directions[nodes] @ direction)
         return np.asarray((held[nodes] & (cosines > SAME_POINT)).any(axis=1))
 
-    def _ties(self, contacts: Sequence[Contact]) -> csr_matrix:
+    def _ties(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> csr_matrix:
         """Matrix `tied`: midside nodes of contact faces follow corners, cut faces follow cut faces.
 
-        Nodes of couplings follow each other.
+        Nodes of ties and couplings follow each other.
 
         Displacements that a support holds stay held; dependent displacements are marked in
         `free_rows`.
         """
-        ties = block_diag(self._midside_ties(contacts)).tocoo()
+        links = block_diag(self._midside_ties([*contacts, *ties])).tocoo()
         d = self.points.shape[1]
-        midside = ties.row // d
+        midside = links.row // d
         for support in self.supports:
             is_point = isinstance(support.where, tuple)
             if is_point and np.isin(self.nodes("supports", support), midside).any():
@@ -290,20 +305,31 @@ class Assembly:
                     f"supports: {support} is a midside node of a contact face, which follows the "
                     "corners; hold corners"
                 )
-        self._let_follow(midside, ties.col // d)
+        self._let_follow(midside, links.col // d)
 
-        free = self.free_rows.ravel()[ties.row] >= 0
+        free = self.free_rows.ravel()[links.row] >= 0
         unknowns = self.rows.ravel()
-        row = unknowns[ties.row[free]]
-        column = unknowns[ties.col[free]]
+        row = unknowns[links.row[free]]
+        column = unknowns[links.col[free]]
         follows = np.zeros(len(unknowns))
         follows[row] = 1.0
         self.free_rows[follows[self.rows] > 0] = -2
-        weights = csr_matrix((ties.data[free], (row, column)), shape=(len(follows),) * 2)
+        weights = csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2)
         by_corners = csr_matrix(diags(1 - follows) + weights)
+        held = self.free_rows < 0
+        elsewhere = np.r_[self.sector.on_cuts, self.oblique]
+        by_ties = self._by_rows(self.followers.motion(held, elsewhere, self.points))
+        tied = self.followers.nodes
+        self.free_rows[tied] = np.where(held[tied], -1, -2)
         by_couplings = self._couple(contacts, midside)
         by_sector = self.sector.follow(self.rows, self.free_rows, self.directions, self.points)
-        return csr_matrix(by_corners @ by_couplings @ by_sector)
+        return csr_matrix(by_corners @ by_ties @ by_couplings @ by_sector)
+
+    def _by_rows(self, matrix: csr_matrix) -> csr_matrix:
+        """A matrix of displacements `d node + axis`, for the unknowns `rows` instead."""
+        size = self.rows.size
+        order = csr_matrix((np.ones(size), (self.rows.ravel(), np.arange(size))))
+        return csr_matrix(order @ matrix @ order.T)
 
     def _couple(self, contacts: Sequence[Contact], midside: Integers) -> csr_matrix:
         """Matrix by which nodes of couplings follow each other; they are marked in `free_rows`."""
@@ -312,7 +338,7 @@ class Assembly:
                 f"supports: {self.couplings[0]} beside a Cyclic; a coupling cannot include nodes "
                 "of other sectors: model the whole ring, or use a Support"
             )
-        taken = [midside, self.oblique]
+        taken = [midside, self.oblique, self.followers.nodes]
         for contact, joint in zip(contacts, self.joints, strict=True):
             taken.append(self.first_node[contact.body_1] + joint.nodes)
             taken.append(self.first_node[contact.body_2] + joint.projection.indices)
@@ -325,14 +351,12 @@ class Assembly:
             self.points,
             self.kinematics,
         )
-        unknowns = self.rows.ravel()
         self.free_rows.ravel()[self.coupled.followers] = -2
         self.free_rows.ravel()[self.coupled.zero] = -1
-        order = csr_matrix((np.ones(len(unknowns)), (unknowns, np.arange(len(unknowns)))))
-        return csr_matrix(order @ self.coupled.matrix @ order.T)
+        return self._by_rows(self.coupled.matrix)
 
-    def _midside_ties(self, contacts: Sequence[Contact]) -> list[csr_matrix]:
-        """Ties of the midside nodes of each body on contacts, and on cuts that do not match."""
+    def _midside_ties(self, contacts: Sequence[Contact | Tie]) -> list[csr_matrix]:
+        """Ties of midside nodes of each body on contacts, ties, and cuts that do not match."""
         faces = {name: [np.zeros(0, int)] for name in self.bodies}
         for contact in contacts:
             for name, boundary in (
@@ -388,18 +412,21 @@ class Assembly:
         partners = np.full(len(nodes), -1)
         partners[links.row[coincides]] = links.col[coincides]
 
+        same = self.followers.same
         pairs, means, normals = independent_pairs(
             contacts,
             number,
-            nodes,
-            partners,
+            same[nodes],
+            np.where(partners < 0, -1, same[partners]),
             self.points[nodes],
             self.errors[nodes],
             normals,
             widths,
             inside,
         )
-        opening = csr_matrix(means @ openings(nodes, projection))
+        opening = csr_matrix(means @ openings(nodes, projection) @ self.followers.matrix)
+        opening.data[np.abs(opening.data) <= ROUNDING] = 0.0
+        opening.eliminate_zeros()
         directions = self.directions if len(self.oblique) else None
         guided = guided_pairs(
             nodes[pairs], opening, self.free_rows, normals, self.points, self.errors, directions
@@ -442,37 +469,30 @@ class Assembly:
         )
 
     def _that_move(self, pairs: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The pairs without those that are held on both sides: no load moves these.
+        """The pairs without those that supports hold, or a tie joins, on both sides.
 
-        The supports carry their pressure and shear, so their widths belong to no other pair.
+        No load moves these. Supports and ties carry their pressure and shear, so their widths
+        belong to no other pair.
         """
         contact, nodes, projection, *_ = pairs
-        opening = openings(nodes, projection)
-        weights = abs(opening)
+        weights = openings(nodes, projection)
+        opening = weights @ self.followers.matrix
         is_free = (self.free_rows != -1).any(axis=1)
         # Rounding may join a held node to its neighbours. A node at the tip of a crack is free.
-        moves = weights @ is_free >= COUNTS * np.asarray(weights.sum(axis=1)).ravel()
+        moves = abs(opening) @ is_free >= COUNTS * np.asarray(abs(weights).sum(axis=1)).ravel()
         self.held = nodes[~moves], opening[~moves]
-        for number, name in enumerate(self.names):
-            held = nodes[~moves & (contact == number)]
-            if not len(held):
-                continue
-            if not moves[contact == number].any():
-                raise ModelError(
-                    f"contacts: all pairs of {name!r} are held on both sides, so nothing moves "
-                    "there; leave the contact out, or hold fewer nodes"
-                )
-            listed = ", ".join(self._name_of_node(node) for node in held.tolist())
-            self.notes.append(
-                f"{number_of(len(held), 'pair')} of contact {name!r} held on both sides and left "
-                f"out: {listed}"
-            )
+        self.notes += notes_on_held(self.names, contact, nodes, moves, self._name_of_node)
         return tuple(part[moves] for part in pairs)
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
         """The cuts in node numbers of the model; the far faces follow the near faces."""
         closed = []
-        taken = np.r_[self.pairs.opening.indices, self.sector.on_cuts, self.coupled.nodes]
+        taken = np.r_[
+            self.pairs.opening.indices,
+            self.sector.on_cuts,
+            self.coupled.nodes,
+            self.followers.nodes,
+        ]
         for cut in cuts:
             near = self.first_node[cut.bolt.body] + cut.near
             far = self.first_node[cut.bolt.body] + cut.far

@@ -20,6 +20,7 @@ from .loads import Part, values_at
 from .mortar import Face, FaceNames, Joint, joined
 from .normals import Planes, normals_of_faces
 from .supports import Place, checked_place
+from .ties import Tie
 
 
 @dataclass(frozen=True)
@@ -124,6 +125,11 @@ class Contact:
             stiffness = checked_springs(name, getattr(self, name), 1)[0]
             object.__setattr__(self, name, float(stiffness))
 
+    @property
+    def title(self) -> str:
+        """Words for the contact in messages."""
+        return f"contact {self.name!r}"
+
 
 @dataclass(frozen=True)
 class Interference(Part):
@@ -189,8 +195,7 @@ def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> lis
 
 def join_faces(
     contact: Contact,
-    body_1: Body,
-    body_2: Body,
+    bodies: Mapping[str, Body],
     normals: Array,
     touching: Integers,
     kinematics: Kinematics,
@@ -200,7 +205,8 @@ def join_faces(
     `normals` (nodes of body 1, d) point into body 1, see `normals_into`; `touching` are nodes of
     body 1 that have been moved onto body 2.
     """
-    face_1, face_2, names = faces_of(contact, body_1, body_2)
+    body_1 = bodies[contact.body_1]
+    face_1, face_2, names = faces_of(contact, body_1, bodies[contact.body_2])
     nodes = np.unique(face_1.facets)
     if kinematics != "space":
         facets_1 = body_1.boundary(contact.boundary_1, "contacts")
@@ -224,13 +230,12 @@ def join_faces(
     )
 
 
-def faces_of(contact: Contact, body_1: Body, body_2: Body) -> tuple[Face, Face, FaceNames]:
-    """The faces of a contact of two bodies, and their names."""
-    name = f"contact {contact.name!r}"
+def faces_of(part: Contact | Tie, body_1: Body, body_2: Body) -> tuple[Face, Face, FaceNames]:
+    """The faces of a contact or tie of two bodies, and their names."""
     return (
-        _face(body_1, contact.boundary_1, f"{name}, body {contact.body_1!r}"),
-        _face(body_2, contact.boundary_2, f"{name}, body {contact.body_2!r}"),
-        FaceNames(name, f"the face of body {contact.body_1!r}", f"body {contact.body_2!r}"),
+        _face(body_1, part.boundary_1, f"{part.title}, body {part.body_1!r}"),
+        _face(body_2, part.boundary_2, f"{part.title}, body {part.body_2!r}"),
+        FaceNames(part.title, f"the face of body {part.body_1!r}", f"body {part.body_2!r}"),
     )
 
 

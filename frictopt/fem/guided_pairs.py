@@ -4,14 +4,14 @@ On a plane of symmetry, supports hold the nodes of both bodies across the plane,
 there slips in the plane only.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..base import Array, Booleans, Integers, first_of, place
+from ..base import Array, Booleans, Integers, first_of, number_of, place
 from ..errors import ModelError
 from .interface import ASKEW
 
@@ -102,6 +102,33 @@ def guided_pairs(
         blocked,
         csr_matrix(entries, shape=opening.shape),
     )
+
+
+def notes_on_held(
+    names: Sequence[str],
+    contact: Integers,
+    nodes: Integers,
+    moves: Booleans,
+    name_of_node: Callable[[int], str],
+) -> list[str]:
+    """A note for each contact with pairs that cannot move; some pair of each contact can.
+
+    Of each pair are given the number of its contact, its node of body 1, and whether it moves.
+    """
+    notes = []
+    for number, name in enumerate(names):
+        held = nodes[~moves & (contact == number)]
+        if not len(held):
+            continue
+        if not moves[contact == number].any():
+            raise ModelError(
+                f"contacts: no pair of {name!r} can move, because supports or ties hold both "
+                "sides; leave the contact out, or hold fewer nodes"
+            )
+        listed = ", ".join(name_of_node(node) for node in held.tolist())
+        count = number_of(len(held), "pair")
+        notes.append(f"contact {name!r}: {count} that cannot move left out: {listed}")
+    return notes
 
 
 def _axes_of_pairs(

@@ -32,6 +32,7 @@ from .mortar import Joint
 from .pair_checks import check_order
 from .recovery import Viewed
 from .supports import Support
+from .ties import Tie
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,6 +69,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     units
         Names of the units of force and length, such as "N, mm", for pictures and tables, see
         `ContactSystem`.
+    ties
+        Faces that are glued for good.
 
     Raises
     ------
@@ -107,6 +110,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     contacts: Sequence[Contact] = ()
     kinematics: Kinematics | None = None
     units: str | None = None
+    ties: Sequence[Tie] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.bodies, Mapping) or not self.bodies:
@@ -119,10 +123,18 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             supports=listed_parts("supports", self.supports, Support, Cyclic, *get_args(Coupling)),
             kinematics=kinematics,
             units=checked_units(self.units),
+            ties=listed_parts("ties", self.ties, Tie),
         )
         _ = self._cases  # assembles the model, which checks that its parts fit each other
         for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
             self._warn_of(contact, joint)
+        for tie, of_tie in zip(self.ties, self._assembly.of_ties, strict=True):
+            if of_tie.others:
+                _warn(
+                    f"ties: {tie.title}: {number_of(of_tie.others, 'node')} of the face of body "
+                    f"{tie.body_1!r} farther than {of_tie.tolerance:.3g} from the other face are "
+                    "free; give a larger tolerance if they should be tied"
+                )
         self._warn_of_locking(kinematics)
 
     def _checked_contacts(self) -> Sequence[Contact]:
@@ -273,6 +285,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             "contacts": dict(zip(assembly.names, nodes, strict=True)),
             "supports": len(self.supports),
         }
+        if self.ties:
+            answer["ties"] = len(self.ties)
         if assembly.sector.count > 1:
             answer["sector"] = f"1 of {assembly.sector.count}"
         answer |= {"loads": list(self.loads), "kinematics": self.kinematics}
@@ -293,6 +307,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             self.bodies,
             self.supports,
             self.contacts,
+            self.ties,
             bolts_of(self.loads),
             self.kinematics or "plane_strain",
         )

@@ -138,8 +138,8 @@ def joined(
         gap = _checked_gap(given_gap(points), points, distance, allowed, names)
 
     is_opposite = np.isin(face_2.facets, P.indices).all(axis=1)
-    length_1 = _edge_length(face_1.corners)
-    length_2 = _edge_length(face_2.corners[is_opposite])
+    length_1 = edge_length(face_1.corners)
+    length_2 = edge_length(face_2.corners[is_opposite])
     return Joint(
         nodes=nodes,
         normals=inward,
@@ -163,7 +163,7 @@ def facing(face_1: Face, face_2: Face, names: FaceNames) -> tuple[Overlaps, Arra
     return overlaps, share
 
 
-def _edge_length(corners: Array) -> float:
+def edge_length(corners: Array) -> float:
     """Mean length of the edges of facets (facets, corners, d)."""
     return float(np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).mean())
 

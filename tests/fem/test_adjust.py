@@ -84,7 +84,7 @@ def test_noise_in_all_directions_on_a_face_changes_no_limit(kind, size):
     # Shear per pressure is 1 / 10.
     assert limits(noisy)[1] == pytest.approx(0.3 * 10, rel=1e-9)
     (note,) = noisy.notes
-    assert re.fullmatch(r"contacts: adjust, body 'upper': \d+ nodes moved, by up to .*", note)
+    assert re.fullmatch(r"adjust, body 'upper': \d+ nodes moved, by up to .*", note)
     assert note in repr(noisy)
     largest = float(note.rsplit(" ", 1)[1])
     assert 0.5 * size < largest < 2 * size
@@ -107,7 +107,7 @@ def test_only_overlaps_move_if_the_tolerance_is_zero():
     model = pad(waves, adjust=0)
     system = model.condense(progress=False)
     np.testing.assert_allclose(system.gap, np.where(system.x < 0.5, 0.0, 1e-4), atol=1e-15)
-    assert model.notes == ("contacts: adjust, body 'upper': 2 nodes moved, by up to 0.0001",)
+    assert model.notes == ("adjust, body 'upper': 2 nodes moved, by up to 0.0001",)
     # Without a tolerance an overlap and a gap are refused, with the way out.
     for gap in (None, "measured"):
         with pytest.raises(fo.ModelError, match=r"overlap by 0.0001.*give the Contact adjust="):
@@ -138,6 +138,11 @@ def test_a_taper_stays_a_taper(tilt):
     assert slides == pytest.approx(10 * np.tan(np.arctan(0.3) - abs(np.arctan(tilt))), rel=1e-6)
 
 
+def test_a_shallow_curve_beyond_the_tolerance_stays_curved():
+    crown = along_normal(lambda x: 4e-3 * x * (1 - x))
+    assert pad(crown, crown, adjust=1e-6).notes == ()
+
+
 def test_a_node_of_two_contacts_comes_to_their_common_edge():
     random = np.random.default_rng(3)
     x, y = np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 3)
@@ -149,28 +154,32 @@ def test_a_node_of_two_contacts_comes_to_their_common_edge():
         "up": lambda x: x[1] == 0,
     }
     box = MeshQuad.init_tensor(x, y).with_boundaries(places)
-    noisy = MeshQuad(box.p + 1e-5 * random.uniform(-1, 1, box.p.shape), box.t)
-    floor = MeshQuad.init_tensor(x, y - 1).with_boundaries(places)
-    wall = MeshQuad.init_tensor(x - 1, y).with_boundaries(
+    lean = np.array([[1.0, 0.3], [0.0, 1.0]])  # the wall leans
+    noisy = MeshQuad(lean @ box.p + 1e-5 * random.uniform(-1, 1, box.p.shape), box.t)
+    # No node of the floor or the wall is at the edge.
+    floor = MeshQuad.init_tensor([-0.2, 0.4, 1.0], y - 1).with_boundaries(places)
+    wall = MeshQuad.init_tensor(x - 1, [0.05, 0.4, 1.0]).with_boundaries(
         {"face": lambda x: x[0] == 0, "far": lambda x: x[0] == -1}
     )
-    model = fo.ContactModel(
-        {
-            "box": fo.Body(noisy.with_boundaries(box.boundaries)),
-            "floor": fo.Body(floor),
-            "wall": fo.Body(wall),
-        },
-        contacts=[
-            fo.Contact("box", "floor", "under", "up", adjust=1e-4),
-            fo.Contact("box", "wall", "side", "face", adjust=1e-4),
-        ],
-        supports=[fo.Support("floor", lambda x, y: y == -1), fo.Support("wall", "far")],
-        loads={"P": [fo.Pressure("box", "top", 1.0)]},
-    )
+    with pytest.warns(fo.ModelWarning, match="has no opposite part"):
+        model = fo.ContactModel(
+            {
+                "box": fo.Body(noisy.with_boundaries(box.boundaries)),
+                "floor": fo.Body(floor),
+                "wall": fo.Body(MeshQuad(lean @ wall.p, wall.t).with_boundaries(wall.boundaries)),
+            },
+            contacts=[
+                fo.Contact("box", "floor", "under", "up", adjust=1e-4),
+                fo.Contact("box", "wall", "side", "face", adjust=1e-4),
+            ],
+            supports=[fo.Support("floor", lambda x, y: y == -1), fo.Support("wall", "far")],
+            loads={"P": [fo.Pressure("box", "top", 1.0)]},
+        )
     system = model.condense(progress=False)
     of_floor = system.contact == "under"
     np.testing.assert_allclose(system.points[of_floor, 1], 0.0, atol=1e-15)
-    np.testing.assert_allclose(system.points[~of_floor, 0], 0.0, atol=1e-15)
+    x, y = system.points[~of_floor].T
+    np.testing.assert_allclose(x, 0.3 * y, atol=1e-15)
     np.testing.assert_allclose(system.points[of_floor][0], 0.0, atol=1e-15)
 
 
@@ -235,8 +244,8 @@ def test_cuts_of_a_sector_close_within_the_tolerance():
         slides = fo.gross_slip(system, SHEAR, friction=0.3, progress=False).load_factor
         np.testing.assert_allclose(slides, limit_of_ring(exact), rtol=1e-4)
     assert [note.split(":")[0] for note in model.notes] == [
-        "sector of body 'high'",
-        "sector of body 'low'",
+        "sector, body 'high'",
+        "sector, body 'low'",
     ]
     with pytest.raises(fo.ModelError, match="tolerance"):
         fo.Cyclic("high", "from", "to", tolerance=-1.0)

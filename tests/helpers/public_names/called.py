@@ -250,6 +250,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
     "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
+    "Tie": (
+        fo.Tie,
+        {"body_1": "rib", "body_2": "plate", "boundary_1": "foot", "boundary_2": "top"},
+    ),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top", "y": -1.0}),
     "assembled_slip": (fo.starts.assembled_slip, ASKED),
     "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.1}),

@@ -1,0 +1,153 @@
+"""Ties: faces of two bodies that move together, also if their nodes do not match."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, identity, kron
+
+from ..base import (
+    Array,
+    Booleans,
+    Integers,
+    check_text,
+    finite_number,
+    first_of,
+    flag,
+    place,
+)
+from ..errors import ModelError
+from .bodies import Body
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Two faces that are glued for good: a weld, an adhesive joint, or two meshes of one part.
+
+    The nodes of face 1 follow face 2 by the dual mortar method; matching nodes follow one to one.
+    The two bodies are one body for rigid motions and for `gross_slip`. Nothing slips in a tie.
+
+    Face 1 should have the finer mesh, and should not reach beyond face 2. Quadratic faces are
+    joined through their corner nodes, which the midside nodes follow. If a node is in two ties, it
+    belongs to the first. A contact may reach a tie.
+
+    Parameters
+    ----------
+    body_1, body_2
+        Names of the bodies in the model.
+    boundary_1, boundary_2
+        Names of the two faces, each a boundary of the mesh of its body.
+    tolerance
+        Largest distance of a node of face 1 from face 2, length. Nodes that are farther away are
+        free, and a `ModelWarning` counts them. None: 2.5 % of the mean edge of face 1.
+    adjust
+        Whether the tied nodes move onto face 2 before assembly, without strain, as in
+        `Contact.adjust`. Without it, a turn of both bodies strains them if faces are apart.
+
+    Raises
+    ------
+    ModelError
+        A name is not a text, or the tolerance is not above 0. In a model: no node lies within the
+        tolerance; nodes of face 1 are held, coupled, in a cut, or followed in a circle.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Tie("rib", "plate", "foot", "top").tolerance
+    """
+
+    body_1: str
+    body_2: str
+    boundary_1: str
+    boundary_2: str
+    tolerance: float | None = None
+    adjust: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("body_1", "body_2"):
+            check_text(name, getattr(self, name), "the name of a body of the model")
+        for name in ("boundary_1", "boundary_2"):
+            check_text(name, getattr(self, name), "the name of a boundary of the mesh")
+        if self.tolerance is not None:
+            finite_number("tolerance", self.tolerance, above=0.0)
+        flag("adjust", self.adjust)
+
+    @property
+    def title(self) -> str:
+        """Words for the tie in messages."""
+        return f"tie of {self.body_1!r} and {self.body_2!r}"
+
+
+@dataclass(frozen=True, eq=False)
+class Tied:
+    """The nodes of body 1 that a tie joins, and their places, a matrix (n, nodes of body 2).
+
+    Other nodes of the face are farther away than the tolerance.
+    """
+
+    nodes: Integers
+    places: csr_matrix
+    others: int
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Followers:
+    """The nodes of a model that follow others, by a matrix (all nodes, all nodes)."""
+
+    matrix: csr_matrix
+    nodes: Integers
+
+    @property
+    def same(self) -> Integers:
+        """(all nodes,) the one node that each node is or follows; itself if it follows several."""
+        starts = self.matrix.indptr[:-1]
+        follows_one = np.diff(self.matrix.indptr) == 1
+        return np.where(follows_one, self.matrix.indices[starts], np.arange(len(starts)))
+
+    def motion(self, held: Booleans, elsewhere: Integers, points: Array) -> csr_matrix:
+        """Matrix by which the displacements `d node + axis` follow.
+
+        Displacements that are `held` (all nodes, d) stay held, as on a plane of symmetry, where
+        nodes of both faces are held. Nodes `elsewhere` cannot follow.
+        """
+        nodes = self.nodes
+        is_loose = held[nodes] & (self.matrix[nodes] @ held == 0)
+        refused = is_loose.any(axis=1) | np.isin(nodes, elsewhere)
+        if (i := first_of(refused)) is not None:
+            raise ModelError(
+                f"ties: the node of face 1 at {place(points[nodes[i]])} is held where face 2 is "
+                "not, or obliquely, or lies on the cut of a sector; exchange the faces of the tie, "
+                "or hold face 2, too"
+            )
+        stays = np.zeros(held.shape)
+        stays[nodes] = held[nodes]
+        by_nodes = kron(self.matrix, identity(held.shape[1]))
+        return csr_matrix(diags(1 - stays.ravel()) @ by_nodes + diags(stays.ravel()))
+
+
+def followers_of(
+    ties: Sequence[Tie],
+    tied: Sequence[Tied],
+    bodies: Mapping[str, Body],
+    first_node: Mapping[str, int],
+) -> Followers:
+    """The nodes of all ties that follow, in the numbers of the model."""
+    count = sum(body.mesh.p.shape[1] for body in bodies.values())
+    follows = np.zeros(count, dtype=bool)
+    matrix = csr_matrix((count, count))
+    for tie, of_tie in zip(ties, tied, strict=True):
+        links = of_tie.places.tocoo()
+        rows = first_node[tie.body_1] + of_tie.nodes[links.row]
+        columns = first_node[tie.body_2] + links.col
+        is_first = ~follows[rows]
+        entries = links.data[is_first], (rows[is_first], columns[is_first])
+        matrix = matrix + csr_matrix(entries, shape=matrix.shape)
+        follows[rows] = True
+    matrix = csr_matrix(matrix + diags(1.0 - follows))
+    # A node may follow nodes that follow others.
+    for _ in ties:
+        matrix = csr_matrix(matrix @ matrix)
+    if matrix[:, follows].nnz:
+        raise ModelError("ties: faces follow each other in a circle; exchange the faces of one tie")
+    return Followers(matrix, np.flatnonzero(follows))

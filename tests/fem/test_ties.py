@@ -1,0 +1,308 @@
+"""Ties: faces of two bodies that are glued for good, also if their nodes do not match."""
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshQuad
+
+import frictopt as fo
+from helpers.meshes import box, ring
+
+STEEL = fo.Material(E=200.0, nu=0.3)
+SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+
+
+def layer(kind, count, low, high, material=STEEL, **more):
+    """A box 1 wide between two heights, with a number of elements along each edge."""
+    across = [np.linspace(0.0, 1.0, count + 1)] * (1 if kind is MeshQuad else 2)
+    mesh = kind.init_tensor(*across, np.linspace(low, high, 3))
+    places = {
+        "low": lambda x: x[-1] == low,
+        "high": lambda x: x[-1] == high,
+        **{f"{'xyz'[a]}=0": lambda x, a=a: x[a] == 0 for a in range(len(across))},
+    }
+    return fo.Body(mesh.with_boundaries(places), material, **more)
+
+
+def stack(kind, counts, ties=None, shift=0.0, held=(), **more):
+    """Three layers: the middle one is tied to the lowest, and touches the highest."""
+    bodies = {
+        name: layer(kind, count, low, low + 1.0, **more)
+        for name, count, low in zip(
+            ("bottom", "middle", "top"), counts, (-1.0 - shift, 0.0, 1.0), strict=True
+        )
+    }
+    axes = "x" if kind is MeshQuad else "xy"
+    supports = [fo.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes]
+    return fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("top", "middle", "low", "high")],
+        supports=[*supports, *held, fo.Support("bottom", "low", "xyz"[len(axes)])],
+        loads={"P": [fo.Pressure("top", "high", 1.0)]},
+        ties=[fo.Tie("middle", "bottom", "low", "high")] if ties is None else ties,
+    )
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
+def test_a_uniform_stress_passes_through_meshes_that_do_not_match(kind, element):
+    model = stack(kind, (3, 4, 4), element=element)
+    system = model.condense(progress=False)
+    flat = np.zeros(system.slip_shape)
+    fields = model.recover({"P": 1.0}, flat, progress=False)
+    for stress in fields.stress.values():
+        uniform = np.zeros_like(stress)
+        uniform[1 if kind is MeshQuad else 3] = -1.0
+        if kind is MeshQuad:
+            uniform[3] = -STEEL.nu  # plane strain
+        np.testing.assert_allclose(stress, uniform, atol=1e-10)
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
+def test_tied_bodies_that_match_are_one_body(kind):
+    tied = stack(kind, (3, 3, 3)).condense(progress=False)
+    axes = "x" if kind is MeshQuad else "xy"
+    across = [np.linspace(0.0, 1.0, 4)] * len(axes)
+    mesh = kind.init_tensor(*across, np.linspace(-1.0, 1.0, 5))
+    places = {"low": lambda x: x[-1] == -1, "high": lambda x: x[-1] == 1}
+    places |= {f"{axis}=0": lambda x, a=a: x[a] == 0 for a, axis in enumerate(axes)}
+    bodies = {
+        "block": fo.Body(mesh.with_boundaries(places), STEEL),
+        "top": layer(kind, 3, 1.0, 2.0),
+    }
+    one = fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("top", "block", "low", "high")],
+        supports=[
+            *(fo.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes),
+            fo.Support("block", "low", "xyz"[len(axes)]),
+        ],
+        loads={"P": [fo.Pressure("top", "high", 1.0)]},
+    ).condense(progress=False)
+    np.testing.assert_allclose(tied.S, one.S, atol=1e-9 * np.abs(one.S).max())
+    for of_tied, of_one in zip(tied.bonded["P"], one.bonded["P"], strict=True):
+        np.testing.assert_allclose(of_tied, of_one, atol=1e-9)
+
+
+def rings(faces=("rim", "bore"), **tie):
+    """A disc that is tied to a ring and sits on a shaft; two forces twist the ring."""
+    bodies = {
+        "ring": fo.Body(ring([1.5, 2.0], 20, "bore", "rim"), STEEL),
+        "disc": fo.Body(ring([1.0, 1.2, 1.5], 28, "bore", "rim"), STEEL),
+        "shaft": fo.Body(ring([0.5, 1.0], 28, "bore", "rim"), STEEL),
+    }
+    return fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("disc", "shaft", "bore", "rim")],
+        supports=[fo.Support("shaft", "bore")],
+        loads={
+            "T": [
+                fo.PointForce("ring", (2.0, 0.0), y=1.0),
+                fo.PointForce("ring", (-2.0, 0.0), y=-1.0),
+            ]
+        },
+        ties=[fo.Tie("disc", "ring", *faces, **tie)],
+    )
+
+
+def test_a_round_tie_passes_the_whole_torque():
+    model = rings()
+    system = model.condense(progress=False)
+    q, p = system.bonded["T"]
+    forces = np.einsum("na,nak->nk", np.column_stack([q, p]), system.frames)
+    x, y = system.points.T
+    # The shaft holds the disc against the twist of 4.
+    assert (x * forces[:, 1] - y * forces[:, 0]).sum() == pytest.approx(-4.0, rel=1e-9)
+    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9)
+    assert [note.split(":")[0] for note in model.notes] == ["adjust, body 'disc'"]
+
+
+def test_a_heated_column_presses_with_the_force_of_a_bar():
+    """N = E alpha dT A of a bar between rigid walls; a tied column is one body as it slides."""
+    bar = fo.Material(E=210e3, nu=0.0)
+    bodies = {
+        "foot": layer(MeshHex, 3, -1.0, 0.0, bar),
+        "head": layer(MeshHex, 2, 0.0, 1.0, bar),
+        "wall": layer(MeshHex, 2, 1.0, 2.0, bar),
+    }
+    model = fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("head", "wall", "high", "low")],
+        supports=[fo.Support("foot", "low"), fo.Support("wall", lambda x, y, z: z >= 1.0)],
+        loads={"hot": [fo.Expansion(body, 1.2e-5 * 40.0) for body in ("foot", "head")]},
+        ties=[fo.Tie("head", "foot", "low", "high")],
+    )
+    p = model.condense(progress=False).bonded["hot"][1]
+    assert p.sum() == pytest.approx(210e3 * 1.2e-5 * 40.0, rel=1e-9)
+
+    bodies = {
+        "foot": layer(MeshQuad, 3, -1.0, 0.0),
+        "head": layer(MeshQuad, 4, 0.0, 1.0),
+        "floor": layer(MeshQuad, 3, -2.0, -1.0),
+    }
+    system = fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("foot", "floor", "low", "high")],
+        supports=[fo.Support("floor", "low")],
+        loads={
+            "P": [fo.Pressure("head", "high", 10.0)],
+            "Q": [
+                fo.Traction("head", "x=0", x=0.5),
+                fo.Traction("foot", "x=0", x=0.5),
+            ],
+        },
+        ties=[fo.Tie("head", "foot", "low", "high")],
+    ).condense(progress=False)
+    slides = fo.gross_slip(system, SHEAR, friction=0.3, progress=False)
+    assert slides.load_factor == pytest.approx(0.3 * 10.0, rel=1e-9)
+    assert slides.motion["contact"].tolist() == ["low"]
+
+
+def side_by_side(tied, joint=False):
+    """Two blocks side by side on a floor, tied or merged; with a joint they touch instead."""
+    x = np.linspace(0.0, 1.0, 3)
+    y = np.linspace(0.0, 1.0, 5)
+    mesh = box(MeshQuad, x, y).with_boundaries({"upper": lambda x: (x[0] == 1) & (x[1] > 0.5)})
+    mesh = mesh.with_boundaries({"lower": lambda x: (x[0] == 1) & (x[1] < 0.5)})
+    right = box(MeshQuad, x + 1, y).with_boundaries({"x-": lambda x: x[0] == 1})
+    both = box(MeshQuad, np.linspace(0.0, 2.0, 5), y)
+    floor = MeshQuad.init_tensor(np.linspace(0.0, 2.0, 5), y - 1).with_boundaries(
+        {"contact": lambda x: x[1] == 0, "low": lambda x: x[1] == -1}
+    )
+    left_part = {"left": lambda x: (x[1] == 0) & (x[0] < 1)}
+    right_part = {"right": lambda x: (x[1] == 0) & (x[0] > 1)}
+    bodies = {"floor": fo.Body(floor, STEEL)}
+    supports = [fo.Support("floor", "low")]
+    if not tied:
+        bodies["both"] = fo.Body(both.with_boundaries({**left_part, **right_part}), STEEL)
+        contacts = [fo.Contact("both", "floor", side, "contact") for side in ("left", "right")]
+        loads = {"P": [fo.Pressure("both", "y+", 1.0)]}
+        return fo.ContactModel(bodies, supports, loads, contacts)
+    bodies["one"] = fo.Body(mesh.with_boundaries(left_part), STEEL)
+    bodies["two"] = fo.Body(right.with_boundaries(right_part), STEEL)
+    contacts = [
+        fo.Contact("one", "floor", "left", "contact"),
+        fo.Contact("two", "floor", "right", "contact"),
+    ]
+    face = "x+"
+    if joint:
+        contacts.append(fo.Contact("one", "two", "lower", "x-", name="crack"))
+        face = "upper"
+    loads = {"P": [fo.Pressure(body, "y+", 1.0) for body in ("one", "two")]}
+    ties = [fo.Tie("one", "two", face, "x-")]
+    return fo.ContactModel(bodies, supports, loads, contacts, ties=ties)
+
+
+def test_a_contact_may_reach_a_tie():
+    tied, merged = (side_by_side(tied).condense(progress=False) for tied in (True, False))
+    assert tied.nodes == merged.nodes
+    np.testing.assert_allclose(tied.points, merged.points)
+    np.testing.assert_allclose(tied.S, merged.S, atol=1e-9 * np.abs(merged.S).max())
+    np.testing.assert_allclose(tied.width, merged.width)
+
+    model = side_by_side(True, joint=True)
+    (note,) = model.notes
+    assert note.startswith("contact 'crack': 1 pair that cannot move left out: node")
+    assert (model.condense(progress=False).contact == "crack").sum() == 1
+
+
+def test_ties_that_cannot_be_meant_are_refused():
+    apart = r"no node of the face of body 'middle' lies within 0.\d+ of the other face"
+    with pytest.raises(fo.ModelError, match=apart):
+        stack(MeshQuad, (3, 4, 4), shift=0.1)
+    wide = fo.Tie("middle", "bottom", "low", "high", tolerance=0.2)
+    assert stack(MeshQuad, (4, 4, 4), [wide], shift=0.02).notes
+    circle = [fo.Tie("middle", "bottom", "low", "high"), fo.Tie("bottom", "middle", "high", "low")]
+    with pytest.raises(fo.ModelError, match="in a circle"):
+        stack(MeshQuad, (3, 3, 3), circle)
+    held = [fo.Support("middle", "low"), fo.Support("bottom", "low")]
+    with pytest.raises(fo.ModelError, match="is held where face 2 is not"):
+        stack(MeshQuad, (3, 3, 3), held=held)
+    for wrong, message in (
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"adjust": 1}, "adjust"),
+        ({"body_1": 3}, "body_1"),
+    ):
+        with pytest.raises(fo.ModelError, match=message):
+            fo.Tie(**{"body_1": "a", "body_2": "b", "boundary_1": "c", "boundary_2": "d", **wrong})
+
+
+def test_nodes_beyond_the_tolerance_are_free_and_counted():
+    """The tied half of the face carries all of the load."""
+    bottom = layer(MeshQuad, 4, -1.0, 0.0)
+    mesh = layer(MeshQuad, 4, 0.0, 1.0).mesh
+    raised = mesh.p + 0.1 * (mesh.p[1] == 0) * (mesh.p[0] > 0.5) * np.array([[0.0], [1.0]])
+    middle = fo.Body(MeshQuad(raised, mesh.t).with_boundaries(mesh.boundaries), STEEL)
+    bodies = {"bottom": bottom, "middle": middle, "top": layer(MeshQuad, 4, 1.0, 2.0)}
+    message = "tie of 'middle' and 'bottom': 2 nodes of the face of body 'middle' farther than"
+    with pytest.warns(fo.ModelWarning, match=message):
+        model = fo.ContactModel(
+            bodies,
+            contacts=[fo.Contact("top", "middle", "low", "high")],
+            supports=[fo.Support("bottom", "low")],
+            loads={"P": [fo.Pressure("top", "high", 1.0)]},
+            ties=[fo.Tie("middle", "bottom", "low", "high")],
+        )
+    assert model.condense(progress=False).bonded["P"][1].sum() == pytest.approx(1.0, rel=1e-9)
+
+
+def rectangle(x, y, count):
+    mesh = MeshQuad.init_tensor(np.linspace(*x, count + 1), np.linspace(*y, count + 1))
+    places = {
+        "left": lambda z: z[0] == x[0],
+        "right": lambda z: z[0] == x[1],
+        "low": lambda z: z[1] == y[0],
+        "high": lambda z: z[1] == y[1],
+    }
+    return fo.Body(mesh.with_boundaries(places), STEEL)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_node_may_follow_a_node_that_follows(order):
+    """The side follows the middle, which follows the bottom; all are under one pressure."""
+    bodies = {
+        "bottom": rectangle((0.0, 1.0), (-1.0, 0.0), 2),
+        "middle": rectangle((0.0, 1.0), (0.0, 1.0), 3),
+        "side": rectangle((-1.0, 0.0), (0.0, 1.0), 4),
+        "top": rectangle((0.0, 1.0), (1.0, 2.0), 3),
+    }
+    pressed = {
+        "bottom": ("left", "right"),
+        "middle": ("right",),
+        "side": ("left", "low", "high"),
+        "top": ("left", "right", "high"),
+    }
+    ties = [fo.Tie("middle", "bottom", "low", "high"), fo.Tie("side", "middle", "right", "left")]
+    model = fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("top", "middle", "low", "high")],
+        supports=[fo.Support("bottom", "low", "y"), fo.Support("bottom", (0.0, -1.0), "x")],
+        loads={"P": [fo.Pressure(body, face, 1.0) for body in pressed for face in pressed[body]]},
+        ties=ties[::order],
+    )
+    nodes = model.condense(progress=False).nodes
+    for stress in model.recover({"P": 1.0}, np.zeros(nodes), progress=False).stress.values():
+        expected = [[-1.0], [-1.0], [0.0], [-2 * STEEL.nu]]
+        np.testing.assert_allclose(stress, np.tile(expected, stress.shape[1]), atol=1e-10)
+
+
+def test_a_node_of_two_ties_follows_the_first():
+    """Two names of one face, which overlap: as if one of them alone were given."""
+    mesh = layer(MeshQuad, 4, 0.0, 1.0).mesh
+    bodies = {
+        "bottom": layer(MeshQuad, 4, -1.0, 0.0),
+        "middle": fo.Body(
+            mesh.with_boundaries({"left": lambda x: (x[1] == 0) & (x[0] < 0.7)}), STEEL
+        ),
+        "top": layer(MeshQuad, 4, 1.0, 2.0),
+    }
+    parts = {
+        "contacts": [fo.Contact("top", "middle", "low", "high")],
+        "supports": [fo.Support("bottom", "low")],
+        "loads": {"P": [fo.Pressure("top", "high", 1.0)]},
+    }
+    whole = fo.Tie("middle", "bottom", "low", "high")
+    left = fo.Tie("middle", "bottom", "left", "high")
+    one = fo.ContactModel(bodies, **parts, ties=[whole]).condense(progress=False)
+    for ties in ([whole, left], [left, whole]):
+        both = fo.ContactModel(bodies, **parts, ties=ties).condense(progress=False)
+        np.testing.assert_allclose(both.S, one.S, atol=1e-9 * np.abs(one.S).max())
