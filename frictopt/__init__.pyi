@@ -21,6 +21,7 @@ from .fem.node_forces import PointForce, RemoteForce
 from .fem.paraview import write_paraview
 from .fem.supports import Support
 from .fem.ties import Tie
+from .joint_files.joint import read_joint
 from .joints.backbone import backbone_curve
 from .joints.report import report
 from .joints.tightening import tightened
@@ -110,6 +111,7 @@ __all__ = [
     "read_abaqus",
     "read_ansys",
     "read_calculix",
+    "read_joint",
     "read_mesh",
     "read_nastran",
     "reference",

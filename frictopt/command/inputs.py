@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
     from ..contact import ContactSystem, LoadCycle
+    from ..joint_files.joint import Joint
 
 
 def add_system(command: argparse.ArgumentParser) -> None:
     """The options of a contact in a file."""
-    command.add_argument("file", help="SYSTEM.npz of ContactSystem.save or of `frictopt condense`")
+    about = "SYSTEM.npz of ContactSystem.save or of `frictopt condense`, or a deck of a joint, .inp"
+    command.add_argument("file", help=about)
+    command.add_argument("--keep", metavar="FILE", help="write the contact of a deck: npz")
     units = "names of the units of force and length, if the file has none, such as 'N, mm'"
     command.add_argument("--units", metavar="NAMES", help=units)
 
@@ -22,15 +27,11 @@ def add_system(command: argparse.ArgumentParser) -> None:
 def add_cycle(command: argparse.ArgumentParser) -> None:
     """The options of a load cycle, from corners or from a history."""
     mean = "static load (default: none; for a history, the middle of the range of each load)"
-    command.add_argument("--mean", type=loads_of, metavar="CASE=X[,CASE=X]", help=mean)
-    cycle = command.add_mutually_exclusive_group(required=True)
-    cycle.add_argument(
-        "--corners",
-        nargs="+",
-        type=loads_of,
-        metavar="CASE=X[,CASE=X]",
-        help="corners of the load cycle, in their order",
-    )
+    form = "STATE|CASE=X[,CASE=X]"
+    command.add_argument("--mean", metavar=form, help=mean)
+    cycle = command.add_mutually_exclusive_group()
+    corners = "corners of the load cycle, in their order; of a deck also states of its steps"
+    cycle.add_argument("--corners", nargs="+", metavar=form, help=corners)
     cycle.add_argument(
         "--history",
         metavar="FILE",
@@ -51,12 +52,40 @@ def add_cycle(command: argparse.ArgumentParser) -> None:
 
 def add_friction(command: argparse.ArgumentParser, *, scatters: bool) -> None:
     """The option of the coefficient of friction. If it `scatters`, it may be a range."""
-    friction = "coefficient of friction, one or one per node"
-    read, form = numbers_of, "X[,X]"
+    friction = "coefficient of friction, one, one per node, or NAME=X per contact"
+    read, form = numbers_of, "[NAME=]X[,X]"
     if scatters:
         friction += "; LEAST:NOMINAL:MOST for safety factors with scatter"
-        read, form = scatter_of, "X[,X]|X:X:X"
-    command.add_argument("--friction", type=read, required=True, metavar=form, help=friction)
+        read, form = scatter_of, "[NAME=]X[,X]|X:X:X"
+    friction += " (default: that of a deck)"
+    part = _named(read)
+    command.add_argument("--friction", nargs="+", type=part, metavar=form, help=friction)
+
+
+def _named(read: Callable[[str], Any]) -> Callable[[str], tuple[str, Any]]:
+    """A reader of NAME=X, with the name "" for X alone."""
+
+    def named(text: str) -> tuple[str, Any]:
+        name, _, value = text.rpartition("=")
+        return name, read(value)
+
+    return named
+
+
+def is_joint(file: str) -> bool:
+    """Whether a file is a deck of a joint, without a matrix of CalculiX beside it."""
+    path = Path(file)
+    return path.suffix.lower() == ".inp" and not path.with_suffix(".sti").exists()
+
+
+def joint_of(options: argparse.Namespace) -> Joint | None:
+    """The joint of a deck, with its units; None for a contact system."""
+    if not is_joint(options.file):
+        return None
+    from ..joint_files.joint import read_joint
+
+    joint = read_joint(options.file)
+    return replace(joint, units=options.units) if options.units else joint
 
 
 def system_of(file: str, units: str | None) -> ContactSystem:
@@ -74,15 +103,37 @@ def system_of(file: str, units: str | None) -> ContactSystem:
     return replace(system, units=units)
 
 
-def cycle_of(options: argparse.Namespace) -> LoadCycle:
+def friction_of(options: argparse.Namespace, joint: Joint | None) -> Any:
+    """The friction of the options, or of a deck."""
+    given = dict(options.friction or {})
+    if "" in given:
+        if len(options.friction) > 1:
+            raise ModelError("--friction: several numbers; give one, or NAME=X for each contact")
+        return given[""]
+    if joint is not None and any({**joint.friction, **given}.values()):
+        return joint.friction_of(given)
+    if joint is None and given:
+        return given
+    raise ModelError("--friction: there is none; give the coefficient of friction")
+
+
+def cycle_of(options: argparse.Namespace, joint: Joint | None, friction: Any) -> LoadCycle:
     """The load cycle of corners, or of a history."""
     from ..contact import LoadCycle
     from ..study.plans import read_table
 
+    if joint is not None and not (options.mean and (options.corners or options.history)):
+        raise ModelError(
+            f"--mean, --corners: give both, of the states {[*joint.states]}, and of the load cases "
+            f"{[*joint.model.loads]} as CASE=X"
+        )
+    mean = None
+    if options.mean:
+        mean = joint.cycle(options.mean, [{}], friction).mean if joint else _loads(options.mean)
     if options.history:
         return LoadCycle.from_history(
             read_table(options.history),
-            mean=options.mean,
+            mean=mean,
             time=options.time,
             tolerance=options.tolerance or 0.0,
         )
@@ -96,7 +147,18 @@ def cycle_of(options: argparse.Namespace) -> LoadCycle:
             f"--time: {options.time!r}; only a history has times: leave the option out, or give a "
             "--history"
         )
-    return LoadCycle(options.mean or {}, options.corners)
+    if not options.corners:
+        raise ModelError("--corners: there are none; give the corners, or a --history")
+    if joint is not None:
+        return joint.cycle(options.mean, options.corners, friction)
+    return LoadCycle(mean or {}, [_loads(corner) for corner in options.corners])
+
+
+def _loads(text: str) -> dict[str, float]:
+    try:
+        return loads_of(text)
+    except argparse.ArgumentTypeError as error:
+        raise ModelError(f"--mean, --corners: {error}") from error
 
 
 def loads_of(text: str) -> dict[str, float]:

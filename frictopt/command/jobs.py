@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.files import write_table
 from ..errors import ModelError
 from .answers import print_json, write_picture
-from .inputs import system_of
+from .inputs import is_joint, system_of
 from .options import Command
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -24,7 +24,7 @@ _JOBS = (".inp", ".sti", ".mas", ".dof")
 
 
 def _add_look(look: argparse.ArgumentParser) -> None:
-    look.add_argument("file", help="SYSTEM.npz of ContactSystem.save, or JOB.inp of CalculiX")
+    look.add_argument("file", help="SYSTEM.npz of ContactSystem.save, or DECK.inp, JOB.inp")
     look.add_argument("--json", action="store_true", help="print the sums of forces as JSON")
     look.add_argument(
         "--table", metavar="FILE", help="write the sums of forces: csv, xlsx, parquet"
@@ -64,20 +64,30 @@ COMMANDS = (
 
 def _look(options: argparse.Namespace) -> None:
     file = options.file
-    if Path(file).suffix in _JOBS or not Path(file).is_file():
+    joint = None
+    if is_joint(file):
+        from ..joint_files.joint import read_joint
+
+        joint = read_joint(file)
+    elif Path(file).suffix in _JOBS or not Path(file).is_file():
         _look_at_job(options)
         return
-    system = system_of(file, None)
+    system = joint.system() if joint else system_of(file, None)
     sums = _sums(system)
     if options.picture:
         write_picture(options.picture, system.plot)
     if options.table:
         write_table(options.table, sums)
     if options.json:
-        about = {"file": file, "units": system.units, **system._answer()}
+        shown = (joint or system)._answer()
+        about = {"file": file, "units": system.units, **shown}
         print_json(options, {"answer": about, "tables": {"sums": sums}})
         return
-    print(system, sums.to_string(index=False, float_format="{:.5g}".format), sep="\n")
+    sums_in_words = sums.to_string(index=False, float_format="{:.5g}".format)
+    print(joint or system, sums_in_words, sep="\n")
+    if joint:
+        print(f"next: frictopt report {file} {joint.suggestion}")
+        return
     cases = list(system.bonded)
     print(
         f"next: frictopt report {file} --mean {cases[0]}=1 "

@@ -31,6 +31,7 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
     "save": (),
     "system": (".npz",),
     "page": (".html",),
+    "keep": (".npz",),
 }
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
 from .answers import add_outputs, give
-from .inputs import add_cycle, add_friction, add_system, cycle_of, system_of
+from .inputs import add_cycle, add_friction, add_system, cycle_of, friction_of, joint_of, system_of
 from .options import Command, add_options, arguments_of, public
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -121,16 +121,23 @@ def _answer(question: Question, options: argparse.Namespace) -> int:
     function = question.kinds[kind]
     arguments = arguments_of(function, options)
     _refuse_options_of_other_kinds(question, kind, arguments, options)
-    system = system_of(options.file, options.units)
-    cycle = cycle_of(options)
+    joint = joint_of(options)
+    system = joint.system() if joint else system_of(options.file, options.units)
+    if options.keep:
+        system.save(options.keep)
+    friction = friction_of(options, joint) if hasattr(options, "friction") else None
+    cycle = cycle_of(options, joint, friction)
     request: dict[str, Any] = {"command": question.name, "file": str(options.file)}
     if kind:
         request["kind"] = kind
     request |= arguments
     request |= {"mean": dict(cycle.mean), "corners": [dict(corner) for corner in cycle.corners]}
-    if hasattr(options, "friction"):
-        arguments["friction"] = options.friction
-        request["friction"] = options.friction
+    if friction is not None:
+        arguments["friction"] = friction
+        request["friction"] = friction
+    if joint and question.name == "report":
+        notes = [arguments.get("notes", ""), *joint.left_out]
+        arguments["notes"] = "; ".join(filter(None, notes))
     request["units"] = system.units
     answer = public(function)(system=system, cycle=cycle, **arguments)
     tables = tables_of(answer)

@@ -38,6 +38,8 @@ def write(path: str | Path, system: Any) -> None:
         arrays["deck_node"] = system.deck_node
     if system.axisymmetric:
         arrays["axisymmetric"] = True
+    if system.thickness is not None:
+        arrays["thickness"] = system.thickness
     packed(path, _FORM, **arrays)
 
 
@@ -71,6 +73,8 @@ def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
             arguments[part] = arrays.pop(part)
     if "axisymmetric" in arrays:
         arguments["axisymmetric"] = bool(arrays.pop("axisymmetric"))
+    if "thickness" in arrays:
+        arguments["thickness"] = float(arrays.pop("thickness"))
     if arrays.keys() != {"cases", "bonded", *_PARTS}:
         raise ValueError("it does not hold the arrays of a contact system")
     cases = arrays.pop("cases").tolist()

@@ -126,6 +126,9 @@ class ContactSystem(Shown, Plotted):
     axisymmetric
         Whether the bodies are axisymmetric. Forces, works and widths are then totals over the
         circumference, otherwise per unit depth in the plane. It only chooses the names of units.
+    thickness
+        Thickness of plane bodies whose forces, works and widths are totals over it; None: they are
+        per unit depth. It only chooses the names of units.
 
     Attributes
     ----------
@@ -177,6 +180,7 @@ class ContactSystem(Shown, Plotted):
     stretch: Array = field(default_factory=lambda: frozen([]))
     units: str | None = None
     axisymmetric: bool = False
+    thickness: float | None = None
     nodes: int = field(init=False)
     tangents: int = field(init=False)
     slip_shape: tuple[int, ...] = field(init=False)
@@ -227,6 +231,8 @@ class ContactSystem(Shown, Plotted):
         n = self.nodes
         if self.contact is not None:
             vars(self).update(contact=checked_contact("contact", self.contact, n))
+        if self.thickness is not None:
+            vars(self).update(thickness=finite_number("thickness", self.thickness, above=0.0))
         if self.deck_node is not None:
             numbers = whole_array("deck_node", self.deck_node, (n,), least=0, most=10**12)
             vars(self).update(deck_node=whole(numbers))
@@ -348,7 +354,7 @@ class ContactSystem(Shown, Plotted):
     @property
     def per_depth(self) -> bool:
         """Whether forces, works and widths are per unit depth: in plane strain and stress."""
-        return self.tangents == 1 and not self.axisymmetric
+        return self.tangents == 1 and not self.axisymmetric and self.thickness is None
 
     @property
     def capped(self) -> bool:

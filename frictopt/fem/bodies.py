@@ -286,7 +286,7 @@ def split_bodies(
     mesh = with_wedges(mesh)
     check_kind(mesh)
     if isinstance(materials, Material):
-        mesh = _with_parts(mesh)
+        mesh = with_parts(mesh)
         materials = dict.fromkeys(mesh.subdomains, materials)
     owner = _owners(mesh, materials)
     bodies = {}
@@ -303,7 +303,7 @@ def split_bodies(
     return bodies
 
 
-def _with_parts(mesh: Mesh) -> Mesh:
+def with_parts(mesh: Mesh) -> Mesh:
     """The mesh with its connected parts as its only subdomains."""
     part = parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1])
     subdomains = {}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Kept, PerNode, flag, progress_bar, warns_of_odd_values, whole_number
+from ..base import Kept, PerNode, check_text, flag, progress_bar, warns_of_odd_values, whole_number
 from ..base.files import written
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
@@ -66,6 +66,8 @@ class Report(Kept, ReportParts):
         by its limit. Without a steady state the value is NaN and the threshold is not passed.
     scatter
         The ranges of friction and preloads in words; "" if there is no scatter.
+    title, notes
+        The input; notes are facts that the model leaves out.
 
     Examples
     --------
@@ -145,6 +147,8 @@ def report(
     limits: Mapping[str, float] | None = None,
     pages: int = 3,
     mesh_limits: bool = False,
+    title: str = "",
+    notes: str = "",
     show: Callable[[str], object] | None = None,
     steps: int | None = None,
     progress: bool = True,
@@ -197,6 +201,10 @@ def report(
         Number of pages, 1 to 3.
     mesh_limits
         Whether to compute the third page although it depends on the mesh.
+    title
+        Title of the report.
+    notes
+        Facts that the model leaves out, such as those of a deck: they stand below the loads.
     show
         Function, such as `print`, that is called with the text of each finished page.
     steps, progress
@@ -239,6 +247,9 @@ def report(
     thresholds = checked_limits(system, limits)
     whole_number("pages", pages, least=1, most=len(PAGES))
     with_mesh_limits = flag("mesh_limits", mesh_limits)
+    for name, text in (("title", title), ("notes", notes)):
+        if text:
+            check_text(name, text, "a printable text")
     if show is not None and (isinstance(show, type) or not callable(show)):
         raise ModelError(f"show: {show!r}; give a function of a text, such as print")
     if steps is None and system.tangents == 2:
@@ -246,6 +257,7 @@ def report(
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:
         parts = Pages(system, scatter, thresholds, steps, bar, Report)
+        parts.known.update(title=title, notes=notes)
         questions: list[Callable[[], None]] = [
             parts.ask_at_load,
             lambda: parts.ask_with_load(factors),

@@ -42,6 +42,8 @@ class ReportParts:
     safety: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SAFETY_COLUMNS))
     verdicts: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=VERDICT_COLUMNS))
     scatter: str = ""
+    title: str = ""
+    notes: str = ""
 
     @property
     def contacts(self) -> pd.DataFrame:

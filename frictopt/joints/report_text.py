@@ -39,11 +39,12 @@ class Section(NamedTuple):
 
 
 def title_of(parts: ReportParts) -> str:
-    """The title of a report: its nodes, its friction and its units."""
+    """The title of a report: the given one, and its nodes, its friction and its units."""
     least, most = parts.friction.min(), parts.friction.max()
     friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
     nodes = "1 contact node" if parts.system.nodes == 1 else f"{parts.system.nodes} contact nodes"
-    title = f"Joint of {nodes}, friction {friction}"
+    title = f"{parts.title}: joint" if parts.title else "Joint"
+    title += f" of {nodes}, friction {friction}"
     if parts.system.orthotropic:
         title += ", another one along the second tangents"
     if parts.system.capped:
@@ -54,7 +55,7 @@ def title_of(parts: ReportParts) -> str:
 
 
 def loads_of(parts: ReportParts) -> str:
-    """The loads of a report, and the scatter of its input, in sentences."""
+    """The loads of a report, the scatter of its input and what is not in its model."""
     mean = ", ".join(f"{name} = {value:.4g}" for name, value in parts.cycle.mean.items())
     names = parts.cycle.corner_names
     corners = [*names[:_SHOWN_CORNERS]]
@@ -63,6 +64,8 @@ def loads_of(parts: ReportParts) -> str:
     text = f"Mean load: {mean or 'none'}. Corners at load factor 1: {'; '.join(corners)}."
     if parts.scatter:
         text += f" Scatter: {parts.scatter}."
+    if parts.notes:
+        text += f" Not in the model: {parts.notes}."
     return text
 
 

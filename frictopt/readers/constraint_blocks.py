@@ -14,7 +14,7 @@ from .constraints import Constraints
 from .deck_text import Block, entries, number
 
 # Axes that a word of *BOUNDARY holds: 0 to 2 are displacements, 3 to 5 rotations.
-_HELD_BY_NAME = {
+HELD_BY_NAME = {
     "XSYMM": [0, 4, 5],
     "YSYMM": [1, 3, 5],
     "ZSYMM": [2, 3, 4],
@@ -113,7 +113,7 @@ def _boundary(listing: _ConstraintListing, block: Block) -> None:
     for line in block.lines:
         where, *directions = entries(line)
         if directions and not directions[0].isdecimal():
-            axes = _HELD_BY_NAME[directions[0].upper()]
+            axes = HELD_BY_NAME[directions[0].upper()]
         else:
             axes = _axes(directions)
         listing.held[listing.rows(where)[:, None], axes] = True

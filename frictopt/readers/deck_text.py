@@ -20,6 +20,8 @@ class Block:
     keyword: str
     parameters: Mapping[str, str]
     lines: list[str]
+    # file and line of the keyword
+    place: str = ""
 
     def __str__(self) -> str:
         pairs = [f"{name}={value}" if value else name for name, value in self.parameters.items()]
@@ -34,7 +36,7 @@ class Block:
 def blocks(path: Path) -> Iterator[Block]:
     """The blocks of a deck, in order; those of an included file stand in its place."""
     lines = list(_lines(path, path.parent, []))
-    starts = [i for i, line in enumerate(lines) if line.startswith("*")]
+    starts = [i for i, (line, _) in enumerate(lines) if line.startswith("*")]
     if not starts:
         raise ModelError(
             f"deck {path.name}: no line begins with `*`; give a deck, as a text in UTF-8 or ASCII"
@@ -43,7 +45,8 @@ def blocks(path: Path) -> Iterator[Block]:
         yield _block(lines[start:end])
 
 
-def _block(lines: list[str]) -> Block:
+def _block(placed_lines: list[tuple[str, str]]) -> Block:
+    lines = [line for line, _ in placed_lines]
     head = lines[0][1:]
     first = 1
     while head.endswith(",") and first < len(lines) and _has_parameters(lines[first]):
@@ -55,7 +58,7 @@ def _block(lines: list[str]) -> Block:
     for part in filter(None, map(str.strip, parts)):
         name, _, value = part.partition("=")
         parameters[_without_blanks(name)] = value.strip().strip('"').upper()
-    return Block(_without_blanks(keyword), parameters, lines[first:])
+    return Block(_without_blanks(keyword), parameters, lines[first:], placed_lines[0][1])
 
 
 def _has_parameters(line: str) -> bool:
@@ -66,21 +69,23 @@ def _has_parameters(line: str) -> bool:
     return "=" in line or line.split(",")[0].strip().upper() == "GENERATE"
 
 
-def _lines(path: Path, folder: Path, included_files: list[str], depth: int = 0) -> Iterator[str]:
-    """The lines of a deck that are no comments.
+def _lines(
+    path: Path, folder: Path, included_files: list[str], depth: int = 0
+) -> Iterator[tuple[str, str]]:
+    """The lines of a deck that are no comments, each with its file and number.
 
     The lines of an included file stand in its place, where they may continue the block above. Its
     name is relative to the folder of the whole deck, as in CalculiX, or to the file that includes.
     """
     check_includes(path, "deck", included_files, depth)
-    stripped = map(str.strip, text_of(path, "deck").splitlines())
-    lines = (line for line in stripped if line and not line.startswith("**"))
-    for line in lines:
+    stripped = enumerate(map(str.strip, text_of(path, "deck").splitlines()), start=1)
+    lines = ((line, n) for n, line in stripped if line and not line.startswith("**"))
+    for line, number_of_line in lines:
         if _without_blanks(line.split(",")[0]) != "*INCLUDE":
-            yield line
+            yield line, f"{path.name}, line {number_of_line}"
             continue
         # The name of the file may stand on the line below the keyword.
-        parameters = line if "=" in line else next(lines, "")
+        parameters = line if "=" in line else next(lines, ("", 0))[0]
         name = _included_file(parameters)
         included = folder / name
         if not included.is_file():

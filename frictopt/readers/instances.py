@@ -47,7 +47,7 @@ class _Instance:
                 for name in _NAMES[block.keyword]:
                     if parameters.get(name):
                         parameters[name] = f"{self.name}.{parameters[name]}"
-                yield Block(block.keyword, parameters, [*self._lines(block)])
+                yield replace(block, parameters=parameters, lines=[*self._lines(block)])
             else:
                 yield block
 
@@ -205,7 +205,7 @@ def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
             raise ModelError(f"deck: the block {block} names an unknown instance; repair it")
         # Only its lines belong to the instance, its name to the assembly.
         (lines,) = replace(instance, blocks=[block]).flat()
-        return Block(block.keyword, block.parameters, lines.lines)
+        return replace(block, lines=lines.lines)
 
     def numbered(match: re.Match[str]) -> str:
         owner = instances.get(match[1].upper())

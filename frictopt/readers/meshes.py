@@ -82,16 +82,30 @@ def read_mesh(path: str | Path) -> Mesh:
     else:
         listed = deck_of_file(file)
     deck = listed.without_thin()
+    mesh = corner_mesh(deck, file.name)
+    _warn_of_others(mesh, listed, file)
+    return named_mesh(mesh, deck, file.name)[0]
+
+
+def corner_mesh(deck: Deck, name: str) -> Mesh:
+    """The mesh through the corners of the elements of a deck; errors call the deck by its name."""
     try:
-        mesh = mesh_of(deck, 2 if deck.by_shape()[0].kind in PLANE_CORNERS else 3)
+        return mesh_of(deck, 2 if deck.by_shape()[0].kind in PLANE_CORNERS else 3)
     # scikit-fem refuses elements of nodes that are not in the file.
     except (ValueError, IndexError) as error:
-        raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
-    _warn_of_others(mesh, listed, file)
-    mesh = with_sets(mesh, deck, file.name)
+        raise ModelError(f"mesh {name}: {str(error).removeprefix('deck: ')}") from error
+
+
+def named_mesh(mesh: Mesh, deck: Deck, name: str) -> tuple[Mesh, csr_matrix]:
+    """The mesh of a deck with its sets and all its nodes, from the mesh through its corners.
+
+    The second result is the (nodes of the mesh, points of the deck) matrix that makes these nodes
+    of the points.
+    """
+    mesh = with_sets(mesh, deck, name)
     if isinstance(mesh, MIXED) and not deck.is_linear:
         return in_tetrahedra(mesh, deck)
-    return with_midsides(mesh.remove_unused_nodes(), deck)[0]
+    return with_midsides(mesh.remove_unused_nodes(), deck)
 
 
 def _warn_of_others(mesh: Mesh, deck: Deck, file: Path) -> None:

@@ -220,12 +220,13 @@ def _wedge_functions(w: Array) -> Array:
     return np.column_stack([*corners, *edges, bubble])
 
 
-def in_tetrahedra(mesh: Mesh, deck: Deck) -> Mesh:
+def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     """Quadratic tetrahedra, in the plane triangles, in place of quadratic elements of a deck.
 
     `mesh` has the corners of the elements and the sets. Each element is cut from its corner with
     the lowest number, and each of its quadrilaterals likewise (Dompierre et al. 1999), so that both
-    sides of a facet are cut alike. The displacement of a body stays quadratic.
+    sides of a facet are cut alike. The displacement of a body stays quadratic. The second result
+    makes the nodes of the mesh of the points of the deck.
     """
     d = mesh.dim()
     linear, kind = _SIMPLICES[d]
@@ -265,7 +266,7 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> Mesh:
         w = np.zeros((len(here), CORNERS[part.kind]))
         w[np.arange(len(here))[:, None], corners[piece]] = weights[place_in_element[here]]
         entries.append((_functions(part.kind, w), node[here], part.nodes[parent[piece]]))
-    return _placed(curved, entries, deck)[0]
+    return _placed(curved, entries, deck)
 
 
 def _simplices(facets: Integers) -> Integers:

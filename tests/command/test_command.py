@@ -363,6 +363,14 @@ BAD = {
         4,
         "there is no file 'none.inp'",
     ),
+    "no amplitude": ([*LIMIT, "--corners", "cyclic"], 2, "'cyclic'; give CASE=AMPLITUDE"),
+    "a load case twice": (
+        [*LIMIT, "--corners", "cyclic=1,cyclic=-1"],
+        2,
+        "'cyclic=1,cyclic=-1'; give CASE=AMPLITUDE",
+    ),
+    "no corners": ([*LIMIT, "--mean", "mean=1"], 2, "--corners: there are none"),
+    "no friction": (["limit", "system.npz", *CORNERS], 2, "--friction: there is none"),
     "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
     "load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
@@ -407,8 +415,6 @@ def test_errors_are_said_without_a_traceback(arguments, code, message, capsys):
 @pytest.mark.parametrize(
     "arguments",
     [
-        [*LIMIT, "--corners", "cyclic"],
-        [*LIMIT, "--corners", "cyclic=1,cyclic=-1"],
         ["study", "study.toml", "--shard", "three"],
         ["study", "study.toml", "--workers", "many"],
     ],

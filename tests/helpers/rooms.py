@@ -28,7 +28,8 @@ BELOW = {
     "study": _BASE | {"plots", "contact", "transients", "limits"},
     "joints": _BASE | {"plots", "contact", "transients", "limits", "study"},
     "results": _BASE | {"contact", "transients", "limits", "study", "joints"},
-    "command": _BASE | {"contact", "fem", "readers", "study"},
+    "joint_files": _BASE | {"contact", "fem", "readers", "joints"},
+    "command": _BASE | {"contact", "fem", "readers", "study", "joint_files"},
 }
 """Room -> the rooms that it may import, in their order. Each room stands below these rooms."""
 
@@ -63,6 +64,7 @@ LIBRARIES: dict[str, set[str]] = {
     "study": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "joints": {"numpy", "scipy", "pandas"},
     "results": set(),
+    "joint_files": {"numpy", "scipy"},
     "command": {"numpy", "pandas", "threadpoolctl"},
 }
 """Room -> libraries that its files may import, except libraries of drawing."""

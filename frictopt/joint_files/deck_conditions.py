@@ -1,0 +1,288 @@
+"""A deck beside its mesh: materials, contacts, bolts, couplings, supports, loads of steps."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ModelError
+from ..readers.constraint_blocks import CONSTRAINING, HELD_BY_NAME
+from ..readers.deck import Deck
+from ..readers.deck_text import Block, entries, number
+from ..readers.keywords import KEPT
+from .refused import OUTPUT, WITHOUT_EFFECT, check_not_refused
+from .states import InForce, Key, State
+
+# Read before all others: loads act on bolts and couplings, wherever these are listed.
+_POINTS = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY"}
+
+
+class Pair(NamedTuple):
+    """A contact pair: its surfaces, its interaction, and its block."""
+
+    slave: str
+    master: str
+    interaction: str
+    block: Block
+
+
+class Coupled(NamedTuple):
+    """A face that is coupled to a point; `turns` is the node of the rotations of the point."""
+
+    where: str
+    is_rigid: bool
+    turns: int | None
+    block: Block
+
+
+class Conditions:
+    """The content of a deck beside its mesh. Nodes are rows of the deck.
+
+    A method reads the blocks of the keyword of its name.
+    """
+
+    def __init__(self, deck: Deck, blocks: Iterable[Block], *, elastic: bool) -> None:
+        self.deck = deck
+        self.left_out = dict[str, None]()
+        # material -> keyword -> constants
+        self.materials = dict[str, dict[str, list[float]]]()
+        # element set, and its material
+        self.sections = list[tuple[str, str]]()
+        # interaction -> friction
+        self.friction = dict[str, float]()
+        self.pairs = list[Pair]()
+        # surfaces of a pair -> gap; below 0 it is an overlap
+        self.clearances = dict[tuple[str, str], float]()
+        # node -> section
+        self.bolts = dict[int, str]()
+        self.couplings = dict[int, Coupled]()
+        self.states = list[State]()
+
+        self._row = {int(node): row for row, node in enumerate(deck.numbers)}
+        # amplitude -> its times and values, and whether the times are those of all steps
+        self._amplitudes = dict[str, tuple[list[float], list[float], bool]]()
+        self._initial = dict[int, float]()
+        self._in_force = InForce()
+        self._step_name = ""
+        self._steps = 0
+        self._is_static = False
+        # time at which a step begins, and its duration
+        self._start, self._period = 0.0, 1.0
+        listed = list(blocks)
+        for is_point in (True, False):
+            for block in listed:
+                if (block.keyword in _POINTS) == is_point:
+                    self._read(block, elastic)
+
+    def _read(self, block: Block, elastic: bool) -> None:
+        check_not_refused(block, elastic=elastic)
+        read = getattr(self, f"_{block.keyword.lower().replace('-', '')}", None)
+        if read is None:
+            known = {*KEPT, *CONSTRAINING, *WITHOUT_EFFECT}
+            if block.keyword not in known and not block.keyword.endswith(OUTPUT):
+                self.left_out[f"*{block.keyword}: not read"] = None
+            return
+        try:
+            read(block)
+        except (KeyError, ValueError, IndexError, ModelError) as error:
+            why = f"{error} is not in this deck" if isinstance(error, KeyError) else error
+            raise ModelError(f"{block.place}: {block}: {why}") from error
+
+    def _rows(self, entry: str) -> Sequence[int]:
+        """Nodes that an entry names, by a number or a set."""
+        return [self._row[int(entry)]] if entry.isdecimal() else self.deck.nodes(entry).tolist()
+
+    def _elements(self, entry: str) -> Sequence[int]:
+        if entry.isdecimal():
+            return [int(entry)]
+        return list(self.deck.element_sets[entry.upper()].tolist())
+
+    def _target(self, keyword: str, entry: str, label: str = "") -> str:
+        """The name of the load case of an entry; those of bare numbers in a step share one."""
+        if entry.isdecimal():
+            return f"{keyword} ({self._step_name})"
+        return f"{keyword} {entry.upper()} {label}".strip()
+
+    def _factor(self, block: Block) -> float:
+        """The amplitude of a block at the end of its step."""
+        if "AMPLITUDE" not in block.parameters:
+            return 1.0
+        times, values, of_all_steps = self._amplitudes[block.parameters["AMPLITUDE"]]
+        return float(np.interp(self._period + of_all_steps * self._start, times, values))
+
+    # The model.
+
+    def _element(self, block: Block) -> None:
+        kind = block.parameters["TYPE"]
+        if kind.startswith(("C3D", "CP", "CAX")) and kind[-1] in "RI":
+            self.left_out[f"{kind}: its elements are integrated in full"] = None
+
+    def _material(self, block: Block) -> None:
+        self._constants = self.materials.setdefault(block.parameters["NAME"], {})
+
+    def _elastic(self, block: Block) -> None:
+        self._constants[block.keyword] = [number(entry) for entry in block.rows[0]]
+
+    _density = _expansion = _elastic
+
+    def _plastic(self, block: Block) -> None:
+        self.left_out[f"*{block.keyword}: bodies are elastic"] = None
+
+    _creep = _hyperelastic = _cyclichardening = _deformationplasticity = _plastic
+
+    def _solidsection(self, block: Block) -> None:
+        self.sections.append((block.parameters["ELSET"], block.parameters["MATERIAL"]))
+
+    def _surfaceinteraction(self, block: Block) -> None:
+        self._interaction = block.parameters["NAME"]
+        self.friction[self._interaction] = 0.0
+
+    def _friction(self, block: Block) -> None:
+        coefficient, *slope = block.rows[0]
+        self.friction[self._interaction] = number(coefficient)
+        if slope:
+            self.left_out["*FRICTION: stick slope"] = None
+
+    def _surfacebehavior(self, block: Block) -> None:
+        if block.parameters.get("PRESSURE-OVERCLOSURE", "HARD") != "HARD":
+            self.left_out["*SURFACE BEHAVIOR: contact stiffness (penalty)"] = None
+
+    def _contactpair(self, block: Block) -> None:
+        for slave, master, *_ in block.rows:
+            interaction = block.parameters["INTERACTION"]
+            self.pairs.append(Pair(slave.upper(), master.upper(), interaction, block))
+
+    def _clearance(self, block: Block) -> None:
+        surfaces = block.parameters["SLAVE"], block.parameters["MASTER"]
+        self.clearances[surfaces] = number(block.parameters["VALUE"])
+
+    def _pretensionsection(self, block: Block) -> None:
+        self.bolts[self._row[int(block.parameters["NODE"])]] = block.parameters["SURFACE"]
+
+    def _coupling(self, block: Block) -> None:
+        self._coupled = block.parameters
+
+    def _kinematic(self, block: Block) -> None:
+        axes = [int(entry) for row in block.rows for entry in row]
+        if axes and (min(axes) > 1 or max(axes) < 3):
+            raise ValueError("it leaves displacements free; give 1, 3")
+        self._couple(block, self._row[int(self._coupled["REFNODE"])], self._coupled["SURFACE"])
+
+    _distributing = _kinematic
+
+    def _rigidbody(self, block: Block) -> None:
+        node = self._row[int(block.parameters["REFNODE"])]
+        self._couple(block, node, block.parameters["NSET"])
+
+    def _couple(self, block: Block, node: int, where: str) -> None:
+        turns = block.parameters.get("ROTNODE")
+        is_rigid = block.keyword != "DISTRIBUTING"
+        row = None if turns is None else self._row[int(turns)]
+        self.couplings[node] = Coupled(where, is_rigid, row, block)
+
+    def _amplitude(self, block: Block) -> None:
+        values = [number(entry) for row in block.rows for entry in row]
+        of_all_steps = block.parameters.get("TIME", "").startswith("TOTAL")
+        self._amplitudes[block.parameters["NAME"]] = values[::2], values[1::2], of_all_steps
+
+    def _initialconditions(self, block: Block) -> None:
+        for where, temperature, *_ in block.rows:
+            self._initial.update(dict.fromkeys(self._rows(where), number(temperature)))
+
+    # The steps.
+
+    def _step(self, block: Block) -> None:
+        self._steps += 1
+        self._step_name = block.parameters.get("NAME", f"STEP {self._steps}")
+        self._is_static = False
+        self._period = 1.0
+        self._is_linear = "PERTURBATION" in block.parameters
+        self._in_force.begin_step()
+        if block.parameters.get("NLGEOM", "NO") != "NO":
+            self.left_out["NLGEOM: displacements are small"] = None
+
+    def _static(self, block: Block) -> None:
+        self._is_static = not self._is_linear
+        if block.lines and len(block.rows[0]) > 1:
+            self._period = number(block.rows[0][1])
+
+    def _endstep(self, _: Block) -> None:
+        self._start += self._period
+        if self._is_static:
+            self.states.append(self._in_force.state(self._step_name))
+        else:
+            self.left_out[f"{self._step_name}: no *STATIC, or a PERTURBATION"] = None
+
+    def _boundary(self, block: Block) -> None:
+        self._in_force.begin(block, "BOUNDARY")
+        for line in block.lines:
+            where, first, last, value, *_ = [*entries(line), "", "", ""]
+            axes: Iterable[int] = (
+                range(int(first) - 1, int(last or first)) if first[:1].isdigit() else ()
+            )
+            moved = number(value or "0") * self._factor(block)
+            if moved and not self._steps:
+                raise ValueError("a displacement acts in a step; move the block into its *STEP")
+            for row in self._rows(where):
+                for axis in axes or HELD_BY_NAME[first.upper()]:
+                    if row in self.bolts:
+                        self._hold_bolt(block, row, axis)
+                    elif "FIXED" in block.parameters:
+                        raise ValueError("FIXED is read for bolts; give the displacement")
+                    else:
+                        self._in_force.hold(row, axis, moved, self._target("BOUNDARY", where))
+
+    def _hold_bolt(self, block: Block, row: int, axis: int) -> None:
+        if axis == 0 and "FIXED" not in block.parameters:
+            raise ValueError("tighten a bolt by *CLOAD, and keep its length by *BOUNDARY, FIXED")
+        if axis == 0:
+            self._in_force.locked[row] = None
+
+    def _cload(self, block: Block) -> None:
+        self._in_force.begin(block, "CLOAD", "BOLT")
+        for line in block.lines:
+            where, axis, value = entries(line)[:3]
+            for row in self._rows(where):
+                key: Key = ("CLOAD", row, int(axis) - 1)
+                target = self._target("CLOAD", where)
+                if row in self.bolts:
+                    key = ("BOLT", row)
+                    target = f"BOLT {self.bolts[row]}"
+                elif row in self.couplings:
+                    target = f"CLOAD {where.upper()}"
+                self._in_force.add(key, target, number(value) * self._factor(block))
+
+    def _dload(self, block: Block) -> None:
+        self._in_force.begin(block, "FACE", "GRAV", "CENTRIF")
+        for line in block.lines:
+            where, label, *listed = entries(line.upper())
+            size, *axis = [number(entry) for entry in listed]
+            size *= self._factor(block)
+            if label in ("GRAV", "CENTRIF"):
+                target = self._target(label, where)
+                if label == "GRAV":
+                    axis = (np.array(axis) / np.linalg.norm(axis)).tolist()
+                self._in_force.add((label, where, *axis), target, size)
+            for face in () if label in ("GRAV", "CENTRIF") else self._faces(block, where, label):
+                self._in_force.add(face, self._target(block.keyword, where, label), size)
+
+    _dsload = _dload
+
+    def _faces(self, block: Block, where: str, label: str) -> Iterator[Key]:
+        """The faces that a pressure acts on: element, and number of the face."""
+        if block.keyword == "DSLOAD" and label == "P":
+            for members, face in self.deck.surfaces[where]:
+                yield from (("FACE", element, face) for element in members.tolist())
+        elif block.keyword == "DLOAD" and label[:1] == "P" and label[1:].isdecimal():
+            yield from (("FACE", element, int(label[1:])) for element in self._elements(where))
+        else:
+            raise ValueError(f"the load {label} is not read; give P1 to P6, P, GRAV or CENTRIF")
+
+    def _temperature(self, block: Block) -> None:
+        self._in_force.begin(block, "TEMPERATURE")
+        for where, temperature, *_ in block.rows:
+            value = number(temperature) * self._factor(block)
+            for row in self._rows(where):
+                rise = value - self._initial.get(row, 0.0)
+                target = self._target("TEMPERATURE", where)
+                self._in_force.replace(("TEMPERATURE", row), target, rise)

@@ -1,0 +1,343 @@
+"""The contact model of a deck: its bodies, contacts, supports and load cases."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..base import Array, Booleans
+from ..errors import ModelError
+from ..fem.bodies import split_bodies, with_parts
+from ..fem.bolts import BoltPreload
+from ..fem.contacts import Contact, Interference
+from ..fem.couplings import DistributingCoupling, RigidCoupling
+from ..fem.elasticity import Kinematics, Material
+from ..fem.load_cases import Load
+from ..fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
+from ..fem.model import ContactModel
+from ..fem.node_forces import PointForce, RemoteForce
+from ..fem.supports import Support
+from ..readers.meshes import corner_mesh, named_mesh
+from .deck_conditions import Conditions, Coupled, Pair
+from .states import Field
+
+_Loads: TypeAlias = Mapping[tuple[Any, ...], float]
+_KINEMATICS: dict[str, Kinematics] = {
+    "C3D": "space",
+    "CPS": "plane_stress",
+    "CPE": "plane_strain",
+    "CAX": "axisymmetric",
+}
+
+
+class _AtNodes:
+    """Values at some points (d, n) of a mesh, as a function of coordinates; 0 elsewhere.
+
+    Without values it is true at the points.
+    """
+
+    def __init__(self, points: Array, values: Any = None) -> None:
+        self.tree = cKDTree(points.T)
+        self.values = np.ones(points.shape[1], dtype=bool) if values is None else values
+        self.near = 1e-9 * float(np.abs(points).max())
+
+    def __call__(self, *x: Array) -> Any:
+        distance, place = self.tree.query(np.stack(x, axis=-1))
+        values = self.values[place]
+        return np.where(distance <= self.near, values, np.zeros_like(values))
+
+
+class DeckModel:
+    """The parts of the contact model of a deck with some load cases.
+
+    `friction` maps contacts to coefficients, `interactions` to the contacts of each interaction.
+    Errors call the deck by its `name`.
+    """
+
+    def __init__(self, conditions: Conditions, cases: Mapping[str, Field], name: str) -> None:
+        self.conditions = conditions
+        self.friction = dict[str, float]()
+        self.interactions = defaultdict[str, list[str]](list)
+        self.deck = conditions.deck.without_thin()
+        # case -> boundary and pressure
+        self.pressures = defaultdict[str, list[tuple[str, float]]](list)
+        surfaces = dict[str, Any](self.deck.surfaces)
+        for case, field in cases.items():
+            faces = defaultdict[float, list[Any]](list)
+            for (kind, *place), value in field.items():
+                if kind == "FACE":
+                    faces[value].append((np.array(place[:1]), place[1]))
+            for value, listed in faces.items():
+                boundary = f"{case} {value:g}"
+                surfaces[boundary] = tuple(listed)
+                self.pressures[case].append((boundary, value))
+        self.deck = replace(self.deck, surfaces=surfaces)
+
+        mesh, origin = named_mesh(corner_mesh(self.deck, name), self.deck, name)
+        self.sets = mesh.subdomains
+        self.parts = with_parts(mesh).subdomains
+        kinds = {block.kind[:3] for block in self.deck.elements}
+        self.kinematics = next(_KINEMATICS[kind] for kind in _KINEMATICS if kind in kinds)
+        self.axes = "xyz"[: mesh.dim()]
+        is_plane = self.kinematics in ("plane_stress", "plane_strain")
+        self.thickness = self.deck.thickness if is_plane else 1.0
+        # body -> keyword -> constants
+        self.constants = self._materials(mesh.nelements)
+        materials = {
+            part: Material(*data["ELASTIC"], *data.get("DENSITY", []))
+            for part, data in self.constants.items()
+        }
+        self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), materials)
+        # body -> (its nodes, nodes of the deck) matrix that makes its nodes
+        self.origin = {}
+        for part, body in self.bodies.items():
+            nodes = np.zeros(body.mesh.p.shape[1], dtype=np.intp)
+            nodes[body.mesh.dofs.element_dofs] = mesh.dofs.element_dofs[:, self.parts[part]]
+            self.origin[part] = origin[nodes]
+
+    def _materials(self, elements: int) -> dict[str, dict[str, list[float]]]:
+        owner = np.full(elements, -1)
+        for number, (where, _) in enumerate(self.conditions.sections):
+            owner[self.sets.get(where, [])] = number
+        constants = {}
+        for part, members in self.parts.items():
+            names = {self.conditions.sections[i][1] if i >= 0 else "" for i in owner[members]}
+            constants[part] = self.conditions.materials.get(min(names), {})
+            if len(names) != 1 or "ELASTIC" not in constants[part]:
+                raise ModelError(
+                    f"*SOLID SECTION: body {part!r} has the materials {sorted(names)}; give all of "
+                    "it one *MATERIAL with *ELASTIC"
+                )
+        return constants
+
+    def model(self, held: frozenset[tuple[int, int]], cases: Mapping[str, Field]) -> ContactModel:
+        """The model with some displacements of nodes of the deck held."""
+        self.held = self._nodal(dict.fromkeys(held, 1.0)) > 0
+        contacts, overlaps = self._contacts()
+        loads = {case: list(self._loads(case, field)) for case, field in cases.items()}
+        loads = {case: listed for case, listed in loads.items() if listed}
+        if overlaps:
+            loads["FIT"] = overlaps
+        supports = [*self._supports(), *self._couplings()]
+        return ContactModel(self.bodies, supports, loads, contacts, self.kinematics)
+
+    def _with(self, boundary: str) -> list[str]:
+        """Names of the bodies that have a boundary."""
+        bodies = self.bodies.items()
+        return [name for name, body in bodies if boundary in (body.mesh.boundaries or {})]
+
+    def _contacts(self) -> tuple[list[Contact], list[Load]]:
+        """The contacts of all pairs of bodies, and their overlaps."""
+        contacts = []
+        overlaps: list[Load] = []
+        for pair in self.conditions.pairs:
+            bodies = self._pairs_of_bodies(pair)
+            clearance = self.conditions.clearances.get(pair[:2])
+            gap: Any = None if "ADJUST" in pair.block.parameters else "measured"
+            if clearance is not None:
+                gap = partial(_constant, max(clearance, 0.0))
+            for names in bodies:
+                name = f"{pair.slave}-{pair.master}"
+                name += f" ({', '.join(names)})" if len(bodies) > 1 else ""
+                contacts.append(Contact(*names, pair.slave, pair.master, name, gap))
+                self.friction[name] = self.conditions.friction[pair.interaction]
+                self.interactions[pair.interaction].append(name)
+                if clearance is not None and clearance < 0:
+                    overlaps.append(Interference(name, -clearance))
+        return contacts, overlaps
+
+    def _pairs_of_bodies(self, pair: Pair) -> list[tuple[str, str]]:
+        """The bodies on both sides of a contact pair whose faces are near each other."""
+        slaves, masters = map(self._with, pair[:2])
+        problem = ""
+        if not slaves or not masters:
+            problem = f"surface {pair[bool(slaves)]!r} has no face of a body; name faces"
+        if pair.interaction not in self.conditions.friction:
+            problem = f"there is no *SURFACE INTERACTION, NAME={pair.interaction}"
+        if problem:
+            raise ModelError(f"{pair.block.place}: {pair.block}: {problem}")
+        bodies = [
+            (one, two)
+            for one in slaves
+            for two in masters
+            if (one, pair.slave) != (two, pair.master)
+        ]
+        near = [names for names in bodies if self._is_near(pair, names)] or bodies
+        for one, two in set(bodies).difference(near):
+            text = f"*CONTACT PAIR: {pair.slave} of {one} far from {pair.master} of {two}"
+            self.conditions.left_out[text] = None
+        return near
+
+    def _is_near(self, pair: Pair, names: tuple[str, str]) -> bool:
+        """Whether two faces come closer than their longest edge."""
+        meshes = [self.bodies[name].mesh for name in names]
+        corners = [
+            mesh.p[:, mesh.facets[:, mesh.boundaries[surface]]]
+            for mesh, surface in zip(meshes, pair[:2], strict=True)
+        ]
+        longest = max(np.ptp(points, axis=1).max() for points in corners)
+        one, two = (points.reshape(len(points), -1).T for points in corners)
+        return bool(cKDTree(two).query(one)[0].min() <= longest)
+
+    def _made_of(self, name: str, rows: Booleans) -> Booleans:
+        """The nodes of a body that are made of some nodes of the deck alone."""
+        is_made = (self.origin[name] != 0).astype(int)
+        return np.asarray(is_made @ rows.astype(int) == np.diff(is_made.indptr))
+
+    def _supports(self) -> Iterator[Support]:
+        for name, body in self.bodies.items():
+            held = [self._made_of(name, self.held[:, k]) for k in range(len(self.axes))]
+            for axes in np.unique(held, axis=1).T:
+                nodes = (np.array(held) == axes[:, None]).all(axis=0)
+                if axes.any():
+                    yield Support(name, _AtNodes(body.mesh.p[:, nodes]), _letters(axes))
+
+    def _couplings(self) -> Iterator[RigidCoupling | DistributingCoupling]:
+        for row, coupled in self.conditions.couplings.items():
+            turns = self.held[row, 3:] if coupled.turns is None else self.held[coupled.turns, :3]
+            directions = _letters(self.held[row, : len(self.axes)])
+            rotations = _letters(turns & (np.array([3, 3, 2]) <= len(self.axes)))
+            kind = RigidCoupling if coupled.is_rigid else DistributingCoupling
+            if coupled.is_rigid or directions or rotations:
+                where = self._body_of(coupled), coupled.where
+                yield kind(*where, directions, rotations, self._point(row))
+
+    def _body_of(self, coupled: Coupled) -> str:
+        names = self._with(coupled.where)
+        if len(names) != 1:
+            raise ModelError(
+                f"{coupled.block.place}: {coupled.block}: {coupled.where} is a face of the bodies "
+                f"{names}; name a face of one body"
+            )
+        return names[0]
+
+    def _point(self, row: int) -> tuple[float, ...]:
+        return tuple(self.deck.points[row, : len(self.axes)].tolist())
+
+    def _nodal(self, loads: _Loads) -> Array:
+        """(nodes, 6) values by rows and axes."""
+        values = np.zeros((len(self.deck.points), 6))
+        for (row, axis), value in loads.items():
+            values[row, axis] = value
+        return values
+
+    def _loads(self, case: str, field: Field) -> Iterator[Load]:
+        """The loads of a load case."""
+        by_kind = defaultdict[Any, dict[tuple[Any, ...], float]](dict)
+        for (kind, *place), value in field.items():
+            by_kind[kind][tuple(place)] = value
+        for kind, loads in by_kind.items():
+            yield from getattr(self, f"_{kind.lower()}")(case, loads)
+
+    def _face(self, case: str, _: _Loads) -> Iterator[Load]:
+        for boundary, value in self.pressures[case]:
+            for name in self._with(boundary):
+                yield Pressure(name, boundary, value)
+
+    def _cload(self, case: str, loads: _Loads) -> Iterator[Load]:
+        force = self._nodal(loads) / self.thickness
+        d = len(self.axes)
+        for row, coupled in self.conditions.couplings.items():
+            if force[row].any():
+                parts: dict[str, Any] = dict(zip(self.axes, force[row].tolist(), strict=False))
+                moment = tuple(force[row, 3:].tolist()) if d == 3 else float(force[row, 5])
+                name = self._body_of(coupled)
+                point = self._point(row)
+                yield RemoteForce(name, coupled.where, **parts, moment=moment, point=point)
+                force[row] = 0.0
+        is_loaded: Booleans = np.any(force, axis=1)
+        owners = np.zeros(len(force), dtype=int)
+        for name, body in self.bodies.items():
+            nodes = self._made_of(name, is_loaded)
+            nodes &= np.diff(self.origin[name].indptr) == 1
+            rows = self.origin[name][nodes].indices
+            owners[rows] += 1
+            points = body.mesh.p[:, nodes]
+            if points.size:
+                parts = {axis: _AtNodes(points, force[rows, k]) for k, axis in enumerate(self.axes)}
+                yield PointForce(name, _AtNodes(points), **parts)
+        is_wrong = is_loaded & ((owners != 1) | force[:, d:].any(axis=1))
+        for row in np.flatnonzero(is_wrong).tolist():
+            raise ModelError(
+                f"{case}: node {self.deck.numbers[row]} has forces {force[row].tolist()} and is in "
+                f"{owners[row]} bodies; give forces along {', '.join(self.axes)} to nodes of one "
+                "body, and moments to the REF NODE of a *COUPLING"
+            )
+
+    def _bolt(self, case: str, loads: _Loads) -> Iterator[Load]:
+        for (row,), force in loads.items():
+            section = self.conditions.bolts[row]
+            names = self._with(section)
+            if len(names) != 1:
+                raise ModelError(
+                    f"{case}: *PRE-TENSION SECTION: surface {section!r} is in the bodies {names}; "
+                    "name faces across one body"
+                )
+            locked = any(row in state.locked for state in self.conditions.states)
+            yield BoltPreload(names[0], section, force / self.thickness, locked)
+
+    def _of_set(self, case: str, where: str) -> Iterator[tuple[str, float]]:
+        """The bodies of an element set, which must hold them whole, and their densities."""
+        members = self.sets.get(where, [])
+        share = {name: np.isin(part, members).mean() for name, part in self.parts.items()}
+        if not set(share.values()) <= {0.0, 1.0} or not any(share.values()):
+            raise ModelError(f"{case}: {where!r} is no set of whole bodies; name the set of a body")
+        for name in filter(share.get, share):
+            if "DENSITY" not in self.constants[name]:
+                raise ModelError(f"{case}: body {name!r}: give *DENSITY to its *MATERIAL")
+            yield name, self.constants[name]["DENSITY"][0]
+
+    def _grav(self, case: str, loads: _Loads) -> Iterator[Load]:
+        for (where, *axis), size in loads.items():
+            for name, density in self._of_set(case, where):
+                parts = zip(self.axes, axis, strict=False)
+                yield BodyForce(name, **{letter: density * size * part for letter, part in parts})
+
+    def _centrif(self, case: str, loads: _Loads) -> Iterator[Load]:
+        for (where, *axis), square in loads.items():
+            place: dict[str, Any] = {}
+            if self.kinematics != "axisymmetric":
+                place["centre"] = tuple(axis[: len(self.axes)])
+            if len(self.axes) == 3:
+                place["axis"] = tuple(axis[3:])
+            for name, density in self._of_set(case, where):
+                yield Centrifugal(name, density, square**0.5, **place)
+
+    def _boundary(self, case: str, loads: _Loads) -> Iterator[Load]:
+        values = self._nodal(loads)
+        for row in self.conditions.couplings:
+            if values[row].any():
+                node = self.deck.numbers[row]
+                raise ModelError(f"{case}: node {node} is a REF NODE; give the force on it")
+        for name, body in self.bodies.items():
+            for k, axis in enumerate(self.axes):
+                moved = self.origin[name] @ values[:, k] * self._made_of(name, self.held[:, k])
+                points = body.mesh.p[:, moved != 0]
+                if points.size:
+                    by = {axis: _AtNodes(points, moved[moved != 0])}
+                    yield Displacement(name, _AtNodes(points), **by)
+
+    def _temperature(self, case: str, loads: _Loads) -> Iterator[Load]:
+        rise = np.zeros(len(self.deck.points))
+        for (row,), value in loads.items():
+            rise[row] = value
+        for name, origin in self.origin.items():
+            strain = origin @ rise * self.constants[name].get("EXPANSION", [0.0])[0]
+            if np.ptp(strain) > 1e-9 * np.abs(strain).max():
+                raise ModelError(
+                    f"{case}: the temperature varies in body {name!r}; give a body one temperature"
+                )
+            if strain.any():
+                yield Expansion(name, float(strain.mean()))
+
+
+def _constant(value: float, x: Array, *_: Array) -> Array:
+    return np.full(x.shape, value)
+
+
+def _letters(axes: Booleans) -> Any:
+    return "".join(letter for letter, is_held in zip("xyz", axes, strict=False) if is_held)

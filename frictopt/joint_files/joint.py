@@ -1,0 +1,332 @@
+"""A joint of a file: its contact model, its friction, and the states for its load cycles."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base import Array, Shown, flag
+from ..base.libraries import file_path
+from ..contact import ContactSystem, LoadCycle
+from ..errors import ModelError
+from ..fem.model import ContactModel
+from ..joints.tightening import tightened
+from ..readers.deck_text import blocks
+from ..readers.instances import flat
+from ..readers.keywords import read_deck
+from .deck_conditions import Conditions
+from .deck_model import DeckModel
+from .states import load_cases
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Joint(Shown):
+    """A joint of a file, see `read_joint`; `print` shows all that was read.
+
+    Attributes
+    ----------
+    name
+        The name of the file.
+    model
+        The `ContactModel`. In the plane its forces are per unit depth.
+    thickness
+        Thickness of plane bodies; the forces of `system()` are totals over it.
+    states
+        State at the end of each static step, such as "STEP 1" -> load case -> amplitude.
+    friction
+        Contact -> coefficient of friction.
+    interactions
+        `*SURFACE INTERACTION` -> its contacts.
+    left_out
+        Sentences on parts of the file that the model does not have.
+    unlike
+        States whose supports are not those of the model, which has those of the last step.
+    locked
+        States in which bolts keep their lengths.
+    units
+        Names of the units of force and length, such as "N, mm".
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> joint = fo.read_joint("tests/data/block.inp")
+    >>> joint.states["STEP 2"]
+    {'DLOAD ETOP P3': 1.0, 'CLOAD NLEFT': 1.0}
+    """
+
+    name: str
+    model: ContactModel
+    thickness: float
+    states: Mapping[str, Mapping[str, float]]
+    friction: Mapping[str, float]
+    interactions: Mapping[str, Sequence[str]]
+    left_out: Sequence[str] = ()
+    unlike: Sequence[str] = ()
+    locked: Sequence[str] = ()
+    units: str | None = None
+
+    def _answer(self) -> Mapping[str, object]:
+        states = {}
+        for name, loads in self.states.items():
+            parts = [f"{case}={amplitude:g}" for case, amplitude in loads.items()]
+            states[name] = ", ".join(parts) or "no load"
+        about = {"friction": dict(self.friction), "states": states}
+        return {"name": self.name, **self.model._answer(), **about, "left_out": self.left_out}
+
+    def system(self) -> ContactSystem:
+        """The condensed contact, with forces that are totals over the thickness of plane bodies.
+
+        `ContactModel.condense` describes it, and its errors.
+        """
+        return self._system
+
+    @cached_property
+    def _system(self) -> ContactSystem:
+        system = replace(self.model.condense(), units=self.units)
+        if not system.per_depth:
+            return system
+        t = self.thickness
+        return replace(
+            system,
+            S=t * system.S,
+            bonded={case: (t * q, t * p) for case, (q, p) in system.bonded.items()},
+            width=t * np.asarray(system.width),
+            compliance=t * np.asarray(system.compliance),
+            bolts={case: (t * force, length) for case, (force, length) in system.bolts.items()},
+            load_size={case: t * size for case, size in system.load_size.items()},
+            thickness=t,
+        )
+
+    def cycle(
+        self,
+        mean: str | Mapping[str, float],
+        corners: Iterable[str | Mapping[str, float]],
+        friction: Any = None,
+    ) -> LoadCycle:
+        """The load cycle between states, or with load cases on top of its mean load.
+
+        Parameters
+        ----------
+        mean
+            A state, "STEP 1"; load cases, "BOLT SECTION=1,CLOAD NSIDE=0.5" or a mapping; or both,
+            "STEP 1,CLOAD NSIDE=0.5". It must press a contact.
+        corners
+            Corners in the same form. If one names a state, it is that state minus the mean load.
+            Load cases act on top.
+        friction
+            Friction with which locked bolts are tightened; None: that of the file.
+
+        Returns
+        -------
+        LoadCycle
+            Load factor 1 is the file. Bolts whose length is kept in some state are tightened under
+            the loads of the last state before it, see `tightened`.
+
+        Raises
+        ------
+        ModelError
+            A state or load case is unknown. A state has other supports than the model. A corner
+            tightens a locked bolt. The mean load presses no contact: the error names load cases
+            that do.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> joint = fo.read_joint("tests/data/block.inp")
+        >>> cycle = joint.cycle("STEP 1", ["STEP 2", "CLOAD NLEFT=-2"])
+        >>> [dict(corner) for corner in cycle.corners]
+        [{'CLOAD NLEFT': 1.0}, {'CLOAD NLEFT': -2.0}]
+        """
+        system = self.system()
+        state, base = self._loads(mean)
+        changes = []
+        for corner in corners:
+            named, change = self._loads(corner)
+            if named:
+                cases = {**base, **change}
+                change = {case: change.get(case, 0.0) - base.get(case, 0.0) for case in cases}
+            changes.append({case: amplitude for case, amplitude in change.items() if amplitude})
+            if system.bolts.keys() & changes[-1].keys():
+                raise ModelError(
+                    f"corners: {corner!r} tightens a bolt whose length is kept in {self.locked}; "
+                    "name only such states"
+                )
+        if not base or not _presses(system, system.reaction(base)[1]):
+            raise ModelError(
+                f"mean: {mean!r} presses no contact; load cases that press: {self.pressing}; give "
+                f"one of them, such as {next(iter(self.pressing), 'BOLT SECTION')}=1"
+            )
+        cycle = LoadCycle(base, changes)
+        if not system.bolts.keys() & base.keys():
+            return cycle
+        nominal = friction or self.friction
+        nominal = nominal[1] if isinstance(nominal, tuple) else nominal
+        tightening: Mapping[str, float] = base
+        if state in self.locked:
+            names = [*self.states]
+            earlier = names[: names.index(state)]
+            free = [name for name in earlier if name not in self.locked]
+            tightening = self.states[free[-1]] if free else base
+        tight = tightened(system, replace(cycle, mean=tightening), nominal).mean
+        bolts = {case: tight[case] for case in system.bolts if case in tight}
+        return replace(cycle, mean={**base, **bolts})
+
+    def _loads(self, given: str | Mapping[str, float]) -> tuple[str, dict[str, float]]:
+        """The state that a text names, or "", and all its loads."""
+        if not isinstance(given, str):
+            return "", dict(given)
+        total = dict[str, float]()
+        state = ""
+        for part in given.split(","):
+            name, equals, value = part.rpartition("=")
+            loads: Mapping[str, float]
+            if equals:
+                loads = {known("load case", name, self.model.loads): _number(part, value)}
+            else:
+                state = known("state", part, self.states)
+                loads = self.states[state]
+            for case, amplitude in loads.items():
+                total[case] = total.get(case, 0.0) + amplitude
+        if state in self.unlike:
+            raise ModelError(
+                f"state {state!r} has other supports than the last step; write the supports of a "
+                "load cycle into all its steps"
+            )
+        return state, total
+
+    @cached_property
+    def pressing(self) -> list[str]:
+        """Load cases that press a contact."""
+        bonded = self.system().bonded
+        return [case for case, (_, p) in bonded.items() if _presses(self.system(), p)]
+
+    @property
+    def suggestion(self) -> str:
+        """Options of a command: the first state that presses, and all that follow."""
+        names = [name for name in self.states if name not in self.unlike]
+        pressing = [name for name in names if self.states[name].keys() & set(self.pressing)]
+        mean = next(iter(pressing), "")
+        corners = names[names.index(mean) + 1 :] if mean else []
+        if not corners:
+            mean = ",".join(f"{case}=1" for case in self.pressing)
+            cases = [case for case in self.model.loads if case not in self.pressing]
+            case = next(iter(cases), next(iter(self.model.loads)))
+            corners = [f"{case}=0.5", f"{case}=-0.5"]
+        corners_in_words = " ".join(f'"{corner}"' for corner in corners)
+        return f'--mean "{mean}" --corners {corners_in_words}'
+
+    def friction_of(self, given: Mapping[str, Any]) -> Any:
+        """Friction as `report` takes it, with values for contacts or interactions in place.
+
+        A value may be (least, nominal, most): then there are three mappings.
+        """
+        friction = dict[str, Any](self.friction)
+        for name, value in given.items():
+            found = known("friction of", name, {**self.interactions, **self.friction})
+            for contact in self.interactions.get(found, [found]):
+                friction[contact] = value
+        if not any(isinstance(value, tuple) for value in friction.values()):
+            return friction
+        ranges = {
+            contact: value if isinstance(value, tuple) else (value,) * 3
+            for contact, value in friction.items()
+        }
+        return tuple({contact: value[k] for contact, value in ranges.items()} for k in range(3))
+
+
+def _presses(system: ContactSystem, p: Array) -> bool:
+    """Whether normal forces (N,) press a contact as a whole."""
+    sums = [p[system.contact == name].sum() for name in np.unique(np.asarray(system.contact))]
+    return bool(max(sums) > 1e-6 * np.abs(p).sum())
+
+
+def _number(part: str, value: str) -> float:
+    try:
+        return float(value)
+    except ValueError as error:
+        raise ModelError(f"{part!r}: {value!r} is no number; give CASE=AMPLITUDE") from error
+
+
+def known(what: str, name: str, names: Iterable[str]) -> str:
+    """A name of a file, in letters of any size; ModelError with the nearest names."""
+    by_letters = {each.casefold(): each for each in names}
+    letters = name.strip().casefold()
+    if letters not in by_letters:
+        near = difflib.get_close_matches(letters, by_letters, cutoff=0.4) or by_letters
+        listed = [by_letters[each] for each in near]
+        raise ModelError(f"{what} {name!r} is unknown; give one of {listed}")
+    return by_letters[letters]
+
+
+def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
+    """Read a joint from a deck of CalculiX or Abaqus: bodies, contacts, friction, loads and steps.
+
+    Each `*CONTACT PAIR` is a contact whose body 1 is the slave; its name is SLAVE-MASTER. Loads of
+    a set, such as "CLOAD NSIDE", are load cases, and the end of each static step is a state: the
+    amplitudes of the load cases that are in force. The page "What is read of a file" lists all
+    keywords.
+
+    Parameters
+    ----------
+    path
+        The deck, `.inp`.
+    elastic
+        Whether to leave out the plasticity and creep of materials. Otherwise they are refused.
+
+    Returns
+    -------
+    Joint
+        Its `model`, `system()`, `states`, `friction` and `cycle(...)`, and what is `left_out`.
+
+    Raises
+    ------
+    ModelError
+        The deck has something that a joint cannot have: the error has the line and the keyword, and
+        what to change. It has no contact pair or no static step. `ContactModel` refuses the model.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> joint = fo.read_joint("tests/data/block.inp")
+    >>> cycle = joint.cycle("STEP 1", ["STEP 2", "STEP 3"])
+    >>> round(fo.gross_slip(joint.system(), cycle, joint.friction).load_factor, 6)
+    1.333333
+    """
+    flag("elastic", elastic)
+    file = file_path("path", path)
+    if file.suffix.lower() != ".inp":
+        raise ModelError(f"path: {str(path)!r}; give a deck of CalculiX or Abaqus, .inp")
+    deck = read_deck(file, mesh_alone=True)
+    conditions = Conditions(deck, flat(blocks(file)), elastic=elastic)
+    for listed, what in ((conditions.pairs, "*CONTACT PAIR"), (conditions.states, "*STATIC step")):
+        if not listed:
+            raise ModelError(f"deck {file.name}: no {what}; a joint needs one")
+    cases, states = load_cases(conditions.states)
+    held = conditions.states[-1].held
+    try:
+        parts = DeckModel(conditions, cases, file.name)
+        model = parts.model(held, cases)
+    except ModelError as error:
+        raise ModelError(f"deck {file.name}: {error}") from error
+    if "FIT" in model.loads:
+        states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
+    return Joint(
+        file.name,
+        model,
+        parts.thickness,
+        {
+            name: {case: amplitude for case, amplitude in loads.items() if case in model.loads}
+            for name, loads in states.items()
+        },
+        parts.friction,
+        parts.interactions,
+        [*conditions.left_out],
+        [state.name for state in conditions.states if state.held != held],
+        [state.name for state in conditions.states if state.locked],
+    )

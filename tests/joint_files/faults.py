@@ -1,0 +1,48 @@
+"""Planted faults of `joint_files`, see `helpers/planting.py`."""
+
+from helpers.planting import Fault
+
+FAULTS = (
+    Fault(
+        "joint_files/states.py",
+        "a load of a later step is added to that of its place",
+        old="key not in self._of_this_step",
+        new="key not in self.loads",
+        tests="deck_states",
+    ),
+    Fault(
+        "joint_files/states.py",
+        "OP=NEW removes the loads of every block",
+        old="and kinds not in self._begun",
+        new="",
+        tests="deck_states",
+    ),
+    Fault(
+        "joint_files/deck_conditions.py",
+        "an amplitude counts at the begin of its step",
+        old="self._period + of_all_steps * self._start",
+        new="of_all_steps * self._start",
+        tests="deck_states",
+    ),
+    Fault(
+        "joint_files/deck_model.py",
+        "forces on nodes are not divided by the thickness",
+        old="force = self._nodal(loads) / self.thickness",
+        new="force = self._nodal(loads)",
+        tests="deck_states decks",
+    ),
+    Fault(
+        "joint_files/deck_model.py",
+        "a node in the middle of a face is held with one node of it",
+        old="== np.diff(is_made.indptr)",
+        new="> 0",
+        tests="decks",
+    ),
+    Fault(
+        "joint_files/joint.py",
+        "a corner that is a state is on top of the mean load",
+        old="change.get(case, 0.0) - base.get(case, 0.0)",
+        new="change.get(case, 0.0)",
+        tests="deck_states",
+    ),
+)

@@ -1,0 +1,129 @@
+"""Loads of the steps of a deck: what is in force at the end of each, by statics."""
+
+import pytest
+
+from helpers.joint_decks import HELD, PRESS, deck, joint_of, of_states
+
+PUSH = "*CLOAD\nNTOP, 1, 8.\n"  # three nodes
+
+
+def test_loads_persist_and_a_load_replaces_that_of_its_place(tmp_path):
+    """Ten on 2 x 2 is 40. A face and a node get another load; a block without lines changes none."""
+    joint = joint_of(
+        tmp_path,
+        deck(
+            PRESS,
+            PUSH,
+            "*DLOAD\n3, P3, 5.\n",
+            "*CLOAD\n10, 1, 2.\n10, 2, -1.\n",
+            "*CLOAD\n*DLOAD\n",
+        ),
+    )
+    assert of_states(joint) == {
+        "STEP 1": [0, -40],
+        "STEP 2": [24, -40],
+        "STEP 3": [24, -30],
+        "STEP 4": [18, -31],
+        "STEP 5": [18, -31],
+    }
+    assert joint.states["STEP 2"] == {"DLOAD ETOP P3": 1.0, "CLOAD NTOP": 1.0}
+
+
+def test_a_multiple_is_the_same_load_case_and_anything_else_another_one(tmp_path):
+    joint = joint_of(
+        tmp_path,
+        deck(
+            PRESS + PUSH, "*CLOAD\nntop, 1, -2.\n", "*CLOAD\nNTOP, 2, -1.\n", "*CLOAD\n10, 1, 1.\n"
+        ),
+    )
+    names = [{name for name in loads if "CLOAD" in name} for loads in joint.states.values()]
+    assert names == [
+        {"CLOAD NTOP"},
+        {"CLOAD NTOP"},
+        {"CLOAD NTOP (STEP 3)"},
+        {"CLOAD NTOP (STEP 4)", "CLOAD (STEP 4)"},
+    ]
+    assert joint.states["STEP 2"]["CLOAD NTOP"] == -0.25
+    assert list(of_states(joint).values()) == [[24, -40], [-6, -40], [-6, -43], [-3, -43]]
+
+
+def test_loads_of_one_step_at_one_place_add_up(tmp_path):
+    """As CalculiX 2.20 does: 8 and 3 on a node, 10 and 5 on a face."""
+    text = PRESS + PUSH + "10, 1, 3.\n*DLOAD\n3, P3, 5.\n"
+    joint = joint_of(tmp_path, deck(text, "*CLOAD\n10, 1, 1.\n*DLOAD\n3, P3, 1.\n"))
+    assert of_states(joint) == {"STEP 1": [27, -50], "STEP 2": [17, -22]}
+
+
+@pytest.mark.parametrize(
+    ("step", "force"),
+    [
+        ("*CLOAD, OP=NEW\n", [0, -40]),
+        ("*DLOAD, OP=NEW\n", [24, 0]),
+        ("*CLOAD\nNTOP, 2, -1.\n*CLOAD, OP=NEW\n", [24, -43]),
+        ("*CLOAD, OP=NEW\n10, 1, 1.\n*CLOAD, OP=NEW\n", [1, -40]),
+    ],
+)
+def test_new_removes_the_loads_of_its_keyword_if_it_comes_first(tmp_path, step, force):
+    joint = joint_of(tmp_path, deck(PRESS + PUSH, step))
+    assert of_states(joint)["STEP 2"] == force
+
+
+def test_an_amplitude_counts_at_the_end_of_its_step_and_its_load_stays(tmp_path):
+    table = "*AMPLITUDE, NAME=RAMP\n0., 0., 2., 1.\n*AMPLITUDE, NAME=ALL, TIME=TOTAL TIME\n0., 0., 2., 1.\n"
+    joint = joint_of(
+        tmp_path,
+        deck(
+            PRESS,
+            "*CLOAD, AMPLITUDE=RAMP\nNTOP, 1, 8.\n",
+            "",
+            "*CLOAD, AMPLITUDE=ALL\nNTOP, 1, 8.\n",
+            more=table,
+        ),
+    )
+    assert [force[0] for force in of_states(joint).values()] == [0, 12, 12, 24]
+
+
+def test_supports_that_live_in_steps(tmp_path):
+    """PrePoMax writes empty blocks with OP=NEW in each step, and repeats all."""
+    new = "*BOUNDARY, OP=NEW\n*BOUNDARY\nNbase, 1, 3, 0\n*CLOAD, OP=NEW\n*DLOAD, OP=NEW\n"
+    joint = joint_of(tmp_path, deck(new + PRESS, new + PRESS + PUSH, held=""))
+    assert of_states(joint) == {"STEP 1": [0, -40], "STEP 2": [24, -40]}
+    cycle = joint.cycle("STEP 1", ["STEP 2", "step 2,CLOAD NTOP=-2", "CLOAD NTOP=-1"])
+    assert cycle.corners == ({"CLOAD NTOP": 1.0}, {"CLOAD NTOP": -1.0}, {"CLOAD NTOP": -1.0})
+
+
+def test_bare_nodes_of_a_block_are_one_load_case(tmp_path):
+    """FreeCAD writes each node."""
+    joint = joint_of(tmp_path, deck(PRESS + "*CLOAD\n10,1,1.5\n11,1,3.0\n12,1,1.5\n"))
+    assert list(joint.states["STEP 1"]) == ["DLOAD ETOP P3", "CLOAD (STEP 1)"]
+    assert of_states(joint)["STEP 1"] == [6, -40]
+
+
+def test_a_step_may_have_a_name_and_one_that_is_not_static_is_left_out(tmp_path):
+    text = deck(PRESS).replace("*STEP, NLGEOM", "*STEP, NAME=Tighten")
+    text += "*STEP\n*FREQUENCY\n3\n*END STEP\n*STEP, PERTURBATION\n*STATIC\n*END STEP\n"
+    joint = joint_of(tmp_path, text)
+    assert list(joint.states) == ["TIGHTEN"]
+    assert [text for text in joint.left_out if "STEP" in text] == [
+        "STEP 2: no *STATIC, or a PERTURBATION",
+        "STEP 3: no *STATIC, or a PERTURBATION",
+    ]
+    assert joint.cycle("Tighten", ["DLOAD ETOP P3=0.5"]).mean == {"DLOAD ETOP P3": 1.0}
+
+
+def test_states_with_other_supports_are_not_in_one_cycle(tmp_path):
+    more = "*BOUNDARY\nNTOP, 1, 1\n"
+    joint = joint_of(tmp_path, deck(PRESS, more + "*CLOAD\nNTOP, 2, -1.\n"))
+    with pytest.raises(Exception, match="state 'STEP 1' has other supports than the last step"):
+        joint.cycle("STEP 1", ["STEP 2"])
+
+
+def test_a_displacement_moves_its_nodes_as_supports(tmp_path):
+    """The slider is pushed down by .01 on its whole top: stress of a confined block, by hand.
+
+    With nodes held across, strain is one: sigma = E (1 - nu) / ((1 + nu) (1 - 2 nu)) .01 / 2.
+    """
+    hold = HELD + "*BOUNDARY\nNALL, 1, 1\n"
+    joint = joint_of(tmp_path, deck("*BOUNDARY\nNTOP, 2, 2, -0.01\n", kind="CPE4", held=hold))
+    stress = 1000 * 0.7 / (1.3 * 0.4) * 0.01 / 2
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -stress * 4], abs=1e-9)

@@ -1,0 +1,351 @@
+"""Decks as joints: bodies, contacts, bolts, couplings and loads, with values by statics."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.__main__ import main
+from helpers.joint_decks import HELD, MATERIAL, PAIR, PRESS, carried, deck, joint_of, of_states
+
+DATA = Path(__file__).parents[1] / "data"
+STEPS = "STEP 1", ["STEP 2", "STEP 3"]
+PUSH = "*CLOAD\nNTOP, 1, 8.\n"
+
+
+def test_a_plane_deck_goes_to_the_sheet(capsys):
+    """10 MPa on 20 x 20, five nodes with 120 N, f = 0.2: 4000, 600 and 800 N; slides at 800 / 600.
+
+    CalculiX 2.20: 4000.1 and 599.9 N.
+    """
+    words = ["--mean", STEPS[0], "--corners", *STEPS[1], "--units", "N, mm"]
+    options = ["--pages", "1", "--title", "Punch 7", "--json"]
+    assert main(["report", str(DATA / "block.inp"), *words, *options]) == 0
+    told = json.loads(capsys.readouterr().out)
+    (row,) = told["tables"]["contacts"]
+    assert row["contact"] == "SPUNCH-SBLOCK"
+    for name, value in {"P": 4000, "Q": 600, "fP": 800}.items():
+        assert [abs(row[f"{name}_{k}"]) for k in (0, 1)] == pytest.approx([value] * 2, rel=1e-6)
+    assert told["answer"]["gross-slip_load"] == pytest.approx(4 / 3, rel=1e-6)
+    assert told["answer"]["title"] == "Punch 7"
+    assert "penalty" in told["answer"]["notes"] and "NLGEOM" in told["answer"]["notes"]
+
+
+def test_a_bolted_deck_has_its_four_contacts_and_its_tension():
+    """8000 N in both friction faces, under the head and under the nut, which are oiled."""
+    joint = fo.read_joint(DATA / "bolt.inp")
+    assert list(joint.friction.values()) == [0.25, 0.25, 0.0, 0.0]
+    assert joint.interactions["OILED"] == ["HEAD-C_HEAD", "NUT-C_NUT"]
+    system = joint.system()
+    cycle = joint.cycle(*STEPS)
+    table = fo.steady_state(system, cycle, joint.friction, 1.0, steps=2).by_contact()
+    for k in (0, 1):
+        assert table[f"P_{k}"].tolist() == pytest.approx([8000] * 4, rel=0.01)
+        assert table[f"Q_{k}"].tolist() == pytest.approx([1200, 1200, 0, 0], abs=0.1)
+        assert table[f"fP_{k}"].tolist() == pytest.approx([2000, 2000, 0, 0], rel=0.01)
+
+
+def test_a_bolt_keeps_its_force_unless_its_length_is_kept(tmp_path):
+    """The tongue slides at 2 f F / Q = 2 x 0.25 x 8000 / 2400."""
+    text = (DATA / "bolt.inp").read_text()
+    joint = joint_of(tmp_path, text.replace("*BOUNDARY, FIXED\n9999, 1, 1\n", ""))
+    cycle = joint.cycle(*STEPS)
+    assert cycle.mean == {"BOLT SECTION": 1.0} and not joint.system().bolts
+    found = fo.gross_slip(joint.system(), cycle, joint.friction)
+    assert found.load_factor == pytest.approx(5 / 3, rel=1e-6)
+    tightened = text.replace("9999, 1, 8000.", "9999, 1, 8000.\n*BOUNDARY\n9999, 1, 1, .1")
+    with pytest.raises(fo.ModelError, match=r"BOUNDARY: tighten a bolt by \*CLOAD"):
+        joint_of(tmp_path, tightened)
+    other = text.replace(
+        "*STEP\n*STATIC",
+        "*STEP\n*STATIC\n1., 1.\n*CLOAD\n9999, 1, 4000.\n*END STEP\n*STEP\n*STATIC",
+        1,
+    )
+    joint = joint_of(tmp_path, other)
+    with pytest.raises(fo.ModelError, match="tightens a bolt whose length is kept in"):
+        joint.cycle("STEP 2", ["STEP 1"])
+
+
+def test_what_was_read_is_shown_with_a_next_line_that_runs(capsys, monkeypatch):
+    monkeypatch.chdir(DATA)
+    assert main(["look", "block.inp"]) == 0
+    said = capsys.readouterr().out
+    for text in ("BLOCK: E=210000", "SPUNCH-SBLOCK: 9", "STEP 2: DLOAD ETOP P3=1", "NLGEOM"):
+        assert text in said
+    line = re.search(r"^next: frictopt (report .*)$", said, re.MULTILINE)[1]
+    assert main([*shlex.split(line), "--pages", "1"]) == 0
+
+
+def test_one_step_gives_load_cases_and_a_next_line_that_runs(tmp_path, capsys):
+    joint_of(tmp_path, deck(PRESS + PUSH))
+    file = str(tmp_path / "joint.inp")
+    assert main(["look", file]) == 0
+    line = re.search(r"^next: frictopt (report .*)$", capsys.readouterr().out, re.MULTILINE)[1]
+    assert main([*shlex.split(line), "--pages", "1"]) == 0
+    assert main(["report", file, "--mean", "STEP 1"]) == 2
+    said = capsys.readouterr().err
+    assert "give both" in said and "['STEP 1']" in said and "'CLOAD NTOP'" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ["--mean", "CLOAD NTOP=1", "--corners", "STEP 1"],
+            "presses no contact; .*'DLOAD ETOP P3'",
+        ),
+        (["--mean", "STEP 7", "--corners", "STEP 1"], r"state 'STEP 7' is unknown; .*\['STEP 1'\]"),
+        (["--mean", "STEP 1", "--corners", "DLOAD ETOP=1"], r"load case .*'DLOAD ETOP P3'"),
+        (["--mean", "STEP 1", "--corners", "CLOAD NTOP=x"], "'x' is no number"),
+    ],
+)
+def test_a_load_that_is_unknown_or_does_not_press_is_named(tmp_path, capsys, words, message):
+    joint_of(tmp_path, deck(PRESS + PUSH))
+    assert main(["gross-slip", str(tmp_path / "joint.inp"), *words]) == 2
+    assert re.search(message, capsys.readouterr().err)
+
+
+def test_friction_of_the_deck_of_interactions_and_of_ranges(tmp_path, capsys):
+    """40 N press, 24 N push: 0.5 x 40 / 24 by the deck, and as given."""
+    joint_of(tmp_path, deck(PRESS, PUSH))
+    file = str(tmp_path / "joint.inp")
+    words = [file, "--mean", "STEP 1", "--corners", "STEP 2", "STEP 1", "--json"]
+    for given, friction in ([], 0.5), (["dry=.3"], 0.3), (["SLOW-SHIGH=.2"], 0.2), ([".4"], 0.4):
+        option = ["--friction", *given] if given else []
+        assert main(["gross-slip", *words, *option]) == 0
+        found = json.loads(capsys.readouterr().out)["answer"]["load_factor"]
+        assert found == pytest.approx(friction * 40 / 24, rel=1e-9)
+    assert main(["report", *words, "--friction", "DRY=.3:.4:.5", "--pages", "2"]) == 0
+    rows = json.loads(capsys.readouterr().out)["answer"]
+    assert rows["scatter"] == "friction of 0.3 to 0.5"
+    assert main(["gross-slip", *words, "--friction", "DRY=.1", ".2"]) == 2
+    assert main(["gross-slip", *words, "--friction", "WET=.1"]) == 2
+    assert "friction of 'WET' is unknown; give one of" in capsys.readouterr().err
+    joint_of(tmp_path, deck(PRESS, PUSH, pair=PAIR.replace("*FRICTION\n0.5, 1.E6\n", "")))
+    assert main(["gross-slip", *words]) == 2
+    assert "--friction: there is none" in capsys.readouterr().err
+
+
+def test_the_contact_of_a_deck_is_kept(tmp_path, capsys):
+    joint = joint_of(tmp_path, deck(PRESS, PUSH))
+    words = ["--mean", "STEP 1", "--corners", "STEP 2", "STEP 1", "--keep", str(tmp_path / "a.npz")]
+    assert main(["gross-slip", str(tmp_path / "joint.inp"), *words]) == 0
+    kept = fo.ContactSystem.load(tmp_path / "a.npz")
+    assert np.array_equal(kept.S, joint.system().S)
+    assert kept.thickness == 2.0 and not kept.per_depth
+    assert kept.width.sum() == pytest.approx(4.0)
+
+
+def test_weight_is_density_times_gravity_of_whole_bodies(tmp_path):
+    """Two elements of 1 x 1 x 2 with density 2."""
+    text = "*DLOAD\nSLIDER, GRAV, 9.81, 0., -2., 0.\nBASE, GRAV, 9.81, 0., -1., 0.\n"
+    joint = joint_of(tmp_path, deck(text))
+    assert list(joint.states["STEP 1"]) == ["GRAV SLIDER", "GRAV BASE"]
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -2 * 4 * 9.81])
+    with pytest.raises(fo.ModelError, match=r"GRAV E: 'E' is no set of whole bodies"):
+        joint_of(
+            tmp_path, deck("*DLOAD\nE, GRAV, 9.81, 0., -1., 0.\n", more="*ELSET, ELSET=E\n3\n")
+        )
+    with pytest.raises(fo.ModelError, match=r"body 'SLIDER': give \*DENSITY"):
+        bare = MATERIAL.replace("*DENSITY\n2.\n", "")
+        joint_of(tmp_path, deck(text, material=bare))
+
+
+def test_a_spinning_slider_is_pulled_outwards(tmp_path):
+    """omega^2 = 4, mass 8, the middle at x = 1: 32, along x; in space with half of the depth."""
+    spin = "*DLOAD\nSLIDER, CENTRIF, 4., 0., 1.5, 0., 0., 0., 1.\n"
+    joint = joint_of(tmp_path, deck(PRESS + spin))
+    assert carried(joint, {"CENTRIF SLIDER": 1.0}) == pytest.approx([32, 0], abs=1e-9)
+    about_y = "*DLOAD\nSLIDER, CENTRIF, 4., 0., 0., 0.5, 0., 1., 0.\n"
+    joint = joint_of(tmp_path, deck(about_y, kind="C3D8"))
+    assert carried(joint, {"CENTRIF SLIDER": 1.0}) == pytest.approx([16, 0, 0], abs=1e-9)
+
+
+def test_rings_carry_totals_of_the_circumference(tmp_path):
+    """9000 on nodes stays 9000, and 10 on a ring from 3 to 5 is 10 pi (25 - 9)."""
+    text = "*CLOAD\nNTOP, 2, -3000.\n"
+    joint = joint_of(tmp_path, deck(text, PRESS, kind="CAX4", shift=3.0))
+    assert of_states(joint)["STEP 1"][1] == pytest.approx(-9000)
+    force = of_states(joint)["STEP 2"][1]
+    assert force == pytest.approx(-9000 - 10 * np.pi * 16, rel=1e-9)
+
+
+def test_a_heated_slider_between_walls_presses_by_its_expansion(tmp_path):
+    """Both bodies are held across, the slider above: strain a T / 2 in each, by one dimension."""
+    held = HELD + "*BOUNDARY\nNALL, 1, 1\nNTOP, 2, 2\n"
+    more = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 20.\n"
+    more += "*NSET, NSET=NHOT\n7, 8, 9, 10, 11, 12\n"
+    joint = joint_of(
+        tmp_path, deck("*TEMPERATURE\nNHOT, 120.\n", kind="CPE4", held=held, more=more)
+    )
+    # Confined: sigma = M e - 3 K a T in the slider, M e in the base, and the strains cancel.
+    bulk = 1000 / (3 * 0.4)
+    stress = 3 * bulk * 1e-4 * 100 / 2
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -stress * 4], rel=1e-9)
+
+
+def test_a_clearance_below_zero_is_an_overlap_and_above_a_gap(tmp_path):
+    """Held above and across, an overlap of .01 gives M .01 / 2."""
+    held = HELD + "*BOUNDARY\nNALL, 1, 1\nNTOP, 2, 2\n"
+    clearance = "*CLEARANCE, MASTER=SHIGH, SLAVE=SLOW, VALUE={}\n"
+    text = deck("", kind="CPE4", held=held, more=clearance.format(-0.01))
+    joint = joint_of(tmp_path, text)
+    stress = 1000 * 0.7 / (1.3 * 0.4) * 0.01 / 2
+    assert joint.states["STEP 1"] == {"FIT": 1.0}
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -stress * 4], rel=1e-9)
+    joint = joint_of(tmp_path, deck(PRESS, more=clearance.format(0.25)))
+    assert joint.system().gap == pytest.approx(0.25)
+
+
+def test_faces_that_are_apart_keep_their_gap_unless_they_are_adjusted(tmp_path):
+    assert joint_of(tmp_path, deck(PRESS, lift=0.125)).system().gap == pytest.approx(0.125)
+    adjusted = PAIR.replace("SURFACE TO SURFACE", "SURFACE TO SURFACE, ADJUST=0.2")
+    assert not joint_of(tmp_path, deck(PRESS, pair=adjusted)).system().gap.any()
+    with pytest.raises(fo.ModelError, match=r"SLOW-SHIGH.* do not touch"):
+        joint_of(tmp_path, deck(PRESS, pair=adjusted, lift=0.125))
+
+
+@pytest.mark.parametrize("kind", ["DISTRIBUTING", "KINEMATIC"])
+def test_a_force_and_a_moment_on_a_coupled_point(tmp_path, kind):
+    more = "*NODE\n99, 1., 4., .5\n*COUPLING, REF NODE=99, SURFACE=STOP, CONSTRAINT NAME=C\n"
+    more += f"*{kind}\n1, 3\n"
+    loads = "*CLOAD\n99, 2, -40.\n99, 1, 3.\n99, 6, 5.\n"
+    joint = joint_of(tmp_path, deck(loads, kind="C3D8", more=more))
+    assert list(joint.states["STEP 1"]) == ["CLOAD 99"]
+    assert of_states(joint)["STEP 1"] == pytest.approx([3, -40, 0], abs=1e-9)
+    system = joint.system()
+    p = system.reaction(joint.states["STEP 1"])[1]
+    moment = (p * (system.points[:, 0] - 1)).sum()  # about the middle of the contact, y = 1
+    assert moment == pytest.approx(3 * 3 - 5, abs=1e-9)  # on the slider, against the load
+
+
+def test_a_held_point_holds_the_nodes_of_its_rigid_body(tmp_path):
+    more = "*NODE\n99, 1., 0., .5\n*RIGID BODY, NSET=NBASE, REF NODE=99\n*BOUNDARY\n99, 1, 6\n"
+    press = PRESS.replace("P3", "P5")
+    joint = joint_of(tmp_path, deck(press, kind="C3D8", held="", more=more))
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -20, 0], abs=1e-9)
+
+
+def test_supports_of_curved_elements_hold_the_middles_of_faces(tmp_path):
+    """A face of eight nodes has a ninth in its middle; a column of one brick on another."""
+    corner = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    lines, elements = ["*NODE"], []
+    for body in (0, 1):
+        start = len(lines) - 1
+        bottom = [(x, y, body) for x, y in corner]
+        top = [(x, y, body + 1) for x, y in corner]
+        middles = [
+            *(
+                ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, z)
+                for z in (body, body + 1)
+                for a, b in zip(corner, corner[1:] + corner[:1], strict=True)
+            ),
+            *((x, y, body + 0.5) for x, y in corner),
+        ]
+        for place in [*bottom, *top, *middles]:
+            lines.append(f"{len(lines)}, " + ", ".join(f"{value:g}" for value in place))
+        elements.append([start + k + 1 for k in range(20)])
+    text = "\n".join(
+        [
+            *lines,
+            *(
+                f"*ELEMENT, TYPE=C3D20R, ELSET={name}\n{n}, "
+                + ", ".join(map(str, nodes[:10]))
+                + ",\n"
+                + ", ".join(map(str, nodes[10:]))
+                for n, (name, nodes) in enumerate(zip(("BASE", "SLIDER"), elements, strict=True), 1)
+            ),
+            "*NSET, NSET=NBASE\n1, 2, 3, 4, 9, 10, 11, 12",
+            "*SURFACE, NAME=SLOW\nSLIDER, S1\n*SURFACE, NAME=SHIGH\nBASE, S2",
+            "*ELSET, ELSET=EALL\nBASE, SLIDER\n*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL",
+            "",
+        ]
+    )
+    text += MATERIAL + PAIR + HELD + "*STEP\n*STATIC\n*DLOAD\nSLIDER, P2, 10.\n*END STEP\n"
+    joint = joint_of(tmp_path, text)
+    (support,) = joint.model.supports
+    base = joint.model.bodies["BASE"].mesh
+    held = support.where(*base.p)
+    assert held.sum() == 9 and np.abs(base.p[2, held]).max() == 0
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, 0, -10], abs=1e-9)
+    assert "C3D20R: its elements are integrated in full" in joint.left_out
+
+
+REFUSED = {
+    "tie": ("*TIE, NAME=T\nSLOW, SHIGH\n", "", r"line \d+: \*TIE NAME=T: faces cannot be tied"),
+    "general contact": ("*CONTACT\n", "", r"\*CONTACT: .* write \*CONTACT PAIR"),
+    "equations": ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "", r"\*EQUATION: "),
+    "turned axes": ("*TRANSFORM, NSET=NALL, TYPE=C\n0., 0., 0., 0., 0., 1.\n", "", r"\*TRANSFORM"),
+    "plastic": ("*MATERIAL, NAME=S\n*PLASTIC\n1., 0.\n", "", r"\*PLASTIC: .* elastic=True"),
+    "shells": ("*ELEMENT, TYPE=S4, ELSET=E\n9, 1, 2, 3, 4\n", "", r"TYPE=S4"),
+    "springs": ("*ELEMENT, TYPE=SPRINGA, ELSET=E\n9, 1, 2\n", "", r"TYPE=SPRINGA"),
+    "contacts that come": ("", "*MODEL CHANGE, TYPE=CONTACT PAIR, ADD\nA, B\n", r"\*MODELCHANGE"),
+    "friction that changes": ("", "*CHANGE FRICTION, INTERACTION=DRY\n", r"\*CHANGEFRICTION"),
+    "unknown set": ("", "*CLOAD\nNOWHERE, 1, 1.\n", r"node set 'NOWHERE': unknown"),
+    "unknown node": ("", "*CLOAD\n777, 1, 1.\n", r"line \d+: \*CLOAD: 777 is not in this deck"),
+    "unknown load": ("", "*DLOAD\nETOP, P3NU, 1.\n", r"P3NU is not read"),
+    "no number": (
+        "",
+        "*CLOAD\nNTOP, 1, ten\n",
+        r"joint.inp, line \d+: \*CLOAD: could not convert string to float: 'TEN'",
+    ),
+    "moment on a node": (
+        "",
+        "*CLOAD\nNTOP, 6, 1.\n",
+        r"CLOAD NTOP: node \d+ has forces .* moments to the REF",
+    ),
+    "displacement outside": ("*BOUNDARY\nNTOP, 2, 2, .1\n", "", r"move the block into its \*STEP"),
+    "fixed": ("", "*BOUNDARY, FIXED\nNTOP, 1, 1\n", r"FIXED is read for bolts"),
+    "nodes of no face": (
+        "*SURFACE, NAME=SOME, TYPE=NODE\n1,\n*CONTACT PAIR, INTERACTION=DRY\nSOME, SHIGH\n",
+        "",
+        r"surface 'SOME' has no face of a body",
+    ),
+    "no interaction": ("*CONTACT PAIR, INTERACTION=WET\nSLOW, SHIGH\n", "", r"NAME=WET"),
+}
+
+
+@pytest.mark.parametrize(("model", "step", "message"), REFUSED.values(), ids=REFUSED)
+def test_what_cannot_be_meant_is_refused_by_keyword(tmp_path, model, step, message):
+    with pytest.raises(fo.ModelError, match=message):
+        joint_of(tmp_path, deck(PRESS + step, more=model))
+
+
+def test_decks_without_contacts_steps_or_materials_are_refused(tmp_path):
+    with pytest.raises(fo.ModelError, match=r"no \*CONTACT PAIR"):
+        joint_of(tmp_path, deck(PRESS, pair=""))
+    with pytest.raises(fo.ModelError, match=r"no \*STATIC step"):
+        joint_of(tmp_path, deck())
+    with pytest.raises(fo.ModelError, match=r"body 'BASE'.* give all of it one"):
+        joint_of(
+            tmp_path, deck(PRESS).replace("*SOLID SECTION, ELSET=BASE, MATERIAL=STEEL\n2.\n", "")
+        )
+    with pytest.raises(fo.ModelError, match=r"give a deck of CalculiX or Abaqus"):
+        fo.read_joint(DATA / "joint.bdf")
+
+
+def test_plasticity_is_left_out_on_request(tmp_path):
+    plastic = MATERIAL + "*PLASTIC\n100., 0.\n"
+    joint = joint_of(tmp_path, deck(PRESS, material=plastic), elastic=True)
+    assert any("PLASTIC" in text for text in joint.left_out)
+    assert of_states(joint)["STEP 1"] == [0, -40]
+
+
+def test_a_keyword_that_nobody_knows_is_named(tmp_path):
+    joint = joint_of(tmp_path, deck(PRESS, more="*MAGIC\n1, 2\n"))
+    assert "*MAGIC: not read" in joint.left_out
+
+
+def test_a_surface_of_several_bodies_makes_a_contact_with_each(tmp_path):
+    """One slave face on two bodies, and a body that is far away is dropped and named."""
+    more = "*NODE\n91, 50., 0., 0.\n92, 51., 0., 0.\n93, 51., 1., 0.\n94, 50., 1., 0.\n"
+    more += "*ELEMENT, TYPE=CPS4, ELSET=FAR\n9, 91, 92, 93, 94\n"
+    more += "*SOLID SECTION, ELSET=FAR, MATERIAL=STEEL\n2.\n*BOUNDARY\nNFAR, 1, 2\n"
+    more += "*NSET, NSET=NFAR\n91, 92\n*SURFACE, NAME=BOTH\nBASE, S3\nFAR, S3\n"
+    joint = joint_of(tmp_path, deck(PRESS, pair=PAIR.replace("SHIGH", "BOTH"), more=more))
+    assert list(joint.friction) == ["SLOW-BOTH"]
+    assert "*CONTACT PAIR: SLOW of SLIDER far from BOTH of FAR" in joint.left_out
