@@ -21,7 +21,7 @@ from .fem.node_forces import PointForce, RemoteForce
 from .fem.paraview import write_paraview
 from .fem.supports import Support
 from .fem.ties import Tie
-from .joint_files.joint import read_joint
+from .joint_files.read_joint import read_joint
 from .joints.backbone import backbone_curve
 from .joints.report import report
 from .joints.tightening import tightened

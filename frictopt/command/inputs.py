@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` i
 
 def add_system(command: argparse.ArgumentParser) -> None:
     """The options of a contact in a file."""
-    about = "SYSTEM.npz of ContactSystem.save or of `frictopt condense`, or a deck of a joint, .inp"
+    about = "SYSTEM.npz of ContactSystem.save or of `frictopt condense`, a deck, or a joint file"
     command.add_argument("file", help=about)
     command.add_argument("--keep", metavar="FILE", help="write the contact of a deck: npz")
     units = "names of the units of force and length, if the file has none, such as 'N, mm'"
@@ -73,16 +73,17 @@ def _named(read: Callable[[str], Any]) -> Callable[[str], tuple[str, Any]]:
 
 
 def is_joint(file: str) -> bool:
-    """Whether a file is a deck of a joint, without a matrix of CalculiX beside it."""
+    """Whether a file is a joint file, or a deck without a matrix of CalculiX beside it."""
     path = Path(file)
-    return path.suffix.lower() == ".inp" and not path.with_suffix(".sti").exists()
+    is_deck = path.suffix.lower() == ".inp" and not path.with_suffix(".sti").exists()
+    return is_deck or path.suffix.lower() == ".toml"
 
 
 def joint_of(options: argparse.Namespace) -> Joint | None:
     """The joint of a deck, with its units; None for a contact system."""
     if not is_joint(options.file):
         return None
-    from ..joint_files.joint import read_joint
+    from ..joint_files.read_joint import read_joint
 
     joint = read_joint(options.file)
     return replace(joint, units=options.units) if options.units else joint
@@ -110,7 +111,7 @@ def friction_of(options: argparse.Namespace, joint: Joint | None) -> Any:
         if len(options.friction) > 1:
             raise ModelError("--friction: several numbers; give one, or NAME=X for each contact")
         return given[""]
-    if joint is not None and any({**joint.friction, **given}.values()):
+    if joint is not None and any({**joint.coefficients, **given}.values()):
         return joint.friction_of(given)
     if joint is None and given:
         return given
@@ -122,13 +123,8 @@ def cycle_of(options: argparse.Namespace, joint: Joint | None, friction: Any) ->
     from ..contact import LoadCycle
     from ..study.plans import read_table
 
-    if joint is not None and not (options.mean and (options.corners or options.history)):
-        raise ModelError(
-            f"--mean, --corners: give both, of the states {[*joint.states]}, and of the load cases "
-            f"{[*joint.model.loads]} as CASE=X"
-        )
     mean = None
-    if options.mean:
+    if options.mean and options.history:
         mean = joint.cycle(options.mean, [{}], friction).mean if joint else _loads(options.mean)
     if options.history:
         return LoadCycle.from_history(
@@ -147,11 +143,12 @@ def cycle_of(options: argparse.Namespace, joint: Joint | None, friction: Any) ->
             f"--time: {options.time!r}; only a history has times: leave the option out, or give a "
             "--history"
         )
-    if not options.corners:
-        raise ModelError("--corners: there are none; give the corners, or a --history")
     if joint is not None:
         return joint.cycle(options.mean, options.corners, friction)
-    return LoadCycle(mean or {}, [_loads(corner) for corner in options.corners])
+    if not options.corners:
+        raise ModelError("--corners: there are none; give the corners, or a --history")
+    mean = _loads(options.mean) if options.mean else {}
+    return LoadCycle(mean, [_loads(corner) for corner in options.corners])
 
 
 def _loads(text: str) -> dict[str, float]:

@@ -66,7 +66,7 @@ def _look(options: argparse.Namespace) -> None:
     file = options.file
     joint = None
     if is_joint(file):
-        from ..joint_files.joint import read_joint
+        from ..joint_files.read_joint import read_joint
 
         joint = read_joint(file)
     elif Path(file).suffix in _JOBS or not Path(file).is_file():

@@ -136,6 +136,7 @@ def _answer(question: Question, options: argparse.Namespace) -> int:
         arguments["friction"] = friction
         request["friction"] = friction
     if joint and question.name == "report":
+        arguments = {**joint.of_report, **arguments}
         notes = [arguments.get("notes", ""), *joint.left_out]
         arguments["notes"] = "; ".join(filter(None, notes))
     request["units"] = system.units

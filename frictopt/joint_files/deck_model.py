@@ -83,8 +83,8 @@ class DeckModel:
         kinds = {block.kind[:3] for block in self.deck.elements}
         self.kinematics = next(_KINEMATICS[kind] for kind in _KINEMATICS if kind in kinds)
         self.axes = "xyz"[: mesh.dim()]
-        is_plane = self.kinematics in ("plane_stress", "plane_strain")
-        self.thickness = self.deck.thickness if is_plane else 1.0
+        self.is_plane = self.kinematics in ("plane_stress", "plane_strain")
+        self.thickness = self.deck.thickness if self.is_plane else 1.0
         # body -> keyword -> constants
         self.constants = self._materials(mesh.nelements)
         materials = {

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..base import Array, Shown, flag
-from ..base.libraries import file_path
+from ..base import Array, Shown
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..fem.model import ContactModel
 from ..joints.tightening import tightened
-from ..readers.deck_text import blocks
-from ..readers.instances import flat
-from ..readers.keywords import read_deck
-from .deck_conditions import Conditions
-from .deck_model import DeckModel
-from .states import load_cases
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,11 +28,11 @@ class Joint(Shown):
     model
         The `ContactModel`. In the plane its forces are per unit depth.
     thickness
-        Thickness of plane bodies; the forces of `system()` are totals over it.
+        Thickness of plane bodies; the forces of `system()` are totals over it. None: per depth.
     states
         State at the end of each static step, such as "STEP 1" -> load case -> amplitude.
-    friction
-        Contact -> coefficient of friction.
+    coefficients
+        Contact -> coefficient of friction, or (least, nominal, most).
     interactions
         `*SURFACE INTERACTION` -> its contacts.
     left_out
@@ -51,6 +43,10 @@ class Joint(Shown):
         States in which bolts keep their lengths.
     units
         Names of the units of force and length, such as "N, mm".
+    asked
+        The load cycle of a joint file: its `mean` and `corners`, or `harmonic` loads.
+    of_report
+        Arguments of `report` from a joint file: `title`, `preload`, `limits`.
 
     Examples
     --------
@@ -62,21 +58,23 @@ class Joint(Shown):
 
     name: str
     model: ContactModel
-    thickness: float
+    thickness: float | None
     states: Mapping[str, Mapping[str, float]]
-    friction: Mapping[str, float]
+    coefficients: Mapping[str, Any]
     interactions: Mapping[str, Sequence[str]]
     left_out: Sequence[str] = ()
     unlike: Sequence[str] = ()
     locked: Sequence[str] = ()
     units: str | None = None
+    asked: Mapping[str, Any] = field(default_factory=dict)
+    of_report: Mapping[str, Any] = field(default_factory=dict)
 
     def _answer(self) -> Mapping[str, object]:
         states = {}
         for name, loads in self.states.items():
             parts = [f"{case}={amplitude:g}" for case, amplitude in loads.items()]
             states[name] = ", ".join(parts) or "no load"
-        about = {"friction": dict(self.friction), "states": states}
+        about = {"friction": dict(self.coefficients), "states": states}
         return {"name": self.name, **self.model._answer(), **about, "left_out": self.left_out}
 
     def system(self) -> ContactSystem:
@@ -89,9 +87,9 @@ class Joint(Shown):
     @cached_property
     def _system(self) -> ContactSystem:
         system = replace(self.model.condense(), units=self.units)
-        if not system.per_depth:
-            return system
         t = self.thickness
+        if not system.per_depth or t is None:
+            return system
         return replace(
             system,
             S=t * system.S,
@@ -105,8 +103,8 @@ class Joint(Shown):
 
     def cycle(
         self,
-        mean: str | Mapping[str, float],
-        corners: Iterable[str | Mapping[str, float]],
+        mean: str | Mapping[str, float] | None = None,
+        corners: Iterable[str | Mapping[str, float]] | None = None,
         friction: Any = None,
     ) -> LoadCycle:
         """The load cycle between states, or with load cases on top of its mean load.
@@ -115,10 +113,10 @@ class Joint(Shown):
         ----------
         mean
             A state, "STEP 1"; load cases, "BOLT SECTION=1,CLOAD NSIDE=0.5" or a mapping; or both,
-            "STEP 1,CLOAD NSIDE=0.5". It must press a contact.
+            "STEP 1,CLOAD NSIDE=0.5". It must press a contact. None: that of the joint file.
         corners
             Corners in the same form. If one names a state, it is that state minus the mean load.
-            Load cases act on top.
+            Load cases act on top. None: those of the joint file.
         friction
             Friction with which locked bolts are tightened; None: that of the file.
 
@@ -143,6 +141,13 @@ class Joint(Shown):
         >>> [dict(corner) for corner in cycle.corners]
         [{'CLOAD NLEFT': 1.0}, {'CLOAD NLEFT': -2.0}]
         """
+        mean = self.asked.get("mean") if mean is None else mean
+        corners = self._corners() if corners is None else corners
+        if mean is None or corners is None:
+            raise ModelError(
+                f"mean, corners: give both, of the states {[*self.states]}, and of the load cases "
+                f"{[*self.model.loads]} as CASE=X"
+            )
         system = self.system()
         state, base = self._loads(mean)
         changes = []
@@ -177,10 +182,24 @@ class Joint(Shown):
         bolts = {case: tight[case] for case in system.bolts if case in tight}
         return replace(cycle, mean={**base, **bolts})
 
+    def _corners(self) -> Any:
+        """The corners of the joint file."""
+        if "harmonic" not in self.asked:
+            return self.asked.get("corners")
+        loads = {
+            known("load case", case, self.model.loads): tuple(load)
+            if isinstance(load, list)
+            else load
+            for case, load in self.asked["harmonic"].items()
+        }
+        points = {name: self.asked[name] for name in ("points",) if name in self.asked}
+        return LoadCycle.harmonic(loads, mean={}, **points).corners
+
     def _loads(self, given: str | Mapping[str, float]) -> tuple[str, dict[str, float]]:
         """The state that a text names, or "", and all its loads."""
         if not isinstance(given, str):
-            return "", dict(given)
+            cases = self.model.loads
+            return "", {known("load case", case, cases): value for case, value in given.items()}
         total = dict[str, float]()
         state = ""
         for part in given.split(","):
@@ -221,16 +240,24 @@ class Joint(Shown):
         corners_in_words = " ".join(f'"{corner}"' for corner in corners)
         return f'--mean "{mean}" --corners {corners_in_words}'
 
+    def contacts_of(self, name: str) -> Sequence[str]:
+        """The contacts of an interaction, or the contact of a name."""
+        found = known("friction of", name, {**self.interactions, **self.coefficients})
+        return self.interactions.get(found, [found])
+
+    @property
+    def friction(self) -> Any:
+        """Friction as `report` takes it: contact -> coefficient, or three such mappings."""
+        return self.friction_of({})
+
     def friction_of(self, given: Mapping[str, Any]) -> Any:
-        """Friction as `report` takes it, with values for contacts or interactions in place.
+        """Friction with other values for some contacts or interactions.
 
         A value may be (least, nominal, most): then there are three mappings.
         """
-        friction = dict[str, Any](self.friction)
+        friction = dict[str, Any](self.coefficients)
         for name, value in given.items():
-            found = known("friction of", name, {**self.interactions, **self.friction})
-            for contact in self.interactions.get(found, [found]):
-                friction[contact] = value
+            friction.update(dict.fromkeys(self.contacts_of(name), value))
         if not any(isinstance(value, tuple) for value in friction.values()):
             return friction
         ranges = {
@@ -262,71 +289,3 @@ def known(what: str, name: str, names: Iterable[str]) -> str:
         listed = [by_letters[each] for each in near]
         raise ModelError(f"{what} {name!r} is unknown; give one of {listed}")
     return by_letters[letters]
-
-
-def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
-    """Read a joint from a deck of CalculiX or Abaqus: bodies, contacts, friction, loads and steps.
-
-    Each `*CONTACT PAIR` is a contact whose body 1 is the slave; its name is SLAVE-MASTER. Loads of
-    a set, such as "CLOAD NSIDE", are load cases, and the end of each static step is a state: the
-    amplitudes of the load cases that are in force. The page "What is read of a file" lists all
-    keywords.
-
-    Parameters
-    ----------
-    path
-        The deck, `.inp`.
-    elastic
-        Whether to leave out the plasticity and creep of materials. Otherwise they are refused.
-
-    Returns
-    -------
-    Joint
-        Its `model`, `system()`, `states`, `friction` and `cycle(...)`, and what is `left_out`.
-
-    Raises
-    ------
-    ModelError
-        The deck has something that a joint cannot have: the error has the line and the keyword, and
-        what to change. It has no contact pair or no static step. `ContactModel` refuses the model.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> joint = fo.read_joint("tests/data/block.inp")
-    >>> cycle = joint.cycle("STEP 1", ["STEP 2", "STEP 3"])
-    >>> round(fo.gross_slip(joint.system(), cycle, joint.friction).load_factor, 6)
-    1.333333
-    """
-    flag("elastic", elastic)
-    file = file_path("path", path)
-    if file.suffix.lower() != ".inp":
-        raise ModelError(f"path: {str(path)!r}; give a deck of CalculiX or Abaqus, .inp")
-    deck = read_deck(file, mesh_alone=True)
-    conditions = Conditions(deck, flat(blocks(file)), elastic=elastic)
-    for listed, what in ((conditions.pairs, "*CONTACT PAIR"), (conditions.states, "*STATIC step")):
-        if not listed:
-            raise ModelError(f"deck {file.name}: no {what}; a joint needs one")
-    cases, states = load_cases(conditions.states)
-    held = conditions.states[-1].held
-    try:
-        parts = DeckModel(conditions, cases, file.name)
-        model = parts.model(held, cases)
-    except ModelError as error:
-        raise ModelError(f"deck {file.name}: {error}") from error
-    if "FIT" in model.loads:
-        states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
-    return Joint(
-        file.name,
-        model,
-        parts.thickness,
-        {
-            name: {case: amplitude for case, amplitude in loads.items() if case in model.loads}
-            for name, loads in states.items()
-        },
-        parts.friction,
-        parts.interactions,
-        [*conditions.left_out],
-        [state.name for state in conditions.states if state.held != held],
-        [state.name for state in conditions.states if state.locked],
-    )

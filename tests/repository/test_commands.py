@@ -266,7 +266,12 @@ def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
     (tmp_path / "study.toml").write_text(
         re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8"
     )
-    shutil.copy(ROOT / "tests" / "data" / "block.inp", tmp_path / "joint.inp")
+    for name in ("block.inp", "joint.inp"):
+        shutil.copy(ROOT / "tests" / "data" / "block.inp", tmp_path / name)
+    joint = re.search(
+        r"^```toml\n(.*?)^```", (ROOT / FILES[0]).read_text(encoding="utf-8"), re.M | re.S
+    )
+    (tmp_path / "joint.toml").write_text(joint[1], encoding="utf-8")
     for file in (ROOT / "tests" / "data").glob("flat.*"):
         shutil.copy(file, tmp_path / f"job{file.suffix}")
     deck = tmp_path / "job.inp"

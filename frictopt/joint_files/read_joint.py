@@ -1,0 +1,224 @@
+"""Reading of joints: from decks, and from joint files in TOML."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from inspect import signature
+from pathlib import Path
+from typing import Any, get_args
+
+from ..base import flag
+from ..base.libraries import file_path
+from ..errors import ModelError
+from ..fem.bodies import split_bodies
+from ..fem.contacts import Contact
+from ..fem.couplings import Coupling
+from ..fem.cyclic import Cyclic
+from ..fem.elasticity import Material
+from ..fem.load_cases import Load
+from ..fem.model import ContactModel
+from ..fem.supports import Support
+from ..readers.deck_text import blocks, text_of
+from ..readers.instances import flat
+from ..readers.keywords import read_deck
+from ..readers.meshes import read_mesh
+from .deck_conditions import Conditions
+from .deck_model import DeckModel
+from .joint import Joint, known
+from .states import load_cases
+
+# Entries of a joint file, and their kinds in TOML.
+_OF_ALL = {"title": str, "units": str, "cycle": dict, "friction": dict, "preload": dict}
+_OF_ALL |= {"limits": dict}
+_OF_DECK = {"deck": str, "elastic": bool, **_OF_ALL}
+_OF_MESH = {"mesh": str, "kinematics": str, "thickness": float, "materials": dict, "bodies": dict}
+_OF_MESH |= {"contacts": list, "supports": list, "loads": dict, **_OF_ALL}
+_LOADS = {kind.__name__: kind for kind in get_args(Load)}
+_SUPPORTS = {kind.__name__: kind for kind in (Support, Cyclic, *get_args(Coupling))}
+
+
+def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
+    """Read a joint from a deck of CalculiX or Abaqus, or from a joint file.
+
+    From a deck come bodies, contacts, friction, loads and steps.
+
+    Each `*CONTACT PAIR` is a contact whose body 1 is the slave; its name is SLAVE-MASTER. Loads of
+    a set, such as "CLOAD NSIDE", are load cases, and the end of each static step is a state: the
+    amplitudes of the load cases that are in force. The page "What is read of a file" lists all
+    keywords.
+
+    A joint file adds to a deck what it does not say, or describes a joint beside a mesh, see "The
+    command line".
+
+    Parameters
+    ----------
+    path
+        The deck, `.inp`, or the joint file, `.toml`.
+    elastic
+        Whether to leave out the plasticity and creep of materials. Otherwise they are refused.
+
+    Returns
+    -------
+    Joint
+        Its `model`, `system()`, `states`, `friction` and `cycle(...)`, and what is `left_out`.
+
+    Raises
+    ------
+    ModelError
+        The deck has something that a joint cannot have: the error has the line and the keyword, and
+        what to change. It has no contact pair or no static step. `ContactModel` refuses the model.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> joint = fo.read_joint("tests/data/block.inp")
+    >>> cycle = joint.cycle("STEP 1", ["STEP 2", "STEP 3"])
+    >>> round(fo.gross_slip(joint.system(), cycle, joint.friction).load_factor, 6)
+    1.333333
+    """
+    flag("elastic", elastic)
+    file = file_path("path", path)
+    ending = file.suffix.lower()
+    if ending == ".toml":
+        return _joint_of_file(file, elastic)
+    if ending != ".inp":
+        raise ModelError(f"path: {str(path)!r}; give a deck of CalculiX or Abaqus, .inp, or .toml")
+    return _joint_of_deck(file, elastic)
+
+
+def _joint_of_deck(file: Path, elastic: bool) -> Joint:
+    deck = read_deck(file, mesh_alone=True)
+    conditions = Conditions(deck, flat(blocks(file)), elastic=elastic)
+    for listed, what in ((conditions.pairs, "*CONTACT PAIR"), (conditions.states, "*STATIC step")):
+        if not listed:
+            raise ModelError(f"deck {file.name}: no {what}; a joint needs one")
+    cases, states = load_cases(conditions.states)
+    held = conditions.states[-1].held
+    try:
+        parts = DeckModel(conditions, cases, file.name)
+        model = parts.model(held, cases)
+    except ModelError as error:
+        raise ModelError(f"deck {file.name}: {error}") from error
+    if "FIT" in model.loads:
+        states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
+    return Joint(
+        file.name,
+        model,
+        parts.thickness if parts.is_plane else None,
+        {
+            name: {case: amplitude for case, amplitude in loads.items() if case in model.loads}
+            for name, loads in states.items()
+        },
+        parts.friction,
+        parts.interactions,
+        [*conditions.left_out],
+        [state.name for state in conditions.states if state.held != held],
+        [state.name for state in conditions.states if state.locked],
+    )
+
+
+def _joint_of_file(file: Path, elastic: bool) -> Joint:
+    """The joint of a joint file: a deck with additions, or all beside a mesh."""
+    try:
+        tables = tomllib.loads(text_of(file, "joint file"))
+    except ValueError as error:
+        raise ModelError(f"{file.name}: {error}; give a file in TOML") from error
+    kinds = _OF_DECK if "deck" in tables else _OF_MESH
+    for name, value in tables.items():
+        kind = kinds[known(f"{file.name}: entry", name, kinds)]
+        if not isinstance(value, (kind, int) if kind is float else kind):
+            raise ModelError(f"{file.name}: {name} = {value!r}; give a {kind.__name__}")
+    if "deck" in tables:
+        deck = file.parent / str(tables["deck"])
+        joint = _joint_of_deck(deck, flag("elastic", tables.get("elastic", elastic)))
+    elif "mesh" in tables:
+        joint = _joint_of_mesh(file, tables)
+    else:
+        raise ModelError(f"{file.name}: neither deck nor mesh; name the file of one")
+    given = {name: _tuple(value) for name, value in tables.get("friction", {}).items()}
+    coefficients = dict(joint.coefficients)
+    for name, value in given.items():
+        coefficients.update(dict.fromkeys(joint.contacts_of(name), value))
+    asked = tables.get("cycle", {})
+    for name in asked:
+        known("cycle: entry", name, ("mean", "corners", "harmonic", "points"))
+    of_report: dict[str, Any] = {
+        name: tables[name] for name in ("title", "limits") if name in tables
+    }
+    if "preload" in tables:
+        of_report["preload"] = {case: _tuple(ends) for case, ends in tables["preload"].items()}
+    return replace(
+        joint,
+        name=file.name,
+        coefficients=coefficients,
+        units=tables.get("units"),
+        asked=asked,
+        of_report=of_report,
+    )
+
+
+def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
+    """The joint of a mesh and tables, each of them a class of frictopt."""
+    missing = [name for name in ("materials", "bodies", "contacts", "loads") if name not in tables]
+    if missing:
+        raise ModelError(f"{file.name}: {', '.join(missing)} missing; a joint of a mesh has them")
+    materials = {
+        name: _made(f"materials.{name}", Material, table)
+        for name, table in tables["materials"].items()
+    }
+    bodies = {
+        body: materials[known(f"bodies.{body}: material", name, materials)]
+        for body, name in tables["bodies"].items()
+    }
+    contacts = []
+    coefficients = {}
+    for table in tables["contacts"]:
+        friction = table.get("friction", 0.0) if isinstance(table, dict) else 0.0
+        contacts.append(_made("contacts", Contact, table, "friction"))
+        coefficients[str(contacts[-1].name)] = _tuple(friction)
+    model = ContactModel(
+        split_bodies(read_mesh(file.parent / str(tables["mesh"])), bodies),
+        [_chosen("supports", _SUPPORTS, table) for table in tables.get("supports", [])],
+        {
+            case: [_chosen(f"loads.{case}", _LOADS, table) for table in _list(listed)]
+            for case, listed in tables["loads"].items()
+        },
+        contacts,
+        tables.get("kinematics"),
+    )
+    return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {})
+
+
+def _chosen(where: str, kinds: Mapping[str, Any], table: Any) -> Any:
+    """An instance of the class that a table names; a support without a name is a Support."""
+    parts = list(table.values()) if isinstance(table, dict) else []
+    if len(parts) == 1 and isinstance(parts[0], dict):
+        ((name, arguments),) = table.items()
+        name = known(where, name, kinds)
+        return _made(f"{where}: {name}", kinds[name], arguments)
+    if kinds is _LOADS:
+        raise ModelError(f"{where}: {table!r}; give the table of a load, {{ Pressure = {{...}} }}")
+    return _made(where, Support, table)
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _made(where: str, kind: Any, table: Any, beside: str = "") -> Any:
+    """An instance of a class with the arguments of a table, which may have one entry beside."""
+    if not isinstance(table, dict):
+        raise ModelError(f"{where}: {table!r}; give a table of the arguments of {kind.__name__}")
+    parameters = signature(kind).parameters
+    names = {known(where, name, [*parameters, beside]): name for name in table}
+    arguments = {name: table[given] for name, given in names.items() if name != beside}
+    try:
+        return kind(**arguments)
+    except TypeError as error:  # an argument is missing
+        raise ModelError(f"{where}: {error}; give a table of {', '.join(parameters)}") from error
+    except ModelError as error:
+        raise ModelError(f"{where}: {error}") from error
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
