@@ -63,7 +63,7 @@ class Conditions:
         self._amplitudes = dict[str, tuple[list[float], list[float], bool]]()
         self._initial = dict[int, float]()
         self._in_force = InForce()
-        self._step_name = ""
+        self._step_name = "MODEL"
         self._steps = 0
         self._is_static = False
         # time at which a step begins, and its duration
@@ -221,8 +221,6 @@ class Conditions:
                 range(int(first) - 1, int(last or first)) if first[:1].isdigit() else ()
             )
             moved = number(value or "0") * self._factor(block)
-            if moved and not self._steps:
-                raise ValueError("a displacement acts in a step; move the block into its *STEP")
             for row in self._rows(where):
                 for axis in axes or HELD_BY_NAME[first.upper()]:
                     if row in self.bolts:

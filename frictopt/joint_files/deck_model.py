@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..base import Array, Booleans
+from ..base import Array, Booleans, number_of
 from ..errors import ModelError
 from ..fem.bodies import split_bodies, with_parts
 from ..fem.bolts import BoltPreload
@@ -44,6 +44,9 @@ class _AtNodes:
         self.tree = cKDTree(points.T)
         self.values = np.ones(points.shape[1], dtype=bool) if values is None else values
         self.near = 1e-9 * float(np.abs(points).max())
+
+    def __repr__(self) -> str:
+        return f"{number_of(len(self.values), 'node')} of the deck"
 
     def __call__(self, *x: Array) -> Any:
         distance, place = self.tree.query(np.stack(x, axis=-1))
@@ -106,8 +109,9 @@ class DeckModel:
         constants = {}
         for part, members in self.parts.items():
             names = {self.conditions.sections[i][1] if i >= 0 else "" for i in owner[members]}
-            constants[part] = self.conditions.materials.get(min(names), {})
-            if len(names) != 1 or "ELASTIC" not in constants[part]:
+            found = [self.conditions.materials.get(name, {}) for name in sorted(names)]
+            constants[part] = found[0]
+            if any(data != found[0] or "ELASTIC" not in data for data in found):
                 raise ModelError(
                     f"*SOLID SECTION: body {part!r} has the materials {sorted(names)}; give all of "
                     "it one *MATERIAL with *ELASTIC"
@@ -249,6 +253,8 @@ class DeckModel:
                 point = self._point(row)
                 yield RemoteForce(name, coupled.where, **parts, moment=moment, point=point)
                 force[row] = 0.0
+        # Supports carry the forces on the displacements that they hold.
+        force[:, :d][self.held[:, :d]] = 0.0
         is_loaded: Booleans = np.any(force, axis=1)
         owners = np.zeros(len(force), dtype=int)
         for name, body in self.bodies.items():

@@ -39,6 +39,7 @@ ALWAYS = {
 }
 """Keyword -> why it is refused."""
 PARAMETERS = (
+    ("TIE", "CYCLICSYMMETRY", (), f"{_BY_HAND} and Cyclic"),
     ("SURFACEBEHAVIOR", "PRESSURE-OVERCLOSURE", ("TIED",), _NO_TIE),
     ("SOLIDSECTION", "ORIENTATION", (), _NO_AXES),
     ("PRE-TENSIONSECTION", "ELEMENT", (), "a bolt consists of solids; give its SURFACE"),

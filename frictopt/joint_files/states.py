@@ -38,6 +38,8 @@ class InForce:
     loads: dict[Key, dict[str, float]] = field(default_factory=dict)
     held: dict[tuple[int, int], None] = field(default_factory=dict)
     locked: dict[int, None] = field(default_factory=dict)
+    # tension of bolts at the end of the last step
+    _tensions: dict[Key, dict[str, float]] = field(default_factory=dict)
     # places that got a load in this step, and kinds of its blocks
     _of_this_step: set[Key] = field(default_factory=set)
     _begun: set[tuple[str, ...]] = field(default_factory=set)
@@ -74,7 +76,10 @@ class InForce:
         self.replace(("BOUNDARY", row, axis), target, value)
 
     def state(self, name: str) -> State:
-        """The conditions that are in force now."""
+        """The conditions that are in force now; a locked bolt keeps its last tension."""
+        locked = {("BOLT", row) for row in self.locked}
+        self.loads |= {key: load for key, load in self._tensions.items() if key in locked}
+        self._tensions = {key: load for key, load in self.loads.items() if key[0] == "BOLT"}
         fields = defaultdict[str, dict[Key, float]](dict)
         for key, load in self.loads.items():
             for target, value in load.items():

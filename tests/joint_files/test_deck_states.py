@@ -1,7 +1,10 @@
 """Loads of the steps of a deck: what is in force at the end of each, by statics."""
 
+from pathlib import Path
+
 import pytest
 
+import frictopt as fo
 from helpers.joint_decks import HELD, PRESS, deck, joint_of, of_states
 
 PUSH = "*CLOAD\nNTOP, 1, 8.\n"  # three nodes
@@ -52,6 +55,13 @@ def test_loads_of_one_step_at_one_place_add_up(tmp_path):
     text = PRESS + PUSH + "10, 1, 3.\n*DLOAD\n3, P3, 5.\n"
     joint = joint_of(tmp_path, deck(text, "*CLOAD\n10, 1, 1.\n*DLOAD\n3, P3, 1.\n"))
     assert of_states(joint) == {"STEP 1": [27, -50], "STEP 2": [17, -22]}
+
+
+def test_supports_carry_the_forces_on_them(tmp_path):
+    more = "*BOUNDARY\nNTOP, 1, 1\n"
+    joint = joint_of(tmp_path, deck(PRESS + PUSH + "*CLOAD\nNTOP, 2, -1.\n", more=more))
+    bare = joint_of(tmp_path, deck(PRESS + "*CLOAD\nNTOP, 2, -1.\n", more=more))
+    assert of_states(joint) == of_states(bare)
 
 
 @pytest.mark.parametrize(
@@ -127,3 +137,20 @@ def test_a_displacement_moves_its_nodes_as_supports(tmp_path):
     joint = joint_of(tmp_path, deck("*BOUNDARY\nNTOP, 2, 2, -0.01\n", kind="CPE4", held=hold))
     stress = 1000 * 0.7 / (1.3 * 0.4) * 0.01 / 2
     assert of_states(joint)["STEP 1"] == pytest.approx([0, -stress * 4], abs=1e-9)
+    # CalculiX 2.20 also moves nodes by a block before the first step.
+    more = "*BOUNDARY\nNTOP, 2, 2, -0.01\n"
+    joint = joint_of(tmp_path, deck("", kind="CPE4", held=hold, more=more))
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -stress * 4], abs=1e-9)
+
+
+def test_a_locked_bolt_keeps_its_tension_when_all_forces_are_given_anew():
+    """PrePoMax removes all conditions in each step, and then holds the length of the bolt."""
+    joint = fo.read_joint(Path(__file__).parents[2] / "docs" / "tutorial" / "clamp.inp")
+    assert joint.states == {
+        "STEP 1": {"BOLT SECTION": 1.0},
+        "STEP 2": {"BOLT SECTION": 1.0, "CLOAD LOADED": 1.0},
+        "STEP 3": {"BOLT SECTION": 1.0, "CLOAD LOADED": -1.0},
+    }
+    assert joint.locked == ["STEP 2", "STEP 3"]
+    (bolt,) = joint.model.loads["BOLT SECTION"]
+    assert bolt.force == 20e3 and bolt.locked
