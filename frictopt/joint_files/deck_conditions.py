@@ -10,7 +10,7 @@ from ..readers.constraint_blocks import CONSTRAINING, HELD_BY_NAME
 from ..readers.deck import Deck
 from ..readers.deck_text import Block, entries, number
 from ..readers.keywords import KEPT
-from .refused import OUTPUT, WITHOUT_EFFECT, check_not_refused
+from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 
 # Read before all others: loads act on bolts and couplings, wherever these are listed.
@@ -32,7 +32,7 @@ class Coupled(NamedTuple):
     where: str
     is_rigid: bool
     turns: int | None
-    block: Block
+    block: str
 
 
 class Conditions:
@@ -41,7 +41,7 @@ class Conditions:
     A method reads the blocks of the keyword of its name.
     """
 
-    def __init__(self, deck: Deck, blocks: Iterable[Block], *, elastic: bool) -> None:
+    def __init__(self, deck: Deck, blocks: Sequence[Block]) -> None:
         self.deck = deck
         self.left_out = dict[str, None]()
         # material -> keyword -> constants
@@ -68,14 +68,12 @@ class Conditions:
         self._is_static = False
         # time at which a step begins, and its duration
         self._start, self._period = 0.0, 1.0
-        listed = list(blocks)
         for is_point in (True, False):
-            for block in listed:
+            for block in blocks:
                 if (block.keyword in _POINTS) == is_point:
-                    self._read(block, elastic)
+                    self._read(block)
 
-    def _read(self, block: Block, elastic: bool) -> None:
-        check_not_refused(block, elastic=elastic)
+    def _read(self, block: Block) -> None:
         read = getattr(self, f"_{block.keyword.lower().replace('-', '')}", None)
         if read is None:
             known = {*KEPT, *CONSTRAINING, *WITHOUT_EFFECT}
@@ -178,7 +176,8 @@ class Conditions:
         turns = block.parameters.get("ROTNODE")
         is_rigid = block.keyword != "DISTRIBUTING"
         row = None if turns is None else self._row[int(turns)]
-        self.couplings[node] = Coupled(where, is_rigid, row, block)
+        title = f"{block.place}: {block}"
+        self.couplings[node] = Coupled(where, is_rigid, row, title)
 
     def _amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]
@@ -194,6 +193,8 @@ class Conditions:
     def _step(self, block: Block) -> None:
         self._steps += 1
         self._step_name = block.parameters.get("NAME", f"STEP {self._steps}")
+        if any(state.name == self._step_name for state in self.states):
+            raise ValueError("another step has this name; give each its own")
         self._is_static = False
         self._period = 1.0
         self._is_linear = "PERTURBATION" in block.parameters

@@ -22,7 +22,7 @@ from ..fem.model import ContactModel
 from ..fem.node_forces import PointForce, RemoteForce
 from ..fem.supports import Support
 from ..readers.meshes import corner_mesh, named_mesh
-from .deck_conditions import Conditions, Coupled, Pair
+from .deck_conditions import Conditions, Pair
 from .states import Field
 
 _Loads: TypeAlias = Mapping[tuple[Any, ...], float]
@@ -101,6 +101,11 @@ class DeckModel:
             nodes = np.zeros(body.mesh.p.shape[1], dtype=np.intp)
             nodes[body.mesh.dofs.element_dofs] = mesh.dofs.element_dofs[:, self.parts[part]]
             self.origin[part] = origin[nodes]
+        used = [np.diff((part != 0).tocsc().indptr) > 0 for part in self.origin.values()]
+        shared = int(np.count_nonzero(np.sum(used, axis=0) > 1))
+        if shared:
+            text = f"{number_of(shared, 'node')} that bodies share: only faces join elements"
+            conditions.left_out[text] = None
 
     def _materials(self, elements: int) -> dict[str, dict[str, list[float]]]:
         owner = np.full(elements, -1)
@@ -207,15 +212,15 @@ class DeckModel:
             rotations = _letters(turns & (np.array([3, 3, 2]) <= len(self.axes)))
             kind = RigidCoupling if coupled.is_rigid else DistributingCoupling
             if coupled.is_rigid or directions or rotations:
-                where = self._body_of(coupled), coupled.where
-                yield kind(*where, directions, rotations, self._point(row))
+                name = self._one_with(coupled.where, coupled.block)
+                yield kind(name, coupled.where, directions, rotations, self._point(row))
 
-    def _body_of(self, coupled: Coupled) -> str:
-        names = self._with(coupled.where)
+    def _one_with(self, boundary: str, what: str) -> str:
+        """The body that has a boundary."""
+        names = self._with(boundary)
         if len(names) != 1:
             raise ModelError(
-                f"{coupled.block.place}: {coupled.block}: {coupled.where} is a face of the bodies "
-                f"{names}; name a face of one body"
+                f"{what}: {boundary!r} has faces of the bodies {names}; name faces of one body"
             )
         return names[0]
 
@@ -249,7 +254,7 @@ class DeckModel:
             if force[row].any():
                 parts: dict[str, Any] = dict(zip(self.axes, force[row].tolist(), strict=False))
                 moment = tuple(force[row, 3:].tolist()) if d == 3 else float(force[row, 5])
-                name = self._body_of(coupled)
+                name = self._one_with(coupled.where, coupled.block)
                 point = self._point(row)
                 yield RemoteForce(name, coupled.where, **parts, moment=moment, point=point)
                 force[row] = 0.0
@@ -277,14 +282,9 @@ class DeckModel:
     def _bolt(self, case: str, loads: _Loads) -> Iterator[Load]:
         for (row,), force in loads.items():
             section = self.conditions.bolts[row]
-            names = self._with(section)
-            if len(names) != 1:
-                raise ModelError(
-                    f"{case}: *PRE-TENSION SECTION: surface {section!r} is in the bodies {names}; "
-                    "name faces across one body"
-                )
+            name = self._one_with(section, "*PRE-TENSION SECTION")
             locked = any(row in state.locked for state in self.conditions.states)
-            yield BoltPreload(names[0], section, force / self.thickness, locked)
+            yield BoltPreload(name, section, force / self.thickness, locked)
 
     def _of_set(self, case: str, where: str) -> Iterator[tuple[str, float]]:
         """The bodies of an element set, which must hold them whole, and their densities."""

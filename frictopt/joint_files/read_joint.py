@@ -25,6 +25,7 @@ from ..readers.meshes import read_mesh
 from .deck_conditions import Conditions
 from .deck_model import DeckModel
 from .joint import Joint, known
+from .refused import check_not_refused
 from .states import load_cases
 
 # Entries of a joint file, and their kinds in TOML.
@@ -87,30 +88,34 @@ def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
 
 
 def _joint_of_deck(file: Path, elastic: bool) -> Joint:
-    deck = read_deck(file, mesh_alone=True)
-    conditions = Conditions(deck, flat(blocks(file)), elastic=elastic)
-    for listed, what in ((conditions.pairs, "*CONTACT PAIR"), (conditions.states, "*STATIC step")):
-        if not listed:
+    listed = list(flat(blocks(file)))
+    for block in listed:
+        check_not_refused(block, elastic=elastic)
+    conditions = Conditions(read_deck(file, mesh_alone=True), listed)
+    for parts, what in ((conditions.pairs, "*CONTACT PAIR"), (conditions.states, "*STATIC step")):
+        if not parts:
             raise ModelError(f"deck {file.name}: no {what}; a joint needs one")
     cases, states = load_cases(conditions.states)
     held = conditions.states[-1].held
     try:
-        parts = DeckModel(conditions, cases, file.name)
-        model = parts.model(held, cases)
+        made = DeckModel(conditions, cases, file.name)
+        model = made.model(held, cases)
     except ModelError as error:
-        raise ModelError(f"deck {file.name}: {error}") from error
+        adjusts = any("ADJUST" in pair.block.parameters for pair in conditions.pairs)
+        hint = "; *CONTACT PAIR, ADJUST moves no nodes: move them in the mesh" if adjusts else ""
+        raise ModelError(f"deck {file.name}: {error}{hint}") from error
     if "FIT" in model.loads:
         states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
     return Joint(
         file.name,
         model,
-        parts.thickness if parts.is_plane else None,
+        made.thickness if made.is_plane else None,
         {
             name: {case: amplitude for case, amplitude in loads.items() if case in model.loads}
             for name, loads in states.items()
         },
-        parts.friction,
-        parts.interactions,
+        made.friction,
+        made.interactions,
         [*conditions.left_out],
         [state.name for state in conditions.states if state.held != held],
         [state.name for state in conditions.states if state.locked],

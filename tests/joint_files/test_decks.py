@@ -205,7 +205,7 @@ def test_faces_that_are_apart_keep_their_gap_unless_they_are_adjusted(tmp_path):
     assert joint_of(tmp_path, deck(PRESS, lift=0.125)).system().gap == pytest.approx(0.125)
     adjusted = PAIR.replace("SURFACE TO SURFACE", "SURFACE TO SURFACE, ADJUST=0.2")
     assert not joint_of(tmp_path, deck(PRESS, pair=adjusted)).system().gap.any()
-    with pytest.raises(fo.ModelError, match=r"SLOW-SHIGH.* do not touch"):
+    with pytest.raises(fo.ModelError, match=r"SLOW-SHIGH.* do not touch.*ADJUST moves no nodes"):
         joint_of(tmp_path, deck(PRESS, pair=adjusted, lift=0.125))
 
 
@@ -338,6 +338,25 @@ def test_plasticity_is_left_out_on_request(tmp_path):
 def test_a_keyword_that_nobody_knows_is_named(tmp_path):
     joint = joint_of(tmp_path, deck(PRESS, more="*MAGIC\n1, 2\n"))
     assert "*MAGIC: not read" in joint.left_out
+
+
+def test_bodies_that_share_a_node_alone_are_separate_and_that_is_said(tmp_path):
+    more = "*NODE\n91, 3., -1., 0.\n92, 3., 0., 0.\n93, 2., -1., 0.\n"
+    more += "*ELEMENT, TYPE=CPS4, ELSET=TAIL\n9, 93, 91, 92, 3\n*NSET, NSET=NTAIL\n91, 92\n"
+    more += "*SOLID SECTION, ELSET=TAIL, MATERIAL=STEEL\n2.\n*BOUNDARY\nNTAIL, 1, 2\n"
+    joint = joint_of(tmp_path, deck(PRESS, more=more))
+    assert "1 node that bodies share: only faces join elements" in joint.left_out
+    with pytest.raises(fo.ModelError, match=r"node 3 has forces .* is in 2 bodies"):
+        joint_of(
+            tmp_path,
+            deck(PRESS + "*CLOAD\n3, 1, 1.\n", more=more, held="*BOUNDARY\n1, 1, 2\n2, 1, 2\n"),
+        )
+
+
+def test_steps_of_one_name_are_refused(tmp_path):
+    text = deck(PRESS, "").replace("*STEP, NLGEOM", "*STEP, NAME=Load")
+    with pytest.raises(fo.ModelError, match=r"\*STEP NAME=LOAD: another step has this name"):
+        joint_of(tmp_path, text)
 
 
 def test_a_surface_of_several_bodies_makes_a_contact_with_each(tmp_path):
