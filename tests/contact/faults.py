@@ -13,8 +13,8 @@ FAULTS = (
     Fault(
         "contact/system.py",
         "forces around a circumference have units per depth",
-        old="self.tangents == 1 and not self.axisymmetric",
-        new="self.tangents == 1",
+        old="self.tangents == 1 and not self.axisymmetric and self.thickness is None",
+        new="self.tangents == 1 and self.thickness is None",
         tests="units",
     ),
     Fault(
