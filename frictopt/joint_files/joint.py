@@ -148,20 +148,9 @@ class Joint(Shown):
                 f"mean, corners: give both, of the states {[*self.states]}, and of the load cases "
                 f"{[*self.model.loads]} as CASE=X"
             )
-        system = self.system()
         state, base = self._loads(mean)
-        changes = []
-        for corner in corners:
-            named, change = self._loads(corner)
-            if named:
-                cases = {**base, **change}
-                change = {case: change.get(case, 0.0) - base.get(case, 0.0) for case in cases}
-            changes.append({case: amplitude for case, amplitude in change.items() if amplitude})
-            if system.bolts.keys() & changes[-1].keys():
-                raise ModelError(
-                    f"corners: {corner!r} tightens a bolt whose length is kept in {self.locked}; "
-                    "name only such states"
-                )
+        changes = [self._change(corner, base) for corner in corners]
+        system = self.system()
         if not base or not _presses(system, system.reaction(base)[1]):
             raise ModelError(
                 f"mean: {mean!r} presses no contact; load cases that press: {self.pressing}; give "
@@ -170,30 +159,48 @@ class Joint(Shown):
         cycle = LoadCycle(base, changes)
         if not system.bolts.keys() & base.keys():
             return cycle
-        nominal = friction or self.friction
+        tight = replace(cycle, mean=self._when_tightened(state, base))
+        nominal = self.friction if friction is None else friction
         nominal = nominal[1] if isinstance(nominal, tuple) else nominal
-        tightening: Mapping[str, float] = base
-        if state in self.locked:
-            names = [*self.states]
-            earlier = names[: names.index(state)]
-            free = [name for name in earlier if name not in self.locked]
-            tightening = self.states[free[-1]] if free else base
-        tight = tightened(system, replace(cycle, mean=tightening), nominal).mean
-        bolts = {case: tight[case] for case in system.bolts if case in tight}
+        tight = tightened(system, tight, nominal)
+        bolts = {case: tight.mean[case] for case in system.bolts if case in tight.mean}
         return replace(cycle, mean={**base, **bolts})
+
+    def _change(
+        self, corner: str | Mapping[str, float], base: Mapping[str, float]
+    ) -> dict[str, float]:
+        """The loads of a corner on top of the mean load."""
+        state, change = self._loads(corner)
+        if state:
+            cases = {**base, **change}
+            change = {case: change.get(case, 0.0) - base.get(case, 0.0) for case in cases}
+        change = {case: amplitude for case, amplitude in change.items() if amplitude}
+        if self.system().bolts.keys() & change.keys():
+            raise ModelError(
+                f"corners: {corner!r} tightens a bolt whose length is kept in {self.locked}; name "
+                "only such states"
+            )
+        return change
+
+    def _when_tightened(self, state: str, base: Mapping[str, float]) -> Mapping[str, float]:
+        """The loads under which the bolts of a mean load are tightened."""
+        if state not in self.locked:
+            return base
+        names = [*self.states]
+        earlier = names[: names.index(state)]
+        free = [name for name in earlier if name not in self.locked]
+        return self.states[free[-1]] if free else base
 
     def _corners(self) -> Any:
         """The corners of the joint file."""
         if "harmonic" not in self.asked:
             return self.asked.get("corners")
-        loads = {
-            known("load case", case, self.model.loads): tuple(load)
-            if isinstance(load, list)
-            else load
-            for case, load in self.asked["harmonic"].items()
-        }
-        points = {name: self.asked[name] for name in ("points",) if name in self.asked}
-        return LoadCycle.harmonic(loads, mean={}, **points).corners
+        loads = {}
+        for name, load in self.asked["harmonic"].items():
+            case = known("load case", name, self.model.loads)
+            loads[case] = tuple(load) if isinstance(load, list) else load
+        points = self.asked.get("points", 16)
+        return LoadCycle.harmonic(loads, mean={}, points=points).corners
 
     def _loads(self, given: str | Mapping[str, float]) -> tuple[str, dict[str, float]]:
         """The state that a text names, or "", and all its loads."""

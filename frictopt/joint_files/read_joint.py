@@ -104,16 +104,12 @@ def _joint_of_deck(file: Path, elastic: bool) -> Joint:
         adjusts = any("ADJUST" in pair.block.parameters for pair in conditions.pairs)
         hint = "; *CONTACT PAIR, ADJUST moves no nodes: move them in the mesh" if adjusts else ""
         raise ModelError(f"deck {file.name}: {error}{hint}") from error
-    if "FIT" in model.loads:
-        states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
+    fit = {"FIT": 1.0}
     return Joint(
         file.name,
         model,
         made.thickness if made.is_plane else None,
-        {
-            name: {case: amplitude for case, amplitude in loads.items() if case in model.loads}
-            for name, loads in states.items()
-        },
+        {name: _known_loads(fit | loads, model) for name, loads in states.items()},
         made.friction,
         made.interactions,
         [*conditions.left_out],
@@ -122,17 +118,18 @@ def _joint_of_deck(file: Path, elastic: bool) -> Joint:
     )
 
 
+def _known_loads(loads: Mapping[str, float], model: ContactModel) -> dict[str, float]:
+    """The amplitudes of the load cases that the model has."""
+    return {case: amplitude for case, amplitude in loads.items() if case in model.loads}
+
+
 def _joint_of_file(file: Path, elastic: bool) -> Joint:
     """The joint of a joint file: a deck with additions, or all beside a mesh."""
     try:
         tables = tomllib.loads(text_of(file, "joint file"))
     except ValueError as error:
         raise ModelError(f"{file.name}: {error}; give a file in TOML") from error
-    kinds = _OF_DECK if "deck" in tables else _OF_MESH
-    for name, value in tables.items():
-        kind = kinds[known(f"{file.name}: entry", name, kinds)]
-        if not isinstance(value, (kind, int) if kind is float else kind):
-            raise ModelError(f"{file.name}: {name} = {value!r}; give a {kind.__name__}")
+    _check_entries(file, tables)
     if "deck" in tables:
         deck = file.parent / str(tables["deck"])
         joint = _joint_of_deck(deck, flag("elastic", tables.get("elastic", elastic)))
@@ -140,13 +137,9 @@ def _joint_of_file(file: Path, elastic: bool) -> Joint:
         joint = _joint_of_mesh(file, tables)
     else:
         raise ModelError(f"{file.name}: neither deck nor mesh; name the file of one")
-    given = {name: _tuple(value) for name, value in tables.get("friction", {}).items()}
     coefficients = dict(joint.coefficients)
-    for name, value in given.items():
-        coefficients.update(dict.fromkeys(joint.contacts_of(name), value))
-    asked = tables.get("cycle", {})
-    for name in asked:
-        known("cycle: entry", name, ("mean", "corners", "harmonic", "points"))
+    for name, value in tables.get("friction", {}).items():
+        coefficients.update(dict.fromkeys(joint.contacts_of(name), _tuple(value)))
     of_report: dict[str, Any] = {
         name: tables[name] for name in ("title", "limits") if name in tables
     }
@@ -157,9 +150,20 @@ def _joint_of_file(file: Path, elastic: bool) -> Joint:
         name=file.name,
         coefficients=coefficients,
         units=tables.get("units"),
-        asked=asked,
+        asked=tables.get("cycle", {}),
         of_report=of_report,
     )
+
+
+def _check_entries(file: Path, tables: Mapping[str, Any]) -> None:
+    """Check the names and the kinds of the entries of a joint file."""
+    kinds = _OF_DECK if "deck" in tables else _OF_MESH
+    for name, value in tables.items():
+        kind = kinds[known(f"{file.name}: entry", name, kinds)]
+        if not isinstance(value, (kind, int) if kind is float else kind):
+            raise ModelError(f"{file.name}: {name} = {value!r}; give a {kind.__name__}")
+    for name in tables.get("cycle", {}):
+        known("cycle: entry", name, ("mean", "corners", "harmonic", "points"))
 
 
 def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:

@@ -204,7 +204,7 @@ def report(
     title
         Title of the report.
     notes
-        Facts that the model leaves out, such as those of a deck: they stand below the loads.
+        Facts that the model leaves out, such as parts of a deck. They stand below the loads.
     show
         Function, such as `print`, that is called with the text of each finished page.
     steps, progress
