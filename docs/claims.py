@@ -444,6 +444,24 @@ CLAIMS = (
         holds_if="all nodes stay closed",
         tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close test_claims::test_front_pages_claim_no_more_than_the_answers test_claims::test_the_first_command_and_its_picture_claim_no_more_than_the_answers",
     ),
+    Claim(
+        "answers.sentences.BAND_OF_RESTS answers.sentences.OTHER_STARTS",
+        by="`FatigueBand`, theory",
+        source="multipliers for the least value, and for the largest if `proven`; both occur (theory, eq. (37))",
+        tests="test_fatigue_band::test_no_vertex_of_the_safe_slips_is_outside_and_both_ends_occur test_fatigue_band::test_both_ends_are_attained_by_transients_that_start_with_their_slips",
+    ),
+    Claim(
+        "answers.sentences.BAND_OF_CYCLES",
+        by="`FatigueBand`, theory",
+        source='one transient, and the theorem that steady cycles differ by a constant slip (theory, "The fatigue band")',
+        tests="test_fatigue_band::test_above_the_limit_all_steady_cycles_of_an_uncoupled_contact_are_in_the_band",
+    ),
+    Claim(
+        "answers.sentences.WEDGES answers.sentences.GROWS_WITH_MESH",
+        by="`FatigueBand`, theory",
+        source='a program without loads; the stress of a shear that jumps (theory, "The fatigue band")',
+        tests="test_fatigue_band::test_friction_that_wedges_leaves_no_worst_state test_fatigue_band::test_the_face_is_marked_and_a_depth_is_not",
+    ),
 )
 
 

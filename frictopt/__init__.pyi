@@ -6,6 +6,7 @@ from .contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
+    StressMap,
 )
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem.bodies import Body, split_bodies
@@ -32,6 +33,7 @@ from .limits import (
     GuaranteedModel,
     SafeSlipModel,
     ShakedownModel,
+    fatigue_band,
     gross_slip,
     guaranteed_limit,
     required_friction,
@@ -92,6 +94,7 @@ __all__ = [
     "ShakedownModel",
     "SolverError",
     "StoreError",
+    "StressMap",
     "Support",
     "Tie",
     "Traction",
@@ -100,6 +103,7 @@ __all__ = [
     "condense",
     "dissipation_range",
     "dissipation_study",
+    "fatigue_band",
     "gross_slip",
     "guaranteed_limit",
     "increments",

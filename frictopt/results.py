@@ -12,6 +12,7 @@ from .joints.wear import WearHistory
 from .joints.worn_in import WornIn
 from .limits import (
     Design,
+    FatigueBand,
     GrossSlip,
     GuaranteedLimit,
     LeastSlip,
@@ -31,6 +32,7 @@ __all__ = [
     "DamagedRows",
     "Design",
     "DissipationRange",
+    "FatigueBand",
     "ForcedResponse",
     "GrossSlip",
     "GuaranteedLimit",

@@ -12,6 +12,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
 - `cycle.py`: load cycles; `history.py` makes their corners from histories and harmonic loads.
 - `law.py`: the bound of the shear force. A new law of friction begins there.
 - `law_check.py`: how much a state violates the law; `state.py`: a state to start from.
+- `stress_map.py`: stresses at points as linear functions of loads and motions.
 - `diagnosis.py`: what is wrong with a load, in words.
 - `pictures.py` draws contacts and their shear forces; `faces.py` lays faces in space on maps.
 """
@@ -33,6 +34,7 @@ from .law import (
 )
 from .law_check import Verdict, check_contact_law, off_law
 from .state import ContactState
+from .stress_map import StressMap
 from .system import (
     ContactSystem,
     checked_plane,

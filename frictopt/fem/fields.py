@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix, lil_matrix
 
 from ..base import (
     EQUILIBRIUM,
     RESIDUAL,
     SIMULTANEOUS,
     Array,
+    Integers,
     checked_loads,
     finite_array,
+    finite_number,
     frozen,
+    place,
     progress_bar,
+    whole_number,
 )
-from ..contact import ContactSystem, compliances, joined, parted
+from ..contact import ContactSystem, StressMap, compliances, joined, parted
 from ..errors import ModelError
+from .contacts import Contact
+from .elasticity import basis_of
 from .load_cases import LoadCase
 from .loads import Expansion
-from .recovery import BodyFields, Recovery, Steady, strain_and_stress, warn_of_open_nodes
+from .recovery import BodyFields, NodalFields, Recovery, Steady, tensors_of, warn_of_open_nodes
+
+# Number of loads and motions whose fields are in memory at once.
+_BLOCK = 128
 
 
 class Recoverable:
@@ -83,26 +93,19 @@ class Recoverable:
         v = finite_array("slip", slip, (n,) if d == 2 else (n, 2))
         w = assembly.gap if gap is None else finite_array("gap", gap, (n,))
 
-        case = self._combined_case(amplitudes)
-        moved = case.displacements
-        net_force = case.forces - assembly.whole @ moved
         motion = joined(v, w - assembly.gap)
-        if np.isfinite(self._springs).any():
-            # The relative motion of the bodies is the motion of their surfaces minus the
-            # deformation of the springs between them.
-            system = self._condensed
-            forces = joined(*system.reaction(amplitudes)) + system.S @ motion
-            tangential, normal = self._springs
-            motion -= compliances(tangential, normal, assembly.width, d - 1) * forces
-        motion[-n:] += case.overlaps
-        R, D = assembly.release
         with progress_bar(progress, "recovery"):
-            y, reactions = self._recovery.displacements(R.T @ net_force, motion)
+            u, reactions = self._displacements([amplitudes], motion[:, None])
         if gap is not None:
-            warn_of_open_nodes(w, reactions, float(np.abs(y).max()))
-        u = assembly.tied @ (R @ y + D @ net_force + moved)
-        displacement, strain, stress = self._body_fields(u, amplitudes)
-        q, p = parted(reactions, d)
+            warn_of_open_nodes(w, reactions[:, 0], float(np.abs(u).max()))
+        displacement = {}
+        strain = {}
+        stress = {}
+        for name in assembly.bodies:
+            displacement[name] = frozen(u[self._rows_of(name), 0].T)
+            fields = self._nodal_fields(name, u, [amplitudes])
+            strain[name], stress[name] = (frozen(field[..., 0]) for field in fields)
+        q, p = parted(reactions[:, 0], d)
         return BodyFields(
             displacement,
             stress,
@@ -116,6 +119,131 @@ class Recoverable:
             assembly.glued.interface.frames,
             assembly.sides,
         )
+
+    def stress_map(
+        self: Any,
+        points: ArrayLike | None = None,
+        depth: float | None = None,
+        *,
+        side: int = 1,
+        body: str | None = None,
+        progress: bool = True,
+    ) -> StressMap:
+        """Stress and strain at points as linear functions of the loads and the contact's motions.
+
+        One factorisation serves all loads and motions. Give `points` or a `depth`.
+
+        Parameters
+        ----------
+        points
+            (P, d) places inside of one body. Nodal stresses are interpolated.
+        depth
+            Distance of a point from each node of the contact, along the normal into body `side`. 0:
+            the points are on the face. Otherwise elements should be at most half as large.
+        side
+            1 or 2: the body of each contact in which the points are.
+        body
+            Name of the body of `points`; None: body `side` of the only contact.
+        progress
+            Whether to show a progress bar after two seconds.
+
+        Returns
+        -------
+        StressMap
+            Its system is the condensed model.
+
+        Raises
+        ------
+        ModelError
+            Both or none of `points` and `depth`, points outside of their body, a body or side that
+            is unknown, or several contacts and no `body`.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+        >>> stresses = model.stress_map(points=[[0.0, -0.5]], side=2)
+        >>> stress, strain = stresses.tensors({"P": 1.0}, slip=[0.0] * 5)
+        >>> bool(stress[0, 1, 1] < 0)
+        True
+        """
+        number = whole_number("side", side, least=1, most=2)
+        if (points is None) == (depth is None):
+            raise ModelError(
+                "points, depth: give one of them; a depth of half of the critical distance is "
+                "common, and depth=0 has the points on the face"
+            )
+        assembly = self._assembly
+        if body is not None:
+            assembly.body("stress_map", body)
+            if points is None:
+                raise ModelError(
+                    f"body: {body!r}, with a depth; `side` chooses the body, leave it out"
+                )
+        if points is not None:
+            names = (
+                [body] if body else sorted({_sides_of(each)[number - 1] for each in self.contacts})
+            )
+            if len(names) > 1:
+                raise ModelError(f"body: None, with points in one of {names}; give its name")
+            places_of = finite_array("points", points, (None, assembly.points.shape[1]))
+            picked = self._picked(places_of, np.full(len(places_of), names[0]))
+        else:
+            below = finite_number("depth", depth, least=0.0)
+            contacts = [self.contacts[k] for k in assembly.contact]
+            bodies = np.array([_sides_of(contact)[number - 1] for contact in contacts])
+            normals = assembly.glued.interface.frames[:, -1]
+            shift = below if number == 1 else -below - assembly.gap
+            places_of = assembly.points[assembly.pairs.nodes] + np.multiply(shift, normals.T).T
+            picked = self._picked(places_of, bodies) if below else assembly.sides[number - 1]
+        cases = [{name: 1.0} for name in self.loads]
+        size = len(assembly.contact) * assembly.points.shape[1]
+        loads = [*cases, *([{}] * size)]
+        motions = np.hstack([np.zeros((size, len(cases))), np.eye(size)])
+        tensors = []
+        with progress_bar(progress, "stress map", "motion", total=len(loads)) as bar:
+            for first in range(0, len(loads), _BLOCK):
+                block = slice(first, first + _BLOCK)
+                u, _ = self._displacements(loads[block], motions[:, block])
+                tensors.append(self._tensors_at(picked, u, loads[block]))
+                bar.update(u.shape[1])
+        both = np.concatenate(tensors)
+        of_loads = dict(zip(self.loads, both, strict=False))
+        on_face = points is None and not below
+        return StressMap(self._condensed, places_of, of_loads, both[len(cases) :], on_face)
+
+    def _picked(self: Any, points: Array, names: Array) -> csr_matrix:
+        """(P, all nodes) the functions of the nodes at points, each in the body of its name."""
+        assembly = self._assembly
+        picked = lil_matrix((len(points), len(assembly.points)))
+        for name in np.unique(names).tolist():
+            body = assembly.bodies[name]
+            here = np.flatnonzero(names == name)
+            columns = assembly.first_node[name] + np.arange(body.mesh.p.shape[1])
+            try:
+                functions = basis_of(body.mesh).probes(points[here].T)
+            except ValueError as error:
+                raise ModelError(
+                    f"points, depth: a point is outside of body {name!r}; the points are from "
+                    f"{place(points[here].min(axis=0))} to {place(points[here].max(axis=0))}; "
+                    "move them, or reduce the depth"
+                ) from error
+            picked[np.ix_(here, columns)] = functions
+        return csr_matrix(picked)
+
+    def _tensors_at(
+        self: Any, picked: csr_matrix, u: Array, loads: Sequence[Mapping[str, float]]
+    ) -> Array:
+        """(n, 2, P, 3, 3) stress and strain at points under n displacements u (size, n)."""
+        found = np.zeros((2, picked.shape[0], 3, 3, u.shape[1]))
+        for name, body in self._assembly.bodies.items():
+            first = self._assembly.first_node[name]
+            part = picked[:, first : first + body.mesh.p.shape[1]]
+            if part.nnz:
+                strain, stress = self._nodal_fields(name, u, loads)
+                for of_kind, rows in zip(found, (stress, strain), strict=True):
+                    of_kind += tensors_of([part @ row for row in rows])
+        return np.moveaxis(found, -1, 0)
 
     def _state(
         self: Any,
@@ -146,6 +274,34 @@ class Recoverable:
             )
         return amplitudes, slip, gap
 
+    def _displacements(
+        self: Any, loads: Sequence[Mapping[str, float]], motions: Array
+    ) -> tuple[Array, Array]:
+        """(size, n) displacements and (d N, n) reactions under n loads and motions (d N, n).
+
+        Motions are slips and gaps minus initial gaps.
+        """
+        assembly = self._assembly
+        n, d = len(assembly.contact), assembly.points.shape[1]
+        cases = [self._combined_case(amplitudes) for amplitudes in loads]
+        moved = np.column_stack([case.displacements for case in cases])
+        force = np.column_stack([case.forces for case in cases])
+        net_force = force - assembly.whole @ moved
+        if np.isfinite(self._springs).any():
+            # The relative motion of the bodies is the motion of their surfaces minus the
+            # deformation of the springs between them.
+            system = self._condensed
+            bonded = [joined(*system.reaction(amplitudes)) for amplitudes in loads]
+            forces = np.column_stack(bonded) + system.S @ motions
+            tangential, normal = self._springs
+            compliance = compliances(tangential, normal, assembly.width, d - 1)
+            motions = motions - compliance[:, None] * forces
+        overlaps = np.column_stack([case.overlaps for case in cases])
+        motions = motions + np.concatenate([np.zeros((len(motions) - n, len(cases))), overlaps])
+        R, D = assembly.release
+        y, reactions = self._recovery.displacements(R.T @ net_force, motions)
+        return assembly.tied @ (R @ y + D @ net_force + moved), reactions
+
     def _combined_case(self: Any, amplitudes: Mapping[str, float]) -> LoadCase:
         """The sum of the load cases, times their amplitudes.
 
@@ -167,29 +323,32 @@ class Recoverable:
             overlaps += factor * case.overlaps
         return LoadCase(forces, displacements, overlaps)
 
-    def _body_fields(
-        self: Any, u: Array, amplitudes: Mapping[str, float]
-    ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
-        """Displacement, strain and stress of each body, from the displacements u (size,)."""
+    def _rows_of(self: Any, name: str) -> Integers:
+        """(nodes, d) numbers of the displacements of a body."""
+        first = self._assembly.first_node[name]
+        count = self._assembly.bodies[name].mesh.p.shape[1]
+        return np.asarray(self._assembly.rows[first : first + count])
+
+    def _nodal_fields(
+        self: Any, name: str, u: Array, loads: Sequence[Mapping[str, float]]
+    ) -> tuple[Array, Array]:
+        """(components, nodes, n) strain and stress of a body under displacements u (size, n)."""
         assembly = self._assembly
+        if name not in self._projections:
+            body = assembly.bodies[name]
+            seam = assembly.sector.seam(assembly.first_node[name], body)
+            self._projections[name] = NodalFields(body, assembly.kinematics, seam)
         expansions = [
-            (amplitude, load)
-            for name, amplitude in amplitudes.items()
-            for load in self.loads[name]
-            if isinstance(load, Expansion)
+            [
+                (amplitude, load)
+                for case, amplitude in amplitudes.items()
+                for load in self.loads[case]
+                if isinstance(load, Expansion) and load.body == name
+            ]
+            for amplitudes in loads
         ]
-        displacement = {}
-        strain = {}
-        stress = {}
-        for name, body in assembly.bodies.items():
-            first = assembly.first_node[name]
-            rows = assembly.rows[first : first + body.mesh.p.shape[1]]
-            displacement[name] = frozen(u[rows].T)
-            seam = assembly.sector.seam(first, body)
-            strain[name], stress[name] = strain_and_stress(
-                name, body, assembly.kinematics, displacement[name], expansions, seam
-            )
-        return displacement, strain, stress
+        fields: NodalFields = self._projections[name]
+        return fields.of(u[self._rows_of(name)].transpose(1, 0, 2), expansions)
 
     def _over(
         self: Any, steady: Steady, *, every: bool
@@ -243,6 +402,15 @@ class Recoverable:
         return system
 
     @cached_property
+    def _projections(self: Any) -> dict[str, NodalFields]:
+        """The nodal fields of the bodies by name, filled as they are asked for."""
+        return {}
+
+    @cached_property
     def _recovery(self: Any) -> Recovery:
         """The factorisation for `recover`."""
         return Recovery(self._assembly)
+
+
+def _sides_of(contact: Contact) -> tuple[str, str]:
+    return contact.body_1, contact.body_2

@@ -400,7 +400,7 @@ def _lowest(
     _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
 
     def solve(force: Array) -> Array:
-        return schur.solve(factors, np.ravel(force))
+        return schur.solve(factors, np.reshape(force, (-1, 1))).ravel()
 
     inverse = LinearOperator(M.shape, matvec=solve, dtype=np.float64)
     vectors = min(2 * size + _SEARCH.more_vectors, len(front))

@@ -8,7 +8,6 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
-from skfem import BilinearForm
 
 from ..base import (
     COUNTS,
@@ -188,9 +187,14 @@ class BodyFields(Shown, Plotted):
 def _tensors_at(projection: csr_matrix, fields: Mapping[str, Array]) -> Array:
     """(N, 3, 3) tensors at places, interpolated by a matrix (N, all nodes)."""
     rows = np.concatenate(list(fields.values()), axis=1)
-    rows = np.pad(rows, ((0, 6 - len(rows)), (0, 0)))
+    return frozen(tensors_of([projection @ row for row in rows]))
+
+
+def tensors_of(rows: Sequence[Array]) -> Array:
+    """(N, 3, 3, ...) tensors of their components (N, ...), in the plane four."""
+    whole = [*rows, *([np.zeros_like(rows[0])] * (6 - len(rows)))]
     order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]
-    return frozen((projection @ rows.T)[:, order])
+    return np.moveaxis(np.array(whole)[order], 2, 0)
 
 
 def von_mises(stress: Array) -> Array:
@@ -299,7 +303,10 @@ class Recovery:
         _, self._factors = eliminated(parts.glued, K, self._T, front[free], keep=True)
 
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
-        """(size,) displacements under forces and relative motions z (d N,); reactions (d N,)."""
+        """(size, n) displacements under n forces and relative motions z (d N, n).
+
+        Also returned are the reactions (d N, n).
+        """
         u = self._drive @ z
         # The second step removes the rounding of the first one.
         for _ in range(2):
@@ -307,63 +314,93 @@ class Recovery:
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
-def strain_and_stress(
-    name: str,
-    body: Body,
-    kind: Kinematics,
-    u: Array,
-    loads: Sequence[tuple[float, Expansion]],
-    seam: Seam | None,
-) -> list[Array]:
-    """(components, nodes) nodal strain and stress of a body under displacements u (d, nodes).
+class NodalFields:
+    """The nodal strain and stress of a body as linear functions of its displacements.
 
-    `loads` are expansions of bodies with their amplitudes, and `seam` is that of a sector.
+    They are least-squares projections onto the functions of the nodes. Their moments with these
+    functions are sparse matrices times the displacements.
+
+    Parameters
+    ----------
+    body, kind
+        The body and its kinematics.
+    seam
+        The seam of a sector, or None.
     """
-    basis = basis_of(body.mesh)
-    expansions = [(amplitude, part) for amplitude, part in loads if part.body == name]
-    mass = BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc()
-    components = _COMPONENTS[: 4 if len(u) == 2 else 6]
-    entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in components]
-    solve = splu(mass).solve
-    nodal = []
-    for tensor in _at_points(body, kind, basis, u, expansions):
-        rows = tensor.reshape(9, *tensor.shape[2:])
-        moments = [MOMENTS.assemble(basis, amount=rows[entry]) for entry in entries]
-        if seam is None:
-            nodal.append(frozen([solve(moment) for moment in moments]))
-        else:
-            nodal.append(frozen(on_seam(mass, moments, entries, seam)))
-    return nodal
 
+    def __init__(self, body: Body, kind: Kinematics, seam: Seam | None) -> None:
+        self._body = body
+        self._kind = kind
+        self._seam = seam
+        self._basis = basis = basis_of(body.mesh)
+        x = np.asarray(basis.global_coordinates())[0]
+        # (element, node, point) functions, and (direction, element, node, point) slopes.
+        fields = [field for (field,) in basis.basis]
+        functions = np.stack([np.broadcast_to(field, x.shape) for field in fields], axis=1)
+        slopes = np.stack([np.asarray(field.grad) for field in fields], axis=2)
+        self._mass = self._moments(functions, functions).tocsc()
+        self._solve = splu(self._mass).solve
+        self._slopes = [self._moments(functions, slope) for slope in slopes]
+        self._volume = self._slopes
+        if body.element == "mean_dilatation":
+            means = [element_means(basis, slope) for slope in slopes]
+            self._volume = [self._moments(functions, slope) for slope in means]
+        self._hoop = None
+        if kind == "axisymmetric":
+            self._hoop = self._moments(functions, functions / x[:, None])
 
-def _at_points(
-    body: Body, kind: Kinematics, basis: Any, u: Array, expansions: list[tuple[float, Expansion]]
-) -> tuple[Array, Array]:
-    """(3, 3, elements, points) strain and stress at the points of integration."""
-    d = len(u)
-    lam, mu = body.material._plane_lame(kind)
-    x = np.asarray(basis.global_coordinates())[0]
-    fields = [basis.interpolate(component) for component in u]
-    slopes = np.array([np.asarray(field.grad) for field in fields])
-    strain = np.zeros((3, 3, *x.shape))
-    strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
-    if kind == "axisymmetric":
-        strain[2, 2] = np.asarray(fields[0]) / x
-    volume = np.trace(strain)
-    if body.element == "mean_dilatation":
-        volume = element_means(basis, volume)
-    expansion_stress = np.zeros_like(x)
-    for amplitude, part in expansions:
-        expansion_stress = expansion_stress + amplitude * part._tension(body, kind, basis)
-    tension = lam * volume - expansion_stress
-    stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
-    if kind == "plane_stress":
-        free = np.zeros_like(x)
-        for amplitude, part in expansions:
-            free = free + amplitude * part._strain(basis)
-        strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
-        stress[2, 2] = 0.0
-    return strain, stress
+    def _moments(self, functions: Array, rates: Array) -> csr_matrix:
+        """(nodes, nodes) moments of a field, which has rates with the values at the nodes."""
+        entries = (functions * self._basis.dx[:, None]) @ rates.swapaxes(1, 2)
+        dofs = self._basis.element_dofs.T
+        rows = np.broadcast_to(dofs[:, :, None], entries.shape)
+        columns = np.broadcast_to(dofs[:, None], entries.shape)
+        shape = (self._body.mesh.p.shape[1],) * 2
+        return csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+    def of(
+        self, u: Array, expansions: Sequence[Sequence[tuple[float, Expansion]]]
+    ) -> tuple[Array, Array]:
+        """(components, nodes, n) strain and stress under n displacements u (d, nodes, n).
+
+        `expansions` are those of this body with their amplitudes, for each of the displacements.
+        """
+        d = len(u)
+        lam, mu = self._body.material._plane_lame(self._kind)
+        slopes = np.array([[slope @ part for slope in self._slopes] for part in u])
+        strain = np.zeros((3, 3, *u.shape[1:]))
+        strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
+        volume = sum(slope @ part for slope, part in zip(self._volume, u, strict=True))
+        if self._hoop is not None:
+            strain[2, 2] = self._hoop @ u[0]
+            volume = volume + strain[2, 2]
+        free = np.zeros(u.shape[1:])
+        tension = lam * volume
+        for column, parts in enumerate(expansions):
+            for amplitude, part in parts:
+                taken = part._tension(self._body, self._kind, self._basis)
+                tension[:, column] -= amplitude * MOMENTS.assemble(self._basis, amount=taken)
+                expansion = MOMENTS.assemble(self._basis, amount=part._strain(self._basis))
+                free[:, column] += amplitude * expansion
+        stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
+        if self._kind == "plane_stress":
+            material = self._body.material
+            strain[2, 2] = -material.nu / material.E * (stress[0, 0] + stress[1, 1]) + free
+            stress[2, 2] = 0.0
+        return self._nodal(strain, d), self._nodal(stress, d)
+
+    def _nodal(self, moments: Array, d: int) -> Array:
+        """(components, nodes, n) nodal values of a tensor by its moments (3, 3, nodes, n)."""
+        components = _COMPONENTS[: 4 if d == 2 else 6]
+        entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in components]
+        rows = moments.reshape(9, *moments.shape[2:])[entries]
+        if self._seam is None:
+            return np.array([self._solve(row) for row in rows])
+        columns = [
+            on_seam(self._mass, [*rows[..., column]], entries, self._seam)
+            for column in range(rows.shape[2])
+        ]
+        return np.stack(columns, axis=2)
 
 
 def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:

@@ -166,13 +166,14 @@ def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Ar
 
 
 def solve(factors: Sequence[Factor], F: Array) -> Array:
-    """(unknowns,) displacements under loads F, by the factors of a complete elimination."""
+    """(unknowns, n) displacements under n loads F, by the factors of a complete elimination."""
     u = F.copy()
     for unknowns, later, triangle, coupling in factors:
-        u[unknowns] = blas.dtrsv(triangle, u[unknowns], lower=1)
+        u[unknowns] = blas.dtrsm(1.0, triangle, u[unknowns], lower=1)
         u[later] -= coupling @ u[unknowns]
     for unknowns, later, triangle, coupling in reversed(factors):
-        u[unknowns] = blas.dtrsv(triangle, u[unknowns] - u[later] @ coupling, lower=1, trans=1)
+        loads = u[unknowns] - coupling.T @ u[later]
+        u[unknowns] = blas.dtrsm(1.0, triangle, loads, lower=1, trans_a=1)
     return u
 
 

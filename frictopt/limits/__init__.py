@@ -8,7 +8,8 @@ at a load factor if one residual slip v keeps every node closed and stuck at all
 The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
 
 On this floor each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
-`required_friction.py`, `safe_region.py`, `rest_intervals.py` and `gross_slip.py`. `user_models.py`
+`required_friction.py`, `safe_region.py`, `fatigue_band.py`, `rest_intervals.py` and
+`gross_slip.py`. `user_models.py`
 has the models that users extend, `pictures.py` the plots. The model for a new limit is
 `ShakedownLimits` in `shakedown.py`.
 
@@ -21,7 +22,7 @@ The rooms below it, in an order in which each needs only those before it:
 - `balance`: statics of the bodies, for gross slip.
 - `printed`: all problems in cvxpy, as they are printed and extended.
 - `answers`: what answers share, what they prove, and their reasons.
-- `search`: the searches for open nodes and for orders of events.
+- `search`: the searches for open nodes, for orders of events, and for the ends of stresses.
 - `best_design`: the best preloads and profile; it needs the questions, too.
 """
 
@@ -32,6 +33,7 @@ import lazy_loader  # type: ignore[import-untyped]  # it has no types
 from ..base import LimitKind
 from .answers.least_slip import LeastSlip
 from .best_design.design import Design
+from .fatigue_band import FatigueBand, fatigue_band
 from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .moving.moving_areas import areas_near, moving_areas

@@ -29,6 +29,7 @@ from ..plots.style import (
 )
 from .answers.least_slip import LeastSlip
 from .best_design.design import Design
+from .fatigue_band import FatigueBand
 from .guaranteed import GuaranteedLimit
 from .required_friction import RequiredFriction
 from .safe_region import SafeRegion
@@ -187,6 +188,30 @@ def _least_slip(least: LeastSlip, ax: AnyAxes = None) -> AnyAxes:
     first = np.argsort(-np.abs(least.g).sum(axis=1), kind="stable")[: len(SERIES)]
     weights = {as_is(least.cycle.corner_names[corner]): least.g[corner] for corner in sorted(first)}
     along([axes], least.system, [("weight $g$ of the slip (1 / length)", weights)])
+    return axes
+
+
+@picture.register
+def _fatigue_band(band: FatigueBand, ax: AnyAxes = None) -> AnyAxes:
+    """The parameter at the points: the band of each, the least largest values, and no slip.
+
+    In the plane along x, in space by the number of the point.
+    """
+    (axes,) = new_axes(ax)
+    table = band.to_frame()
+    in_plane = band.system.tangents == 1
+    order = np.argsort(table["x"]) if in_plane else table["point"]
+    x = table["x" if in_plane else "point"][order]
+    finite = np.isfinite(table["most"][order])
+    bounds = [table[end][order].where(finite) for end in ("least", "most")]
+    axes.fill_between(x, *bounds, color="#56B4E9", alpha=0.25, lw=0, label="all states of rest")
+    if np.isfinite(band.least):
+        axes.plot(x, band.at(band.least_slip)[order], label="least largest value", **line(0))
+    if table["no_slip"].notna().all():
+        axes.plot(x, table["no_slip"][order], label="no slip", **line(1))
+    axes.set_title(rf"$\lambda = {band.load_factor:.4g}$: fatigue band")
+    axes.set(xlabel="x" if in_plane else "point", ylabel=band.parameter.replace("_", " "))
+    legend(axes)
     return axes
 
 

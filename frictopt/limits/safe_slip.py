@@ -1,12 +1,7 @@
-"""A safe residual slip at a given load factor, with its margin; or the proof that there is none.
-
-`furthest` has the safe slips that go furthest in given directions, without free slides of the body
-as a whole.
-"""
+"""A safe residual slip at a given load factor, with its margin; or the proof that there is none."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,9 +22,8 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.answer import answer
 from ..solve.arrays import Arrays
-from ..solve.solvers import LP, SOCP, NoOptimum, solver_order
+from ..solve.solvers import LP, SOCP, solver_order
 from .answers.answered import Proven, answered, check_margin, reserve_of
 from .answers.reasons import safe_slip_reason
 from .events.lift_off import LiftOff
@@ -37,38 +31,9 @@ from .events.ordered import ordered_program, read_order, solved_order
 from .program import assembled
 from .program.question import Question, pose, with_open
 from .program.rest_program import USER
-from .program.solution import Judged, Solution, contradiction, solve
+from .program.solution import Solution, contradiction, solve
 from .rest_intervals import safe_with_moving_areas
 from .shakedown import ShakedownLimit, ShakedownLimits, check_events
-
-
-def furthest(
-    question: Question, load_factor: float, directions: Iterable[Array]
-) -> list[Array | None]:
-    """The safe slip, length, that goes furthest in each direction.
-
-    Directions (t N,) are directions of tractions divided by their units. None stands for a
-    direction without an end, and for all directions if no slip is safe.
-    """
-    program = assembled.furthest(question, load_factor)
-
-    def checked(x: Array, y: Array) -> Judged:
-        slip = Solution(program, x, y[program.slides :], "").slip_of_nodes
-        return Judged(slip, question.violation(load_factor, slip))
-
-    unit = np.tile(question.shear_unit / question.node_unit, question.system.tangents)
-    slips: list[Array | None] = []
-    for along in directions:
-        largest = np.abs(along).max(initial=0.0) or 1.0
-        cost = np.zeros(program.width)
-        slip = program.slips[0]
-        cost[slip.shear] = -(unit * along / largest)[slip.elastic.slips]
-        try:
-            found, _ = answer(program.with_cost(cost), checked)
-            slips.append(None if found is None else found.said)
-        except NoOptimum:
-            slips.append(None)
-    return slips
 
 
 @dataclass(frozen=True, eq=False, repr=False)

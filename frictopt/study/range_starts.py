@@ -11,8 +11,7 @@ from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
 from ..limits.program.mean_load import open_under_mean
-from ..limits.program.rest_program import elastic
-from ..limits.safe_slip import furthest
+from ..limits.program.rest_slips import Rests, furthest
 
 
 class RangeStarts:
@@ -111,15 +110,8 @@ class RangeStarts:
 
     def _slips_along_directions(self, question: Question) -> list[Array | None]:
         """The admissible slip that goes furthest in each direction, None if there is none."""
-        closed = elastic(question)
-        unit = np.tile(question.node_unit, question.system.tangents)
-        # (t N,) tractions for each direction. A traction counts by the slip that it makes.
-        tractions = []
-        for direction in self._directions.values():
-            traction = np.zeros(len(unit))
-            traction[closed.slips] = closed.compliance @ direction.T.ravel()[closed.slips]
-            tractions.append(unit * traction)
-        return furthest(question, 0.0, tractions)
+        directions = [direction.T.ravel() for direction in self._directions.values()]
+        return furthest(Rests(question, 0.0), directions)
 
     @cached_property
     def _directions(self) -> dict[str, Array]:

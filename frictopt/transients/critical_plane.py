@@ -1,12 +1,16 @@
-"""Parameters of multiaxial fatigue at one point, on the plane on which each is largest."""
+"""Parameters of multiaxial fatigue at one point, on given planes or on the critical one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import csr_array
 
-from ..base import Array
+from ..base import Array, worst
+from ..solve.answer import answer
+from ..solve.arrays import Arrays
 
 
 @dataclass(frozen=True)
@@ -27,23 +31,24 @@ class PlaneSettings:
 
 SETTINGS = PlaneSettings()
 
+# Relative difference up to which shear amplitudes or principal stresses count as equal.
+EQUAL = 1e-9
+
+
+# Parameters that count as 0 if pressure makes them negative.
+NOT_NEGATIVE = ("SWT", "Fatemi_Socie")
+# Parameters whose critical plane depends on the mean stress, and is searched for.
+SEARCHED = (*NOT_NEGATIVE, "Findley")
+PARAMETERS = (*SEARCHED, "Matake", "Crossland", "Dang_Van")
+"""Names of the parameters of `parameter_on`."""
+
 
 def critical_planes(
     stress: ArrayLike, strain: ArrayLike, *, findley: float, crossland: float, fatemi_socie: float
 ) -> dict[str, float]:
     """Parameters of one point over M states, each on the plane on which it is largest.
 
-    Stress, tension positive, and strain are (M, 3, 3). Amplitudes of vectors are half the largest
-    distance of two states, which is exact for loads in phase. Weights are those of
-    `SteadyState.fretting_table`.
-
-    - SWT: largest tensile stress on the plane times the amplitude of its normal strain; `from` and
-      `to` are the least and largest normal stress on that plane.
-    - Findley: shear amplitude plus `findley` times the largest normal stress.
-    - Fatemi_Socie: amplitude of the shear angle times 1 plus `fatemi_socie` times the largest
-      normal stress, or 0 if pressure makes that negative.
-    - Crossland, which has no plane: amplitude of the root of J2 plus `crossland` times the largest
-      hydrostatic stress.
+    See `parameter_on`. `from` and `to` are the least and largest normal stress on the plane of SWT.
 
     Examples
     --------
@@ -57,34 +62,131 @@ def critical_planes(
     """
     sigma = np.asarray(stress, dtype=float)
     epsilon = np.asarray(strain, dtype=float)
+    weights = {
+        "SWT": 0.0,
+        "Findley": findley,
+        "Fatemi_Socie": fatemi_socie,
+        "Crossland": crossland,
+    }
+    values = dict[str, float]()
+    for name, weight in weights.items():
+        plane = planes_of(name, sigma, epsilon, weight)
+        values[name] = float(parameter_on(name, sigma, epsilon, weight, plane)[0].max())
+        if name in NOT_NEGATIVE:
+            values[name] = max(values[name], 0.0)
+        if name == "SWT":
+            normal_stress = _normal(sigma, plane)
+            values["from"] = float(normal_stress.min())
+            values["to"] = float(normal_stress.max())
+    return values
+
+
+def parameter_on(
+    name: str, sigma: Array, epsilon: Array, weight: float, normals: Array
+) -> tuple[Array, Array]:
+    """A parameter of one point on planes, and its rate with a stress added to all states.
+
+    Stress, tension positive, and strain are (M, 3, 3), normals are (planes, 3). Values are
+    (planes,), rates are (planes, 3, 3): the added stress leaves all ranges as they are. Amplitudes
+    of vectors are half the largest distance of two states, which is exact for loads in phase.
+
+    - SWT: largest normal stress on the plane times the amplitude of its normal strain.
+    - Findley: shear amplitude plus `weight` times the largest normal stress. Matake: the same, on
+      the planes of the largest shear amplitude.
+    - Fatemi_Socie: amplitude of the shear angle times 1 plus `weight` times the largest normal
+      stress.
+    - Crossland, which has no plane: amplitude of the root of J2 plus `weight` times the largest
+      hydrostatic stress.
+    - Dang_Van, which has no plane: largest sum over the states of Tresca's shear stress, from the
+      centre of the smallest ball around the deviators, and `weight` times the hydrostatic stress.
+    """
+    squares = np.einsum("pi,pj->pij", normals, normals)
+    tension = _normal(sigma, normals).max(axis=0)
+    if name == "SWT":
+        strains = _normal(epsilon, normals)
+        amplitude = (strains.max(axis=0) - strains.min(axis=0)) / 2
+        return amplitude * tension, amplitude[:, None, None] * squares
+    if name in ("Findley", "Matake"):
+        return _amplitude(_shear(sigma, normals)) + weight * tension, weight * squares
+    if name == "Fatemi_Socie":
+        angle = 2 * _amplitude(_shear(epsilon, normals))
+        return angle * (1 + weight * tension), weight * angle[:, None, None] * squares
     hydrostatic = np.trace(sigma, axis1=1, axis2=2) / 3
     deviator = sigma - hydrostatic[:, None, None] * np.eye(3)
+    vectors = deviator.reshape(len(sigma), 9)
+    if name == "Crossland":
+        value = _amplitude(vectors) / np.sqrt(2) + weight * hydrostatic.max()
+    else:
+        principal = np.linalg.eigvalsh(deviator - _centre(vectors).reshape(3, 3))
+        shear = (principal[:, -1] - principal[:, 0]) / 2
+        value = (shear + weight * hydrostatic).max()
+    return np.array([value]), weight * np.eye(3)[None] / 3
 
-    def swt(normals: Array) -> Array:
-        tension = np.maximum(_normal(sigma, normals).max(axis=0), 0.0)
-        strains = _normal(epsilon, normals)
-        return np.asarray(tension * (strains.max(axis=0) - strains.min(axis=0)) / 2)
 
-    def shear(normals: Array) -> Array:
-        tension = _normal(sigma, normals).max(axis=0)
-        return np.asarray(_amplitude(_shear(sigma, normals)) + findley * tension)
+def planes_of(name: str, sigma: Array, epsilon: Array, weight: float) -> Array:
+    """(planes, 3) normals of the planes on which a parameter is largest.
 
-    def angle(normals: Array) -> Array:
-        tension = _normal(sigma, normals).max(axis=0)
-        factor = (1 + fatemi_socie * tension).clip(0.0)
-        return np.asarray(2 * _amplitude(_shear(epsilon, normals)) * factor)
+    Matake has all planes with the largest shear amplitude. If they are a ring, as for tension along
+    one axis, there are 72 of them. Crossland and Dang_Van have no plane: any normal.
+    """
+    if name in SEARCHED:
+        return _critical_plane(lambda n: parameter_on(name, sigma, epsilon, weight, n)[0])
+    if name != "Matake":
+        return np.eye(3)[:1]
+    first, second = np.triu_indices(len(sigma), 1)
+    sizes, axes = np.linalg.eigh(sigma[first] - sigma[second])
+    shear = sizes[:, 2] - sizes[:, 0]
+    normals = list[Array]()
+    largest = shear.max(initial=0.0)
+    for size, axis in zip(sizes, axes, strict=True):
+        same = size[[0, 2]] - size[1]
+        if size[2] - size[0] < largest * (1 - EQUAL):
+            continue
+        turns = np.array([0.0, np.pi])
+        alike = np.abs(same) <= EQUAL * largest
+        if alike.any():
+            turns = 2 * np.pi * np.arange(72) / 72
+        # The axis that differs from both others, and these.
+        lone, other = (0, 2) if alike[1] else (2, 0)
+        around = np.outer(np.cos(turns), axis[:, other]) + np.outer(np.sin(turns), axis[:, 1])
+        normals.extend((axis[:, lone] + around) / np.sqrt(2))
+    return np.array(normals)
 
-    plane = _critical_plane(swt)
-    normal_stress = _normal(sigma, plane)
-    j2_amplitude = _amplitude(deviator.reshape(len(sigma), 9)) / np.sqrt(2)
-    return {
-        "SWT": float(swt(plane)[0]),
-        "Findley": float(shear(_critical_plane(shear))[0]),
-        "Fatemi_Socie": float(angle(_critical_plane(angle))[0]),
-        "Crossland": float(j2_amplitude + crossland * hydrostatic.max()),
-        "from": float(normal_stress.min()),
-        "to": float(normal_stress.max()),
-    }
+
+def _centre(points: Array) -> Array:
+    """(k,) centre of the smallest ball around M points (M, k), by a cone program."""
+    count, k = points.shape
+    middle = points.mean(axis=0)
+    size = np.abs(points - middle).max(initial=0.0)
+    if count < 3 or size == 0:
+        return np.asarray((points.max(axis=0) + points.min(axis=0)) / 2)
+    # Unknowns: the centre and the radius. A cone for each point: |point - centre| <= radius.
+    head = np.r_[np.zeros(k), -1.0]
+    cone = np.vstack([head, np.eye(k, k + 1)])
+    right = np.column_stack([np.zeros(count), (points - middle) / size]).ravel()
+    program = Arrays(
+        sparse=csr_array(np.tile(cone, (count, 1))),
+        block=np.zeros((0, k + 1)),
+        right=right,
+        cost=-head,
+        zero=0,
+        sizes=np.full(count, k + 1),
+    )
+
+    def claimed(x: Array, y: Array) -> Ball:
+        bound, error = program.lower_bound(x, y)
+        return Ball(x[:k], worst([program.violation(x), float(abs(x[k] - bound)) + error]))
+
+    ball, _ = answer(program, claimed)
+    assert ball is not None
+    return np.asarray(middle + size * ball.centre)
+
+
+class Ball(NamedTuple):
+    """The centre of a ball, with the residual of its program."""
+
+    centre: Array
+    residual: float
 
 
 def furthest(values: Array) -> Array:
@@ -127,7 +229,7 @@ def _critical_plane(value: Callable[[Array], Array]) -> Array:
     The search begins at evenly spread points of the half-sphere. It continues from the best of
     them, with ever finer grids about each.
     """
-    best = _half_sphere(SETTINGS.planes)
+    best = half_sphere(SETTINGS.planes)
     best = best[np.argsort(value(best))[-SETTINGS.best :]]
     grid = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
     step = SETTINGS.step
@@ -144,7 +246,7 @@ def _critical_plane(value: Callable[[Array], Array]) -> Array:
     return best[[int(np.argmax(value(best)))]]
 
 
-def _half_sphere(count: int) -> Array:
+def half_sphere(count: int) -> Array:
     """(count, 3) unit vectors, evenly spread along a spiral."""
     height = (np.arange(count) + 0.5) / count
     turn = np.pi * (1 + np.sqrt(5)) * np.arange(count)

@@ -14,7 +14,7 @@ import pandas as pd
 import frictopt as fo
 from frictopt.contact import lengths, parted, reactions
 from frictopt.limits import pose
-from frictopt.limits.safe_slip import furthest
+from frictopt.limits.program.rest_slips import Rests, furthest
 
 NO_OUTCOME = "NO_CONTINUATION"
 
@@ -231,8 +231,10 @@ def _vertices(
 ) -> list[np.ndarray]:
     """For each direction, the safe slip whose tractions go furthest along it, if there is one."""
     question = pose(limit.system, limit.cycle, limit.friction, simplify=False)
-    by_component = [direction.T.ravel() for direction in directions]
-    return [slip for slip in furthest(question, load_factor, by_component) if slip is not None]
+    unit = np.tile(question.node_unit, limit.system.tangents)
+    by_slip = [question.A @ (direction.T.ravel() / unit) for direction in directions]
+    rests = Rests(question, load_factor)
+    return [slip for slip in furthest(rests, by_slip) if slip is not None]
 
 
 def _row(limit: fo.results.GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from frictopt.base import Kept
 from frictopt.base.results import Portable
 from frictopt.fem import modes, recovery
 from helpers.answers import ASKED, PAIR, QUESTIONS, answer
-from helpers.systems import CYCLE, system
+from helpers.systems import CYCLE, stresses_of, system
 
 matplotlib.use("Agg")
 
@@ -61,6 +61,7 @@ MADE = {  # name, which begins with the kind -> how it is made
     "ContactModel in space": fo.scenes.SquarePunch(elements=2, growth=2.0).model,
     "MatrixJob": lambda: fo.read_calculix("tests/data/flat"),
     "BodyFields": lambda: PUNCH.model().recover({"P": 1.0}, np.zeros(5), np.zeros(5)),
+    "StressMap": lambda: stresses_of(PAIR),
     "Modes": lambda: replace(PUNCH, punch_material=HEAVY, block_material=HEAVY).model().modes(2),
     "Start": lambda: fo.starts.Start(family="own", name="one", slip=[0.5, 0.0]),
     **{kind: partial(answer, kind) for kind in QUESTIONS},

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 import frictopt as fo
-from helpers.systems import CYCLE, FIRST_PAIR, system
+from helpers.systems import CYCLE, FIRST_PAIR, stresses_of, system
 
 PAIR = system(*FIRST_PAIR)
 ASKED = PAIR, CYCLE, 0.6
@@ -33,6 +33,7 @@ QUESTIONS = {
     "Design": design,
     "RequiredFriction": lambda: fo.required_friction(PAIR, CYCLE, 0.3),
     "SafeRegion": lambda: fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),
+    "FatigueBand": lambda: fo.fatigue_band(stresses_of(PAIR), CYCLE, 0.6, 0.3, planes=6),
     "Increment": lambda: fo.increments.ExactIncrement(PAIR, 0.6).solve(
         np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})
     ),

@@ -349,3 +349,12 @@ def freed(contact):
     return fo.ContactSystem.from_blocks(
         S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded)
     )
+
+
+def stresses_of(contact):
+    """A stress map of a contact: one point whose stress along x is the first slip."""
+    motions = np.zeros((len(contact.S), 2, 1, 3, 3))
+    motions[0, :, :, 0, 0] = 1.0
+    cases = {name: np.zeros((2, 1, 3, 3)) for name in contact.bonded}
+    cases["cyclic"] = np.broadcast_to(np.diag([1.0, 0.0, 0.0]), (2, 1, 3, 3))
+    return fo.StressMap(contact, np.zeros((1, contact.tangents + 1)), cases, motions)

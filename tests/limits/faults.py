@@ -4,6 +4,27 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "limits/search/stress_levels.py",
+        "open nodes do not follow the slip of the closed ones",
+        old="rates - question.system.S @ (question.compliance @ rates)",
+        new="rates",
+        tests="fatigue_band",
+    ),
+    Fault(
+        "limits/search/stress_levels.py",
+        "the program of the least value does not learn the critical planes",
+        old="planes[point] = np.vstack([planes[point], normals])",
+        new="planes[point] = planes[point]",
+        tests="fatigue_band",
+    ),
+    Fault(
+        "limits/program/rest_slips.py",
+        "steady cycles may change the forces of nodes that slip",
+        old="np.flatnonzero(self.moved)",
+        new="np.flatnonzero(self.moved)[:0]",
+        tests="fatigue_band",
+    ),
+    Fault(
         "limits/moving/normal_path.py",
         "nodes that touch stay as they are",
         old="opened[touching] = _open_nodes(C, rates, *_rounding(C, change))",

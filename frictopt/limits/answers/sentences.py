@@ -391,3 +391,29 @@ SLIDES_OFF_ABOVE = Sentence(
     "from no slip the transient finds no continuation above {load_factor:.4g} ({why}); {unknown}",
     assumes=_FOUND_NOT_PROVEN,
 )
+
+# Fatigue bands
+
+BAND_OF_RESTS = Sentence(
+    "over all states of rest{node_states}, the largest {parameter} of the points is at least "
+    "{least:.6g}, and reaches {most:.6g}",
+    assumes="the stress map belongs to the contact, and nodes stay open or closed",
+)
+BAND_OF_CYCLES = Sentence(
+    "slip changes no pressure (B = 0), so that all steady cycles have the same ranges; over all of "
+    "them, the largest {parameter} of the points is at least {least:.6g}, and reaches {most:.6g}",
+    assumes="B = 0, supports hold the bodies, and a transient has reached a cycle that repeats",
+)
+WEDGES = Sentence(
+    "; friction wedges, so that slips may press the contact without end; give a slip_bound",
+    assumes="a slip that no load resists adds pressure",
+)
+GROWS_WITH_MESH = Sentence(
+    "; the points are on the face, where the larger value grows with each refinement of the mesh",
+    assumes="the points are on the face, and slips are bounded by friction alone",
+)
+OTHER_STARTS = Sentence(
+    "; above the guaranteed limit, transients from some starts may never rest, and the band is not "
+    "about them",
+    assumes="the band is about states of rest",
+)

@@ -6,5 +6,6 @@
   questions, with the rows of the contact law.
 - `solution.py`: the solution of a program, and what its multipliers prove; `mechanism.py`: the slip
   mechanism that they are.
+- `rest_slips.py`: the slips of states of rest and of steady cycles, and their ends.
 - `mean_load.py`: the nodes that the mean load opens, and the proof that no node opens.
 """

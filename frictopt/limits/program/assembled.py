@@ -225,9 +225,25 @@ def safe_slip(question: Question, load_factor: float) -> RestProgram:
     return program
 
 
-def furthest(question: Question, load_factor: float) -> RestProgram:
-    """The safe slips at a load factor; `program.with_cost` of their residual shear forces."""
-    return stuck(at_corners(question, load_factor))
+def wedging(question: Question) -> RestProgram:
+    """Slips that no load resists, for the largest mean pressure `wedge` that they add, at most 1.
+
+    It is 1 if friction wedges: then residual slips may press the contact without end.
+    """
+    n = question.system.nodes
+    program = RestProgram([question], {"wedge": 1.0}, np.zeros((1, len(question.S))), {})
+    closed = ~question.open_nodes[None]
+    law_rows(program, question, closed, ~closed)
+    nodes = np.flatnonzero(closed[0])
+    first = program.start.shape[1] - n
+    pressures = [
+        (program.force(np.zeros(1, dtype=int), first + nodes[[i]]), np.ones(1))
+        for i in range(len(nodes))
+    ]
+    wedge = np.array([program.unknown("wedge")]), np.full(1, -question.force)
+    program.add("mean", LINEAR, [[*pressures, wedge]], np.zeros(1), np.array([question.force]))
+    program.row("cap", {"wedge": -1.0}, 1.0)
+    return program
 
 
 def most_pressed(question: Question, load_factor: float) -> RestProgram:

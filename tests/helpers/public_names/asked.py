@@ -6,7 +6,7 @@ A new question has a line here, and entries in the lists that the `__init__` of 
 import numpy as np
 
 import frictopt as fo
-from helpers.systems import CYCLE
+from helpers.systems import CYCLE, stresses_of
 
 F = 0.6
 
@@ -42,6 +42,7 @@ ASKED = {
     "safe_region": lambda s, lam, steps: fo.safe_region(
         s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F
     ),
+    "fatigue_band": lambda s, lam, steps: fo.fatigue_band(stresses_of(s), CYCLE, F, 0.5 * lam),
     "DesignModel.solve": lambda s, lam, steps: _deep_profile(s),
     "march": lambda s, lam, steps: fo.march(s, CYCLE, F, 1.2 * lam, cycles=1, **steps),
     "steady_state": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps),

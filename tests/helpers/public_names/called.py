@@ -17,7 +17,7 @@ import pandas as pd
 
 import frictopt as fo
 from frictopt.transients.exact import ExactPath
-from helpers.systems import CYCLE, FIRST_PAIR, system
+from helpers.systems import CYCLE, FIRST_PAIR, stresses_of, system
 
 # Largest time of a call with an odd value, on a busy machine.
 SECONDS = 10
@@ -28,6 +28,7 @@ CONTACT, UNCOUPLED_CONTACT = (
 )
 FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.array([0.1, -0.1])
 WORN = replace(CONTACT, width=[1.0, 2.0])
+STRESSES = stresses_of(CONTACT)
 TWO_LOADS = CONTACT.with_bonded({"other": BONDED})
 REGION = fo.safe_region(TWO_LOADS, {"mean": 1.0}, ["cyclic", "other"], FRICTION)
 DESIGN = fo.DesignModel(TWO_LOADS, CYCLE, preloads=["other"])
@@ -299,6 +300,37 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "friction": FRICTION,
         },
     ),
+    "fatigue_band": (
+        fo.fatigue_band,
+        {
+            "stress_map": STRESSES,
+            "cycle": CYCLE,
+            "friction": FRICTION,
+            "load_factor": 0.1,
+            "parameter": "Findley",
+            "weight": 0.2,
+            "planes": 6,
+        },
+    ),
+    "FatigueBand.at": (
+        fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).at,
+        {"slip": [0.0, 0.0]},
+    ),
+    "StressMap": (
+        fo.StressMap,
+        {
+            "system": CONTACT,
+            "points": STRESSES.points,
+            "loads": STRESSES.loads,
+            "motions": STRESSES.motions,
+            "on_face": True,
+        },
+    ),
+    "StressMap.tensors": (
+        STRESSES.tensors,
+        {"loads": {"mean": 1.0}, "slip": SLIP, "gap": np.abs(SLIP)},
+    ),
+    "ContactModel.stress_map": (MODEL.stress_map, {"depth": 0.5, "side": 2}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "gross_slip": (fo.gross_slip, ASKED),
     "tightened": (

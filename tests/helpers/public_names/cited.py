@@ -28,6 +28,7 @@ CITED = {
     "results.SteadyState": "work",
     "required_friction": "required",
     "safe_region": "region",
+    "fatigue_band": "band",
     "gross_slip": "gross",
     "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",

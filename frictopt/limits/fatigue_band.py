@@ -1,0 +1,342 @@
+"""The fatigue band: a fatigue parameter over all states of rest of a contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base import (
+    RESIDUAL,
+    Array,
+    Outcome,
+    PerNode,
+    Plotted,
+    Recorded,
+    SolveRecord,
+    Table,
+    choice,
+    finite_array,
+    finite_number,
+    frame,
+    frozen,
+    progress_bar,
+    shown,
+    warns_of_odd_values,
+    whole_number,
+    worst,
+)
+from ..contact import ContactSystem, LoadCycle, StressMap, joined
+from ..errors import ModelError
+from ..transients.critical_plane import PARAMETERS, SEARCHED
+from ..transients.steady import steady_state
+from .answers import sentences
+from .moving.moving_areas import uncoupled
+from .program.question import Question, pose
+from .program.rest_program import is_held
+from .program.rest_slips import Rests, SteadyCycles
+from .safe_slip import SafeSlips
+from .search.stress_levels import SETTINGS, Stresses, StressLevels
+from .shakedown import shakedown_limit
+
+Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland", "Dang_Van"]
+# Parameters without a plane.
+_NO_PLANE = ("Crossland", "Dang_Van")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FatigueBand(Recorded, Plotted):
+    """A fatigue parameter over all states of rest at a load factor, at the points of a stress map.
+
+    The parameter is larger the shorter the life is. So `least` belongs to the longest life that
+    assembly can leave, and `most` to the shortest.
+
+    Attributes
+    ----------
+    parameter, weight, load_factor
+        As given.
+    least, bound, least_slip
+        The least value, over all states of rest, of the largest value over the points; the lower
+        bound of it that multipliers prove; and the slip (N,) or (N, 2) of the state of rest that
+        has it, length. -inf if there is no least value.
+    most, worst_slip
+        The largest value of a point over all states of rest, and its slip. It occurs. Inf if
+        friction wedges: residual slips may then press the contact without end. With points on the
+        face it grows with each refinement of the mesh.
+    proven
+        Whether no state of rest exceeds `most`: for Crossland, Dang Van and Matake. For the others
+        planes are searched.
+    record
+        Its `residual` is the violation of the contact law by the two slips.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> stresses = model.stress_map(depth=0.3, side=2)
+    >>> band = fo.fatigue_band(stresses, cycle, 0.7, load_factor=0.5)
+    >>> bool(band.bound <= band.least < band.most)
+    True
+    >>> bool(abs(band.at(band.worst_slip).max() - band.most) < 1e-9 * band.most)
+    True
+    """
+
+    _shown_names = ("parameter", "load_factor", "least", "most", "proven", "residual", "reason")
+    parameter: str
+    weight: float
+    load_factor: float
+    least: float
+    bound: float
+    least_slip: Array = field(repr=False)
+    most: float
+    worst_slip: Array = field(repr=False)
+    proven: bool
+    record: SolveRecord
+    stress_map: StressMap = field(repr=False)
+    _slips: Rests | SteadyCycles
+    _tensors: Array  # (K, 2, P, 3, 3) stress and strain with the slip `_start`
+    _start: Array
+    _table: Table
+
+    @property
+    def system(self) -> ContactSystem:
+        """The contact."""
+        return self.stress_map.system
+
+    @property
+    def cycle(self) -> LoadCycle:
+        """The load cycle."""
+        return self._slips.question.cycle
+
+    @property
+    def friction(self) -> Array:
+        """(N,) coefficients of friction."""
+        return self._slips.question.friction
+
+    @property
+    def reason(self) -> str:
+        """The band in words, and what it is not about."""
+        which = sentences.BAND_OF_RESTS
+        if isinstance(self._slips, SteadyCycles):
+            which = sentences.BAND_OF_CYCLES
+        text = which(
+            node_states=self._slips.question.node_states,
+            parameter=self.parameter,
+            least=self.least,
+            most=self.most,
+        )
+        if np.isinf(self.most):
+            text += sentences.WEDGES()
+        elif self.stress_map.on_face:
+            text += sentences.GROWS_WITH_MESH()
+        if which is sentences.BAND_OF_RESTS:
+            text += sentences.OTHER_STARTS()
+        return text
+
+    def at(self, slip: ArrayLike) -> Array:
+        """(P,) the parameter at the points in the state of rest with a slip (N,) or (N, 2).
+
+        Above the shakedown limit, in the steady cycle with this slip at its last corner.
+
+        Raises
+        ------
+        ModelError
+            The contact does not rest with this slip, or the slip has another shape.
+        """
+        slip = finite_array("slip", slip, self.system.slip_shape)
+        off = self._slips.violation(slip - self._start)
+        if not off <= 10 * RESIDUAL:
+            raise ModelError(
+                f"slip: it violates the contact law by {off:.1e} at load factor "
+                f"{self.load_factor:g}, so that the contact does not rest with it; give a slip "
+                "that `safe_slip` or a transient has left"
+            )
+        stresses = Stresses(
+            self._slips.question, self.stress_map, self._tensors, self.parameter, self.weight
+        )
+        return frozen(stresses.values(slip - self._start))
+
+    def check_kept(self) -> None:
+        """Check that the slips of a loaded band have its values; ValueError if not."""
+        ends = [(self.least, self.least_slip), (self.most, self.worst_slip)]
+        for value, slip in ends:
+            if not np.isfinite(value):
+                continue
+            try:
+                found = float(self.at(slip).max())
+            except ModelError as error:
+                raise ValueError(str(error)) from error
+            if not abs(found - value) <= 10 * RESIDUAL * max(abs(value), 1.0):
+                raise ValueError(f"its slip has the value {found:g}, not {value:g}")
+
+    def to_frame(self) -> Table:
+        """A row for each point.
+
+        Columns:
+
+        - point; x, y, in space z: its place;
+        - least: the least value of this point over all states of rest. The points may not all have
+          it in the same state;
+        - no_slip: the value without residual slip, NaN if the contact does not rest with it;
+        - most: the largest value over all states of rest;
+        - normal_x, normal_y, normal_z and corner, with parameters of a plane: the plane of `most`,
+          and the state at which its normal stress is largest, which is the same in all rests;
+        - from_least, to_least, from_most, to_most: on this plane the least and the largest normal
+          stress of the cycle, in the states of rest with the least and with the largest mean
+          stress. pyLife reads `from` and `to` of a load collective.
+        """
+        return self._table.copy()
+
+
+@warns_of_odd_values
+def fatigue_band(
+    stress_map: StressMap,
+    cycle: LoadCycle,
+    friction: PerNode,
+    load_factor: float,
+    parameter: Parameter = "SWT",
+    *,
+    weight: float = 0.3,
+    slip_bound: PerNode | None = None,
+    planes: int = 36,
+    progress: bool = True,
+) -> FatigueBand:
+    """The least and the largest value of a fatigue parameter over all states of rest.
+
+    Theory, eq. (37).
+
+    Above the shakedown limit there are no states of rest. If slip changes no pressure (B = 0), all
+    steady cycles differ by a slip that does not change in time, and the band is that of all steady
+    cycles. It is also, if normal loads open and close nodes in a cycle that comes to rest.
+
+    Parameters
+    ----------
+    stress_map
+        The contact with the stresses at its points, from `ContactModel.stress_map`. At a depth the
+        band converges with the mesh; on the face its largest value grows with each refinement.
+    cycle, friction, slip_bound
+        See `shakedown_limit`. The slip bound must be None above the limit.
+    load_factor
+        Load factor, >= 0.
+    parameter
+        "SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland" or "Dang_Van": see the columns of
+        `SteadyState.fretting_table`, whose values they are. Matake is Findley's sum on the plane of
+        the largest shear amplitude. Dang Van is the largest sum of Tresca's shear stress about the
+        centre of the smallest ball around the deviators, and the weighted hydrostatic stress.
+    weight
+        Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van).
+        Fatemi and Socie: 1 / stress. SWT has none.
+    planes
+        Number of planes from which the largest value is searched, in the plane at equal angles.
+    progress
+        Whether to show a progress bar after two seconds.
+
+    Returns
+    -------
+    FatigueBand
+        Both ends with their slips, and a table of the points.
+
+    Raises
+    ------
+    ModelError
+        Bad input. No state of rest at this load factor, and B is not 0 or the bodies are not held.
+    SolverError
+        No solver gave an answer that passes the checks.
+
+    Examples
+    --------
+    See `FatigueBand`.
+    """
+    if not isinstance(stress_map, StressMap):
+        raise ModelError(
+            f"stress_map: {shown(stress_map)}; give the StressMap of "
+            "`ContactModel.stress_map(depth=...)`"
+        )
+    name = choice("parameter", parameter, PARAMETERS)
+    weight = finite_number("weight", weight, least=0.0)
+    whole_number("planes", planes, least=6)
+    question = pose(stress_map.system, cycle, friction, slip_bound=slip_bound)
+    count = stress_map.count
+    with progress_bar(progress, "fatigue band", "point", total=count) as bar:
+        slips, tensors, start = _set_of(question, stress_map, load_factor)
+        stresses = Stresses(slips.question, stress_map, tensors, name, weight)
+        levels = StressLevels(slips, stresses, planes)
+        least = levels.least(range(count))
+        ends = []
+        rows = []
+        without = np.full(count, np.nan)
+        if slips.violation(-start) <= RESIDUAL:
+            without = stresses.values(-start)
+        for point, place in enumerate(np.asarray(stress_map.points)):
+            ends.append(levels.most(point))
+            row = {"point": point, **dict(zip("xyz", place, strict=False))}
+            row["least"] = levels.least([point], SETTINGS.drawn).value
+            row |= {"no_slip": without[point], "most": ends[-1].value}
+            if name not in _NO_PLANE:
+                normal = ends[-1].normal
+                row |= dict(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
+                row |= levels.on_plane(point, normal)
+            rows.append(row)
+            bar.update()
+    most = max(ends, key=lambda end: end.value)
+    found = [end.slip for end in (least, most) if np.isfinite(end.value)]
+    violations = [slips.violation(slip) for slip in found] + [0.0]
+    return FatigueBand(
+        parameter=name,
+        weight=weight,
+        load_factor=float(load_factor),
+        least=least.value,
+        bound=least.bound,
+        least_slip=frozen(least.slip + start),
+        most=most.value,
+        worst_slip=frozen(most.slip + start),
+        proven=name not in SEARCHED,
+        record=SolveRecord(residual=worst(violations), seconds=perf_counter() - question.started),
+        stress_map=stress_map,
+        _slips=slips,
+        _tensors=tensors,
+        _start=start,
+        _table=frame(rows, units=stress_map.system.units),
+    )
+
+
+def _set_of(
+    question: Question, stress_map: StressMap, load_factor: float
+) -> tuple[Rests | SteadyCycles, Array, Array]:
+    """The slips; (K, 2, P, 3, 3) stress and strain without one of them; and the slip then."""
+    safe = SafeSlips().of_question(question, load_factor)
+    system, cycle = question.system, question.cycle
+    if safe.exists and not safe._question.moves:
+        start = np.zeros(system.slip_shape)
+        motions, _ = safe._question.states(load_factor, start)
+        opening = joined(start, system.gap)
+        tensors = [
+            stress_map.at(loads, motion.ravel() - opening)
+            for loads, motion in zip(cycle.at(load_factor), motions, strict=True)
+        ]
+        return Rests(safe._question, load_factor), np.array(tensors), start
+    if question.slip_bound is None and uncoupled(question) and is_held(question):
+        steady = steady_state(system, cycle, question.friction, load_factor)
+        if steady.outcome is not Outcome.RATCHETING:
+            states = steady.states()
+            values = zip(states.amplitudes, states.slip, states.gap, strict=True)
+            tensors = [
+                stress_map.at(
+                    dict(zip(system.bonded, amplitudes, strict=True)),
+                    joined(slip, gap - system.gap),
+                )
+                for amplitudes, slip, gap in values
+            ]
+            moved = steady.slipping | steady.open
+            slips = SteadyCycles(question, states.q, states.p, moved)
+            return slips, np.array(tensors), steady.slip
+    limit = shakedown_limit(system, cycle, question.friction, slip_bound=question.slip_bound)
+    raise ModelError(
+        f"load_factor: {load_factor:g} has no state of rest: the shakedown limit is "
+        f"{limit.load_factor:.6g}; reduce the load factor, or compare the `fretting_table` of "
+        "steady states from several starts"
+    )

@@ -1,0 +1,281 @@
+"""The ends of a fatigue parameter over a set of residual slips, by programs.
+
+Under all slips of the set the changes of stress during the cycle are the same, and stresses are
+linear in the slip. So on one plane of one point each parameter grows with one normal stress, and
+its least and largest values are linear programs, in space cone programs (theory, "The fatigue
+band").
+
+- `Stresses`: stress and strain at the points, and the rates of stress with the residual slip.
+- `StressLevels.least`: the least of the largest value over points. A program knows some planes of
+  each point. The critical planes at its slip are added until its bound agrees with the value there.
+- `StressLevels.most`: the largest value of a point: a program for each plane, then plane and slip
+  in turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...base import Array, worst
+from ...contact import StressMap
+from ...errors import SolverError
+from ...solve.rows import LINEAR
+from ...solve.solvers import NoOptimum
+from ...transients.critical_plane import (
+    NOT_NEGATIVE,
+    SEARCHED,
+    half_sphere,
+    parameter_on,
+    planes_of,
+)
+from ..program.assembled import wedging
+from ..program.question import Question
+from ..program.rest_slips import Rests, SteadyCycles, furthest
+from ..program.solution import Judged, Solution, solve
+
+
+@dataclass(frozen=True)
+class LevelSettings:
+    """The numbers of the search for the ends."""
+
+    # Planes of each point in the first program of the least value.
+    first_planes: int = 12
+    # Distance of the proven bound from the least value, relative to the value.
+    agreed: float = 1e-7
+    # The same for the least value of a single point, which is drawn only.
+    drawn: float = 1e-4
+    # Smallest size of the value in these relations, relative to the values without slip.
+    floor: float = 0.1
+    # Largest number of programs of the least value; usually less than ten are enough.
+    rounds: int = 60
+    # Number of planes from which plane and slip are improved in turn, and of turns.
+    best: int = 3
+    turns: int = 20
+    # Relative gain of a turn below which turns end.
+    gain: float = 1e-9
+
+
+SETTINGS = LevelSettings()
+
+
+class Level(NamedTuple):
+    """The largest value over some points with a slip, and its proven bound over all slips."""
+
+    value: float
+    bound: float
+    slip: Array  # (N,) or (N, 2)
+    residual: float
+
+
+class End(NamedTuple):
+    """The largest value of one point over all slips: its slip, and the normal of its plane."""
+
+    value: float
+    slip: Array
+    normal: Array
+
+
+class Stresses:
+    """Stress and strain of P points at K states, and a parameter of them.
+
+    Parameters
+    ----------
+    question
+        The closed and the open nodes.
+    stress_map
+        The map of the points.
+    tensors
+        (K, 2, P, 3, 3) stress and strain without a slip of the set.
+    name, weight
+        The parameter, see `parameter_on`.
+    """
+
+    def __init__(
+        self, question: Question, stress_map: StressMap, tensors: Array, name: str, weight: float
+    ) -> None:
+        self.sigma = tensors[:, 0].swapaxes(0, 1)  # (P, K, 3, 3)
+        self.epsilon = tensors[:, 1].swapaxes(0, 1)
+        self.name = name
+        self.weight = weight
+        by_motion = np.asarray(stress_map.motions)[:, 0]
+        rates = by_motion.reshape(len(by_motion), -1)
+        if question.compliance is not None:
+            # Open nodes follow the slip of the closed nodes without force.
+            rates = rates - question.system.S @ (question.compliance @ rates)
+        slips = len(rates) - question.system.nodes
+        closed = np.tile(~question.open_nodes, question.system.tangents)
+        # (t N, P, 3, 3) stress due to unit slips of the closed nodes.
+        self.rates = (closed[:, None] * rates[:slips]).reshape(slips, *by_motion.shape[1:])
+
+    @property
+    def across(self) -> bool:
+        """Whether there is shear across the section x, y, as in bodies in space."""
+        return bool(self.sigma[..., :2, 2].any() or self.rates[..., :2, 2].any())
+
+    def on(self, point: int, normals: Array) -> tuple[Array, Array]:
+        """(planes,) values without slip, and (planes, t N) their rates with it."""
+        states = self.sigma[point], self.epsilon[point]
+        values, tensors = parameter_on(self.name, *states, self.weight, normals)
+        return values, np.einsum("pij,vij->pv", tensors, self.rates[:, point])
+
+    def critical(self, point: int, slip: Array) -> tuple[float, Array]:
+        """The parameter of a point with a slip, and the normals (planes, 3) of its planes."""
+        added = np.tensordot(slip.T.ravel(), self.rates[:, point], 1)
+        states = self.sigma[point] + added, self.epsilon[point]
+        normals = planes_of(self.name, *states, self.weight)
+        values, _ = parameter_on(self.name, *states, self.weight, normals)
+        return self.clipped(float(values.max())), normals
+
+    def clipped(self, value: float) -> float:
+        """A value, or 0 if it is negative and the parameter is not."""
+        return max(value, 0.0) if self.name in NOT_NEGATIVE else value
+
+    def values(self, slip: Array) -> Array:
+        """(P,) the parameter of all points with a slip."""
+        return np.array([self.critical(point, slip)[0] for point in range(len(self.sigma))])
+
+
+class StressLevels:
+    """The least and the largest values of a parameter over a set of slips.
+
+    `planes`: the number of planes from which largest values are searched.
+    """
+
+    def __init__(self, slips: Rests | SteadyCycles, stresses: Stresses, planes: int) -> None:
+        self._slips = slips
+        self._stresses = stresses
+        system = slips.question.system
+        self._none = np.zeros(system.slip_shape)
+        self._grid = half_sphere(planes)
+        if not stresses.across:
+            angles = np.pi * np.arange(planes) / planes
+            in_section = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(planes)])
+            self._grid = np.vstack([in_section, np.eye(3)[2:]])
+
+        def judged(solution: Solution) -> Judged:
+            return Judged(solution.value, solution.program.violation(solution.x))
+
+        wedge, _ = solve(wedging(slips.question), "wedge", 1.0, judged)
+        assert wedge is not None
+        # The value is 0 or 1, because any multiple of such a slip is one, too.
+        self.wedges = slips.question.slip_bound is None and wedge.said > 0.5
+
+    def least(self, points: Sequence[int], agreed: float = SETTINGS.agreed) -> Level:
+        """The least, over all slips, of the largest value of some points.
+
+        The value is -inf if friction wedges and pressure lowers it without end.
+        """
+        stresses = self._stresses
+        grid = half_sphere(SETTINGS.first_planes)
+        planes = {point: self._first_planes(point, grid) for point in points}
+        size = max(float(np.abs(stresses.on(point, planes[point])[0]).max()) for point in points)
+        size = size or 1.0
+        best = Level(np.inf, -np.inf, self._none, 0.0)
+        for _ in range(SETTINGS.rounds):
+            try:
+                level = self._level(planes, size)
+            except NoOptimum:
+                if not self.wedges:
+                    raise
+                return Level(-np.inf, -np.inf, np.full_like(self._none, np.nan), 0.0)
+            found = {point: stresses.critical(point, level.slip) for point in points}
+            value = max(value for value, _ in found.values())
+            bound = max(best.bound, level.bound)
+            best = level._replace(value=value) if value < best.value else best
+            best = best._replace(bound=min(bound, best.value))
+            tolerance = agreed * max(abs(best.value), SETTINGS.floor * size)
+            if best.value - best.bound <= tolerance:
+                break
+            for point, (of_point, normals) in found.items():
+                if of_point > best.bound + tolerance / 2:
+                    planes[point] = np.vstack([planes[point], normals])
+        return best
+
+    def _first_planes(self, point: int, grid: Array) -> Array:
+        """The planes of a grid, or those that the parameter has in all states."""
+        if self._stresses.name in SEARCHED:
+            return grid
+        return self._stresses.critical(point, self._none)[1]
+
+    def _level(self, planes: dict[int, Array], size: float) -> Level:
+        """The least level that is above the values of all points on these planes."""
+        of_points = [self._stresses.on(point, normals) for point, normals in planes.items()]
+        values = np.concatenate([values for values, _ in of_points])
+        rates = np.concatenate([rates for _, rates in of_points])
+        program = self._slips.program({"level": size})
+        elastic = program.slips[0].elastic
+        by_force = rates[:, elastic.slips] @ elastic.compliance
+        count = len(values)
+        terms = [(np.full(count, program.unknown("level")), np.ones(count))]
+        last = np.full(count, len(program.start) - 1)
+        for entry, weights in zip(elastic.slips, by_force.T, strict=True):
+            terms.append((program.force(last, np.full(count, entry)), -weights))
+        program.add("level", LINEAR, [terms], -values, np.full(count, size))
+        if self._stresses.name in NOT_NEGATIVE:
+            program.row("not_negative", {"level": 1.0})
+
+        def claimed(solution: Solution) -> Level:
+            bound, error = solution.bound
+            slip = solution.slip_of_nodes
+            residual = worst([self._slips.violation(slip), solution.gap])
+            return Level(solution.value, bound - error, slip, residual)
+
+        level, _ = solve(program, "level", -1.0, claimed)
+        assert level is not None
+        return level
+
+    def most(self, point: int) -> End:
+        """The largest value of a point over all slips; inf if friction wedges."""
+        stresses = self._stresses
+        ends = self._ends(point, self._first_planes(point, self._grid))
+        tried = sorted(ends, key=_value, reverse=True)
+        best = tried[0]
+        turning = tried[: SETTINGS.best] if stresses.name in SEARCHED else []
+        for end in turning if np.isfinite(best.value) else []:
+            for _ in range(SETTINGS.turns):
+                before = end
+                (end,) = self._ends(point, stresses.critical(point, before.slip)[1])
+                if end.value - before.value <= SETTINGS.gain * abs(before.value):
+                    break
+            best = max(best, before, end, key=_value)
+        return best._replace(value=stresses.clipped(best.value))
+
+    def _ends(self, point: int, normals: Array) -> Iterator[End]:
+        """The largest value on each plane."""
+        values, rates = self._stresses.on(point, normals)
+        slips = self._along(rates)
+        for slip, value, rate, normal in zip(slips, values, rates, normals, strict=True):
+            added = np.inf if slip is None else float(rate @ slip.T.ravel())
+            nowhere = np.full_like(self._none, np.nan)
+            yield End(value + added, nowhere if slip is None else slip, normal)
+
+    def _along(self, rates: Array) -> list[Array | None]:
+        """The slip that goes furthest along each rate; None only if friction wedges."""
+        slips = furthest(self._slips, rates)
+        if not self.wedges and any(slip is None for slip in slips):
+            raise SolverError(
+                "fatigue band: no solver found an end of the slips, which friction bounds; give a "
+                "`slip_bound`"
+            )
+        return slips
+
+    def on_plane(self, point: int, normal: Array) -> dict[str, float]:
+        """The state with the largest normal stress on a plane, and its range in both ends."""
+        square = np.outer(normal, normal)
+        along = np.einsum("ij,kij->k", square, self._stresses.sigma[point])
+        rate = np.einsum("ij,vij->v", square, self._stresses.rates[:, point])
+        row = {"corner": float(along.argmax())}
+        ends = self._along(np.array([-rate, rate]))
+        for name, sign, slip in zip(("least", "most"), (-1, 1), ends, strict=True):
+            added = sign * np.inf if slip is None else float(rate @ slip.T.ravel())
+            row[f"from_{name}"] = float(along.min()) + added
+            row[f"to_{name}"] = float(along.max()) + added
+        return row
+
+
+def _value(end: End) -> float:
+    return end.value

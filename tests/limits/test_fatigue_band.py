@@ -1,0 +1,234 @@
+"""Fatigue parameters over all states of rest.
+
+They are compared with all vertices of the safe slips and with transients, and with closed forms.
+"""
+
+from itertools import combinations
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from helpers.cases import few
+from helpers.refused import refused
+
+TO_FRO = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+TURNING = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.3, "T": 1.0}])
+WEIGHTS = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.3}
+
+
+def plane_strain(rng, *shape):
+    """(..., 2, points, 3, 3) random stress in a section, and the strain of it."""
+    stress = rng.normal(size=(*shape, 3, 3))
+    stress = stress + stress.swapaxes(-1, -2)
+    stress[..., 2] = stress[..., 2, :] = 0.0
+    stress[..., 2, 2] = 0.3 * np.trace(stress, axis1=-2, axis2=-1)
+    pressure = 0.3 * np.trace(stress, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    return np.stack([stress, 1.3 * stress - pressure], axis=-4)
+
+
+def random_contact(seed, coupling=0.1, gap=(0.0, 0.0, 0.0)):
+    """A contact of three nodes, and random stresses at three points."""
+    rng = np.random.default_rng(seed)
+    X, Y = rng.normal(size=(2, 3, 3))
+    A, C = X @ X.T + np.eye(3), Y @ Y.T + np.eye(3)
+    loads = {
+        "P": (0.1 * rng.normal(size=3), 1 + rng.random(3)),
+        "Q": (rng.normal(size=3), 0.2 * rng.normal(size=3)),
+        "T": (rng.normal(size=3), 0.2 * rng.normal(size=3)),
+    }
+    B = coupling * rng.normal(size=(3, 3))
+    contact = fo.ContactSystem.from_blocks(A, B, C, np.arange(3.0), loads, gap)
+    cases = {name: plane_strain(rng, 3) for name in loads}
+    return fo.StressMap(contact, np.zeros((3, 2)), cases, plane_strain(rng, 6, 3))
+
+
+def vertices(contact, cycle, friction, load_factor):
+    """All vertices of the safe slips of three closed nodes."""
+    rows, right = [], []
+    for loads in cycle.at(load_factor):
+        q, p = contact.reaction(loads)
+        for sign in (1, -1):
+            rows.append(sign * contact.A - friction * contact.B)
+            right.append(friction * p - sign * q)
+    rows, right = np.vstack(rows), np.concatenate(right)
+    found = []
+    for three in combinations(range(len(rows)), 3):
+        if np.linalg.cond(rows[list(three)]) > 1e10:
+            continue  # rows of one node at different corners
+        slip = np.linalg.solve(rows[list(three)], right[list(three)])
+        if (rows @ slip <= right + 1e-9).all():
+            found.append(slip)
+    return np.array(found)
+
+
+def parameters(stresses, cycle, load_factor, slip):
+    """The table of fretting, with the stresses of the points of a slip as those of the nodes."""
+    states = [stresses.tensors(loads, slip) for loads in cycle.at(load_factor)]
+    fields = [SimpleNamespace(tensors_at_contact=lambda side, s=s: s) for s in states]
+    steady = fo.steady_state(stresses.system, TO_FRO, 0.5, 0.0)
+    return steady.fretting_table(fields=fields, **WEIGHTS)
+
+
+@pytest.mark.parametrize("seed", few(range(20), share=10))
+def test_no_vertex_of_the_safe_slips_is_outside_and_both_ends_occur(seed):
+    name = ("SWT", "Findley", "Fatemi_Socie", "Crossland")[seed % 4]
+    stresses = random_contact(seed)
+    load_factor = 0.6 * fo.shakedown_limit(stresses.system, TURNING, 0.5).load_factor
+    corners = vertices(stresses.system, TURNING, 0.5, load_factor)
+    rng = np.random.default_rng(seed)
+    inside = [rng.dirichlet(np.ones(len(corners))) @ corners for _ in range(4)]
+
+    def values(slip):
+        return parameters(stresses, TURNING, load_factor, slip)[name].to_numpy()
+
+    band = fo.fatigue_band(stresses, TURNING, 0.5, load_factor, name, planes=12)
+    largest = np.max([values(slip) for slip in corners], axis=0)
+    most = band.to_frame()["most"].to_numpy()
+    assert most == pytest.approx(largest, rel=2e-4)
+    assert (most >= largest * (1 - 1e-9)).all()
+    for slip, value in ((band.least_slip, band.least), (band.worst_slip, band.most)):
+        assert values(slip).max() == pytest.approx(value, rel=1e-6)
+    assert band.bound <= band.least <= min(values(slip).max() for slip in inside)
+    assert band.least - band.bound <= 1e-6 * largest.max()
+    assert band.residual < 1e-9
+
+
+def test_both_ends_are_attained_by_transients_that_start_with_their_slips():
+    stresses = random_contact(1)
+    load_factor = 0.6 * fo.shakedown_limit(stresses.system, TO_FRO, 0.5).load_factor
+    band = fo.fatigue_band(stresses, TO_FRO, 0.5, load_factor)
+    for slip, value in ((band.least_slip, band.least), (band.worst_slip, band.most)):
+        steady = fo.steady_state(
+            stresses.system, TO_FRO, 0.5, load_factor, initial_slip=slip, progress=False
+        )
+        assert steady.outcome is fo.Outcome.SHAKEDOWN
+        assert steady.slip == pytest.approx(slip, abs=1e-9)
+        assert band.at(steady.slip).max() == pytest.approx(value, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", few(range(6)))
+def test_open_nodes_follow_the_slip(seed):
+    """The parameter with a slip is that of the states of a transient that rests with it."""
+    stresses = random_contact(seed, 0.5, [0.0, 5.0, 0.0])
+    load_factor = 0.5 * fo.shakedown_limit(stresses.system, TO_FRO, 0.5).load_factor
+    band = fo.fatigue_band(stresses, TO_FRO, 0.5, load_factor, planes=12)
+    for slip in (band.least_slip, band.worst_slip):
+        steady = fo.steady_state(stresses.system, TO_FRO, 0.5, load_factor, initial_slip=slip)
+        states = steady.states()
+        assert steady.outcome is fo.Outcome.SHAKEDOWN and (states.gap[:, 1] > 0).all()
+        fields = []
+        for amplitudes, v, w in zip(states.amplitudes, states.slip, states.gap, strict=True):
+            loads = dict(zip(stresses.loads, amplitudes, strict=True))
+            tensors = stresses.tensors(loads, v, w)
+            fields.append(SimpleNamespace(tensors_at_contact=lambda side, t=tensors: t))
+        table = steady.fretting_table(fields=fields)
+        assert band.at(steady.slip) == pytest.approx(table["SWT"], rel=1e-6)
+
+
+def uncoupled():
+    """Three nodes without coupling, and the stress `v0 - v2 / 2` at one point."""
+    A = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
+    loads = {"P": ([0, 0, 0], [1, 1, 1]), "Q": ([1.0, 0.2, 0.1], [0, 0, 0])}
+    contact = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), 2 * np.eye(3), range(3), loads)
+    motions = np.zeros((6, 2, 1, 3, 3))
+    motions[[0, 2], :, 0, 0, 0] = [[1.0, 1.0], [-0.5, -0.5]]
+    none = np.zeros((2, 1, 3, 3))
+    return fo.StressMap(contact, [[0.0, 0.0]], {"P": none, "Q": none}, motions)
+
+
+def test_above_the_limit_all_steady_cycles_of_an_uncoupled_contact_are_in_the_band():
+    stresses = uncoupled()
+    band = fo.fatigue_band(stresses, TO_FRO, 0.5, 0.9)
+    # SWT: the largest stress times half of its range .4.
+    assert band.least == pytest.approx(0.2 * 0.11875, rel=1e-7)
+    assert band.most == pytest.approx(0.2 * 0.28125, rel=1e-7)
+    (row,) = band.to_frame().to_dict("records")
+    ends = [row[f"{end}_{which}"] for which in ("least", "most") for end in ("from", "to")]
+    assert ends == pytest.approx([-0.28125, 0.11875, -0.11875, 0.28125], rel=1e-7)
+    for start in np.random.default_rng(0).normal(size=(10, 3)):
+        steady = fo.steady_state(stresses.system, TO_FRO, 0.5, 0.9, initial_slip=start)
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+        value = band.at(steady.slip).max()
+        states = steady.states()
+        largest = (states.slip @ [1.0, 0.0, -0.5]).max()
+        assert value == pytest.approx(0.2 * largest, rel=1e-7)
+        assert band.least * (1 - 1e-7) <= value <= band.most * (1 + 1e-7)
+
+
+def test_matake_is_findleys_sum_on_the_planes_of_the_largest_shear():
+    """A stress along x has these planes at 45 degrees; half of it acts across them."""
+    band = fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.9, "Matake", weight=0.5)
+    assert band.proven
+    assert band.least == pytest.approx(0.1 + 0.25 * 0.11875, rel=1e-7)
+    assert band.most == pytest.approx(0.1 + 0.25 * 0.28125, rel=1e-7)
+
+
+def test_dang_van_has_tresca_about_the_centre_of_the_smallest_ball():
+    """To and fro the centre is the middle. A corner inside of the ball moves nothing."""
+    for cycle in (TO_FRO, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.5}])):
+        band = fo.fatigue_band(uncoupled(), cycle, 0.5, 0.9, "Dang_Van", weight=0.6)
+        assert band.proven
+        assert band.least == pytest.approx(0.1 + 0.2 * 0.11875, rel=1e-7)
+        assert band.most == pytest.approx(0.1 + 0.2 * 0.28125, rel=1e-7)
+
+
+def held_node(coupling=0.0):
+    """One held node with A = 1, p = 2, and the stress 2 v + load / 2 and the strain of the load."""
+    loads = {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0])}
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[coupling]], [[9.0]], [0.0], loads)
+    motions = np.zeros((2, 2, 1, 3, 3))
+    motions[0, 0, 0, 0, 0] = 2.0
+    moving = np.zeros((2, 1, 3, 3))
+    moving[:, 0, 0, 0] = [0.5, 1.0]
+    cases = {"P": np.zeros((2, 1, 3, 3)), "Q": moving}
+    return fo.StressMap(contact, [[0.0, 0.0]], cases, motions)
+
+
+@pytest.mark.parametrize("load_factor", [0.3, 2 / 3, 0.9])
+def test_one_held_node_has_a_worst_state_in_closed_form(load_factor):
+    """Its safe slips are up to `1 - load factor`, so that the worst falls near the limit."""
+    band = fo.fatigue_band(held_node(), TO_FRO, 0.5, load_factor)
+    assert band.most == pytest.approx(load_factor * (2 - 1.5 * load_factor), rel=1e-9)
+    assert band.worst_slip == pytest.approx([1 - load_factor], rel=1e-9)
+    bounded = fo.fatigue_band(held_node(), TO_FRO, 0.5, load_factor, slip_bound=0.05)
+    assert bounded.most == pytest.approx(load_factor * (0.1 + 0.5 * load_factor), rel=1e-9)
+
+
+def test_friction_that_wedges_leaves_no_worst_state():
+    band = fo.fatigue_band(held_node(coupling=2.5), TO_FRO, 0.5, 0.5)
+    assert band.most == np.inf and "wedges" in band.reason
+    assert np.isnan(band.worst_slip).all()
+    bounded = fo.fatigue_band(held_node(coupling=2.5), TO_FRO, 0.5, 0.5, slip_bound=0.1)
+    assert np.isfinite(bounded.most)
+
+
+def test_the_face_is_marked_and_a_depth_is_not(tmp_path):
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    on_face, below = (model.stress_map(depth=depth, side=2) for depth in (0.0, 0.4))
+    face = fo.fatigue_band(on_face, cycle, 0.7, 0.5, "Crossland")
+    assert "grows with each refinement" in face.reason
+    assert "grows" not in fo.fatigue_band(below, cycle, 0.7, 0.5, "Crossland").reason
+    face.save(tmp_path / "band.npz")
+    assert fo.results.load(tmp_path / "band.npz").to_frame().equals(face.to_frame())
+    steady = fo.steady_state(on_face.system, cycle, 0.7, 0.5)
+    table = steady.fretting_table(fields=model, side=2)
+    assert face.at(steady.slip) == pytest.approx(table["Crossland"], rel=1e-8)
+
+
+@refused(
+    (
+        lambda: fo.fatigue_band(random_contact(3), TO_FRO, 0.5, 20.0),
+        "load_factor: 20 has no state of rest: the shakedown limit is",
+    ),
+    (lambda: fo.fatigue_band(uncoupled().system, TO_FRO, 0.5, 0.1), "stress_map: .*give the"),
+    (lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1, "Ruiz"), "parameter: 'Ruiz'"),
+    (
+        lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1).at([5.0, 0.0, 0.0]),
+        "slip: it violates the contact law",
+    ),
+)
+def test_bad_bands_are_refused(call):
+    call()
