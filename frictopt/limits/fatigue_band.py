@@ -331,7 +331,7 @@ def _set_of(
                 )
                 for amplitudes, slip, gap in values
             ]
-            moved = steady.slipping | steady.open
+            moved = steady.slipping | (states.gap > 0).any(axis=0)
             slips = SteadyCycles(question, states.q, states.p, moved)
             return slips, np.array(tensors), steady.slip
     limit = shakedown_limit(system, cycle, question.friction, slip_bound=question.slip_bound)

@@ -341,7 +341,7 @@ class SteadyState(Recorded, Plotted):
             them. Pass both or neither.
         fields, side
             All stress components of body `side`, instead of `stress` and `strain`. Give the
-            `ContactModel` that was condensed, for its fields at the corners; or the fields of
+            `ContactModel` that was condensed, for its fields at all states; or the fields of
             `ContactModel.recover` at two or more states of the cycle; or a list of such lists, for
             the steady cycles of several residual slips. Each parameter of a node is then the value
             of its worst cycle.
@@ -414,11 +414,14 @@ class SteadyState(Recorded, Plotted):
             weights[name] = finite_number(name, weight, least=0.0)
         if fields is not None and stress is not None:
             raise ModelError("fields, stress: both; give the fields, which have the stress")
-        table = fretting_table(self.states(), self.dissipation_per_node, stress, strain)
+        states = self.states()
+        table = fretting_table(states, self.dissipation_per_node, stress, strain)
         if fields is None:
             return table
         if hasattr(fields, "recover"):
-            fields = [field for _, field, _ in fields._over(self, every=False)]
+            # If nothing slips or opens, stresses are linear in the loads from corner to corner.
+            every = bool(self.slipping.any() or (states.gap > 0).any())
+            fields = [field for _, field, _ in fields._over(self, every=every)]
         return with_worst_planes(table, fields, body, weights)
 
     def _answer(self) -> Mapping[str, object]:

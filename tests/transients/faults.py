@@ -4,6 +4,13 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "transients/outcome.py",
+        "fatigue parameters of a slipping contact are those of the corners",
+        old="bool(self.slipping.any() or (states.gap > 0).any())",
+        new="False",
+        tests="critical_plane",
+    ),
+    Fault(
         "transients/trajectory.py",
         "an increment of a path begins at its end",
         old="self.slip[row - 1]",
