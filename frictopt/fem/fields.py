@@ -26,7 +26,6 @@ from ..base import (
 )
 from ..contact import ContactSystem, StressMap, compliances, joined, parted
 from ..errors import ModelError
-from .contacts import Contact
 from .elasticity import basis_of
 from .load_cases import LoadCase
 from .loads import Expansion
@@ -131,19 +130,17 @@ class Recoverable:
     ) -> StressMap:
         """Stress and strain at points as linear functions of the loads and the contact's motions.
 
-        One factorisation serves all loads and motions. Give `points` or a `depth`.
+        Give points and the name of their body, or a depth. There is one factorisation for all loads
+        and motions.
 
         Parameters
         ----------
-        points
-            (P, d) places inside of one body. Nodal stresses are interpolated.
-        depth
-            Distance of a point from each node of the contact, along the normal into body `side`. 0:
-            the points are on the face. Otherwise elements should be at most half as large.
-        side
-            1 or 2: the body of each contact in which the points are.
-        body
-            Name of the body of `points`; None: body `side` of the only contact.
+        points, body
+            (P, d) places, and the name of the body that contains them. Nodal stresses are
+            interpolated.
+        depth, side
+            Distance of a point from each node of the contact, along the normal into body `side`, 1
+            or 2. 0: the points are on the face. Otherwise elements should be at most half as large.
         progress
             Whether to show a progress bar after two seconds.
 
@@ -155,47 +152,37 @@ class Recoverable:
         Raises
         ------
         ModelError
-            Both or none of `points` and `depth`, points outside of their body, a body or side that
-            is unknown, or several contacts and no `body`.
+            Points with a depth, or neither; points outside of their body; an unknown body or side.
 
         Examples
         --------
         >>> import frictopt as fo
         >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
-        >>> stresses = model.stress_map(points=[[0.0, -0.5]], side=2)
+        >>> stresses = model.stress_map(points=[[0.0, -0.5]], body="block")
         >>> stress, strain = stresses.tensors({"P": 1.0}, slip=[0.0] * 5)
         >>> bool(stress[0, 1, 1] < 0)
         True
         """
         number = whole_number("side", side, least=1, most=2)
-        if (points is None) == (depth is None):
-            raise ModelError(
-                "points, depth: give one of them; a depth of half of the critical distance is "
-                "common, and depth=0 has the points on the face"
-            )
         assembly = self._assembly
-        if body is not None:
+        if depth is None and points is not None and body is not None:
             assembly.body("stress_map", body)
-            if points is None:
-                raise ModelError(
-                    f"body: {body!r}, with a depth; `side` chooses the body, leave it out"
-                )
-        if points is not None:
-            names = (
-                [body] if body else sorted({_sides_of(each)[number - 1] for each in self.contacts})
-            )
-            if len(names) > 1:
-                raise ModelError(f"body: None, with points in one of {names}; give its name")
-            places_of = finite_array("points", points, (None, assembly.points.shape[1]))
-            picked = self._picked(places_of, np.full(len(places_of), names[0]))
-        else:
-            below = finite_number("depth", depth, least=0.0)
-            contacts = [self.contacts[k] for k in assembly.contact]
-            bodies = np.array([_sides_of(contact)[number - 1] for contact in contacts])
+            at = finite_array("points", points, (None, assembly.points.shape[1]))
+            names = np.full(len(at), body)
+        elif depth is not None and points is None and body is None:
+            depth = finite_number("depth", depth, least=0.0)
+            sides = [(contact.body_1, contact.body_2)[number - 1] for contact in self.contacts]
+            names = np.array(sides)[assembly.contact]
+            shift = depth if number == 1 else -depth - assembly.gap
             normals = assembly.glued.interface.frames[:, -1]
-            shift = below if number == 1 else -below - assembly.gap
-            places_of = assembly.points[assembly.pairs.nodes] + np.multiply(shift, normals.T).T
-            picked = self._picked(places_of, bodies) if below else assembly.sides[number - 1]
+            at = assembly.points[assembly.pairs.nodes] + np.multiply(shift, normals.T).T
+        else:
+            raise ModelError(
+                "points, body, depth: give points and the name of their body, or a depth; a depth "
+                "of half of the critical distance is common, and depth=0 has the points on the face"
+            )
+        on_face = depth == 0
+        picked = assembly.sides[number - 1] if on_face else self._picked(at, names)
         cases = [{name: 1.0} for name in self.loads]
         size = len(assembly.contact) * assembly.points.shape[1]
         loads = [*cases, *([{}] * size)]
@@ -209,8 +196,7 @@ class Recoverable:
                 bar.update(u.shape[1])
         both = np.concatenate(tensors)
         of_loads = dict(zip(self.loads, both, strict=False))
-        on_face = points is None and not below
-        return StressMap(self._condensed, places_of, of_loads, both[len(cases) :], on_face)
+        return StressMap(self._condensed, at, of_loads, both[len(cases) :], on_face)
 
     def _picked(self: Any, points: Array, names: Array) -> csr_matrix:
         """(P, all nodes) the functions of the nodes at points, each in the body of its name."""
@@ -410,7 +396,3 @@ class Recoverable:
     def _recovery(self: Any) -> Recovery:
         """The factorisation for `recover`."""
         return Recovery(self._assembly)
-
-
-def _sides_of(contact: Contact) -> tuple[str, str]:
-    return contact.body_1, contact.body_2

@@ -17,6 +17,7 @@ MODELS = {
             fo.Contact("punch", "block", tangential_stiffness=5.0, normal_stiffness=9.0),
         ],
     ),
+    "axisymmetric": fo.scenes.PressFit(elements=4, growth=2.0).model,
     "space": fo.scenes.SquarePunch(elements=2, growth=3.0).model,
 }
 
@@ -50,7 +51,8 @@ def test_points_at_a_depth_have_the_nodal_stresses_of_their_body():
 
 
 @refused(
-    (lambda model: model.stress_map(), "points, depth: give one"),
+    (lambda model: model.stress_map(), "points, body, depth: give points and"),
+    (lambda model: model.stress_map(points=[[0.0, 0.0]]), "points, body, depth: give points and"),
     (lambda model: model.stress_map(depth=100.0), "points, depth: .* outside of body 'punch'"),
     (lambda model: model.stress_map(points=[[0.0, 0.0]], body="floor"), "body: .*'floor'"),
     (lambda model: model.stress_map(depth=0.1, side=3), "side: 3"),
