@@ -6,7 +6,6 @@ from .contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
-    StressMap,
 )
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem.bodies import Body, split_bodies
@@ -94,7 +93,6 @@ __all__ = [
     "ShakedownModel",
     "SolverError",
     "StoreError",
-    "StressMap",
     "Support",
     "Tie",
     "Traction",

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from .base import Attempt, SolveRecord, archive
-from .contact import Verdict
+from .contact import StressMap, Verdict
 from .joints.backbone import BackboneCurve
 from .joints.forced_response import ForcedResponse
 from .joints.report import Report
@@ -49,6 +49,7 @@ __all__ = [
     "ShakedownLimit",
     "SolveRecord",
     "SteadyState",
+    "StressMap",
     "Trajectory",
     "Verdict",
     "WearHistory",

@@ -51,7 +51,7 @@ class StressMap(Kept):
     >>> along[:2, :, 0, 0, 0] = [[-1.0, -1.0], [1.0, 1.0]]  # of the first element
     >>> none = np.zeros((2, 1, 3, 3))
     >>> loads = {name: none for name in rod.bonded}
-    >>> stresses = fo.StressMap(rod, points=[[0.5, 0.0]], loads=loads, motions=along)
+    >>> stresses = fo.results.StressMap(rod, points=[[0.5, 0.0]], loads=loads, motions=along)
     >>> stress, strain = stresses.tensors({}, slip=[0.1, 0.0, 0.0, 0.0])
     >>> float(stress[0, 0, 0])
     -0.1

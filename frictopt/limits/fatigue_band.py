@@ -249,7 +249,13 @@ def fatigue_band(
 
     Examples
     --------
-    See `FatigueBand`.
+    >>> import frictopt as fo
+    >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> stresses = model.stress_map(depth=0.3, side=2)
+    >>> band = fo.fatigue_band(stresses, cycle, 0.7, 0.5, "Crossland")
+    >>> bool(band.least < band.most), band.proven
+    (True, True)
     """
     if not isinstance(stress_map, StressMap):
         raise ModelError(

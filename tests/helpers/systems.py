@@ -357,4 +357,4 @@ def stresses_of(contact):
     motions[0, :, :, 0, 0] = 1.0
     cases = {name: np.zeros((2, 1, 3, 3)) for name in contact.bonded}
     cases["cyclic"] = np.broadcast_to(np.diag([1.0, 0.0, 0.0]), (2, 1, 3, 3))
-    return fo.StressMap(contact, np.zeros((1, contact.tangents + 1)), cases, motions)
+    return fo.results.StressMap(contact, np.zeros((1, contact.tangents + 1)), cases, motions)

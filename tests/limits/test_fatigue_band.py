@@ -41,7 +41,7 @@ def random_contact(seed, coupling=0.1, gap=(0.0, 0.0, 0.0)):
     B = coupling * rng.normal(size=(3, 3))
     contact = fo.ContactSystem.from_blocks(A, B, C, np.arange(3.0), loads, gap)
     cases = {name: plane_strain(rng, 3) for name in loads}
-    return fo.StressMap(contact, np.zeros((3, 2)), cases, plane_strain(rng, 6, 3))
+    return fo.results.StressMap(contact, np.zeros((3, 2)), cases, plane_strain(rng, 6, 3))
 
 
 def vertices(contact, cycle, friction, load_factor):
@@ -173,7 +173,7 @@ def uncoupled():
     motions = np.zeros((6, 2, 1, 3, 3))
     motions[[0, 2], :, 0, 0, 0] = [[1.0, 1.0], [-0.5, -0.5]]
     none = np.zeros((2, 1, 3, 3))
-    return fo.StressMap(contact, [[0.0, 0.0]], {"P": none, "Q": none}, motions)
+    return fo.results.StressMap(contact, [[0.0, 0.0]], {"P": none, "Q": none}, motions)
 
 
 def test_above_the_limit_all_steady_cycles_of_an_uncoupled_contact_are_in_the_band():
@@ -221,7 +221,7 @@ def held_node(coupling=0.0):
     moving = np.zeros((2, 1, 3, 3))
     moving[:, 0, 0, 0] = [0.5, 1.0]
     cases = {"P": np.zeros((2, 1, 3, 3)), "Q": moving}
-    return fo.StressMap(contact, [[0.0, 0.0]], cases, motions)
+    return fo.results.StressMap(contact, [[0.0, 0.0]], cases, motions)
 
 
 @pytest.mark.parametrize("load_factor", [0.3, 2 / 3, 0.9])

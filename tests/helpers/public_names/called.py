@@ -317,7 +317,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"slip": [0.0, 0.0]},
     ),
     "StressMap": (
-        fo.StressMap,
+        fo.results.StressMap,
         {
             "system": CONTACT,
             "points": STRESSES.points,
