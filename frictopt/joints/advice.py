@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import ROUNDING, Outcome
+from ..base import ROUNDING, Outcome, number_of
 from ..contact.diagnosis import counted
 from ..limits import GrossSlip, RequiredFriction
 from ..transients import SteadyState
@@ -16,6 +16,7 @@ from .report_parts import (
     limits_change_with_mesh,
     many_nodes_slip,
 )
+from .thresholds import QUANTITIES, SLIP_RANGE
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,7 @@ def kind_of_contact(parts: ReportParts) -> str:
     """The open nodes under the mean load and in the steady cycle, and their effect on limits."""
     mean, steady, system = parts.mean_state, parts.steady, parts.system
     if mean is None:
-        return (
-            "No state of rest is found under the mean load, from no slip: "
-            f"{parts.missing['mean load']}."
-        )
+        return "No state of rest is found under the mean load, from no slip."
     if mean.open.all():
         return "The mean load opens all nodes."
     if mean.open.any() and not limits_change_with_mesh(parts):
@@ -70,9 +68,8 @@ def kind_of_contact(parts: ReportParts) -> str:
             "each cycle at load factor 1."
         )
     return (
-        "All nodes are closed under the mean load, and in each cycle at load factor 1. At sharp "
-        "edges pressure grows as elements shrink, and limits there converge with the mesh "
-        "slowly or not at all; if edges are rounded or surfaces are compliant, they converge."
+        "All nodes are closed under the mean load, and in each cycle at load factor 1. Limits at "
+        "sharp edges change with the mesh."
     )
 
 
@@ -89,7 +86,13 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
     elif gross.load_factor == np.inf:
         yield "Equilibrium alone has no load at which bodies slide off."
     elif motion:
-        yield f"At load factor {gross.load_factor:.4g} {motion}."
+        faces = parts.contacts
+        held = ""
+        if "carries" in faces and len(faces) > 1:
+            shares = zip(faces["contact"], faces["carries"], strict=True)
+            held = ", ".join(f"{name} {share:.0%}" for name, share in shares if share >= 0.005)
+            held = f" Friction there is shared by {held}." if held else ""
+        yield f"At load factor {gross.load_factor:.4g} {motion}.{held}"
     else:
         yield f"At load factor {gross.load_factor:.4g} bodies slide off."
     if gross.self_stress is not None:
@@ -104,19 +107,20 @@ def advice_on(parts: ReportParts) -> Iterator[str]:
     if parts.mean_state is not None and parts.mean_state.open.all():
         yield "The mean load opens all nodes: press the contact."
         return
-    yield from _on_verdicts(parts)
     # More friction helps, unless it is known that no friction keeps the contact stuck.
     friction_helps = parts.required is None or bool(np.isfinite(parts.required.required))
-    if parts.gross_slip is not None:
-        yield from _on_sliding(parts, parts.gross_slip, friction_helps)
     if parts.steady is not None:
         if parts.steady.outcome is Outcome.SHAKEDOWN:
             yield from _on_rest(parts, parts.steady)
         else:
             yield from _on_slip(parts, parts.steady, friction_helps)
+        yield from _on_assembled_limit(parts)
         yield from _on_increments(parts.steady)
     elif parts.gross_slip is None or parts.gross_slip.rests_at(1.0):
         yield "At your load no steady state is found, see the missing results."
+    if parts.gross_slip is not None:
+        yield from _on_sliding(parts, parts.gross_slip, friction_helps)
+    yield from _on_verdicts(parts)
     if limits_change_with_mesh(parts):
         settled = "the gross-slip load"
         if many_nodes_slip(parts):
@@ -173,7 +177,8 @@ def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
     if (steady.friction == 0).any() and parts.contacts["slip_range"].max() > 0:
         yield "At your load friction does no work; nodes without friction slide to and fro."
     else:
-        yield "From assembly without slip the contact stops slipping at your load."
+        cycles = number_of(steady.cycles, "cycle")
+        yield f"As assembled the joint stops slipping at your load, after at most {cycles}."
     if guaranteed is not None and guaranteed.load_factor < 1 and steady.friction.any():
         yield (
             "Another start may slip for ever: `dissipation_range` shows how much the start matters."
@@ -182,17 +187,14 @@ def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
 
 def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> Iterator[str]:
     """Advice on a contact that slips in every cycle, from the steady state and the limits."""
-    contacts, limit, guaranteed = parts.contacts, parts.limit, parts.guaranteed
-    place = ""
-    if len(contacts) > 1:
-        worst = contacts.loc[contacts["work"].idxmax()]
-        place = f"; most of the work is done in {worst['contact']}"
+    limit, guaranteed = parts.limit, parts.guaranteed
+    length = "" if parts.system.units is None else f" {parts.system.units.split(', ')[1]}"
+    largest = QUANTITIES[SLIP_RANGE].judged(steady)
     yield (
-        f"From assembly without slip {steady.slipping_share:.1%} of all contacts slips in every "
-        f"cycle at your load{place}."
+        f"As assembled the joint slips for ever at your load: {steady.slipping_share:.1%} of all "
+        f"contacts slips in each cycle, by up to {largest.value:.3g}{length} at {largest.where}."
     )
     if steady.outcome is Outcome.RATCHETING:
-        length = "" if parts.system.units is None else f" {parts.system.units.split(', ')[1]}"
         yield (
             "It ratchets: with each cycle it slips further in one direction, by up to "
             f"{steady.drift:.3g}{length}."
@@ -209,6 +211,22 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
             "It slips below the guaranteed limit: nodes open and close in each cycle, and this "
             "limit does not cover such cycles."
         )
+
+
+def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
+    """The load up to which the joint stops slipping as assembled, between both limits."""
+    assembled, guaranteed = parts.assembled, parts.guaranteed
+    if assembled is None:
+        return
+    from_any = ""
+    if guaranteed is not None:
+        from_any = f", from any start up to {guaranteed.load_factor:.3g}"
+    yield (
+        f"As assembled it stops up to load factor {assembled.load_factor:.3g}{from_any}, from no "
+        f"start above {assembled.shakedown_limit:.3g}."
+    )
+    if not assembled.monotonic:
+        yield f"It also stops at some load factors above {assembled.upper:.3g}, where it slips."
 
 
 def _on_required_friction(answer: RequiredFriction) -> Iterator[str]:

@@ -51,6 +51,9 @@ class Report(Kept, ReportParts):
         `self_stress`.
     steady
         The steady state at load factor 1, from no slip; None if `missing` has a reason.
+    assembled
+        Result of `limit_after_protocol` from no slip, between both limits, in at most eight
+        transients; None if `missing` has a reason.
     curve, limit, guaranteed, required
         Results of `backbone_curve` (with both limits, for its picture), `shakedown_limit`,
         `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
@@ -66,8 +69,22 @@ class Report(Kept, ReportParts):
         by its limit. Without a steady state the value is NaN and the threshold is not passed.
     scatter
         The ranges of friction and preloads in words; "" if there is no scatter.
-    title, notes
-        The input; notes are facts that the model leaves out.
+    title, notes, origin
+        The input; notes are facts that the model leaves out. The origin is the version of frictopt,
+        the day and a checksum of the input.
+    contacts
+        DataFrame with a row for each contact: the columns of `SteadyState.by_contact` at load
+        factor 1, and
+
+        - slides_at, slides_at_steady: the load factor at which this face slides in full. Its shear
+          forces have the resultant and the moment that the loads send through it while all faces
+          stick; its pressure is distributed as under the mean load, or as in the steady state. If
+          bodies slide off earlier, with this face, it is the gross-slip load. A face that is not
+          flat has NaN. Parts of the mean load that slide no body, such as preloads, do not count,
+          since slip relieves them.
+        - utilisation: the largest Q / fP of all corners;
+        - carries: the share of this face in the work of friction as bodies slide off;
+        - where: the place of its largest slip range.
 
     Examples
     --------
@@ -162,8 +179,8 @@ def report(
     2. Work, slip and stiffness as functions of the load (`backbone_curve`), and safety factors. If
        contact forces balance themselves, transients find the load at which bodies slide off
        (`gross_slip`).
-    3. Shakedown and guaranteed limit, and the friction that would keep the contact stuck
-       (`required_friction`).
+    3. Shakedown and guaranteed limit, the limit as assembled between them, and the friction that
+       would keep the contact stuck (`required_friction`).
 
     For a part without an answer there is a reason. The guaranteed limit and the required friction
     do not support a shear strength. If the mean load leaves nodes open, the third page depends on
@@ -195,14 +212,15 @@ def report(
     limits
         Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
         "work" (of friction per cycle), "work density" (per area), "Ruiz" (`F1` of the fretting
-        table), "slipping share"; and "gross slip", the least safety factor. The slip range and the
-        slipping share also have safety factors.
+        table), "slipping share"; and the least safety factors "gross slip", and "face slip" of the
+        first face that slides in full. The slip range and the slipping share also have safety
+        factors.
     pages
         Number of pages, 1 to 3.
     mesh_limits
         Whether to compute the third page although it depends on the mesh.
     title
-        Title of the report.
+        Title of the report, such as the name and the number of the drawing.
     notes
         Facts that the model leaves out, such as parts of a deck. They stand below the loads.
     show
@@ -230,7 +248,7 @@ def report(
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
     >>> joint = fo.report(punch, cycle, friction=0.9, load_factors=[0.5, 1.5])
     >>> print(joint.advice[0])
-    From assembly without slip the contact stops slipping at your load.
+    As assembled the joint stops slipping at your load, after at most 1 cycle.
 
     A threshold, with friction between 0.2 and 0.4:
 
@@ -248,7 +266,7 @@ def report(
     whole_number("pages", pages, least=1, most=len(PAGES))
     with_mesh_limits = flag("mesh_limits", mesh_limits)
     for name, text in (("title", title), ("notes", notes)):
-        if text:
+        if not (isinstance(text, str) and text == ""):
             check_text(name, text, "a printable text")
     if show is not None and (isinstance(show, type) or not callable(show)):
         raise ModelError(f"show: {show!r}; give a function of a text, such as print")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,6 @@ from .report_text import (
     missing_in_words,
     sections_of,
     title_of,
-    verdicts_in_words,
 )
 
 _HEAD = """<!doctype html>
@@ -39,7 +37,7 @@ img {max-width: 100%}
 @media print {
   @page {size: A4; margin: 14mm}
   body {max-width: none; margin: 0; padding: 0; font-size: 9.5pt; line-height: 1.3}
-  h1 {font-size: 14pt; margin: 0 0 .4em} h2 {font-size: 11pt; margin: .8em 0 .3em}
+  h1 {font-size: 14pt; margin: 0 0 .4em} h2 {font-size: 11pt; margin: .6em 0 .2em}
   p, ul {margin: .2em 0} table {overflow: visible; display: table}
   td, th {white-space: normal}
   .details {break-before: page; font-size: 8.5pt} img {max-height: 150mm}
@@ -51,60 +49,40 @@ _SIGNED = (
     '<div class="signed"><span>Prepared, date</span><span>Checked, date</span>'
     "<span>Released, date</span></div>"
 )
-_BRIEF = ["number", "value", "unit", "converges"]  # columns of the numbers on the sheet
 
 
 def write_html(parts: ReportParts, file: Path) -> None:
-    """Write the sheet, one page to print and sign, and behind it all pages with their pictures."""
+    """Write the sheet, one page to print and sign; behind it tables in full and pictures."""
     from ..plots.draw import png  # imported here, because matplotlib is slow to import
 
-    lines = [_HEAD, *_sheet(parts), '<div class="details">']
-    for page, title in enumerate(PAGES, start=1):
-        sections = list(sections_of(parts, page))
-        if sections:
-            lines.append(f"<h2>{title}</h2>")
-        for section in sections:
-            lines += _section(parts, section)
-            if section.picture is not None:
-                image = b64encode(png(section.picture)).decode()
-                lines.append(f'<img alt="{section.title}" src="data:image/png;base64,{image}">')
+    sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
+    lines = [_HEAD, f"<h1>{escape(title_of(parts))}</h1><p>{escape(loads_of(parts))}</p>"]
+    for section in sections:
+        lines.append(f"<h2>{section.title}</h2>")
+        if section.table is not None:
+            lines.append(_table(parts, section, section.table))
+        lines += [f"<p>{_text(sentence)}</p>" for sentence in section.sentences]
+    lines += [_SIGNED, '<div class="details">']
+    for section in sections:
+        if section.in_full is not None:
+            lines.append(f"<h3>{section.title}</h3>")
+            lines.append(_table(parts, section, section.in_full))
+        if section.picture is not None:
+            image = b64encode(png(section.picture)).decode()
+            lines.append(f'<img alt="{section.title}" src="data:image/png;base64,{image}">')
     lines.append("</div>")
     file.write_text("\n".join(lines), encoding="utf-8")
 
 
-def _sheet(parts: ReportParts) -> Iterator[str]:
-    """The first page: input, verdicts, safety factors, numbers and advice, with lines to sign."""
-    yield f"<h1>{escape(title_of(parts))}</h1><p>{escape(loads_of(parts))}</p>"
-    if not parts.verdicts.empty:
-        yield "<h2>Verdicts at load factor 1</h2>"
-        yield _table(verdicts_in_words(parts))
-    if not parts.safety.empty:
-        yield "<h2>Safety factors</h2>"
-        yield _table(parts.safety.drop(columns="by"))
-    yield "<h2>Numbers</h2>"
-    yield _table(numbers_of(parts)[_BRIEF])
-    yield "<h2>In words</h2><ul>"
-    sentences = [*advice_on(parts), *gross_slip_in_words(parts), kind_of_contact(parts)]
-    yield from (f"<li>{_text(sentence)}</li>" for sentence in sentences)
-    yield f"</ul>{_SIGNED}"
-
-
-def _section(parts: ReportParts, section: Section) -> Iterator[str]:
-    """A section in full."""
-    yield f"<h3>{section.title}</h3>"
-    yield from (f"<p>{_text(sentence)}</p>" for sentence in section.sentences)
-    if section.table is not None:
-        table = section.table if section.units is None else with_units(parts, section.table)
-        yield _table(table, "long" if "meaning" in table.columns else "")
-
-
-def _table(table: pd.DataFrame, kind: str = "") -> str:
+def _table(parts: ReportParts, section: Section, table: pd.DataFrame) -> str:
+    if section.units is not None:
+        table = with_units(parts, table)
     html: str = table.to_html(
         index=False,
         float_format="{:.4g}".format,
         na_rep="-",
         border=0,
-        classes=kind or None,
+        classes="long" if "meaning" in table.columns else None,
     )
     return html
 
@@ -130,6 +108,7 @@ def write_json(parts: ReportParts, file: Path) -> None:
     """Write all numbers and sentences as strict JSON: null for NaN, "inf" and "-inf" as texts."""
     content: dict[str, Any] = {
         "title": title_of(parts),
+        "origin": parts.origin,
         "loads": loads_of(parts),
         "units": parts.system.units,
         "scatter": parts.scatter,

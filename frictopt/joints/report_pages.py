@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from ..base import Array, Bar, Booleans
-from ..contact import ContactSystem, LoadCycle, other_laws
+from ..base.files import written_by
+from ..contact import ContactSystem, LoadCycle, other_laws, reactions
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import (
     GrossSlip,
@@ -20,15 +22,18 @@ from ..limits import (
     required_friction,
     shakedown_limit,
 )
+from ..study.protocols import LimitAfterProtocol, limit_after_protocol
 from ..transients import SteadyState
 from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
 from .curve_question import CurveQuestion
+from .faces import face_table
 from .load_search import SETTINGS
 from .report_parts import ReportParts, areas_move, mean_load_opens
 from .report_tables import units_of
 from .safety import SteadyStates, safety_table, verdict_table
 from .scatter import Scatter
+from .thresholds import FACE_SLIP, SLIP_RANGE, SLIPPING_SHARE
 
 Parts = TypeVar("Parts", bound=ReportParts)
 
@@ -44,20 +49,27 @@ _PARTS = {  # name of a part -> attribute of the report, the most important part
     _AT_LOAD: "steady",
     "gross-slip load": "gross_slip",
     "mean load": "mean_state",
+    "faces": "contacts",
     "curve": "curve",
     "shakedown limit": "limit",
     "guaranteed limit": "guaranteed",
     "required friction": "required",
+    "limit as assembled": "assembled",
 }
 _ON_PAGE = {
     "mean load": 1,
+    "faces": 1,
     "gross-slip load": 1,
     _AT_LOAD: 1,
     "curve": 2,
     "shakedown limit": 3,
     "guaranteed limit": 3,
     "required friction": 3,
+    "limit as assembled": 3,
 }
+# Width of the interval in which the limit as assembled lies, relative to the shakedown limit: with
+# both limits, at most eight transients.
+_TOLERANCE = 1 / 64
 _OF_THE_MESH = (
     "omitted, because the mean load leaves nodes open and the answer changes with the mesh: pass "
     "mesh_limits=True"
@@ -94,6 +106,7 @@ class Pages(Generic[Parts]):
         self.missing = dict[str, str]()
         self._bar = bar
         self._made = made
+        self._origin = _origin(system, self.cycle, self.friction)
 
     def ask(self, part: str, question: Callable[[], Any]) -> Any:
         """Keep and return an answer; if there is none, keep the reason and return None."""
@@ -124,9 +137,15 @@ class Pages(Generic[Parts]):
         else:
             self.missing[_AT_LOAD] = slides.reason
             self.states.known[self.scatter.nominal().name, 1.0] = NoContinuation(slides.reason)
+        mean = self.known.get("mean_state")
+        if mean is None:
+            self.missing["faces"] = self.missing["mean load"]
+        else:
+            steady = self.known.get("steady")
+            self.ask("faces", lambda: face_table(system, cycle, friction, mean, steady, slides))
         if not self.scatter.exists:
             fit_is_known = slides is None or slides.self_stress is None
-            self._judge(slides if fit_is_known else None, {})
+            self._judge(slides if fit_is_known else None, (FACE_SLIP,))
 
     def _steady_at_load(self) -> SteadyState:
         answer = self.states.at(self.scatter.nominal(), 1.0)
@@ -146,12 +165,13 @@ class Pages(Generic[Parts]):
                 self.missing[_AT_LOAD] = slides.reason
         self._ask_curve(factors, slides)
         self._keep("safety factors")
-        self._judge(slides, self.limits)
+        self._judge(slides, (FACE_SLIP, SLIP_RANGE, SLIPPING_SHARE))
 
-    def _judge(self, slides: GrossSlip | None, factors_against: Mapping[str, float]) -> None:
+    def _judge(self, slides: GrossSlip | None, factors_against: Sequence[str]) -> None:
         """Safety factors against gross slip and some thresholds, and verdicts on all thresholds."""
         try:
-            safety = safety_table(self.states, slides, factors_against)
+            against = {name: self.limits[name] for name in factors_against if name in self.limits}
+            safety = safety_table(self.states, slides, against)
         except SolverError as error:
             self.missing[_SAFETY] = without_lists(str(error))
             return
@@ -196,8 +216,9 @@ class Pages(Generic[Parts]):
             # The limits hold for all openings and closings, without a search.
             opens = False
         if opens and not mesh_limits:
-            for part in ("shakedown limit", "guaranteed limit", "required friction"):
-                self.missing[part] = _OF_THE_MESH
+            for part, page in _ON_PAGE.items():
+                if page == 3:
+                    self.missing[part] = _OF_THE_MESH
             return
         reason = ""
         if opens and system.tangents == 2:
@@ -211,9 +232,30 @@ class Pages(Generic[Parts]):
         if reason:
             for part in ("guaranteed limit", "required friction"):
                 self.missing[part] = reason.format(part.replace(" ", "_"))
-            return
-        self.ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
-        self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
+        else:
+            self.ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
+            self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
+        self.ask("limit as assembled", self._limit_as_assembled)
+
+    def _limit_as_assembled(self) -> LimitAfterProtocol:
+        """The load factor up to which the contact comes to rest from no slip, by bisection."""
+        limit: ShakedownLimit | None = self.known.get("limit")
+        if limit is None or not 0 < limit.load_factor < np.inf:
+            raise NoContinuation("no load factor is known above which the contact slips for ever")
+        scan = [1.0]
+        if "guaranteed" in self.known:
+            # It does not cover cycles in which nodes open and close, so it is tried, too.
+            share = self.known["guaranteed"].load_factor / limit.load_factor
+            scan = [share, 1.0] if 0 < share < 1 else scan
+        return limit_after_protocol(
+            self.system,
+            self.cycle,
+            self.friction,
+            start=np.zeros(self.system.slip_shape),
+            scan=scan,
+            tolerance=_TOLERANCE,
+            steps=self.steps,
+        )
 
     def _limit_with_open(self, is_open: Booleans) -> ShakedownLimit:
         """The shakedown limit with these nodes open."""
@@ -249,6 +291,7 @@ class Pages(Generic[Parts]):
             friction=self.friction,
             missing=missing,
             scatter=self.scatter.in_words(),
+            origin=self._origin,
             **known,
         )
 
@@ -264,6 +307,15 @@ class Pages(Generic[Parts]):
         """The report of the known parts, in which the parts that are left are missing."""
         missing = {**self.missing, **dict.fromkeys(self._left(), "interrupted")}
         return replace(self.report(), missing=missing)
+
+
+def _origin(system: ContactSystem, cycle: LoadCycle, friction: Array) -> str:
+    """The version, the day, and a checksum of the input, in a sentence."""
+    arrays = [system.S, system.points, system.gap, friction, *reactions(system, cycle.unscaled)]
+    arrays += [*reactions(system, cycle.corners)]
+    checksum = sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
+    by = written_by()
+    return f"frictopt {by['version']}, {by['date'][:10]}, checksum of the input {checksum[:12]}."
 
 
 def without_lists(reason: str) -> str:

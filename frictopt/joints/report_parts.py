@@ -18,6 +18,7 @@ from ..limits import (
     moving_areas,
     pose,
 )
+from ..study.protocols import LimitAfterProtocol
 from ..transients import SteadyState
 from .backbone import BackboneCurve
 from .curve_load import load_size, with_compliance
@@ -39,16 +40,14 @@ class ReportParts:
     limit: ShakedownLimit | None = None
     guaranteed: GuaranteedLimit | None = None
     required: RequiredFriction | None = None
+    assembled: LimitAfterProtocol | None = None
     safety: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SAFETY_COLUMNS))
     verdicts: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=VERDICT_COLUMNS))
     scatter: str = ""
+    contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     title: str = ""
     notes: str = ""
-
-    @property
-    def contacts(self) -> pd.DataFrame:
-        """Contacts at load factor 1, see `SteadyState.by_contact`; empty without steady state."""
-        return pd.DataFrame() if self.steady is None else self.steady.by_contact()
+    origin: str = ""
 
 
 def mean_load_opens(parts: ReportParts) -> bool:

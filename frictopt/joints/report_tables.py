@@ -128,6 +128,13 @@ def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
     if guaranteed is not None:
         value = guaranteed.load_factor
         yield "guaranteed limit", value, "load factor", converges, guaranteed.reason
+    if parts.assembled is not None:
+        assembled = parts.assembled
+        meaning = (
+            "from no slip the contact comes to rest at all of the load factors tried up to it, "
+            f"and not at {assembled.upper:.4g}"
+        )
+        yield "limit as assembled", assembled.load_factor, "load factor", converges, meaning
     if required is not None:
         meaning = f"at load factor 1: {required.reason}"
         yield "required friction", required.required, "coefficient", converges, meaning
@@ -150,6 +157,8 @@ def units_of(parts: ReportParts) -> dict[str, str]:
         "P": f"{force}{per_depth}",
         "Q": f"{force}{per_depth}",
         "fP": f"{force}{per_depth}",
+        "slides_at": "load factor",
+        "slides_at_steady": "load factor",
         "share": "of the nodes" if parts.system.width is None else "of the area",
     }
 

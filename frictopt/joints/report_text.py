@@ -19,21 +19,33 @@ from .report_tables import (
     numbers_of_limits,
 )
 
-PAPER = 72
-"""Characters of a line on paper."""
+PAPER = 68
+"""Characters of a line on paper, and on a page of the documentation."""
 
 _SHOWN_CORNERS = 4  # corners whose loads and forces are shown
 _GAP = "  "  # between two columns
+_BRIEF = ["number", "value", "unit", "converges"]
+_OF_FACES = [
+    *("contact", "slides_at", "slides_at_steady", "utilisation", "slipping"),
+    *("slip_range", "work", "carries", "where"),
+]
+_NOT_ON_PAPER = ["converges", "where", "slides_at_steady", "carries"]
+_OF_CURVE = ["load_factor", "work", "slipping", "slip_range", "motion"]
 PAGES = ("At your load", "What grows with the load", "Limits")
 """Titles of the pages, in the order in which they are answered."""
 
 
 class Section(NamedTuple):
-    """A part of the text of a report. `units` maps columns of the table to names and units."""
+    """A part of a report.
+
+    The sheet has the sentences and the table; the details have the table in full and the picture.
+    `units` maps columns of both tables to names and units.
+    """
 
     title: str
     sentences: list[str]
     table: pd.DataFrame | None = None
+    in_full: pd.DataFrame | None = None
     picture: Plotted | None = None
     units: Mapping[str, tuple[str, str]] | None = None
 
@@ -43,8 +55,8 @@ def title_of(parts: ReportParts) -> str:
     least, most = parts.friction.min(), parts.friction.max()
     friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
     nodes = "1 contact node" if parts.system.nodes == 1 else f"{parts.system.nodes} contact nodes"
-    title = f"{parts.title}: joint" if parts.title else "Joint"
-    title += f" of {nodes}, friction {friction}"
+    title = f"{parts.title}: " if parts.title else ""
+    title += f"Joint of {nodes}, friction {friction}"
     if parts.system.orthotropic:
         title += ", another one along the second tangents"
     if parts.system.capped:
@@ -55,7 +67,7 @@ def title_of(parts: ReportParts) -> str:
 
 
 def loads_of(parts: ReportParts) -> str:
-    """The loads of a report, the scatter of its input and what is not in its model."""
+    """The loads of a report, the scatter of its input, what is not in its model, and its origin."""
     mean = ", ".join(f"{name} = {value:.4g}" for name, value in parts.cycle.mean.items())
     names = parts.cycle.corner_names
     corners = [*names[:_SHOWN_CORNERS]]
@@ -66,7 +78,7 @@ def loads_of(parts: ReportParts) -> str:
         text += f" Scatter: {parts.scatter}."
     if parts.notes:
         text += f" Not in the model: {parts.notes}."
-    return text
+    return f"{text} {parts.origin}" if parts.origin else text
 
 
 def sections_of(parts: ReportParts, page: int) -> Iterator[Section]:
@@ -75,45 +87,31 @@ def sections_of(parts: ReportParts, page: int) -> Iterator[Section]:
 
 
 def _at_load(parts: ReportParts) -> Iterator[Section]:
-    yield Section("Advice", list(advice_on(parts)))
+    sentences = [*advice_on(parts), *gross_slip_in_words(parts), kind_of_contact(parts)]
+    yield Section("As assembled", list(dict.fromkeys(sentences)))
     if not parts.verdicts.empty:
-        yield _verdicts(parts)
-    yield Section("Kind of contact", [kind_of_contact(parts)])
-    if parts.gross_slip is not None:
-        yield Section("Gross slip", list(gross_slip_in_words(parts)))
+        sentence = (
+            "Passed if the value is at most its limit; of a safety factor, at least. The margin "
+            "is the limit over the value with the estimated error of its work; of a safety factor "
+            "the value over the limit."
+        )
+        yield Section("Verdicts", [sentence], verdicts_in_words(parts))
+    contacts = parts.contacts
+    if not contacts.empty:
+        along = " along the first tangents" if parts.system.orthotropic else ""
+        sentence = (
+            "slides_at: load factor at which the face slides in full, with the pressure of the "
+            "mean load; slides_at_steady: with that of the steady state. P, Q, fP: pressure, "
+            f"shear, and the most that friction can hold{along}; utilisation: Q / fP. carries: "
+            "share of the friction as bodies slide off."
+        )
+        table = contacts[[name for name in _OF_FACES if name in contacts]]
+        table = table.dropna(axis=1, how="all")
+        units = columns_with_units(parts, contacts)
+        yield Section("Face by face", [sentence], table, contacts, parts.steady, units)
     numbers = numbers_at_load(parts)
     if not numbers.empty:
-        yield Section("Numbers", [], numbers)
-    if parts.steady is not None:
-        names = parts.cycle.corner_names
-        contacts = parts.contacts
-        sentences = []
-        if len(names) <= _SHOWN_CORNERS:
-            corners = "; ".join(f"{k}: {name}" for k, name in enumerate(names))
-            along = " along the first tangents" if parts.system.orthotropic else ""
-            sentences = [
-                "P, Q and fP are pressure, shear and the most that friction can hold"
-                f"{along}, at the corners {corners}."
-            ]
-        else:
-            contacts = contacts.filter(regex=r"^(?!f?[PQ]_\d)")  # without forces
-        yield Section(
-            "Contacts at load factor 1",
-            sentences,
-            contacts,
-            parts.steady,
-            columns_with_units(parts, contacts),
-        )
-
-
-def _verdicts(parts: ReportParts) -> Section:
-    """The verdicts, and their meaning."""
-    sentence = (
-        "Passed if the value is at most its limit; for gross slip, at least its limit. The margin "
-        "is the limit over the value, with the estimated error of its work; of gross slip the "
-        "value over the limit."
-    )
-    return Section("Verdicts at load factor 1", [sentence], verdicts_in_words(parts))
+        yield Section("Numbers", [], numbers[_BRIEF], numbers)
 
 
 def verdicts_in_words(parts: ReportParts) -> pd.DataFrame:
@@ -123,27 +121,26 @@ def verdicts_in_words(parts: ReportParts) -> pd.DataFrame:
 
 
 def _with_load(parts: ReportParts) -> Iterator[Section]:
-    if not parts.safety.empty:
+    # Without scatter, the factor against gross slip alone is the gross-slip load.
+    if parts.scatter or len(parts.safety) > 1:
         sentences = ["A safety factor is the number by which the cyclic load may grow."]
-        for method in dict.fromkeys(parts.safety["by"]):
-            against = parts.safety.loc[parts.safety["by"] == method, "against"]
-            sentences.append(f"The worst of {' and of '.join(against)} is found {method}.")
-        table = parts.safety.drop(columns="by")
+        if parts.scatter:
+            for method in dict.fromkeys(parts.safety["by"]):
+                against = parts.safety.loc[parts.safety["by"] == method, "against"]
+                sentences.append(f"The worst of {' and of '.join(against)} is found {method}.")
+        table = parts.safety.drop(columns="by" if parts.scatter else ["by", "worst", "at"])
         yield Section("Safety factors", sentences, table)
     if parts.curve is not None:
         table = curve_table(parts, parts.curve)
-        sentence = (
-            "work: of friction, per cycle; slipping: share of all contacts; slip_range: largest of "
-            "all nodes; damping: ratio."
-        )
+        brief = table[[name for name in _OF_CURVE if name in table]]
         units = columns_with_units(parts, table)
-        yield Section("What grows with the load", [sentence], table, parts.curve, units)
+        yield Section("What grows with the load", [], brief, table, parts.curve, units)
 
 
 def _limits(parts: ReportParts) -> Iterator[Section]:
     numbers = numbers_of_limits(parts)
     if not numbers.empty:
-        yield Section("Limits", [], numbers, parts.limit)
+        yield Section("Limits", [], numbers[_BRIEF], numbers, parts.limit)
     if parts.missing:
         yield Section("Without an answer", missing_in_words(parts))
 
@@ -160,54 +157,37 @@ def page_text(parts: ReportParts, page: int) -> str:
     """The text of a page, in lines of paper; "" if nothing on it is known."""
     lines = list[str]()
     for section in sections_of(parts, page):
-        lines += ["", section.title, "-" * len(section.title)]
-        lines += [fill(sentence, PAPER) for sentence in section.sentences]
+        # The sentences that a report begins with need no heading.
+        lines += ["", f"{section.title}:"] if lines or page > 1 else [""]
+        # The columns of the tables are explained on the sheet and on the page of the report.
         if section.table is None:
-            continue
-        if section.title in ("Numbers", "Limits"):
-            lines += _lines_of_numbers(section.table)
-        elif section.title.startswith("Verdicts"):
-            lines += _lines_of_verdicts(section.table)
+            lines += [fill(sentence, PAPER) for sentence in section.sentences]
         else:
-            lines += table_lines(section.table, section.units or {})
+            table = section.table
+            if section.title != "Verdicts":
+                table = table.drop(columns=_NOT_ON_PAPER, errors="ignore")
+            in_lines = list(table_lines(table, section.units or {}))
+            # The columns of numbers need no names.
+            lines += in_lines["number" in table :]
     return "\n".join(lines[1:])
 
 
 def whole_text(parts: ReportParts) -> str:
-    """The text of all pages."""
+    """The text of all pages, of some 40 lines."""
     pages = [page_text(parts, page) for page in range(1, len(PAGES) + 1)]
-    head = f"{fill(title_of(parts), PAPER)}\n{fill(loads_of(parts), PAPER)}"
-    return "\n\n".join([head, *filter(None, pages)])
+    return "\n\n".join([_head(parts), *filter(None, pages)])
 
 
 def shown_page(parts: ReportParts, page: int, pages: int) -> str:
     """A page as it is shown when it is ready, with its number."""
     head = f"Page {page} of {pages}: {PAGES[page - 1].lower()}"
     if page == 1:
-        head = f"{fill(title_of(parts), PAPER)}\n{fill(loads_of(parts), PAPER)}\n\n{head}"
+        head = f"{_head(parts)}\n\n{head}"
     return f"{head}\n\n{page_text(parts, page) or 'Nothing is known.'}\n"
 
 
-def _lines_of_numbers(numbers: pd.DataFrame) -> Iterator[str]:
-    """Two texts for each number: its value, and its meaning."""
-    for row in numbers.itertuples():
-        yield f"{row.number}: {row.value:.5g} {row.unit}".rstrip()
-        yield _indented(f"{row.meaning}. Converges with the mesh: {row.converges}.")
-
-
-def _lines_of_verdicts(verdicts: pd.DataFrame) -> Iterator[str]:
-    """Two texts for each verdict: the numbers, and the place."""
-    for row in verdicts.to_dict("records"):
-        passed = "passed" if row["passed"] == "yes" else "NOT PASSED"
-        compared = f"{row['value']:.4g} against {row['limit']:.4g} {row['unit']}"
-        yield f"{row['quantity']}: {compared}, margin {row['margin']:.3g}: {passed}"
-        places = [row["where"], row.get("at", "")]
-        if any(places):
-            yield _indented("; ".join(filter(None, places)))
-
-
-def _indented(text: str) -> str:
-    return fill(text, PAPER, initial_indent="    ", subsequent_indent="    ")
+def _head(parts: ReportParts) -> str:
+    return f"{fill(title_of(parts), PAPER)}\n{fill(loads_of(parts), PAPER)}"
 
 
 def table_lines(table: pd.DataFrame, units: Mapping[str, tuple[str, str]]) -> Iterator[str]:

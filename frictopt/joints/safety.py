@@ -15,16 +15,17 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from ..base import ROUNDING, progress_bar
+from ..base import progress_bar
 from ..contact import ContactState, ContactSystem
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip
 from ..transients import SteadyState, steady_state
 from ..transients.march import mean_state
 from ..transients.steady import steady_without_step_error
+from .faces import faces_slide_at, factor_of
 from .load_search import SETTINGS, load_at_threshold
 from .scatter import NOMINAL, Corner, Scatter
-from .thresholds import GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judged
+from .thresholds import FACE_SLIP, GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judged
 
 _NO_SCATTER = "at the nominal input, because nothing scatters"
 _BY_THEOREM = (
@@ -109,7 +110,7 @@ def safety_table(
 ) -> pd.DataFrame:
     """A row for each safety factor, with columns `SAFETY_COLUMNS`.
 
-    Rows are gross slip, and the limits on slip range and slipping share if they are given.
+    Rows are gross slip, and the limits on face slip, slip range and slipping share if given.
     """
     rows = list[tuple[object, ...]]()
     end = np.inf
@@ -117,6 +118,8 @@ def safety_table(
         rows.append(_against_gross_slip(states, nominal))
         if nominal.self_stress is None:
             end = SETTINGS.below_gross_slip * factor_of(nominal)
+    if FACE_SLIP in limits:
+        rows.append(_against_face_slip(states))
     for name in (SLIP_RANGE, SLIPPING_SHARE):
         if name in limits:
             rows.append(_against_slip(states, name, limits[name], end))
@@ -144,14 +147,21 @@ def _against_gross_slip(states: SteadyStates, nominal: GrossSlip) -> tuple[objec
     return GROSS_SLIP, nominal_factor, factors[worst], names[worst], by
 
 
-def factor_of(gross: GrossSlip) -> float:
-    """The safety factor of a gross-slip load.
-
-    It is 0 if no state of rest exists at load factor 1 or below.
-    """
-    if np.isnan(gross.load_factor) or gross.least > 1 + ROUNDING:
-        return 0.0
-    return gross.load_factor
+def _against_face_slip(states: SteadyStates) -> tuple[object, ...]:
+    """The row of the first face that slides in full."""
+    corners = states.all_corners()
+    factors = list[float]()
+    for corner in corners:
+        try:
+            mean = states.mean_state(corner)
+        except (NoContinuation, SolverError):
+            factors.append(0.0)
+            continue
+        faces = faces_slide_at(states.system, corner.cycle, corner.friction, mean)
+        factors.append(float(np.nanmin([np.inf, *faces])))
+    worst = int(np.argmin(factors))
+    by = _BY_CORNERS if states.scatter.exists else _NO_SCATTER
+    return FACE_SLIP, factors[0], factors[worst], corners[worst].name, by
 
 
 def _against_slip(
@@ -215,8 +225,8 @@ def verdict_table(
     """
     rows = list[tuple[object, ...]]()
     for name, threshold in limits.items():
-        if name == GROSS_SLIP:
-            rows += _verdict_on_gross_slip(safety, threshold)
+        if name in (GROSS_SLIP, FACE_SLIP):
+            rows.append(_verdict_on_factor(name, safety, threshold))
             continue
         corners = states.all_corners()
         judged = list[tuple[Judged, str]]()
@@ -232,16 +242,15 @@ def verdict_table(
     return pd.DataFrame(rows, columns=VERDICT_COLUMNS)
 
 
-def _verdict_on_gross_slip(safety: pd.DataFrame, threshold: float) -> list[tuple[object, ...]]:
-    """The verdict on the safety factor against gross slip."""
-    rows = safety[safety["against"] == GROSS_SLIP]
+def _verdict_on_factor(name: str, safety: pd.DataFrame, threshold: float) -> tuple[object, ...]:
+    """The verdict on the safety factor against gross slip, or against the slip of a face."""
+    rows = safety[safety["against"] == name]
     if rows.empty:
-        return [(GROSS_SLIP, np.nan, threshold, "load factor", False, 0.0, "no answer", NOMINAL)]
+        return name, np.nan, threshold, "load factor", False, 0.0, "no answer", NOMINAL
     row = rows.iloc[0]
     factor = float(row["worst"])
     margin = _margin(factor, threshold)
-    passed = factor >= threshold
-    return [(GROSS_SLIP, factor, threshold, "load factor", passed, margin, "", row["at"])]
+    return name, factor, threshold, "load factor", factor >= threshold, margin, "", row["at"]
 
 
 def _margin(allowed: float, value: float) -> float:

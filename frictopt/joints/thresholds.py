@@ -15,6 +15,7 @@ from ..errors import ModelError
 from ..transients import SteadyState
 
 GROSS_SLIP = "gross slip"
+FACE_SLIP = "face slip"
 SLIP_RANGE = "slip range"
 SLIPPING_SHARE = "slipping share"
 
@@ -47,7 +48,7 @@ def checked_limits(system: ContactSystem, limits: object) -> dict[str, float]:
     """Check thresholds, name of a quantity -> number of at least 0."""
     if limits is None:
         return {}
-    names = [GROSS_SLIP, *QUANTITIES]
+    names = [GROSS_SLIP, FACE_SLIP, *QUANTITIES]
     thresholds = dict[str, float]()
     for name, value in checked_cases("limits", limits, "threshold").items():
         if name not in names:
@@ -70,19 +71,20 @@ def _at_node(steady: SteadyState, values: Array) -> Judged:
     """The largest of some values (N,) at the nodes, and its place."""
     node = int(np.argmax(values))
     value = float(values[node])
-    number = in_deck(steady.system, node)
-    where = f"node {node}{f' ({number})' if number else ''} at {_place_of(steady.system, node)}"
+    where = place_of_node(steady.system, node)
     if steady.system.contact is not None:
         where = f"{steady.system.contact[node]}, {where}"
     return Judged(value, where, value)
 
 
-def _place_of(system: ContactSystem, node: int) -> str:
-    """The place of a node, to four digits of the size of the contact."""
+def place_of_node(system: ContactSystem, node: int) -> str:
+    """The number and the place of a node, to four digits of the size of the contact."""
+    number = in_deck(system, node)
     size = float(np.ptp(system.points, axis=0).max()) or 1.0
     # The size has one digit itself.
     digits = 3 - int(np.floor(np.log10(size)))
-    return place(np.round(system.points[node], digits) + 0.0)  # adding 0 turns -0 into 0
+    at = place(np.round(system.points[node], digits) + 0.0)  # adding 0 turns -0 into 0
+    return f"node {node}{f' ({number})' if number else ''} at {at}"
 
 
 def _with_step_error(steady: SteadyState, value: Judged) -> Judged:

@@ -153,6 +153,14 @@ class GrossSlip(Explained):
 
         return corner_problem(self._asked, self.load_factor, self._forces)
 
+    def carried(self) -> Array:
+        """(N,) share of each node in the work of friction on the motion; NaN without a motion."""
+        shape = self.phi.shape
+        if self._forces.size != self.phi.size:
+            return np.full(shape[1], np.nan)
+        work = -(self._forces.reshape(shape)[:-1] * self.phi[:-1]).sum(axis=0)
+        return np.asarray(work / (work.sum() or np.nan))
+
     def rests_at(self, load_factor: float) -> bool:
         """Whether a state of rest may exist at a load factor: it is not outside of these bounds."""
         largest = self.load_factor * (1 + ROUNDING)

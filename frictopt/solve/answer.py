@@ -60,8 +60,8 @@ def answer(
     started = perf_counter()
     attempts = list[Attempt]()
     kind = kind_of(program)
-    # Multipliers of cones have fewer digits than a vertex: the polish costs little and adds them.
-    enough = tolerance if kind == LP else min(ROUNDING, tolerance)
+    # Multipliers of cones have fewer digits than a vertex, and the polish adds them.
+    enough = tolerance if kind == LP or tolerance > RESIDUAL else ROUNDING
     claim_of_none: list[C | None] = []
     agreed = True
     for form, name in _ways(program, solver):

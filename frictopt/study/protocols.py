@@ -21,6 +21,7 @@ from ..base import (
     frozen,
     number_of,
     progress_bar,
+    shown,
     warns_of_odd_values,
     whole_number,
 )
@@ -209,7 +210,7 @@ def limit_after_protocol(
     protocol: Sequence[LoadStep] = (),
     start: str | ArrayLike = "assembled",
     up_to: float | None = None,
-    scan: int = 25,
+    scan: int | ArrayLike = 25,
     tolerance: float = 1e-4,
     steps: int | None = None,
     progress: bool = True,
@@ -234,7 +235,9 @@ def limit_after_protocol(
     up_to
         Largest load factor tried; None: the shakedown limit.
     scan
-        Number of load factors tried before the bisection.
+        Number of load factors tried before the bisection; or these load factors as shares of
+        `up_to`, rising, above 0, and up to 1, such as the guaranteed limit over the shakedown limit
+        and 1.
     tolerance
         Width of the last interval of the bisection, divided by the largest load factor tried.
     steps, progress
@@ -267,7 +270,7 @@ def limit_after_protocol(
     [0.54, 0.85, 1.0]
     """
     loads = listed_parts("protocol", protocol, LoadStep)
-    scan = whole_number("scan", scan, least=1)
+    shares = _checked_scan(scan)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
     tried: dict[float, str] = {}  # load factor -> outcome
     no_result: dict[float, str] = {}  # load factor -> why a transient has no result
@@ -293,7 +296,7 @@ def limit_after_protocol(
                 "to try"
             )
         largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
-        grid = largest * np.arange(1, scan + 1) / scan
+        grid = largest * shares
         low, high = first_change(slips, grid, tolerance * largest)
         # Load factors above the limit may bring other starts to the front.
         starts = frozen(transients.starts)
@@ -308,6 +311,17 @@ def limit_after_protocol(
     return LimitAfterProtocol(
         low, high, limit, starts, answer, transients.count, transients.residual, note
     )
+
+
+def _checked_scan(scan: ArrayLike) -> Array:
+    """The shares of the largest load factor that are tried before the bisection."""
+    if isinstance(scan, str) or not hasattr(scan, "__len__"):
+        number = whole_number("scan", scan, least=1)
+        return np.arange(1, number + 1) / number
+    shares = finite_array("scan", scan, (None,))
+    if not len(shares) or shares[0] <= 0 or shares[-1] > 1 or (np.diff(shares) <= 0).any():
+        raise ModelError(f"scan: {shown(scan)}; give a number, or shares above 0 that rise up to 1")
+    return shares
 
 
 def _rest_so_far(tried: Mapping[float, str]) -> str:

@@ -13,6 +13,7 @@ from ..base import (
     SIMULTANEOUS,
     Array,
     Booleans,
+    Integers,
     Table,
     components,
     finite_array,
@@ -179,11 +180,9 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     """
     system = states.system
     width = np.ones(system.nodes) if system.width is None else system.width
-    names = np.full(system.nodes, "the contact")
-    if system.contact is not None:
-        names = np.asarray(system.contact)
-    contacts = list(dict.fromkeys(names.tolist()))
-    member = np.array([names == name for name in contacts], dtype=float)  # (contacts, N)
+    faces = nodes_of_contacts(system)
+    contacts = list(faces)
+    member = np.array(list(faces.values()), dtype=float)  # (contacts, N)
     area = member @ width
     columns: dict[str, object] = {"contact": contacts, "nodes": member.sum(axis=1).astype(int)}
     if system.width is not None:
@@ -199,10 +198,8 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     columns["slip_range"] = (member * _slip_ranges(states)).max(axis=1)
 
     corners = states.cycle.corner_names
-    # If the period is two cycles, the forces are from the second one.
-    times = states.time[-1] - np.arange(len(corners))[::-1]
     q = axes_of(states.q * system.stretch)
-    for corner, row in enumerate(np.searchsorted(states.time, times + SIMULTANEOUS) - 1):
+    for corner, row in enumerate(rows_of_corners(states)):
         columns[f"P_{corner}"] = member @ states.p[row]
         columns[f"Q_{corner}"] = _shear_through(member, system.frames, q[row])
         columns[f"fP_{corner}"] = member @ most_shear(system, states.friction, states.p[row])
@@ -212,6 +209,20 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     if system.width is None:
         table.attrs["note"] = "shares are of the nodes: the system has no width"
     return table
+
+
+def nodes_of_contacts(system: ContactSystem) -> dict[str, Booleans]:
+    """Contact -> which nodes (N,) belong to it; "the contact" if the system has no names."""
+    if system.contact is None:
+        return {"the contact": np.ones(system.nodes, dtype=bool)}
+    names = np.asarray(system.contact)
+    return {name: names == name for name in dict.fromkeys(names.tolist())}
+
+
+def rows_of_corners(states: Trajectory) -> Integers:
+    """The numbers of the states at the corners, in the second cycle if the period is two."""
+    times = states.time[-1] - np.arange(len(states.cycle.corners))[::-1]
+    return np.asarray(np.searchsorted(states.time, times + SIMULTANEOUS) - 1)
 
 
 def _slip_ranges(states: Trajectory) -> Array:

@@ -31,6 +31,24 @@ def random_contact(rng, nodes, coupling=0.5, stiffness=1.0):
     return fo.ContactSystem(S, rng.normal(size=(nodes, 3)), bonded)
 
 
+def flat_body(points):
+    """A rigid body on nodes of the plane z = 0 that nothing else holds."""
+    x, y = points.T
+    n, zero = len(x), np.zeros(len(x))
+    one = zero + 1
+    v1, v2 = [one, zero, zero, -y, zero, zero], [zero, one, zero, x, zero, zero]
+    w = [zero, zero, one, zero, y, -x]
+    motions = np.hstack([v1, v2, w]).T
+    S = np.eye(3 * n) - motions @ np.linalg.pinv(motions)
+    loads = {
+        "P": np.r_[zero, zero, one / n],
+        "push": np.r_[-one / n, zero, zero],
+        "torque": np.r_[y, -x, zero] / n,
+        "moment": np.r_[zero, zero, x / n],
+    }
+    return fo.ContactSystem(S, np.column_stack([points, zero]), loads)
+
+
 def vectors(contact):
     """Load case name -> bonded reactions in the order of S."""
     return {name: joined(*pair) for name, pair in contact.bonded.items()}

@@ -284,7 +284,7 @@ FAULTS = (
         tests="sheet::test_without_a_steady_state_no_threshold_is_kept",
     ),
     Fault(
-        "joints/safety.py",
+        "joints/faces.py",
         "the mean load that slides off is safe",
         old="np.isnan(gross.load_factor) or gross.least > 1 + ROUNDING",
         new="np.isnan(gross.load_factor)",
@@ -366,6 +366,27 @@ FAULTS = (
         old="opens and (not mesh_limits)",
         new="False",
         tests="sheet::test_limits_that_belong_to_the_mesh_are_given_if_they_are_asked",
+    ),
+    Fault(
+        "joints/faces.py",
+        "preloads shear a face",
+        old="drives(slides, reactions(system, [{case: 1.0}])[0])",
+        new="True",
+        tests="faces::test_a_lap_and_its_joint_by_hand",
+    ),
+    Fault(
+        "limits/balance/face_statics.py",
+        "a face keeps its normal force",
+        old="growth = pressing(load.cyclic) / total",
+        new="growth = 0.0",
+        tests="faces::test_the_normal_force_changes_with_the_load",
+    ),
+    Fault(
+        "limits/balance/face_statics.py",
+        "a face has no moment",
+        old="motions = np.concatenate([np.tile(np.eye(axes), (n, 1, 1)), np.stack(turns, axis=-1)], axis=-1)",
+        new="motions = np.tile(np.eye(axes), (n, 1, 1))",
+        tests="faces::test_force_and_moment_of_a_flat_face_by_plain_cvxpy",
     ),
     Fault(
         "joints/report_text.py",

@@ -155,8 +155,8 @@ FAULTS = (
     Fault(
         "transients/fretting.py",
         "of two cycles the first one",
-        old="states.time[-1] - np.arange(len(corners))[::-1]",
-        new="1.0 + np.arange(len(corners))",
+        old="states.time[-1] - np.arange(len(states.cycle.corners))[::-1]",
+        new="1.0 + np.arange(len(states.cycle.corners))",
         tests="by_contact",
     ),
     Fault(
