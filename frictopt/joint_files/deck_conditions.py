@@ -13,17 +13,26 @@ from ..readers.keywords import KEPT
 from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 
-# Read before all others: loads act on bolts and couplings, wherever these are listed.
-_POINTS = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY"}
+# Read before all others, wherever these are listed: loads act on bolts and couplings, and the axis
+# of a ring belongs to a tie.
+_POINTS = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY", "TIE"}
 
 
 class Pair(NamedTuple):
-    """A contact pair: its surfaces, its interaction, and its block."""
+    """A contact pair or tie: its surfaces, the interaction, or "" in a *TIE, and its block.
+
+    `adjust` is the distance within which nodes of the slave move onto the master, or their rows.
+    """
 
     slave: str
     master: str
     interaction: str
     block: Block
+    adjust: float | Sequence[int] | None
+
+    def error(self, problem: str) -> ModelError:
+        """An error that names the line of the pair."""
+        return ModelError(f"{self.block.place}: {self.block}: {problem}")
 
 
 class Coupled(NamedTuple):
@@ -51,6 +60,12 @@ class Conditions:
         # interaction -> friction
         self.friction = dict[str, float]()
         self.pairs = list[Pair]()
+        self.ties = list[Pair]()
+        # interactions whose pairs are ties
+        self._tied = set[str]()
+        # ties of sectors, and two points (6,) on the axis of each
+        self.cuts = dict[str, Pair]()
+        self.axes = dict[str, list[float]]()
         # surfaces of a pair -> gap; below 0 it is an overlap
         self.clearances = dict[tuple[str, str], float]()
         # node -> section
@@ -72,6 +87,11 @@ class Conditions:
             for block in blocks:
                 if (block.keyword in _POINTS) == is_point:
                     self._read(block)
+        for pair in self.pairs:
+            if pair.interaction not in self.friction:
+                raise pair.error(f"there is no *SURFACE INTERACTION, NAME={pair.interaction}")
+        self.ties += [pair for pair in self.pairs if pair.interaction in self._tied]
+        self.pairs = [pair for pair in self.pairs if pair.interaction not in self._tied]
 
     def _read(self, block: Block) -> None:
         read = getattr(self, f"_{block.keyword.lower().replace('-', '')}", None)
@@ -142,13 +162,35 @@ class Conditions:
             self.left_out["*FRICTION: stick slope"] = None
 
     def _surfacebehavior(self, block: Block) -> None:
-        if block.parameters.get("PRESSURE-OVERCLOSURE", "HARD") != "HARD":
+        kind = block.parameters.get("PRESSURE-OVERCLOSURE", "HARD")
+        if kind == "TIED":
+            self._tied.add(self._interaction)
+        if kind != "HARD":
             self.left_out["*SURFACE BEHAVIOR: contact stiffness (penalty)"] = None
 
     def _contactpair(self, block: Block) -> None:
+        self.pairs += self._pairs(block, block.parameters["INTERACTION"], "ADJUST")
+
+    def _pairs(self, block: Block, interaction: str, parameter: str) -> Iterator[Pair]:
+        """The pairs of a block; a parameter of it says which nodes move onto the master."""
+        adjust: float | Sequence[int] | None = None
+        if entry := block.parameters.get(parameter):
+            adjust = self.deck.nodes(entry).tolist() if entry in self.deck.sets else number(entry)
         for slave, master, *_ in block.rows:
-            interaction = block.parameters["INTERACTION"]
-            self.pairs.append(Pair(slave.upper(), master.upper(), interaction, block))
+            yield Pair(slave.upper(), master.upper(), interaction, block, adjust)
+
+    def _tie(self, block: Block) -> None:
+        pairs = self._pairs(block, "", "POSITIONTOLERANCE")
+        if "CYCLICSYMMETRY" in block.parameters:
+            (self.cuts[block.parameters.get("NAME", "")],) = pairs
+        else:
+            self.ties += pairs
+
+    def _cyclicsymmetrymodel(self, block: Block) -> None:
+        name = block.parameters.get("TIE") or next(iter(self.cuts), "")
+        if name not in self.cuts:
+            raise ValueError(f"there is no *TIE, CYCLIC SYMMETRY, NAME={name}")
+        self.axes[name] = [number(entry) for row in block.rows for entry in row]
 
     def _clearance(self, block: Block) -> None:
         surfaces = block.parameters["SLAVE"], block.parameters["MASTER"]

@@ -1,7 +1,7 @@
 """The contact model of a deck: its bodies, contacts, supports and load cases."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, TypeAlias
@@ -11,16 +11,18 @@ from scipy.spatial import cKDTree
 
 from ..base import Array, Booleans, number_of
 from ..errors import ModelError
-from ..fem.bodies import split_bodies, with_parts
+from ..fem.bodies import Body, split_bodies, with_parts
 from ..fem.bolts import BoltPreload
 from ..fem.contacts import Contact, Interference
 from ..fem.couplings import DistributingCoupling, RigidCoupling
+from ..fem.cyclic import Cyclic
 from ..fem.elasticity import Kinematics, Material
 from ..fem.load_cases import Load
 from ..fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from ..fem.model import ContactModel
 from ..fem.node_forces import PointForce, RemoteForce
 from ..fem.supports import Support
+from ..fem.ties import Tie
 from ..readers.meshes import corner_mesh, named_mesh
 from .deck_conditions import Conditions, Pair
 from .states import Field
@@ -35,23 +37,28 @@ _KINEMATICS: dict[str, Kinematics] = {
 
 
 class _AtNodes:
-    """Values at some points (d, n) of a mesh, as a function of coordinates; 0 elsewhere.
+    """Values at some nodes of a body, as a function of coordinates; 0 at its other nodes.
 
-    Without values it is true at the points.
+    Without values it is true at the nodes. A contact or tie may have moved nodes by a part of their
+    edges, so a point is the node that is nearest.
     """
 
-    def __init__(self, points: Array, values: Any = None) -> None:
-        self.tree = cKDTree(points.T)
-        self.values = np.ones(points.shape[1], dtype=bool) if values is None else values
+    def __init__(self, body: Body, nodes: Booleans, values: Any = None) -> None:
+        points = body.mesh.p
+        self.all = cKDTree(points.T)
+        self.tree = cKDTree(points[:, nodes].T)
+        self.values = np.ones(self.tree.n, dtype=bool) if values is None else values
         self.near = 1e-9 * float(np.abs(points).max())
 
     def __repr__(self) -> str:
         return f"{number_of(len(self.values), 'node')} of the deck"
 
     def __call__(self, *x: Array) -> Any:
-        distance, place = self.tree.query(np.stack(x, axis=-1))
+        points = np.stack(x, axis=-1)
+        distance, place = self.tree.query(points)
         values = self.values[place]
-        return np.where(distance <= self.near, values, np.zeros_like(values))
+        is_meant = distance <= self.all.query(points)[0] + self.near
+        return np.where(is_meant, values, np.zeros_like(values))
 
 
 class DeckModel:
@@ -131,8 +138,9 @@ class DeckModel:
         loads = {case: listed for case, listed in loads.items() if listed}
         if overlaps:
             loads["FIT"] = overlaps
-        supports = [*self._supports(), *self._couplings()]
-        return ContactModel(self.bodies, supports, loads, contacts, self.kinematics)
+        supports = [*self._supports(), *self._couplings(), *self._cyclic()]
+        ties = [*self._ties()]
+        return ContactModel(self.bodies, supports, loads, contacts, self.kinematics, ties=ties)
 
     def _with(self, boundary: str) -> list[str]:
         """Names of the bodies that have a boundary."""
@@ -146,29 +154,46 @@ class DeckModel:
         for pair in self.conditions.pairs:
             bodies = self._pairs_of_bodies(pair)
             clearance = self.conditions.clearances.get(pair[:2])
-            gap: Any = None if "ADJUST" in pair.block.parameters else "measured"
+            gap: Any = "measured"
             if clearance is not None:
                 gap = partial(_constant, max(clearance, 0.0))
             for names in bodies:
                 name = f"{pair.slave}-{pair.master}"
                 name += f" ({', '.join(names)})" if len(bodies) > 1 else ""
-                contacts.append(Contact(*names, pair.slave, pair.master, name, gap))
+                adjust: Any = pair.adjust
+                if isinstance(adjust, Sequence):
+                    adjust = self._at_rows(names[0], adjust)
+                contacts.append(Contact(*names, *pair[:2], name, gap, adjust))
                 self.friction[name] = self.conditions.friction[pair.interaction]
                 self.interactions[pair.interaction].append(name)
                 if clearance is not None and clearance < 0:
                     overlaps.append(Interference(name, -clearance))
         return contacts, overlaps
 
+    def _ties(self) -> Iterator[Tie]:
+        for pair in self.conditions.ties:
+            tolerance = pair.adjust if isinstance(pair.adjust, float) else None
+            if pair.interaction:
+                tolerance = tolerance or None
+            moves = pair.block.parameters.get("ADJUST") != "NO"
+            for names in self._pairs_of_bodies(pair):
+                yield Tie(*names, *pair[:2], tolerance, moves)
+
+    def _cyclic(self) -> Iterator[Cyclic]:
+        d = len(self.axes)
+        for name, pair in self.conditions.cuts.items():
+            if name not in self.conditions.axes:
+                raise pair.error(f"there is no *CYCLIC SYMMETRY MODEL, TIE={name}")
+            start, end = np.reshape(self.conditions.axes[name], (2, 3))
+            tolerance: Any = pair.adjust or 0.0
+            slaves, masters = self._sides(pair)
+            for body in dict.fromkeys(slaves + masters):
+                axis = tuple((end - start).tolist())
+                yield Cyclic(body, *pair[:2], axis, tuple(start[:d].tolist()), tolerance)
+
     def _pairs_of_bodies(self, pair: Pair) -> list[tuple[str, str]]:
-        """The bodies on both sides of a contact pair whose faces are near each other."""
-        slaves, masters = map(self._with, pair[:2])
-        problem = ""
-        if not slaves or not masters:
-            problem = f"surface {pair[bool(slaves)]!r} has no face of a body; name faces"
-        if pair.interaction not in self.conditions.friction:
-            problem = f"there is no *SURFACE INTERACTION, NAME={pair.interaction}"
-        if problem:
-            raise ModelError(f"{pair.block.place}: {pair.block}: {problem}")
+        """The bodies on both sides of a contact pair or tie whose faces are near each other."""
+        slaves, masters = self._sides(pair)
         bodies = [
             (one, two)
             for one in slaves
@@ -180,6 +205,14 @@ class DeckModel:
             text = f"*CONTACT PAIR: {pair.slave} of {one} far from {pair.master} of {two}"
             self.conditions.left_out[text] = None
         return near
+
+    def _sides(self, pair: Pair) -> list[list[str]]:
+        """The bodies of the slave and of the master of a pair."""
+        sides = [self._with(surface) for surface in pair[:2]]
+        for surface, bodies in zip(pair[:2], sides, strict=True):
+            if not bodies:
+                raise pair.error(f"surface {surface!r} has no face of a body; name faces")
+        return sides
 
     def _is_near(self, pair: Pair, names: tuple[str, str]) -> bool:
         """Whether two faces come closer than their longest edge."""
@@ -197,13 +230,18 @@ class DeckModel:
         is_made = (self.origin[name] != 0).astype(int)
         return np.asarray(is_made @ rows.astype(int) == np.diff(is_made.indptr))
 
+    def _at_rows(self, name: str, rows: Sequence[int]) -> _AtNodes | None:
+        """The place of nodes of the deck in a body; None if it has none of them."""
+        nodes = self._made_of(name, np.isin(np.arange(len(self.deck.points)), rows))
+        return _AtNodes(self.bodies[name], nodes) if nodes.any() else None
+
     def _supports(self) -> Iterator[Support]:
         for name, body in self.bodies.items():
             held = [self._made_of(name, self.held[:, k]) for k in range(len(self.axes))]
             for axes in np.unique(held, axis=1).T:
                 nodes = (np.array(held) == axes[:, None]).all(axis=0)
                 if axes.any():
-                    yield Support(name, _AtNodes(body.mesh.p[:, nodes]), _letters(axes))
+                    yield Support(name, _AtNodes(body, nodes), _letters(axes))
 
     def _couplings(self) -> Iterator[RigidCoupling | DistributingCoupling]:
         for row, coupled in self.conditions.couplings.items():
@@ -267,10 +305,10 @@ class DeckModel:
             nodes &= np.diff(self.origin[name].indptr) == 1
             rows = self.origin[name][nodes].indices
             owners[rows] += 1
-            points = body.mesh.p[:, nodes]
-            if points.size:
-                parts = {axis: _AtNodes(points, force[rows, k]) for k, axis in enumerate(self.axes)}
-                yield PointForce(name, _AtNodes(points), **parts)
+            if nodes.any():
+                values = zip(self.axes, force[rows].T, strict=False)
+                parts = {axis: _AtNodes(body, nodes, value) for axis, value in values}
+                yield PointForce(name, _AtNodes(body, nodes), **parts)
         is_wrong = is_loaded & ((owners != 1) | force[:, d:].any(axis=1))
         for row in np.flatnonzero(is_wrong).tolist():
             raise ModelError(
@@ -322,10 +360,10 @@ class DeckModel:
         for name, body in self.bodies.items():
             for k, axis in enumerate(self.axes):
                 moved = self.origin[name] @ values[:, k] * self._made_of(name, self.held[:, k])
-                points = body.mesh.p[:, moved != 0]
-                if points.size:
-                    by = {axis: _AtNodes(points, moved[moved != 0])}
-                    yield Displacement(name, _AtNodes(points), **by)
+                nodes = moved != 0
+                if nodes.any():
+                    by = {axis: _AtNodes(body, nodes, moved[nodes])}
+                    yield Displacement(name, _AtNodes(body, nodes), **by)
 
     def _temperature(self, case: str, loads: _Loads) -> Iterator[Load]:
         rise = np.zeros(len(self.deck.points))

@@ -18,6 +18,7 @@ from ..fem.elasticity import Material
 from ..fem.load_cases import Load
 from ..fem.model import ContactModel
 from ..fem.supports import Support
+from ..fem.ties import Tie
 from ..readers.deck_text import blocks, text_of
 from ..readers.instances import flat
 from ..readers.keywords import read_deck
@@ -33,7 +34,7 @@ _OF_ALL = {"title": str, "units": str, "cycle": dict, "friction": dict, "preload
 _OF_ALL |= {"limits": dict}
 _OF_DECK = {"deck": str, "elastic": bool, **_OF_ALL}
 _OF_MESH = {"mesh": str, "kinematics": str, "thickness": float, "materials": dict, "bodies": dict}
-_OF_MESH |= {"contacts": list, "supports": list, "loads": dict, **_OF_ALL}
+_OF_MESH |= {"contacts": list, "supports": list, "loads": dict, "ties": list, **_OF_ALL}
 _LOADS = {kind.__name__: kind for kind in get_args(Load)}
 _SUPPORTS = {kind.__name__: kind for kind in (Support, Cyclic, *get_args(Coupling))}
 
@@ -92,7 +93,10 @@ def _joint_of_deck(file: Path, elastic: bool) -> Joint:
     for block in listed:
         check_not_refused(block, elastic=elastic)
     conditions = Conditions(read_deck(file, mesh_alone=True), listed)
-    for parts, what in ((conditions.pairs, "*CONTACT PAIR"), (conditions.states, "*STATIC step")):
+    for parts, what in (
+        (conditions.pairs, "*CONTACT PAIR that may slide"),
+        (conditions.states, "*STATIC step"),
+    ):
         if not parts:
             raise ModelError(f"deck {file.name}: no {what}; a joint needs one")
     cases, states = load_cases(conditions.states)
@@ -101,9 +105,7 @@ def _joint_of_deck(file: Path, elastic: bool) -> Joint:
         made = DeckModel(conditions, cases, file.name)
         model = made.model(held, cases)
     except ModelError as error:
-        adjusts = any("ADJUST" in pair.block.parameters for pair in conditions.pairs)
-        hint = "; *CONTACT PAIR, ADJUST moves no nodes: move them in the mesh" if adjusts else ""
-        raise ModelError(f"deck {file.name}: {error}{hint}") from error
+        raise ModelError(f"deck {file.name}: {error}") from error
     fit = {"FIT": 1.0}
     return Joint(
         file.name,
@@ -194,6 +196,7 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
         },
         contacts,
         tables.get("kinematics"),
+        ties=[_made("ties", Tie, table) for table in tables.get("ties", [])],
     )
     return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {})
 

@@ -14,15 +14,12 @@ WITHOUT_EFFECT |= {"ENDASSEMBLY", "SECTIONCONTROLS", "FREQUENCY", "DYNAMIC", "HE
 OUTPUT = ("FILE", "PRINT", "OUTPUT")
 
 _BY_HAND = "make the model in Python, with read_mesh and ContactModel"
-_NO_TIE = "faces cannot be tied; merge their nodes"
 _NO_AXES = f"directions are global; {_BY_HAND}"
 _CHANGES = "contacts are the same in all steps; write a deck for each set of contacts"
 
 ALWAYS = {
     "CONTACT": "general contact names no pairs; write *CONTACT PAIR",
     "CONTACTINCLUSIONS": "general contact names no pairs; write *CONTACT PAIR",
-    "TIE": _NO_TIE,
-    "CYCLICSYMMETRYMODEL": f"{_BY_HAND} and Cyclic",
     "EQUATION": f"{_BY_HAND} and RigidCoupling",
     "MPC": f"{_BY_HAND} and RigidCoupling",
     "DISTRIBUTINGCOUPLING": "write *COUPLING with *DISTRIBUTING",
@@ -39,8 +36,7 @@ ALWAYS = {
 }
 """Keyword -> why it is refused."""
 PARAMETERS = (
-    ("TIE", "CYCLICSYMMETRY", (), f"{_BY_HAND} and Cyclic"),
-    ("SURFACEBEHAVIOR", "PRESSURE-OVERCLOSURE", ("TIED",), _NO_TIE),
+    ("TIE", "MULTISTAGE", (), "give all bodies sectors of the same angle"),
     ("SOLIDSECTION", "ORIENTATION", (), _NO_AXES),
     ("PRE-TENSIONSECTION", "ELEMENT", (), "a bolt consists of solids; give its SURFACE"),
     ("TEMPERATURE", "FILE", (), "list nodes and temperatures"),

@@ -23,6 +23,33 @@ PAIR = """*SURFACE INTERACTION, NAME=DRY
 SLOW, SHIGH
 """
 HELD = "*BOUNDARY\nNBASE, 1, 3\n"
+# A cap over the slider, .01 above it, under a lid; no body of the plane strains across.
+CAP = """*NODE
+21, 0, 2.01, 0
+22, .7, 2.01, 0
+23, 1.4, 2.01, 0
+24, 2, 2.01, 0
+25, 0, 3, 0
+26, .7, 3, 0
+27, 1.4, 3, 0
+28, 2, 3, 0
+*NSET, NSET=NCAP
+21, 22, 23, 24, 25, 26, 27, 28
+*NSET, NSET=NLID
+25, 26, 27, 28
+*ELEMENT, TYPE=CPS4, ELSET=CAP
+5, 21, 22, 26, 25
+6, 22, 23, 27, 26
+7, 23, 24, 28, 27
+*SOLID SECTION, ELSET=CAP, MATERIAL=STEEL
+2.
+*SURFACE, NAME=SFOOT
+CAP, S1
+*BOUNDARY
+NLID, 2, 2
+NALL, 1, 1
+NCAP, 1, 1
+"""
 PRESS = "*DLOAD\nETOP, P3, 10.\n"
 
 

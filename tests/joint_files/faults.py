@@ -45,4 +45,32 @@ FAULTS = (
         new="change.get(case, 0.0)",
         tests="deck_states",
     ),
+    Fault(
+        "joint_files/deck_model.py",
+        "a node that a contact has moved loses its force and its support",
+        old="distance <= self.all.query(points)[0] + self.near",
+        new="distance <= self.near",
+        tests="decks",
+    ),
+    Fault(
+        "joint_files/deck_model.py",
+        "ties move their nodes against ADJUST=NO",
+        old='pair.block.parameters.get("ADJUST") != "NO"',
+        new="True",
+        tests="decks",
+    ),
+    Fault(
+        "joint_files/deck_conditions.py",
+        "a pair that is tied may slide",
+        old='kind == "TIED"',
+        new='kind == "GLUED"',
+        tests="decks",
+    ),
+    Fault(
+        "joint_files/deck_model.py",
+        "ADJUST moves no nodes",
+        old="Contact(*names, *pair[:2], name, gap, adjust)",
+        new="Contact(*names, *pair[:2], name, gap, None)",
+        tests="decks",
+    ),
 )

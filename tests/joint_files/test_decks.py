@@ -10,7 +10,18 @@ import pytest
 
 import frictopt as fo
 from frictopt.__main__ import main
-from helpers.joint_decks import HELD, MATERIAL, PAIR, PRESS, carried, deck, joint_of, of_states
+from helpers.joint_decks import (
+    CAP,
+    HELD,
+    MATERIAL,
+    PAIR,
+    PRESS,
+    carried,
+    deck,
+    joint_of,
+    of_states,
+    steps,
+)
 
 DATA = Path(__file__).parents[1] / "data"
 STEPS = "STEP 1", ["STEP 2", "STEP 3"]
@@ -201,12 +212,115 @@ def test_a_clearance_below_zero_is_an_overlap_and_above_a_gap(tmp_path):
     assert joint.system().gap == pytest.approx(0.25)
 
 
+def adjusted(value):
+    return PAIR.replace("SURFACE TO SURFACE", f"SURFACE TO SURFACE, ADJUST={value}")
+
+
 def test_faces_that_are_apart_keep_their_gap_unless_they_are_adjusted(tmp_path):
     assert joint_of(tmp_path, deck(PRESS, lift=0.125)).system().gap == pytest.approx(0.125)
-    adjusted = PAIR.replace("SURFACE TO SURFACE", "SURFACE TO SURFACE, ADJUST=0.2")
-    assert not joint_of(tmp_path, deck(PRESS, pair=adjusted)).system().gap.any()
-    with pytest.raises(fo.ModelError, match=r"SLOW-SHIGH.* do not touch.*ADJUST moves no nodes"):
-        joint_of(tmp_path, deck(PRESS, pair=adjusted, lift=0.125))
+    joint = joint_of(tmp_path, deck(PRESS, pair=adjusted(0.2), lift=0.0625))
+    assert not joint.system().gap.any()
+    assert "3 nodes moved, by up to 0.0625" in str(joint)
+    joint = joint_of(tmp_path, deck(PRESS, pair=adjusted(0.1), lift=0.125))
+    assert joint.system().gap == pytest.approx(0.125)
+    with pytest.raises(fo.ModelError, match=r"joint.inp: adjust, body 'SLIDER'.* move by 0.125"):
+        joint_of(tmp_path, deck(PRESS, pair=adjusted(0.2), lift=0.125))
+    with pytest.raises(fo.ModelError, match=r"line \d+: \*CONTACTPAIR .*'NOWHERE'"):
+        joint_of(tmp_path, deck(PRESS, pair=adjusted("NOWHERE")))
+
+
+@pytest.mark.parametrize(
+    ("adjust", "gap"), [("0", [0, 0, 1]), ("2.E-3", [0, 0, 0]), ("ENDS", [0, 0, 0])]
+)
+def test_adjust_moves_overlaps_and_the_nodes_within_it_or_of_its_set(tmp_path, adjust, gap):
+    """The slider overlaps by .001 at its left end and is open by as much at its right end.
+
+    A force on its lower nodes, which move, is carried in full.
+    """
+    more = "*NSET, NSET=ENDS\n7, 9\n*NSET, NSET=NLOW\n7, 8, 9\n"
+    text = deck(PRESS + "*CLOAD\nNLOW, 1, 3.\n", pair=adjusted(adjust), more=more)
+    text = text.replace("\n7, 0, 1, 0", "\n7, 0, .999, 0").replace(
+        "\n9, 2, 1, 0", "\n9, 2, 1.001, 0"
+    )
+    joint = joint_of(tmp_path, text)
+    assert joint.system().gap == pytest.approx(1e-3 * np.array(gap), abs=1e-8)
+    assert of_states(joint)["STEP 1"] == pytest.approx([9, -40], abs=1e-9)
+
+
+GLUE = "*SURFACE INTERACTION, NAME=GLUE\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1.E7\n"
+TIES = {
+    "tie": "*TIE, NAME=T, POSITION TOLERANCE=.02\nSFOOT, STOP\n",
+    "tie within 2.5 % of an edge": "*TIE, NAME=T\nSFOOT, STOP\n",
+    "tie that moves no nodes": "*TIE, NAME=T, ADJUST=NO\nSFOOT, STOP\n",
+    "tied pair": GLUE + "*CONTACT PAIR, INTERACTION=GLUE, ADJUST=.02\nSFOOT, STOP\n",
+    "tied pair, ADJUST=0": GLUE + "*CONTACT PAIR, INTERACTION=GLUE, ADJUST=0.\nSFOOT, STOP\n",
+}
+
+
+@pytest.mark.parametrize("tie", TIES.values(), ids=TIES)
+def test_a_tied_cap_under_a_lid_presses_by_the_expansion_of_all(tmp_path, tie):
+    """Three bodies between walls, without lateral strain: N = E alpha dT A, whatever the height.
+
+    The cap ends .01 above the slider, where its nodes do not match.
+    """
+    material = MATERIAL.replace("0.3", "0.0")
+    hot = "*TEMPERATURE\nNALL, 100.\nNCAP, 100.\n"
+    joint = joint_of(tmp_path, deck(hot, material=material, more=CAP + tie))
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -1000 * 1e-4 * 100 * 4], rel=1e-9)
+    assert list(joint.friction) == ["SLOW-SHIGH"]
+    assert any("moved, by up to 0.01" in note for note in joint.model.notes) == ("=NO" not in tie)
+
+
+def test_ties_that_cannot_be_meant_are_refused(tmp_path):
+    far = CAP + "*TIE, POSITION TOLERANCE=.005\nSFOOT, STOP\n"
+    with pytest.raises(fo.ModelError, match=r"no node of the face of body 'CAP' lies within 0.005"):
+        joint_of(tmp_path, deck(PRESS, more=far))
+    with pytest.raises(fo.ModelError, match=r"line \d+: \*TIE: surface 'NO' has no face of a body"):
+        joint_of(tmp_path, deck(PRESS, more=CAP + "*TIE\nSFOOT, NO\n"))
+    tied = PAIR.replace("LINEAR", "TIED")
+    with pytest.raises(fo.ModelError, match=r"no \*CONTACT PAIR that may slide"):
+        joint_of(tmp_path, deck(PRESS, pair=tied))
+
+
+RING = [
+    "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n1.\n*NSET, NSET=NBORE\n1, 2, 3, 4",
+    "*ELSET, ELSET=FIRST\n1, 4\n*ELSET, ELSET=LAST\n3, 6\n*ELSET, ELSET=ALL\n1, 2, 3, 4, 5, 6",
+    "*SURFACE, NAME=START\nFIRST, S1\n*SURFACE, NAME=END\nLAST, S3",
+    "*SURFACE, NAME=SLOW\nRIM, S4\n*SURFACE, NAME=SHIGH\nHUB, S2",
+    "*TIE, CYCLIC SYMMETRY, NAME=CUT, POSITION TOLERANCE=1.E-3\nEND, START",
+    "*CYCLIC SYMMETRY MODEL, N=4, TIE=CUT\n5., 0., 0., 5., 0., 1.",
+    "*BOUNDARY\nNBORE, 1, 2\n",
+]
+
+
+def test_a_quarter_of_a_ring_passes_its_torque_on(tmp_path):
+    """Tangential forces of 5 at two places of radius 3 about (5, 0): 30 in the contact."""
+    angles = np.radians([0, 30, 60, 90])
+    lines = ["*NODE, NSET=NALL"]
+    for radius in (1, 2, 2, 3):
+        for j, angle in enumerate(angles):
+            # The last cut face is off by less than the tolerance.
+            x, y = 5 + radius * np.cos(angle) + 5e-4 * (j == 3), radius * np.sin(angle)
+            lines.append(f"{len(lines)}, {x:.12g}, {y:.12g}, 0")
+    for body, first in (("HUB", 1), ("RIM", 9)):
+        lines.append(f"*ELEMENT, TYPE=CPS4, ELSET={body}")
+        for j in range(3):
+            n = first + j
+            lines.append(f"{j + 1 + 3 * (first > 1)}, {n}, {n + 4}, {n + 5}, {n + 1}")
+    turn = ["*CLOAD"]
+    for node, angle in ((14, angles[1]), (15, angles[2])):
+        turn += [f"{node}, 1, {-5 * np.sin(angle)}", f"{node}, 2, {5 * np.cos(angle)}"]
+    text = "\n".join([*lines, *RING]) + MATERIAL + PAIR + steps("\n".join([*turn, ""]))
+    joint = joint_of(tmp_path, text)
+    system = joint.system()
+    assert joint.model._answer()["sector"] == "1 of 4"
+    q, p = system.reaction(joint.states["STEP 1"])
+    forces = (np.column_stack([q, p])[:, :, None] * system.frames).sum(axis=1)
+    arms = system.points - [5, 0]
+    torque = (arms[:, 0] * forces[:, 1] - arms[:, 1] * forces[:, 0]).sum()
+    assert abs(torque) == pytest.approx(30, rel=1e-9)
+    with pytest.raises(fo.ModelError, match="give the Cyclic a tolerance"):
+        joint_of(tmp_path, text.replace(", POSITION TOLERANCE=1.E-3", ""))
 
 
 @pytest.mark.parametrize("kind", ["DISTRIBUTING", "KINEMATIC"])
@@ -276,7 +390,11 @@ def test_supports_of_curved_elements_hold_the_middles_of_faces(tmp_path):
 
 
 REFUSED = {
-    "tie": ("*TIE, NAME=T\nSLOW, SHIGH\n", "", r"line \d+: \*TIE NAME=T: faces cannot be tied"),
+    "stages": (
+        "*TIE, CYCLIC SYMMETRY, MULTISTAGE, NAME=T\nSLOW, SHIGH\n",
+        "",
+        r"line \d+: \*TIE CYCLICSYMMETRY, MULTISTAGE, NAME=T: give all bodies",
+    ),
     "general contact": ("*CONTACT\n", "", r"\*CONTACT: .* write \*CONTACT PAIR"),
     "equations": ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "", r"\*EQUATION: "),
     "turned axes": ("*TRANSFORM, NSET=NALL, TYPE=C\n0., 0., 0., 0., 0., 1.\n", "", r"\*TRANSFORM"),
@@ -298,7 +416,16 @@ REFUSED = {
         "*CLOAD\nNTOP, 6, 1.\n",
         r"CLOAD NTOP: node \d+ has forces .* moments to the REF",
     ),
-    "cyclic symmetry": ("*TIE, CYCLIC SYMMETRY, NAME=T\nSLOW, SHIGH\n", "", r"and Cyclic"),
+    "cyclic tie": (
+        "*TIE, CYCLIC SYMMETRY, NAME=T\nSLOW, SHIGH\n",
+        "",
+        r"\*TIE .*NAME=T: there is no \*CYCLIC SYMMETRY MODEL, TIE=T",
+    ),
+    "cyclic model": (
+        "*CYCLIC SYMMETRY MODEL, N=4, TIE=T\n0., 0., 0., 0., 0., 1.\n",
+        "",
+        r"there is no \*TIE, CYCLIC SYMMETRY, NAME=T",
+    ),
     "fixed": ("", "*BOUNDARY, FIXED\nNTOP, 1, 1\n", r"FIXED is read for bolts"),
     "nodes of no face": (
         "*SURFACE, NAME=SOME, TYPE=NODE\n1,\n*CONTACT PAIR, INTERACTION=DRY\nSOME, SHIGH\n",

@@ -133,3 +133,44 @@ def test_unknown_names_beside_a_deck_are_refused_with_the_nearest(old, new, mess
 def test_unknown_names_beside_a_mesh_are_refused_with_the_nearest(old, new, message):
     with pytest.raises(fo.ModelError, match=message):
         read(BESIDE_MESH.replace(old, new, 1)).cycle()
+
+
+COLUMN = """mesh = "column.msh"
+kinematics = "plane_stress"
+materials.steel = { E = 210e3, nu = 0.3 }
+bodies = { one = "steel", two = "steel", three = "steel" }
+contacts = [{ body_1 = "two", body_2 = "one", boundary_1 = "one", boundary_2 = "two", adjust = 0.1 }]
+ties = [{ body_1 = "three", body_2 = "two", boundary_1 = "two", boundary_2 = "three" }]
+supports = [{ body = "one", where = "bottom" }]
+loads.P = [{ Pressure = { body = "three", boundary = "top", amount = 10.0 } }]
+"""
+
+
+def test_ties_and_position_tolerances_beside_a_mesh():
+    """Three blocks in a column, of which the upper two are tied: 10 x 2 in the contact."""
+    points = [(x, y, 0.0) for y in (0.0, 1.0, 2.0, 3.0) for x in (0.0, 2.0)]
+    meshio.write(
+        "column.msh",
+        meshio.Mesh(
+            points,
+            [
+                ("quad", np.array([[0, 1, 3, 2], [2, 3, 5, 4], [4, 5, 7, 6]])),
+                ("line", np.array([[0, 1], [6, 7]])),
+            ],
+            cell_data={
+                name: [np.array([1, 2, 3]), np.array([4, 5])]
+                for name in ("gmsh:physical", "gmsh:geometrical")
+            },
+            field_data={
+                name: np.array([n, 2 if n < 4 else 1])
+                for n, name in enumerate(("one", "two", "three", "bottom", "top"), start=1)
+            },
+        ),
+        file_format="gmsh22",
+        binary=False,
+    )
+    joint = read(COLUMN)
+    assert joint.system().reaction({"P": 1.0})[1].sum() == pytest.approx(20)
+    assert joint.model.contacts[0].adjust == 0.1
+    with pytest.raises(fo.ModelError, match=r"ties 'body' is unknown; give one of .*'body_1'"):
+        read(COLUMN.replace("ties = [{ body_1", "ties = [{ body"))

@@ -7,7 +7,7 @@ import pytest
 
 import frictopt as fo
 from helpers.formats_page import section
-from helpers.joint_decks import MATERIAL, PAIR, PRESS, deck, joint_of
+from helpers.joint_decks import CAP, MATERIAL, PAIR, PRESS, deck, joint_of
 
 TABLE = re.findall(
     r"^\| `\*([A-Z -]+).*?` (?:in a joint )?\| (kept|refused) \|",
@@ -70,6 +70,11 @@ KEPT = {  # more of the model, more of the step, and what is then true
         "*CLOAD\n99, 1, 1.\n",
         lambda joint: "CLOAD 99" in cases(joint),
     ),
+    "TIE": (
+        f"{CAP}*TIE, POSITION TOLERANCE=.02\nSFOOT, STOP\n",
+        "",
+        lambda joint: joint.model.ties == (fo.Tie("CAP", "SLIDER", "SFOOT", "STOP", 0.02),),
+    ),
     "RIGID BODY": (
         f"{POINT}*RIGID BODY, NSET=NTOP, REF NODE=99\n",
         "*CLOAD\n99, 1, 1.\n",
@@ -79,7 +84,11 @@ KEPT = {  # more of the model, more of the step, and what is then true
 
 
 def test_the_page_lists_what_is_tried():
-    assert {name for name, effect in TABLE if effect == "kept"} == {*KEPT, "PRE-TENSION SECTION"}
+    assert {name for name, effect in TABLE if effect == "kept"} == {
+        *KEPT,
+        "PRE-TENSION SECTION",
+        "CYCLIC SYMMETRY MODEL",
+    }
     assert len(TABLE) - len(KEPT) > 9
 
 
@@ -106,7 +115,6 @@ def test_a_refused_keyword_is_named_with_its_line(tmp_path, name):
 @pytest.mark.parametrize(
     ("part", "odd", "message"),
     [
-        (PAIR, PAIR.replace("LINEAR", "TIED"), r"\*SURFACEBEHAVIOR .*TIED: faces cannot be tied"),
         (
             PAIR,
             PAIR.replace("0.5, 1.E6", "0.5, , , 20.\n0.4, , , 90."),
