@@ -137,7 +137,7 @@ def _answer(question: Question, options: argparse.Namespace) -> int:
         request["friction"] = friction
     if joint and question.name == "report":
         arguments = {**joint.of_report, **arguments}
-        notes = [arguments.get("notes", ""), *joint.left_out]
+        notes = [arguments.get("notes", ""), *joint.left_out, *joint.model.notes]
         arguments["notes"] = "; ".join(filter(None, notes))
     request["units"] = system.units
     answer = public(function)(system=system, cycle=cycle, **arguments)

@@ -13,9 +13,10 @@ from ..readers.keywords import KEPT
 from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 
-# Read before all others, wherever these are listed: loads act on bolts and couplings, and the axis
-# of a ring belongs to a tie.
-_POINTS = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY", "TIE"}
+# Read before all others, wherever these are listed: loads act on bolts and couplings, contact pairs
+# have interactions, and the axis of a ring belongs to a tie.
+_FIRST = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY", "TIE"}
+_FIRST |= {"SURFACEINTERACTION", "SURFACEBEHAVIOR", "FRICTION"}
 
 
 class Pair(NamedTuple):
@@ -29,10 +30,6 @@ class Pair(NamedTuple):
     interaction: str
     block: Block
     adjust: float | Sequence[int] | None
-
-    def error(self, problem: str) -> ModelError:
-        """An error that names the line of the pair."""
-        return ModelError(f"{self.block.place}: {self.block}: {problem}")
 
 
 class Coupled(NamedTuple):
@@ -61,8 +58,8 @@ class Conditions:
         self.friction = dict[str, float]()
         self.pairs = list[Pair]()
         self.ties = list[Pair]()
-        # interactions whose pairs are ties
-        self._tied = set[str]()
+        # interaction -> its contacts, or the ties of one whose bodies are glued
+        self._of_interaction = dict[str, list[Pair]]()
         # ties of sectors, and two points (6,) on the axis of each
         self.cuts = dict[str, Pair]()
         self.axes = dict[str, list[float]]()
@@ -83,15 +80,8 @@ class Conditions:
         self._is_static = False
         # time at which a step begins, and its duration
         self._start, self._period = 0.0, 1.0
-        for is_point in (True, False):
-            for block in blocks:
-                if (block.keyword in _POINTS) == is_point:
-                    self._read(block)
-        for pair in self.pairs:
-            if pair.interaction not in self.friction:
-                raise pair.error(f"there is no *SURFACE INTERACTION, NAME={pair.interaction}")
-        self.ties += [pair for pair in self.pairs if pair.interaction in self._tied]
-        self.pairs = [pair for pair in self.pairs if pair.interaction not in self._tied]
+        for block in sorted(blocks, key=lambda block: block.keyword not in _FIRST):
+            self._read(block)
 
     def _read(self, block: Block) -> None:
         read = getattr(self, f"_{block.keyword.lower().replace('-', '')}", None)
@@ -104,7 +94,7 @@ class Conditions:
             read(block)
         except (KeyError, ValueError, IndexError, ModelError) as error:
             why = f"{error} is not in this deck" if isinstance(error, KeyError) else error
-            raise ModelError(f"{block.place}: {block}: {why}") from error
+            raise ModelError(f"{block.title}: {why}") from error
 
     def _rows(self, entry: str) -> Sequence[int]:
         """Nodes that an entry names, by a number or a set."""
@@ -154,6 +144,7 @@ class Conditions:
     def _surfaceinteraction(self, block: Block) -> None:
         self._interaction = block.parameters["NAME"]
         self.friction[self._interaction] = 0.0
+        self._of_interaction[self._interaction] = self.pairs
 
     def _friction(self, block: Block) -> None:
         coefficient, *slope = block.rows[0]
@@ -164,12 +155,13 @@ class Conditions:
     def _surfacebehavior(self, block: Block) -> None:
         kind = block.parameters.get("PRESSURE-OVERCLOSURE", "HARD")
         if kind == "TIED":
-            self._tied.add(self._interaction)
+            self._of_interaction[self._interaction] = self.ties
         if kind != "HARD":
             self.left_out["*SURFACE BEHAVIOR: contact stiffness (penalty)"] = None
 
     def _contactpair(self, block: Block) -> None:
-        self.pairs += self._pairs(block, block.parameters["INTERACTION"], "ADJUST")
+        interaction = block.parameters["INTERACTION"]
+        self._of_interaction[interaction] += self._pairs(block, interaction, "ADJUST")
 
     def _pairs(self, block: Block, interaction: str, parameter: str) -> Iterator[Pair]:
         """The pairs of a block; a parameter of it says which nodes move onto the master."""
@@ -218,8 +210,7 @@ class Conditions:
         turns = block.parameters.get("ROTNODE")
         is_rigid = block.keyword != "DISTRIBUTING"
         row = None if turns is None else self._row[int(turns)]
-        title = f"{block.place}: {block}"
-        self.couplings[node] = Coupled(where, is_rigid, row, title)
+        self.couplings[node] = Coupled(where, is_rigid, row, block.title)
 
     def _amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]
@@ -299,12 +290,12 @@ class Conditions:
             where, label, *listed = entries(line.upper())
             size, *axis = [number(entry) for entry in listed]
             size *= self._factor(block)
+            if label == "GRAV":
+                axis = (np.array(axis) / np.linalg.norm(axis)).tolist()
             if label in ("GRAV", "CENTRIF"):
-                target = self._target(label, where)
-                if label == "GRAV":
-                    axis = (np.array(axis) / np.linalg.norm(axis)).tolist()
-                self._in_force.add((label, where, *axis), target, size)
-            for face in () if label in ("GRAV", "CENTRIF") else self._faces(block, where, label):
+                self._in_force.add((label, where, *axis), self._target(label, where), size)
+                continue
+            for face in self._faces(block, where, label):
                 self._in_force.add(face, self._target(block.keyword, where, label), size)
 
     _dsload = _dload
@@ -326,4 +317,4 @@ class Conditions:
             for row in self._rows(where):
                 rise = value - self._initial.get(row, 0.0)
                 target = self._target("TEMPERATURE", where)
-                self._in_force.replace(("TEMPERATURE", row), target, rise)
+                self._in_force.replace(("TEMPERATURE", row, 0), target, rise)

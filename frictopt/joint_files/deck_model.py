@@ -43,11 +43,11 @@ class _AtNodes:
     edges, so a point is the node that is nearest.
     """
 
-    def __init__(self, body: Body, nodes: Booleans, values: Any = None) -> None:
+    def __init__(self, body: Body, nodes: Booleans, values: Any = True) -> None:
         points = body.mesh.p
         self.all = cKDTree(points.T)
         self.tree = cKDTree(points[:, nodes].T)
-        self.values = np.ones(self.tree.n, dtype=bool) if values is None else values
+        self.values = np.broadcast_to(values, self.tree.n)
         self.near = 1e-9 * float(np.abs(points).max())
 
     def __repr__(self) -> str:
@@ -56,9 +56,7 @@ class _AtNodes:
     def __call__(self, *x: Array) -> Any:
         points = np.stack(x, axis=-1)
         distance, place = self.tree.query(points)
-        values = self.values[place]
-        is_meant = distance <= self.all.query(points)[0] + self.near
-        return np.where(is_meant, values, np.zeros_like(values))
+        return self.values[place] * (distance <= self.all.query(points)[0] + self.near)
 
 
 class DeckModel:
@@ -73,18 +71,15 @@ class DeckModel:
         self.friction = dict[str, float]()
         self.interactions = defaultdict[str, list[str]](list)
         self.deck = conditions.deck.without_thin()
-        # case -> boundary and pressure
-        self.pressures = defaultdict[str, list[tuple[str, float]]](list)
-        surfaces = dict[str, Any](self.deck.surfaces)
+        # case -> boundary -> pressure
+        self.pressures = defaultdict[str, dict[str, float]](dict)
+        surfaces = defaultdict[str, Any](list, self.deck.surfaces)
         for case, field in cases.items():
-            faces = defaultdict[float, list[Any]](list)
             for (kind, *place), value in field.items():
                 if kind == "FACE":
-                    faces[value].append((np.array(place[:1]), place[1]))
-            for value, listed in faces.items():
-                boundary = f"{case} {value:g}"
-                surfaces[boundary] = tuple(listed)
-                self.pressures[case].append((boundary, value))
+                    boundary = f"{case} {value}"
+                    self.pressures[case][boundary] = value
+                    surfaces[boundary].append((np.array(place[:1]), place[1]))
         self.deck = replace(self.deck, surfaces=surfaces)
 
         mesh, origin = named_mesh(corner_mesh(self.deck, name), self.deck, name)
@@ -142,10 +137,13 @@ class DeckModel:
         ties = [*self._ties()]
         return ContactModel(self.bodies, supports, loads, contacts, self.kinematics, ties=ties)
 
-    def _with(self, boundary: str) -> list[str]:
+    def _with(self, boundary: str, what: str) -> list[str]:
         """Names of the bodies that have a boundary."""
         bodies = self.bodies.items()
-        return [name for name, body in bodies if boundary in (body.mesh.boundaries or {})]
+        names = [name for name, body in bodies if boundary in (body.mesh.boundaries or {})]
+        if not names:
+            raise ModelError(f"{what}: {boundary!r} has no face of a body; name faces")
+        return names
 
     def _contacts(self) -> tuple[list[Contact], list[Load]]:
         """The contacts of all pairs of bodies, and their overlaps."""
@@ -183,7 +181,9 @@ class DeckModel:
         d = len(self.axes)
         for name, pair in self.conditions.cuts.items():
             if name not in self.conditions.axes:
-                raise pair.error(f"there is no *CYCLIC SYMMETRY MODEL, TIE={name}")
+                raise ModelError(
+                    f"{pair.block.title}: there is no *CYCLIC SYMMETRY MODEL, TIE={name}"
+                )
             start, end = np.reshape(self.conditions.axes[name], (2, 3))
             tolerance: Any = pair.adjust or 0.0
             slaves, masters = self._sides(pair)
@@ -208,11 +208,7 @@ class DeckModel:
 
     def _sides(self, pair: Pair) -> list[list[str]]:
         """The bodies of the slave and of the master of a pair."""
-        sides = [self._with(surface) for surface in pair[:2]]
-        for surface, bodies in zip(pair[:2], sides, strict=True):
-            if not bodies:
-                raise pair.error(f"surface {surface!r} has no face of a body; name faces")
-        return sides
+        return [self._with(surface, pair.block.title) for surface in pair[:2]]
 
     def _is_near(self, pair: Pair, names: tuple[str, str]) -> bool:
         """Whether two faces come closer than their longest edge."""
@@ -255,7 +251,7 @@ class DeckModel:
 
     def _one_with(self, boundary: str, what: str) -> str:
         """The body that has a boundary."""
-        names = self._with(boundary)
+        names = self._with(boundary, what)
         if len(names) != 1:
             raise ModelError(
                 f"{what}: {boundary!r} has faces of the bodies {names}; name faces of one body"
@@ -281,8 +277,8 @@ class DeckModel:
             yield from getattr(self, f"_{kind.lower()}")(case, loads)
 
     def _face(self, case: str, _: _Loads) -> Iterator[Load]:
-        for boundary, value in self.pressures[case]:
-            for name in self._with(boundary):
+        for boundary, value in self.pressures[case].items():
+            for name in self._with(boundary, case):
                 yield Pressure(name, boundary, value)
 
     def _cload(self, case: str, loads: _Loads) -> Iterator[Load]:
@@ -366,9 +362,7 @@ class DeckModel:
                     yield Displacement(name, _AtNodes(body, nodes), **by)
 
     def _temperature(self, case: str, loads: _Loads) -> Iterator[Load]:
-        rise = np.zeros(len(self.deck.points))
-        for (row,), value in loads.items():
-            rise[row] = value
+        rise = self._nodal(loads)[:, 0]
         for name, origin in self.origin.items():
             strain = origin @ rise * self.constants[name].get("EXPANSION", [0.0])[0]
             if np.ptp(strain) > 1e-9 * np.abs(strain).max():

@@ -247,10 +247,13 @@ class Joint(Shown):
         corners_in_words = " ".join(f'"{corner}"' for corner in corners)
         return f'--mean "{mean}" --corners {corners_in_words}'
 
-    def contacts_of(self, name: str) -> Sequence[str]:
-        """The contacts of an interaction, or the contact of a name."""
-        found = known("friction of", name, {**self.interactions, **self.coefficients})
-        return self.interactions.get(found, [found])
+    def coefficients_with(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The coefficients, with other values for some contacts or interactions."""
+        friction = dict(self.coefficients)
+        for name, value in given.items():
+            found = known("friction of", name, {**self.interactions, **self.coefficients})
+            friction.update(dict.fromkeys(self.interactions.get(found, [found]), value))
+        return friction
 
     @property
     def friction(self) -> Any:
@@ -262,9 +265,7 @@ class Joint(Shown):
 
         A value may be (least, nominal, most): then there are three mappings.
         """
-        friction = dict[str, Any](self.coefficients)
-        for name, value in given.items():
-            friction.update(dict.fromkeys(self.contacts_of(name), value))
+        friction = self.coefficients_with(given)
         if not any(isinstance(value, tuple) for value in friction.values()):
             return friction
         ranges = {

@@ -139,9 +139,7 @@ def _joint_of_file(file: Path, elastic: bool) -> Joint:
         joint = _joint_of_mesh(file, tables)
     else:
         raise ModelError(f"{file.name}: neither deck nor mesh; name the file of one")
-    coefficients = dict(joint.coefficients)
-    for name, value in tables.get("friction", {}).items():
-        coefficients.update(dict.fromkeys(joint.contacts_of(name), _tuple(value)))
+    friction = {name: _tuple(value) for name, value in tables.get("friction", {}).items()}
     of_report: dict[str, Any] = {
         name: tables[name] for name in ("title", "limits") if name in tables
     }
@@ -150,7 +148,7 @@ def _joint_of_file(file: Path, elastic: bool) -> Joint:
     return replace(
         joint,
         name=file.name,
-        coefficients=coefficients,
+        coefficients=joint.coefficients_with(friction),
         units=tables.get("units"),
         asked=tables.get("cycle", {}),
         of_report=of_report,

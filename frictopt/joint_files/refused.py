@@ -67,4 +67,4 @@ def check_not_refused(block: Block, *, elastic: bool) -> None:
     if block.keyword == "ELEMENT" and kind.startswith((*SLENDER, "SPRING", "DASHPOT", "GAP", "U")):
         reason = "bodies are solids, C3D, or plane, CPS, CPE, CAX; mesh it with those"
     if reason:
-        raise ModelError(f"{block.place}: {block}: {reason}")
+        raise ModelError(f"{block.title}: {reason}")

@@ -28,6 +28,11 @@ class Block:
         return f"*{self.keyword} {', '.join(pairs)}".rstrip()
 
     @property
+    def title(self) -> str:
+        """Words for the block in messages: its file, line and keyword line."""
+        return f"{self.place}: {self}"
+
+    @property
     def rows(self) -> list[list[str]]:
         """The entries of each data line that are not empty."""
         return [fields(line) for line in self.lines]

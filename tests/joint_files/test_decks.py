@@ -216,11 +216,14 @@ def adjusted(value):
     return PAIR.replace("SURFACE TO SURFACE", f"SURFACE TO SURFACE, ADJUST={value}")
 
 
-def test_faces_that_are_apart_keep_their_gap_unless_they_are_adjusted(tmp_path):
+def test_faces_that_are_apart_keep_their_gap_unless_they_are_adjusted(tmp_path, capsys):
     assert joint_of(tmp_path, deck(PRESS, lift=0.125)).system().gap == pytest.approx(0.125)
     joint = joint_of(tmp_path, deck(PRESS, pair=adjusted(0.2), lift=0.0625))
     assert not joint.system().gap.any()
     assert "3 nodes moved, by up to 0.0625" in str(joint)
+    words = [str(tmp_path / "joint.inp"), "--mean", "STEP 1", "--corners", "DLOAD ETOP P3=.5"]
+    assert main(["report", *words, "--pages", "1", "--json"]) == 0
+    assert "3 nodes moved" in json.loads(capsys.readouterr().out)["answer"]["notes"]
     joint = joint_of(tmp_path, deck(PRESS, pair=adjusted(0.1), lift=0.125))
     assert joint.system().gap == pytest.approx(0.125)
     with pytest.raises(fo.ModelError, match=r"joint.inp: adjust, body 'SLIDER'.* move by 0.125"):
@@ -275,7 +278,7 @@ def test_ties_that_cannot_be_meant_are_refused(tmp_path):
     far = CAP + "*TIE, POSITION TOLERANCE=.005\nSFOOT, STOP\n"
     with pytest.raises(fo.ModelError, match=r"no node of the face of body 'CAP' lies within 0.005"):
         joint_of(tmp_path, deck(PRESS, more=far))
-    with pytest.raises(fo.ModelError, match=r"line \d+: \*TIE: surface 'NO' has no face of a body"):
+    with pytest.raises(fo.ModelError, match=r"line \d+: \*TIE: 'NO' has no face of a body"):
         joint_of(tmp_path, deck(PRESS, more=CAP + "*TIE\nSFOOT, NO\n"))
     tied = PAIR.replace("LINEAR", "TIED")
     with pytest.raises(fo.ModelError, match=r"no \*CONTACT PAIR that may slide"):
@@ -430,9 +433,13 @@ REFUSED = {
     "nodes of no face": (
         "*SURFACE, NAME=SOME, TYPE=NODE\n1,\n*CONTACT PAIR, INTERACTION=DRY\nSOME, SHIGH\n",
         "",
-        r"surface 'SOME' has no face of a body",
+        r"'SOME' has no face of a body",
     ),
-    "no interaction": ("*CONTACT PAIR, INTERACTION=WET\nSLOW, SHIGH\n", "", r"NAME=WET"),
+    "no interaction": (
+        "*CONTACT PAIR, INTERACTION=WET\nSLOW, SHIGH\n",
+        "",
+        r"\*CONTACTPAIR INTERACTION=WET: 'WET' is not in this deck",
+    ),
 }
 
 
