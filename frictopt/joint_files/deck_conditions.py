@@ -1,10 +1,11 @@
 """A deck beside its mesh: materials, contacts, bolts, couplings, supports, loads of steps."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ..base import Array
 from ..errors import ModelError
 from ..readers.constraint_blocks import CONSTRAINING, HELD_BY_NAME
 from ..readers.deck import Deck
@@ -60,9 +61,9 @@ class Conditions:
         self.ties = list[Pair]()
         # interaction -> its contacts, or the ties of one whose bodies are glued
         self._of_interaction = dict[str, list[Pair]]()
-        # ties of sectors, and two points (6,) on the axis of each
+        # tie of a sector, and two points (3,) on its axis
         self.cuts = dict[str, Pair]()
-        self.axes = dict[str, list[float]]()
+        self.axes = dict[str, Array]()
         # surfaces of a pair -> gap; below 0 it is an overlap
         self.clearances = dict[tuple[str, str], float]()
         # node -> section
@@ -182,7 +183,7 @@ class Conditions:
         name = block.parameters.get("TIE") or next(iter(self.cuts), "")
         if name not in self.cuts:
             raise ValueError(f"there is no *TIE, CYCLIC SYMMETRY, NAME={name}")
-        self.axes[name] = [number(entry) for row in block.rows for entry in row]
+        self.axes[name] = np.reshape([*map(number, block.rows[0])], (2, 3))
 
     def _clearance(self, block: Block) -> None:
         surfaces = block.parameters["SLAVE"], block.parameters["MASTER"]
@@ -198,19 +199,19 @@ class Conditions:
         axes = [int(entry) for row in block.rows for entry in row]
         if axes and (min(axes) > 1 or max(axes) < 3):
             raise ValueError("it leaves displacements free; give 1, 3")
-        self._couple(block, self._row[int(self._coupled["REFNODE"])], self._coupled["SURFACE"])
+        self._couple(block, self._coupled, "SURFACE")
 
     _distributing = _kinematic
 
     def _rigidbody(self, block: Block) -> None:
-        node = self._row[int(block.parameters["REFNODE"])]
-        self._couple(block, node, block.parameters["NSET"])
+        self._couple(block, block.parameters, "NSET")
 
-    def _couple(self, block: Block, node: int, where: str) -> None:
+    def _couple(self, block: Block, parameters: Mapping[str, str], where: str) -> None:
         turns = block.parameters.get("ROTNODE")
         is_rigid = block.keyword != "DISTRIBUTING"
         row = None if turns is None else self._row[int(turns)]
-        self.couplings[node] = Coupled(where, is_rigid, row, block.title)
+        node = self._row[int(parameters["REFNODE"])]
+        self.couplings[node] = Coupled(parameters[where], is_rigid, row, block.title)
 
     def _amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]
@@ -265,10 +266,11 @@ class Conditions:
                         self._in_force.hold(row, axis, moved, self._target("BOUNDARY", where))
 
     def _hold_bolt(self, block: Block, row: int, axis: int) -> None:
-        if axis == 0 and "FIXED" not in block.parameters:
+        if axis > 0:
+            return
+        if "FIXED" not in block.parameters:
             raise ValueError("tighten a bolt by *CLOAD, and keep its length by *BOUNDARY, FIXED")
-        if axis == 0:
-            self._in_force.locked[row] = None
+        self._in_force.locked[row] = None
 
     def _cload(self, block: Block) -> None:
         self._in_force.begin(block, "CLOAD", "BOLT")

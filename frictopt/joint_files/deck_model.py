@@ -184,12 +184,12 @@ class DeckModel:
                 raise ModelError(
                     f"{pair.block.title}: there is no *CYCLIC SYMMETRY MODEL, TIE={name}"
                 )
-            start, end = np.reshape(self.conditions.axes[name], (2, 3))
+            start, end = self.conditions.axes[name].tolist()
+            axis = tuple(np.subtract(end, start).tolist())
             tolerance: Any = pair.adjust or 0.0
             slaves, masters = self._sides(pair)
             for body in dict.fromkeys(slaves + masters):
-                axis = tuple((end - start).tolist())
-                yield Cyclic(body, *pair[:2], axis, tuple(start[:d].tolist()), tolerance)
+                yield Cyclic(body, *pair[:2], axis, tuple(start[:d]), tolerance)
 
     def _pairs_of_bodies(self, pair: Pair) -> list[tuple[str, str]]:
         """The bodies on both sides of a contact pair or tie whose faces are near each other."""
@@ -202,7 +202,7 @@ class DeckModel:
         ]
         near = [names for names in bodies if self._is_near(pair, names)] or bodies
         for one, two in set(bodies).difference(near):
-            text = f"*CONTACT PAIR: {pair.slave} of {one} far from {pair.master} of {two}"
+            text = f"*{pair.block.keyword}: {pair.slave} of {one} far from {pair.master} of {two}"
             self.conditions.left_out[text] = None
         return near
 
