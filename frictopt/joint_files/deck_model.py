@@ -93,7 +93,7 @@ class DeckModel:
         # body -> keyword -> constants
         self.constants = self._materials(mesh.nelements)
         materials = {
-            part: Material(*data["ELASTIC"], *data.get("DENSITY", []))
+            part: Material(*data["ELASTIC"][:2], *data.get("DENSITY", [])[:1])
             for part, data in self.constants.items()
         }
         self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), materials)

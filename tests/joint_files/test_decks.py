@@ -469,6 +469,14 @@ def test_plasticity_is_left_out_on_request(tmp_path):
     assert of_states(joint)["STEP 1"] == [0, -40]
 
 
+def test_constants_of_one_temperature_are_constants(tmp_path):
+    """E and nu are followed by the temperature, the density too; 40 N press."""
+    at_20 = MATERIAL.replace("1000., 0.3", "1000., 0.3, 20.").replace("2.\n", "2., 20.\n")
+    joint = joint_of(tmp_path, deck(PRESS, material=at_20))
+    assert joint.model.bodies["BASE"].material == fo.Material(1000.0, 0.3, 2.0)
+    assert of_states(joint)["STEP 1"] == [0, -40]
+
+
 def test_a_keyword_that_nobody_knows_is_named(tmp_path):
     joint = joint_of(tmp_path, deck(PRESS, more="*MAGIC\n1, 2\n"))
     assert "*MAGIC: not read" in joint.left_out
