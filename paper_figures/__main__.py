@@ -36,7 +36,7 @@ class Script(Protocol):
 
 _NAMES = """
 scene onset shakedown_limit traction_ratio cycle hysteresis increments guaranteed_limit slip_plane dissipation shakedown_share amplitude two_states
-dissipation_range least_slip limit_after_protocol separation moving_areas damping_backbone damping_friction backbone_meshes wear design all_sets
+dissipation_range least_slip limit_after_protocol separation moving_areas fatigue_band damping_backbone damping_friction backbone_meshes wear design all_sets
 error_vs_time mesh_error extremes scenes joint space spatial_limit spatial_numerics published
 """
 FIGURES: dict[str, Script] = {

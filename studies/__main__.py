@@ -19,8 +19,9 @@ _MODULES = {
     _OF_CONTACTS: """
 studies.first_look studies.limits studies.scenes studies.guaranteed studies.separation
 studies.moving_areas studies.lift_off studies.vanishing studies.increments studies.dissipation
-studies.range studies.damping studies.wear studies.design studies.joint studies.space studies.spatial
-studies.size studies.validity studies.flicek studies.published.study studies.datasets.study
+studies.range studies.fatigue_band studies.damping studies.wear studies.design studies.joint
+studies.space studies.spatial studies.size studies.validity studies.flicek studies.published.study
+studies.datasets.study
 """,
     _COMPARED: """
 studies.validation.left_out studies.validation.all_sets studies.validation.followed

@@ -34,6 +34,7 @@ NAMES = [
         "limit_after_protocol",
         "separation",
         "moving_areas",
+        "fatigue_band",
         "damping_backbone",
         "damping_friction",
     ),

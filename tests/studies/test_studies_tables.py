@@ -143,7 +143,7 @@ def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "name",
-    "all_sets forced_response guaranteed increments joint left_out lift_off limits range separation spatial validity vanishing".split(),
+    "all_sets fatigue_band forced_response guaranteed increments joint left_out lift_off limits range separation spatial validity vanishing".split(),
 )
 def test_every_row_of_a_study_was_checked(quick, name):
     for table in quick(STUDIES[name].tables).values():
