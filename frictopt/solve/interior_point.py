@@ -268,11 +268,7 @@ class _Newton:
             residuals = _Residuals(self._program, mended, self._cones.degree, settings)
         except ArithmeticError:  # at the boundary of a cone
             return at, off
-        return min(
-            (at, off),
-            (mended, residuals),
-            key=lambda pair: (pair[1].proven > above, pair[1].error),
-        )
+        return min((at, off), (mended, residuals), key=lambda pair: pair[1].error)
 
     def _mended(self, at: _Point, off: _Residuals) -> _Point:
         """The point after a correction of the errors of its rows and multipliers."""

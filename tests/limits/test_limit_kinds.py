@@ -229,3 +229,23 @@ def test_a_weak_coupling_is_no_infinite_limit(coupling):
         assert "coupling so weak" in str(error)
     else:
         assert limit.load_factor == pytest.approx(1 / coupling, rel=1e-9)
+
+
+def test_a_problem_without_a_safe_slip_has_the_multipliers_that_prove_it():
+    """The loads of two corners ask for shear forces that differ by 2, friction allows 1.
+
+    The first solver says so, and the multipliers stand in the problem: times the rows they give a
+    negative bound, while no slip changes their sum.
+    """
+    loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}], fixed=[{"Q": 1.0}, {"Q": -1.0}])
+    limit = fo.shakedown_limit(node, cycle, 0.5, open_nodes=[False])
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
+    (attempt,) = limit.record.attempts
+    assert attempt.outcome == "infeasible"
+    multipliers = {row.label: row.dual_value for row in limit.problem.constraints}
+    ends = np.concatenate([multipliers["q[0]"], multipliers["q[1]"]])
+    bounds = np.concatenate([multipliers["stuck[0]"], multipliers["stuck[1]"]])
+    assert ends.sum() == pytest.approx(0.0, abs=1e-9) and (bounds > 0).all()
+    assert 0.5 * bounds.sum() + ends @ [1.0, -1.0] < -1e-3

@@ -775,3 +775,17 @@ def test_own_rows_hold_at_a_corner_that_others_stand_for(simplify):
         pytest.approx(-0.1, rel=1e-9),
     )
     assert model.solve(0.5).load_factor == pytest.approx(0.5, rel=1e-9)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+def test_the_factors_of_a_product_may_differ_in_size(unit):
+    """The unit of a divisor, of which the bound has the inverse, changes nothing."""
+    contact = random_system(np.random.default_rng(3), 3)
+
+    def limit(unit):
+        model = fo.ShakedownModel(contact, CYCLE)
+        row = cp.quad_over_lin(model.slip, unit) <= 1e-3 / unit
+        return model.solve(0.5, constraints=[row]).load_factor
+
+    assert limit(1.0) < fo.shakedown_limit(contact, CYCLE, 0.5).load_factor * (1 - 1e-3)
+    assert limit(unit) == pytest.approx(limit(1.0), rel=1e-8)
