@@ -40,7 +40,7 @@ class StressMap(Kept):
     Raises
     ------
     ModelError
-        Load cases that are not those of the system, other shapes, or numbers that are not finite.
+        Other load cases than the system has, other shapes, or numbers that are not finite.
 
     Examples
     --------

@@ -1,7 +1,6 @@
 """Tightened bolts: a cut through a shank, whose faces a given force pulls together."""
 
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -162,8 +161,7 @@ def cut_bodies(
                 f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
             )
         # A copy is not checked again, because its parts are one body although they share no facets.
-        cut[name] = copy(cut[name])
-        object.__setattr__(cut[name], "mesh", mesh)
+        cut[name] = cut[name].with_mesh(mesh)
         cuts.append(Cut(bolt, near, far, axis))
     return cut, cuts
 

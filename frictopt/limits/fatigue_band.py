@@ -32,7 +32,6 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle, StressMap, joined
 from ..errors import ModelError
 from ..transients.critical_plane import PARAMETERS, SEARCHED
-from ..transients.steady import steady_state
 from .answers import sentences
 from .moving.moving_areas import uncoupled
 from .program.question import Question, pose
@@ -184,7 +183,7 @@ class FatigueBand(Recorded, Plotted):
         - no_slip: the value without residual slip, NaN if the contact does not rest with it;
         - most: the largest value over all states of rest;
         - normal_x, normal_y, normal_z and corner, with parameters of a plane: the plane of `most`,
-          and the state at which its normal stress is largest, which is the same in all rests;
+          and the state at which its normal stress is largest, the same in all states of rest;
         - from_least, to_least, from_most, to_most: on this plane the least and the largest normal
           stress of the cycle, in the states of rest with the least and with the largest mean
           stress. pyLife reads `from` and `to` of a load collective.
@@ -210,7 +209,7 @@ def fatigue_band(
     Theory, eq. (37).
 
     Above the shakedown limit there are no states of rest. If slip changes no pressure (B = 0), all
-    steady cycles differ by a slip that does not change in time, and the band is that of all steady
+    steady cycles differ by a slip that does not change in time, and the band is about all steady
     cycles. It is also, if normal loads open and close nodes in a cycle that comes to rest.
 
     Parameters
@@ -231,7 +230,8 @@ def fatigue_band(
         Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van).
         Fatemi and Socie: 1 / stress. SWT has none.
     planes
-        Number of planes from which the largest value is searched, in the plane at equal angles.
+        Number of planes at which the search for the largest value begins, in the plane at equal
+        angles.
     progress
         Whether to show a progress bar after two seconds.
 
@@ -326,6 +326,9 @@ def _set_of(
         ]
         return Rests(safe._question, load_factor), np.array(tensors), start
     if question.slip_bound is None and uncoupled(question) and is_held(question):
+        # Imported here, because it needs numba, and no other limit does.
+        from ..transients.steady import steady_state
+
         steady = steady_state(system, cycle, question.friction, load_factor)
         if steady.outcome is not Outcome.RATCHETING:
             states = steady.states()

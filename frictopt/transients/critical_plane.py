@@ -6,11 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_array
 
 from ..base import Array, worst
-from ..solve.answer import answer
-from ..solve.arrays import Arrays
 
 
 @dataclass(frozen=True)
@@ -164,6 +161,12 @@ def _centre(points: Array) -> Array:
     head = np.r_[np.zeros(k), -1.0]
     cone = np.vstack([head, np.eye(k, k + 1)])
     right = np.column_stack([np.zeros(count), (points - middle) / size]).ravel()
+    # Imported here, because a path in the plane needs no solver.
+    from scipy.sparse import csr_array
+
+    from ..solve.answer import answer
+    from ..solve.arrays import Arrays
+
     program = Arrays(
         sparse=csr_array(np.tile(cone, (count, 1))),
         block=np.zeros((0, k + 1)),
