@@ -163,7 +163,8 @@ class Body:
         if self.element != "quadratic":
             return self
         body = self.with_mesh(through_corners(self.mesh))
-        vars(body)["errors"] = self.errors[: body.mesh.p.shape[1]]
+        corners = slice(body.mesh.p.shape[1])
+        vars(body).update(errors=self.errors[corners], written=self.written[:, corners])
         return body
 
     @cached_property
@@ -171,17 +172,23 @@ class Body:
         """(nodes, d) error of each coordinate, as the mesh was written."""
         return mesh_errors(self.mesh)
 
+    @cached_property
+    def written(self) -> Array:
+        """(d, nodes) coordinates as the mesh was written, which name nodes also after moves."""
+        return np.asarray(self.mesh.p)
+
     def with_mesh(self, mesh: Mesh) -> Body:
         """The body with another mesh. It is not checked: a body that a bolt cuts has two parts."""
         body = copy(self)
-        vars(body).pop("errors", None)
+        for known in ("errors", "written"):
+            vars(body).pop(known, None)
         object.__setattr__(body, "mesh", mesh)
         return body
 
     def moved(self, points: Array) -> Body:
-        """The body with its nodes at other points (d, nodes), which have the errors of before."""
+        """The body with its nodes at other points (d, nodes); their errors and names stay."""
         body = self.with_mesh(replace(self.mesh, doflocs=np.ascontiguousarray(points)))
-        vars(body)["errors"] = self.errors
+        vars(body).update(errors=self.errors, written=self.written)
         return body
 
 

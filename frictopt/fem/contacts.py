@@ -69,7 +69,8 @@ class Contact:
         plane, its nodes move into the plane first. Nothing is strained, and `ContactModel.notes`
         states the largest move; no node may move by more than a tenth of an edge of its elements.
         Or a place, as in a `Support`: these nodes of body 1 move, however far they are. The gap
-        of all other nodes is measured, unless `gap` is a function. None: nothing moves.
+        of all other nodes is measured, unless `gap` is a function. None: nothing moves. Places and
+        amounts of supports and loads belong to the coordinates before the moves.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see
         `ContactSystem.with_contact_stiffness`; inf: rigid.

@@ -101,12 +101,14 @@ def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) 
 def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: Array) -> None:
     """Enter a displacement into `prescribed`, the values of all unknowns; nan: not prescribed."""
     nodes = model.nodes(argument, load)
+    body = model.body(argument, load.body)
+    points = body.written[:, nodes - model.first_node[load.body]]
     for name in "xyz":
         amount = getattr(load, name)
         if amount is None:
             continue
         (axis,) = model.axes(argument, load.body, name)
-        values = values_at(f"displacement {name}", amount, model.points[nodes].T)
+        values = values_at(f"displacement {name}", amount, points)
         if np.isin(nodes, model.oblique).any():
             raise ModelError(
                 f"{argument}: {load} moves nodes that a Support holds along oblique normals; hold "

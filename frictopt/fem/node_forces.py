@@ -60,7 +60,7 @@ class PointForce(ForceLoad):
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         nodes = nodes_of(body, self.body, self.where)
         forces = np.zeros(body.mesh.p.shape)
-        forces[:, nodes] = components(self, body.mesh.p[:, nodes])
+        forces[:, nodes] = components(self, body.written[:, nodes])
         return forces
 
     def _size(self, body: Body, kinematics: Kinematics) -> float:

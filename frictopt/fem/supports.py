@@ -150,7 +150,7 @@ def nodes_of(body: Body, name: str, where: Place) -> Integers:
 
 def _node_at(point: Array, body: Body, name: str) -> int:
     """The node of a body at a point (d,)."""
-    x = body.mesh.p
+    x = body.written
     where = tuple(point.tolist())
     if len(where) != len(x):
         raise ModelError(
@@ -171,7 +171,7 @@ def _nodes_by(select: Callable[..., Any], body: Body, name: str) -> Integers:
     count = body.mesh.p.shape[1]
     remedy = f"give one truth value for each of the {count} nodes of body {name!r}"
     try:
-        is_meant = np.asarray(select(*body.mesh.p))
+        is_meant = np.asarray(select(*body.written))
     except Exception as error:  # a function of the user may raise any error
         raise ModelError(
             f"where: the function raised {type(error).__name__}: {error}; {remedy}"

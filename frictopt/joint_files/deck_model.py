@@ -39,13 +39,11 @@ _KINEMATICS: dict[str, Kinematics] = {
 class _AtNodes:
     """Values at some nodes of a body, as a function of coordinates; 0 at its other nodes.
 
-    Without values it is true at the nodes. A contact or tie may have moved nodes by a part of their
-    edges, so a point is the node that is nearest.
+    Without values it is true at the nodes.
     """
 
     def __init__(self, body: Body, nodes: Booleans, values: Any = True) -> None:
         points = body.mesh.p
-        self.all = cKDTree(points.T)
         self.tree = cKDTree(points[:, nodes].T)
         self.values = np.broadcast_to(values, self.tree.n)
         self.near = 1e-9 * float(np.abs(points).max())
@@ -54,9 +52,8 @@ class _AtNodes:
         return f"{number_of(len(self.values), 'node')} of the deck"
 
     def __call__(self, *x: Array) -> Any:
-        points = np.stack(x, axis=-1)
-        distance, place = self.tree.query(points)
-        return self.values[place] * (distance <= self.all.query(points)[0] + self.near)
+        distance, place = self.tree.query(np.stack(x, axis=-1))
+        return self.values[place] * (distance <= self.near)
 
 
 class DeckModel:

@@ -1,6 +1,7 @@
 """Position tolerances: nodes are moved onto the opposite face, or onto the other cut, unstrained."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,6 +68,37 @@ def limits(model):
         ask(system, SHEAR, friction=0.3, progress=False).load_factor
         for ask in (fo.shakedown_limit, fo.gross_slip)
     ]
+
+
+@pytest.mark.parametrize("by", ["a point", "a function"])
+def test_places_name_nodes_by_their_coordinates_before_the_moves(by):
+    """The nodes of the face have moved; a force and a support still find them as the mesh was."""
+    clean, lifted = [
+        pad(along_normal(lambda x, height=height: height + 0 * x), adjust=2e-3)
+        for height in (0.0, -1e-3)
+    ]
+
+    def where(height):
+        return (0.0, height) if by == "a point" else lambda x, y: (x == 0) & (y == height)
+
+    found = [
+        limits(
+            replace(
+                model,
+                supports=[*model.supports, fo.Support("upper", (1.0, height), "x")],
+                loads={
+                    "P": model.loads["P"],
+                    "Q": [
+                        fo.PointForce(
+                            "upper", where(height), x=lambda x, y, h=height: 1.0 * (y == h)
+                        )
+                    ],
+                },
+            )
+        )
+        for model, height in ((clean, 0.0), (lifted, -1e-3))
+    ]
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-3])

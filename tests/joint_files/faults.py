@@ -47,13 +47,6 @@ FAULTS = (
     ),
     Fault(
         "joint_files/deck_model.py",
-        "a node that a contact has moved loses its force and its support",
-        old="distance <= self.all.query(points)[0] + self.near",
-        new="distance <= self.near",
-        tests="decks",
-    ),
-    Fault(
-        "joint_files/deck_model.py",
         "ties move their nodes against ADJUST=NO",
         old='pair.block.parameters.get("ADJUST") != "NO"',
         new="True",
