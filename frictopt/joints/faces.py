@@ -12,7 +12,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle, joined, reactions
 from ..limits import GrossSlip
 from ..limits.balance.body_motions import MOVES
 from ..limits.balance.corner_statics import drives
-from ..limits.balance.face_statics import FaceLoad, slides_in_full_at
+from ..limits.balance.face_statics import FaceLoad, slides_in_full_at, without_lift
 from ..limits.program.units import outer_corners
 from ..transients import SteadyState
 from ..transients.fretting import nodes_of_contacts, rows_of_corners
@@ -81,8 +81,7 @@ def _under_mean_load(
     bonded = joined(mean.bonded_q, mean.bonded_p)
     p = (bonded + system.S @ joined(mean.slip, mean.gap - system.gap))[-system.nodes :]
     motions = motions_of_bodies(system)
-    _, lifts, parts = np.linalg.svd(motions[-system.nodes :])
-    slides = motions @ parts[np.pad(lifts, (0, len(parts) - len(lifts))) <= CONDENSATION].T
+    slides = motions @ without_lift(motions[-system.nodes :], CONDENSATION)
 
     def driving(loads: Mapping[str, float]) -> dict[str, float]:
         """The loads without those that slide no body, such as preloads: slip relieves them."""

@@ -31,7 +31,7 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle, StressMap, joined
 from ..errors import ModelError
-from ..transients.critical_plane import PARAMETERS, SEARCHED
+from ..transients.critical_plane import PARAMETERS, SEARCHED, WITHOUT_PLANE
 from .answers import sentences
 from .moving.moving_areas import uncoupled
 from .program.question import Question, pose
@@ -42,8 +42,6 @@ from .search.stress_levels import SETTINGS, Stresses, StressLevels
 from .shakedown import shakedown_limit
 
 Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland", "Dang_Van"]
-# Parameters without a plane.
-_NO_PLANE = ("Crossland", "Dang_Van")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -282,7 +280,7 @@ def fatigue_band(
             row = {"point": point, **dict(zip("xyz", place, strict=False))}
             row["least"] = levels.least([point], SETTINGS.drawn).value
             row |= {"no_slip": without[point], "most": ends[-1].value}
-            if name not in _NO_PLANE:
+            if name not in WITHOUT_PLANE:
                 normal = ends[-1].normal
                 row |= dict(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
                 row |= levels.on_plane(point, normal)

@@ -480,7 +480,7 @@ class GuaranteedModel(SafeModel):
     @warns_of_odd_values
     @in_turn
     def solve(
-        self, friction: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
+        self, friction: PerNode, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
     ) -> GuaranteedLimit:
         """The limit for given friction, one or one per node, with or without your own constraints.
 

@@ -36,7 +36,9 @@ EQUAL = 1e-9
 NOT_NEGATIVE = ("SWT", "Fatemi_Socie")
 # Parameters whose critical plane depends on the mean stress, and is searched for.
 SEARCHED = (*NOT_NEGATIVE, "Findley")
-PARAMETERS = (*SEARCHED, "Matake", "Crossland", "Dang_Van")
+# Parameters that do not belong to a plane.
+WITHOUT_PLANE = ("Crossland", "Dang_Van")
+PARAMETERS = (*SEARCHED, "Matake", *WITHOUT_PLANE)
 """Names of the parameters of `parameter_on`."""
 
 

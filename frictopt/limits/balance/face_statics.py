@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base import COUNTS, Array, Booleans, worst
-from ...contact import ContactSystem, contact_law
+from ...contact import ContactLaw, ContactSystem, contact_law
 from ...solve.answer import answer, infeasible, unbounded
-from ...solve.rows import CONE, EQUATION, LINEAR, Rows, program_of, rows_of
+from ...solve.rows import CONE, LINEAR, Rows, program_of, rows_of
+from ...transients.balance import balance_rows
 
 # Largest residual of the load factor of a face. More digits take a hundred times as long.
 _TOLERANCE = 1e-6
@@ -60,12 +61,18 @@ def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
     turns = [arms[:, ::-1] * [-1, 1]] if axes == 2 else [np.cross(e, arms) for e in np.eye(3)]
     motions = np.concatenate([np.tile(np.eye(axes), (n, 1, 1)), np.stack(turns, axis=-1)], axis=-1)
     along = np.einsum("nak,nkm->anm", system.frames[face], motions)
-    _, lifts, parts = np.linalg.svd(along[-1], full_matrices=True)
-    flat = np.pad(lifts, (0, len(parts) - len(lifts))) <= np.sqrt(n) * COUNTS
+    flat = without_lift(along[-1], np.sqrt(n) * COUNTS)
     stretch = system.stretch.reshape(system.nodes, -1)[face].T
-    slips = (along[:-1] * stretch[:, :, None]).reshape(-1, len(parts)) @ parts[flat].T
+    slips = (along[:-1] * stretch[:, :, None]).reshape(-1, len(flat)) @ flat
     basis, size, _ = np.linalg.svd(slips, full_matrices=False)
     return np.asarray(basis[:, size > COUNTS])
+
+
+def without_lift(lifts: Array, size: float) -> Array:
+    """(k, m) combinations of k motions whose lifts (n, k) have at most a size."""
+    _, sizes, parts = np.linalg.svd(lifts)
+    small = np.pad(sizes, (0, len(parts) - len(sizes))) <= size
+    return np.asarray(parts[small].T)
 
 
 def _at_corner(
@@ -75,52 +82,21 @@ def _at_corner(
 
     The unknowns are the shear forces of the face, and the load factor.
     """
-    t, k = system.tangents, motions.shape[1]
-    nodes = np.arange(int(face.sum()))
-    n = len(nodes)
+    count, k = motions.shape
 
     def shear(r: Array) -> Array:
-        return motions.T @ r.reshape(t + 1, -1)[:-1, face].ravel()
+        return np.asarray(r.reshape(system.tangents + 1, -1)[:-1, face].ravel())
 
-    def pressing(r: Array) -> float:
-        return float(r[-system.nodes :][face].sum())
-
-    p = load.p[face]
-    total = float(p.sum()) or np.inf
-    growth = pressing(load.cyclic) / total
-    at_zero = 1.0 + pressing(load.constant - load.of_state) / total
-    work = shear(load.cyclic)
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0
-    unit = force / (float(np.abs(work).max()) or 1.0)
-
-    row, entry = np.indices(motions.T.shape)
-    balance = Rows(
-        "balance",
-        EQUATION,
-        np.ones(k, dtype=int),
-        np.r_[row.ravel(), np.arange(k)],
-        np.r_[entry.ravel(), np.full(k, t * n)],
-        np.r_[motions.T.ravel(), -work],
-        -shear(load.shear),
-        np.full(k, force),
-        np.full(k, -1),
-        np.full(k, -1),
-    )
-    factor = np.full(n, t * n)
+    unit = force / (float(np.abs(motions.T @ shear(load.cyclic)).max()) or 1.0)
+    balance = balance_rows(motions, shear(load.shear), shear(load.cyclic), np.full(k, force))
     one = np.ones(1)
-    rows = [balance, rows_of("load_factor", LINEAR, [[(factor[:1], one)]], 0.0 * one, unit * one)]
-    for term in law.terms:
-        slope, constant = term.slope[face], term.constant[face]
-        bounded = np.flatnonzero(np.isfinite(constant))
-        bound = [(factor[bounded], (slope * p * growth)[bounded])]
-        at_rest = (slope * p * at_zero + constant)[bounded]
-        units = np.full(len(bounded), force)
-        axes = [[(axis * n + bounded, np.ones(len(bounded)))] for axis in range(t)]
-        rows.append(rows_of(term.row, CONE, [bound, *axes], at_rest, units, nodes=bounded))
-    cost = np.zeros(t * n + 1)
+    least = rows_of("load_factor", LINEAR, [[(np.array([count]), one)]], 0.0 * one, unit * one)
+    rows = [balance, least, *_friction_rows(system, law, face, load, force)]
+    cost = np.zeros(count + 1)
     cost[-1] = -1.0
-    program = program_of(rows, np.r_[np.full(t * n, force), unit], cost)
+    program = program_of(rows, np.r_[np.full(count, force), unit], cost)
 
     def claimed(x: Array, y: Array) -> _Sliding:
         bound, error = program.lower_bound(x, y)
@@ -137,3 +113,29 @@ def _at_corner(
     found, _ = answer(program, claimed, no_optimum=without_optimum, tolerance=_TOLERANCE)
     assert found is not None
     return max(found.load_factor, 0.0)
+
+
+def _friction_rows(
+    system: ContactSystem, law: ContactLaw, face: Booleans, load: FaceLoad, force: float
+) -> list[Rows]:
+    """The rows `|q| <= f p` of a face, whose pressure keeps its distribution as the load grows."""
+
+    def pressing(r: Array) -> float:
+        return float(r[-system.nodes :][face].sum())
+
+    p = load.p[face]
+    n = len(p)
+    total = float(p.sum()) or np.inf
+    growth = p * pressing(load.cyclic) / total
+    at_zero = p * (1.0 + pressing(load.constant - load.of_state) / total)
+    rows = []
+    for term in law.terms:
+        slope, constant = term.slope[face], term.constant[face]
+        nodes = np.flatnonzero(np.isfinite(constant))
+        load_factor = np.full(len(nodes), system.tangents * n)
+        bound = [(load_factor, (slope * growth)[nodes])]
+        axes = [[(axis * n + nodes, np.ones(len(nodes)))] for axis in range(system.tangents)]
+        at_rest = (slope * at_zero + constant)[nodes]
+        units = np.full(len(nodes), force)
+        rows.append(rows_of(term.row, CONE, [bound, *axes], at_rest, units, nodes=nodes))
+    return rows
