@@ -214,7 +214,8 @@ def fatigue_band(
     ----------
     stress_map
         The contact with the stresses at its points, from `ContactModel.stress_map`. At a depth the
-        band converges with the mesh; on the face its largest value grows with each refinement.
+        band converges with the mesh, if the load factor stays below the shakedown limits of the
+        finer meshes; on the face its largest value grows with each refinement.
     cycle, friction, slip_bound
         See `shakedown_limit`. The slip bound must be None above the limit.
     load_factor
