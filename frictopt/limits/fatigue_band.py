@@ -38,7 +38,7 @@ from .program.question import Question, pose
 from .program.rest_program import is_held
 from .program.rest_slips import Rests, SteadyCycles
 from .safe_slip import SafeSlips
-from .search.stress_levels import SETTINGS, Stresses, StressLevels
+from .search.stress_levels import SETTINGS, End, Stresses, StressLevels
 from .shakedown import shakedown_limit
 
 Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland", "Dang_Van"]
@@ -208,7 +208,7 @@ def fatigue_band(
 
     Above the shakedown limit there are no states of rest. If slip changes no pressure (B = 0), all
     steady cycles differ by a slip that does not change in time, and the band is about all steady
-    cycles. It is also, if normal loads open and close nodes in a cycle that comes to rest.
+    cycles. So it is below the limit, if normal loads open and close nodes in each cycle.
 
     Parameters
     ----------
@@ -271,21 +271,15 @@ def fatigue_band(
         stresses = Stresses(slips.question, stress_map, tensors, name, weight)
         levels = StressLevels(slips, stresses, planes)
         least = levels.least(range(count))
-        ends = []
-        rows = []
         without = np.full(count, np.nan)
         if slips.violation(-start) <= RESIDUAL:
             without = stresses.values(-start)
+        ends = []
+        rows = []
         for point, place in enumerate(np.asarray(stress_map.points)):
             ends.append(levels.most(point))
-            row = {"point": point, **dict(zip("xyz", place, strict=False))}
-            row["least"] = levels.least([point], SETTINGS.drawn).value
-            row |= {"no_slip": without[point], "most": ends[-1].value}
-            if name not in WITHOUT_PLANE:
-                normal = ends[-1].normal
-                row |= dict(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
-                row |= levels.on_plane(point, normal)
-            rows.append(row)
+            at = {"point": point, **dict(zip("xyz", place, strict=False))}
+            rows.append(at | _row(levels, point, ends[-1], without[point], name))
             bar.update()
     most = max(ends, key=lambda end: end.value)
     found = [end.slip for end in (least, most) if np.isfinite(end.value)]
@@ -307,6 +301,18 @@ def fatigue_band(
         _start=start,
         _table=frame(rows, units=stress_map.system.units),
     )
+
+
+def _row(
+    levels: StressLevels, point: int, end: End, no_slip: float, parameter: str
+) -> dict[str, float]:
+    """The columns of a point in the table of a band, see `FatigueBand.to_frame`."""
+    least = levels.least([point], SETTINGS.drawn).value
+    row = {"least": least, "no_slip": no_slip, "most": end.value}
+    if parameter in WITHOUT_PLANE:
+        return row
+    x, y, z = end.normal.tolist()
+    return row | {"normal_x": x, "normal_y": y, "normal_z": z} | levels.on_plane(point, end.normal)
 
 
 def _set_of(
