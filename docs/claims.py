@@ -82,6 +82,12 @@ CLAIMS = (
         also='`bound`; "from both sides"',
     ),
     Claim(
+        "answers.sentences.BETWEEN answers.sentences.STOPPED_WIDE",
+        by="`ShakedownLimit`, theory, size",
+        source='the contact law for the lower number, multipliers for the upper one (theory, "A limit between two proven numbers")',
+        tests="test_within_gap::test_both_numbers_are_proven_by_hand_in_the_plane test_within_gap::test_the_exact_limit_in_space_lies_between_both_numbers test_within_gap::test_a_gap_below_single_precision_is_not_reached_and_says_so",
+    ),
+    Claim(
         "answers.sentences.NO_BOUND",
         by="`ShakedownLimit`",
         source="the contact law, checked in each run",

@@ -7,6 +7,7 @@ solve it, check the solution, complete the answer.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
+    FLOOR,
     GROWN,
     RESIDUAL,
     ZERO_LOAD_FACTOR,
@@ -28,29 +30,36 @@ from ..base import (
     frozen,
     progress_bar,
     warns_of_odd_values,
+    worst,
 )
-from ..base.checks import flag, flags, whole_number
+from ..base.checks import finite_number, flag, flags, whole_number
 from ..contact import ContactSystem, LoadCycle, other_laws
 from ..contact.diagnosis import growth_diagnosis
-from ..errors import ModelError, SolverError
+from ..errors import ModelError, ModelWarning, SolverError
 from ..solve.arrays import Arrays
 from ..solve.solvers import INFEASIBLE, NoOptimum
 from . import rest_intervals
 from .answers.answered import answered
 from .answers.reasons import shakedown_reason
-from .answers.sentences import CHOSEN, CONTRADICTED
+from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
+from .between.cones import check_known, cones_of
+from .between.judged import solution_of
+from .between.search import search
 from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
 from .gross_slip import statics_alone
+from .moving.moving_areas import moving_areas
 from .program import assembled
-from .program.mean_load import is_safe_at_mean_load
+from .program.mean_load import is_safe_at_mean_load, open_under_mean
 from .program.mechanism import Mechanism
 from .program.question import Question, pose, with_open
 from .program.rest_program import RestProgram
 from .program.solution import UNBOUNDED, Solution, Solved, contradiction, growth, solve
 from .search.order_search import best_with_events
 from .search.set_search import NotAbove, best_open_set, is_at_most, may_open
+
+_NO_GAP = "pass gap=None for the exact limit"
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
 
@@ -67,6 +76,7 @@ def shakedown_limit(
     slip_bound: PerNode | None = None,
     simplify: bool = True,
     solver: str | None = None,
+    gap: float | None = None,
     progress: bool = True,
 ) -> ShakedownLimit:
     """Largest load factor with a safe slip; between the limits the start decides if slip stops.
@@ -104,6 +114,15 @@ def shakedown_limit(
         `ShakedownLimit.bound_of_sets` is what is proven of all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
+    gap
+        Relative distance that two proven numbers may have, above 0 and below 1, such as 0.01; None:
+        the limit itself, proven to 1e-9. With a gap, `ShakedownLimit.load_factor` is proven from
+        below and `ShakedownLimit.bound` from above, by a first-order method that needs products
+        alone: in space it takes a fraction of the time from some hundred nodes on (theory, "A
+        limit between two proven numbers"). Open nodes are those of `open_nodes`, or those that the
+        mean load opens; they are not searched, so `programs` is refused, like `events`,
+        `slip_bound` and `solver`. A node without friction is refused, too. If the method ends with
+        a wider gap, a `ModelWarning` and the reason say so.
     progress
         Whether to show the progress after two seconds, as a bar or in lines without a terminal.
 
@@ -125,12 +144,22 @@ def shakedown_limit(
     >>> limit = fo.shakedown_limit(rod, cycle, friction=0.5)
     >>> round(limit.load_factor, 6), limit.best_of_all
     (0.5, True)
+    >>> close = fo.shakedown_limit(rod, cycle, friction=0.5, gap=0.01)
+    >>> bool(0.495 <= close.load_factor <= 0.5 <= close.bound <= 0.505)
+    True
     """
     with progress_bar(progress, "shakedown limit"):
         name = "shakedown_limit"
         question = pose(
             system, cycle, friction, simplify=simplify, slip_bound=slip_bound, question_name=name
         )
+        if gap is not None:
+            given = {"events": flag("events", events), "programs": programs is not None}
+            given |= {"slip_bound": slip_bound is not None, "solver": solver is not None}
+            for argument, holds in given.items():
+                if holds:
+                    raise ModelError(f"{argument}: a limit with a gap does not know it; {_NO_GAP}")
+            return limit_within(question, open_nodes, finite_number("gap", gap, above=0, below=1))
         if programs is not None:
             programs = whole_number("programs", programs, least=1)
         return ShakedownLimits(solver).of_question(question, open_nodes, events, programs=programs)
@@ -166,13 +195,7 @@ class ShakedownLimits:
             if moving is not None:
                 return moving
         if open_nodes is not None:
-            opened = with_open(question, flags("open_nodes", open_nodes, question.system.nodes))
-            if opened is None or opened.open_nodes.all():
-                raise ModelError(
-                    "open_nodes: the closed nodes are too few to hold the open nodes; leave more "
-                    "nodes closed"
-                )
-            return self.of_set(opened, user)
+            return self.of_set(_with_given(question, open_nodes), user)
         limit = self.of_any_set(question, programs=programs)
         if user is not None:
             return self.of_set(limit._question, user)
@@ -326,6 +349,84 @@ class ShakedownLimits:
         if limit is None or (sense > 0 and limit.bound <= above):
             raise NotAbove(f"the limit is not above {above:g}")
         return answered(limit, record)
+
+
+def _with_given(question: Question, open_nodes: Any) -> Question:
+    """The question with the open nodes that the user gives."""
+    opened = with_open(question, flags("open_nodes", open_nodes, question.system.nodes))
+    if opened is None or opened.open_nodes.all():
+        raise ModelError(
+            "open_nodes: the closed nodes are too few to hold the open nodes; leave more nodes "
+            "closed"
+        )
+    return opened
+
+
+def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLimit:
+    """The limit between two proven numbers, with given open nodes or those of the mean load."""
+    if open_nodes is not None:
+        question = _with_given(question, open_nodes)
+    else:
+        if moving_areas(question) is not None:
+            raise ModelError(
+                "gap: loads alone open and close nodes of this uncoupled contact in each cycle, "
+                f"which a limit with a gap does not know; give open_nodes, or {_NO_GAP}"
+            )
+        # If fixed parts differ, the mean load has no single set.
+        if may_open(question) and not question.fixed:
+            for opened in open_under_mean(question):
+                if not opened.all():
+                    question = with_open(question, opened) or question
+    check_known(question, _NO_GAP)
+    cones = cones_of(question)
+    found = search(cones, gap)
+    safe, bound = found.safe.best, found.multipliers.bound
+    if found.safe.grows or bound < 0:
+        # The exact program proves that the limit is infinite, or that no slip is safe.
+        return ShakedownLimits().of_set(question)
+    if safe is None or bound == np.inf:
+        missing = "safe slip" if safe is None else "bound"
+        raise SolverError(
+            f"gap: {found.steps} steps found no {missing}, and nothing proves that there is none; "
+            f"{_NO_GAP}"
+        )
+    moves = found.multipliers.moves
+    first = solution_of(question, cones, found.first, moves)
+    solution = solution_of(question, cones, safe, moves)
+    limit = _between(question, solution, gap, found.steps)
+    at_rest = is_safe_at_mean_load(question, first.slip_of_nodes)
+    return replace(limit, least=0.0 if at_rest else np.nan)
+
+
+def _between(question: Question, solution: Solution, gap: float, steps: int) -> ShakedownLimit:
+    """The limit of a safe slip and a mechanism, both judged as those of the exact limit are."""
+    limit = checked_limit(question, solution)
+    lower, upper = limit.load_factor, max(limit.bound, limit.load_factor)
+    size = max(upper, FLOOR * question.load_unit)
+    _, defect = solution.bound
+    residual = worst([question.violation(lower, limit.slip), defect / size])
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"gap: rounding leaves an error of {residual:.1e} in the slip or in the mechanism "
+            f"(tolerance {RESIDUAL:g}); {_NO_GAP}"
+        )
+    proven = (upper - lower) / size
+    stopped = ""
+    if proven > gap:
+        stopped = STOPPED_WIDE(gap=gap)
+        warnings.warn(f"shakedown_limit: {stopped[2:]}", ModelWarning, stacklevel=5)
+    why = BETWEEN(
+        lower=lower,
+        upper=upper,
+        gap=100 * proven,
+        slip="residual slip",
+        node_states=question.node_states,
+        steps=steps,
+        stopped=stopped,
+    )
+    record = SolveRecord("primal-dual hybrid gradient", residual=residual)
+    limit = replace(limit, bound=upper, gap=proven, record=record, _why=why, _solved=None)
+    return answered(limit, record)
 
 
 def check_events(events: object, question: Question, restricted: bool) -> None:
@@ -498,13 +599,14 @@ class ShakedownLimit(ShakedownAnswer):
         opens in every cycle. The proof is as for the limit, also with a slip bound and user
         constraints. Just above `least` the open nodes may differ from `open`. NaN if no load factor
         is safe, if rounding hides the value (see `reason`), with an objective, and if `bound` is
-        infinite because of `events`.
+        infinite because of `events`. With a `gap` it is 0 or, if it is not known to be 0, NaN.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
         Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
-        with user constraints also from their multipliers. It equals `load_factor` up to `residual`.
+        with user constraints also from their multipliers. It equals `load_factor` up to `residual`,
+        or, if you asked for a gap, up to `gap`.
         Inf if nodes open or close while fixed and scaled loads both vary: the program is then not
         convex, and proves no bound.
     record
@@ -520,6 +622,11 @@ class ShakedownLimit(ShakedownAnswer):
         Largest value of your objective, or None without an objective. With an objective,
         `load_factor` is the load factor of the slip that maximizes it, `bound` is an upper bound of
         the objective, and `friction_rate` is the rate of the objective.
+    gap
+        Distance of `bound` from `load_factor`, relative to `bound` (to a thousandth of the unit of
+        load factors if that is larger); None without an asked gap. The limit is between the two.
+        `residual` is then the error of each of the two proofs. The multipliers are rough, so
+        that `problem`, `multipliers`, and all rates raise a ModelError.
     problem
         The solved cvxpy problem, in your units. A later solve of the same `ShakedownModel`
         overwrites its values.

@@ -35,6 +35,7 @@ BELOW = {
 
 IN_LIMITS = (
     "program",
+    "between",
     "events",
     "moving",
     "guarantee",

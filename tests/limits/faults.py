@@ -1309,4 +1309,32 @@ FAULTS = (
         new="np.abs(of_heads)",
         tests="printed_problems",
     ),
+    Fault(
+        "limits/between/bounds.py",
+        "repaired multipliers leave their cones",
+        old="np.maximum(moves[:, -1], np.linalg.norm(moves[:, :-1], axis=1))",
+        new="moves[:, -1]",
+        tests="within_gap",
+    ),
+    Fault(
+        "limits/between/cones.py",
+        "the search forgets shear strengths",
+        old="start[:, -1] += np.concatenate(constants)",
+        new="None",
+        tests="within_gap",
+    ),
+    Fault(
+        "limits/between/judged.py",
+        "the multipliers of open nodes are those of closed ones",
+        old="lifts / question.clearance",
+        new="lifts / question.force",
+        tests="within_gap",
+    ),
+    Fault(
+        "limits/shakedown.py",
+        "a wider gap than asked is not told",
+        old="proven > gap",
+        new="False",
+        tests="within_gap",
+    ),
 )

@@ -355,6 +355,9 @@ class Proven(Answered, Explained):
         """Copies have a problem of their own."""
         return {**super().__getstate__(), "_solved": copy.copy(self._solved)}
 
+    def _check_exact(self, name: str) -> None:
+        """ModelError if the multipliers are too rough for an attribute of this name."""
+
     @cached_property
     def problem(self) -> cp.Problem:
         """The cvxpy problem in your units, with the values and multipliers of the answer.
@@ -362,6 +365,7 @@ class Proven(Answered, Explained):
         It is listed when it is first read. The answer of a model has the variables of the model,
         whose values are then those of this answer.
         """
+        self._check_exact("problem")
         solved = self._solved
         if solved is None or (self.constraints and solved.problem is None):
             raise ModelError(
@@ -387,6 +391,7 @@ class Proven(Answered, Explained):
         """
         import pandas as pd  # imported here, because only tables need it
 
+        self._check_exact("multipliers")
         # Imported here, because cvxpy is slow to import.
         from ...solve.problem import duals
         from ..printed.listing import problem_of
@@ -469,6 +474,7 @@ class Rated(Proven):
         too, if loads alone open and close nodes in each cycle (`events`): the loads then move the
         events, which the mechanism does not know.
         """
+        self._check_exact("load_rates")
         cycle = self.cycle
         moves = self._question.by_corner(self._motion.moves)  # (K, t + 1, N)
         net_motion = moves.sum(axis=0)
@@ -494,5 +500,6 @@ class Rated(Proven):
 
         The rate with a gap (profile) has the opposite sign. NaN if `load_rates` is NaN.
         """
+        self._check_exact("interference_rate")
         rate = self.system.S[-self.system.nodes :] @ self._motion.moves.sum(axis=0).ravel()
         return frozen(rate if self._rated else np.full_like(rate, np.nan))

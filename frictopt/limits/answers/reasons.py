@@ -165,7 +165,8 @@ def governing_node(limit: ShakedownAnswer) -> str:
     The limit may depend on the mesh, or only residual slip may press the node.
     """
     question = limit._question
-    if limit.kind is not LimitKind.FINITE:
+    # A rough mechanism may move other nodes, too.
+    if limit.kind is not LimitKind.FINITE or limit.gap is not None:
         return ""
     node = limit._ruling
     if question.compliance is not None:

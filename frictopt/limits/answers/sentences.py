@@ -54,6 +54,16 @@ HIGHEST = Sentence(
     "no {slip} is safe above it{node_states}{others}{below}",
     assumes="the limit is finite, above 0",
 )
+BETWEEN = Sentence(
+    "the limit is between {lower:.6g} and {upper:.6g} (gap {gap:.2g} %){node_states}: a {slip} is "
+    "safe at the lower number, and none is above the upper one; {steps} steps{stopped}",
+    assumes="a gap is given; the lower number is proven by its slip, the upper one by its "
+    "mechanism",
+)
+STOPPED_WIDE = Sentence(
+    "; stopped with a wider gap than {gap:g}, which was asked: pass gap=None for the exact limit",
+    assumes="the steps of the method are used up",
+)
 HIGHER_WITH_OTHERS_OPEN = Sentence(
     "; with other nodes open it may be higher", assumes="some nodes stay open"
 )

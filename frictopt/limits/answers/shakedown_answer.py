@@ -48,6 +48,7 @@ class ShakedownAnswer(Rated):
     bound: float
     least: float = np.nan
     objective: float | None = None
+    gap: float | None = None
     # The reason that there is no largest safe load factor, or one that replaces the usual reason.
     _why: str = ""
     _searched: Searched = Searched()
@@ -75,8 +76,18 @@ class ShakedownAnswer(Rated):
         check_slip(question, self.load_factor, self.slip)
         if self.least > self.load_factor + RESIDUAL * question.load_unit:
             raise ValueError(f"its least load factor {self.least:g} is above {self.load_factor:g}")
+        if self.load_factor > self.bound + RESIDUAL * question.load_unit:
+            raise ValueError(f"its load factor {self.load_factor:g} is above {self.bound:g}")
         if plain:
-            check_bound(question, self._motion, self.load_factor, self.bound)
+            lower = self.load_factor if self.gap is None else self.bound
+            check_bound(question, self._motion, lower, self.bound)
+
+    def _check_exact(self, name: str) -> None:
+        if self.gap is not None:
+            raise ModelError(
+                f"{name}: the multipliers of a limit with a gap prove its bound, and are too rough "
+                "for more; ask for the limit with gap=None"
+            )
 
     @property
     def _ruling(self) -> int:
@@ -100,8 +111,9 @@ class ShakedownAnswer(Rated):
         """(N,) rate of the limit with the friction of each node; the sum is for all nodes at once.
 
         If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
-        NaN without a finite limit.
+        NaN without a finite limit. ModelError for a limit with a gap.
         """
+        self._check_exact("friction_rate")
         return frozen(self._by_friction)
 
     @property

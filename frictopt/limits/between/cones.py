@@ -1,0 +1,181 @@
+"""The contact law at all corners as cones, whose unknowns are residual shear and load factor.
+
+A residual slip v changes the shear by q = A v, and the pressure by B v = T q with T = B A^+. Unlike
+the stiffness, T does not grow as elements shrink, so that a method that needs only products with T
+and its transpose takes nearly the same number of steps on every mesh. A row is a cone::
+
+    |q0 + L q1 + q| <= slope (p0 + L p1 + T q) + constant
+
+of one node at one corner. A node has a row for each term of the contact law. An open node has the
+row `0 <= gap`. Forces are divided by `Question.force`, gaps by `Question.clearance`, and load
+factors by `Question.load_unit`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from ...base import Array, Booleans, Integers
+from ...contact import ROWS
+from ...contact.diagnosis import in_contact
+from ...errors import ModelError
+from ..program.question import Question
+from ..program.rest_program import elastic
+
+
+class Point(NamedTuple):
+    """A load factor, residual shear forces (t, N), and the sides of all rows (K, t + 1, R)."""
+
+    load_factor: float
+    shear: Array
+    rows: Array
+
+
+P = TypeVar("P", bound=tuple[Any, ...])
+
+
+def towards(start: P, end: P, share: float) -> P:
+    """What is at this share of the way between two tuples, all of whose parts are linear."""
+    return type(start)(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """Rows of K corners; each has t parts of its shear and then its bound.
+
+    Attributes
+    ----------
+    node
+        (R,) node of each row: closed nodes first, then closed nodes with a shear strength, then
+        open nodes.
+    labels
+        Label of the rows of the program -> its part of R.
+    sheared, slope
+        (R,) whether a row has shear, and the increase of its bound with the pressure.
+    start, rate
+        (K, t + 1, R) sides of the rows without residual shear at load factor 0, and their increase
+        with the load factor.
+    pressing
+        (N, t N) T: pressures, or gaps of open nodes, due to residual shear.
+    slides
+        (t N, r) orthonormal slips that nothing resists. Residual shear does no work on them.
+    corners
+        Numbers of the K corners in the cycle.
+    """
+
+    node: Integers
+    labels: dict[str, slice]
+    sheared: Booleans
+    slope: Array
+    start: Array
+    rate: Array
+    pressing: Array
+    slides: Array
+    corners: list[int]
+
+    @property
+    def sheared_parts(self) -> list[slice]:
+        """The parts of R of the terms of the contact law; the first one has all closed nodes."""
+        return [part for label, part in self.labels.items() if label in ROWS]
+
+    def single(self) -> Cones:
+        """The same in single precision, in which products take half the time."""
+        names = ("slope", "start", "rate", "pressing", "slides")
+        return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
+
+    def balanced(self, shear: Array) -> Array:
+        """The part of shear forces (t, N) that slips can cause."""
+        flat = shear.ravel()
+        return np.asarray((flat - self.slides @ (self.slides.T @ flat)).reshape(shear.shape))
+
+    def effects(self, shear: Array) -> Array:
+        """(t + 1, R) sides of the rows that residual shear (t, N) adds, at each corner."""
+        pressure = self.pressing @ shear.ravel()
+        return np.vstack([shear[:, self.node] * self.sheared, self.slope * pressure[self.node]])
+
+    def stress(self, moves: Array) -> Array:
+        """(t, N) work of moves (K, t + 1, R) of the rows on unit residual shear.
+
+        It is the transpose of `effects`. It is 0 if the moves are a mechanism.
+        """
+        total = moves.sum(axis=0)
+        nodes = len(self.pressing)
+        lift = np.bincount(self.node, self.slope * total[-1], nodes).astype(total.dtype)
+        slips = [np.bincount(self.node, self.sheared * part, nodes) for part in total[:-1]]
+        by_lift = (lift @ self.pressing).reshape(len(slips), nodes)
+        return self.balanced(np.array(slips, dtype=total.dtype) + by_lift)
+
+    def relaxed(self) -> Array:
+        """(t, N) residual shear that takes away the shear of the mean load, as without friction."""
+        first = np.zeros((self.start.shape[1] - 1, len(self.pressing)))
+        closed = self.sheared_parts[0]
+        first[:, self.node[closed]] = -self.start[0, :-1, closed]
+        return self.balanced(first)
+
+    def at(self, load_factor: float, shear: Array) -> Point:
+        """The point of a load factor and balanced residual shear."""
+        rows = self.start + load_factor * self.rate + self.effects(shear)
+        return Point(load_factor, shear, rows)
+
+
+def check_known(question: Question, remedy: str) -> None:
+    """ModelError if the cones leave out a part of a question."""
+    without = ~question.open_nodes & (question.friction == 0)
+    if without.any():
+        node = int(without.argmax())
+        raise ModelError(
+            f"friction: node {node}{in_contact(question.system, node)} has none, so that its shear "
+            f"has no room; a limit with a gap needs friction at all closed nodes: {remedy}"
+        )
+    if elastic(question).opening.any():
+        raise ModelError(
+            "gap: a slide that nothing resists opens and closes open nodes, which a limit with a "
+            f"gap does not know; {remedy}"
+        )
+
+
+def cones_of(question: Question) -> Cones:
+    """The cones of a question, at the corners that are not within the hull of the others."""
+    n, t = question.system.nodes, question.system.tangents
+    corners = question.listed_corners
+    parts = elastic(question)
+    opened = question.open_nodes
+    unit = np.where(opened, question.clearance, question.force)
+
+    pressing = np.zeros((n, t * n))
+    pressing[:, parts.slips] = parts.normal * (question.force / unit)[:, None]
+    slides = np.zeros((t * n, parts.slides.shape[1]))
+    slides[parts.slips] = parts.slides
+
+    nodes, slopes, constants = list[Integers](), list[Array](), list[Array]()
+    labels = dict[str, slice]()
+    end = 0
+    terms = [
+        (term.row, np.flatnonzero(~opened & np.isfinite(term.constant)), term.slope, term.constant)
+        for term in question.law.terms
+    ]
+    terms.append(("apart", np.flatnonzero(opened), np.ones(n), np.zeros(n)))
+    for label, having, slope, constant in terms:
+        labels[label] = slice(end, end + len(having))
+        end += len(having)
+        nodes.append(having)
+        slopes.append(slope[having])
+        constants.append(constant[having] / question.force)
+    node, slope = np.concatenate(nodes), np.concatenate(slopes)
+    sheared = ~opened[node]
+
+    def sides(forces: Array) -> Array:
+        by_node = forces.reshape(-1, t + 1, n) / question.force
+        by_node[:, -1] *= question.force / unit
+        rows = by_node[:, :, node]
+        rows[:, :-1] *= sheared
+        rows[:, -1] *= slope
+        return rows
+
+    start = sides(np.broadcast_to(question.start, question.rate.shape)[corners])
+    start[:, -1] += np.concatenate(constants)
+    rate = sides(question.rate[corners] * question.load_unit)
+    return Cones(node, labels, sheared, slope, start, rate, pressing, slides, corners)

@@ -1,0 +1,219 @@
+"""The first-order method that finds rough states and multipliers: primal-dual hybrid gradient.
+
+Each step takes one product with T and one with its transpose. The steps are reflected and anchored
+(Halpern), and begin anew from the last state if the error has fallen (restarts of PDLP, Applegate
+et al. 2021; Lu and Yang 2024). The number of steps is not proven, and matters to no proof.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...base import FLOOR, Array, progress_bar
+from .bounds import Multipliers, SafePoints, margins, mechanism
+from .cones import Cones, Point, towards
+
+
+@dataclass(frozen=True)
+class StepSettings:
+    """Numbers of the method, which were tried on punches, pins, dovetails and random contacts."""
+
+    # Largest number of steps.
+    most: int = 3000
+    # Steps between two checks of the bounds, and between two looks at the error.
+    check: int = 25
+    look: int = 10
+    # A restart is due if the error has fallen to the first share of its value at the last restart;
+    # if it has fallen to the second one and rises; or after this share of all steps.
+    fallen: float = 0.2
+    rising: float = 0.8
+    long: float = 0.36
+    # Steps without a restart at least, if the error does not fall.
+    short: int = 60
+    # Size of the column of the load factor, relative to the norm of the other columns.
+    load: float = 0.3
+    # Step relative to the largest one that converges.
+    step: float = 0.95
+    # Power steps for the norm, and the factor by which they may fall short.
+    powers: int = 8
+    short_by: float = 1.1
+    # Rounds, and enough stress, of multipliers that guide, and of those that prove.
+    guide: tuple[int, float] = (8, 1e-5)
+    proof: tuple[int, float] = (300, 1e-12)
+
+
+STEPS = StepSettings()
+
+
+class State(NamedTuple):
+    """A state of the method, all of whose parts are linear in the unknowns and multipliers."""
+
+    load: float
+    shear: Array  # (t, N)
+    rows: Array  # (K, t + 1, R) sides of the rows
+    moves: Array  # (K, t + 1, R) multipliers
+    stress: Array  # (t, N) of the multipliers
+    drive: float  # what the multipliers say of the load factor: -1 at the optimum
+
+
+def search(cones: Cones, gap: float) -> Method:
+    """Look for a safe point and multipliers whose load factors are within a relative gap."""
+    shear = cones.relaxed()
+    first = cones.at(0.0, shear)
+    if margins(first.rows).min() < 0:
+        first = cones.at(0.0, _with_most_room(cones, first))
+    return _run(Method(cones, first, gap), np.inf)
+
+
+def _with_most_room(cones: Cones, first: Point) -> Array:
+    """(t, N) residual shear that is safe without cyclic load; `first` if none is found.
+
+    The same method finds it: the unknown besides the shear is the least room of a row.
+    """
+    taken = np.zeros_like(cones.rate)
+    taken[:, -1] = -1.0
+    of_room = replace(cones, rate=taken)
+    # One unit below the room of the first state, it is safe in spite of rounding.
+    least = float(margins(first.rows).min()) - 1.0
+    room = Method(of_room, of_room.at(least, first.shear), 0.0)
+    _run(room, 0.0)
+    assert room.safe.best is not None
+    return room.safe.best.shear
+
+
+def _run(method: Method, enough: float) -> Method:
+    """Take steps until the method is done, or a load factor above `enough` is safe."""
+    with progress_bar(True, "limit within a gap", "step", total=STEPS.most) as bar:
+        while not method.done and method.steps < STEPS.most and method.safe.load_factor <= enough:
+            method.advance()
+            bar.update()
+    method.prove()
+    return method
+
+
+class Method:
+    """The method from a first state on.
+
+    Its results are its `safe` points, its `multipliers` and its `steps`.
+    """
+
+    def __init__(self, cones: Cones, first: Point, gap: float) -> None:
+        self._cones = cones
+        self._rough = cones.single()
+        self._gap = gap
+        self.steps = 0
+        self.done = False
+        self.safe = SafePoints(cones)
+        self.multipliers = Multipliers(np.zeros_like(cones.start), np.inf)
+
+        norm = _norm(self._rough)
+        size = float(np.linalg.norm(cones.rate)) or 1.0
+        self._load_scale = STEPS.load * norm / size
+        self._step = STEPS.step / (norm * float(np.hypot(1, STEPS.load)))
+        self._weight = 1.0
+
+        self.first = first
+        self.safe.try_towards(first)
+        load = max(self.safe.load_factor, first.load_factor)
+        shear: Array = first.shear.astype(np.float32)
+        still = np.zeros_like(self._rough.start)
+        rows = self._rough.at(load, shear).rows
+        self._begin(State(load, shear, rows, still, np.zeros_like(shear), 0.0))
+
+    def _begin(self, state: State) -> None:
+        """Anchor the following steps at a state."""
+        self._state = self._anchor = state
+        self._first_error = self._last_error = self._error(state)
+        self._since = 0
+
+    def advance(self) -> None:
+        """One step, and a look at its error and at the bounds if they are due."""
+        new = self._stepped(self._state)
+        self.steps += 1
+        self._since += 1
+        share = self._since / (self._since + 1)
+        self._state = towards(self._anchor, towards(self._state, new, 2.0), share)
+        if self.steps % STEPS.check == 0:
+            self._check(new)
+        if self.steps % STEPS.look == 0:
+            self._look(new)
+
+    def _stepped(self, state: State) -> State:
+        cones = self._rough
+        along, against = self._step / self._weight, self._step * self._weight
+        shear = state.shear + along * state.stress
+        load = state.load + along * self._load_scale**2 * (1 + state.drive)
+        rows = cones.at(load, shear).rows
+        moves = _in_cones(state.moves - against * (2 * rows - state.rows))
+        drive = float((moves * cones.rate).sum())
+        return State(load, shear, rows, moves, cones.stress(moves), drive)
+
+    def _error(self, state: State) -> float:
+        """The violation of the rows, the imbalance of the multipliers, and their distance."""
+        unsafe = np.linalg.norm(_in_cones(state.rows) - state.rows)
+        unbalanced = np.hypot(np.linalg.norm(state.stress), self._load_scale * (1 + state.drive))
+        apart = state.load - float((state.moves * self._rough.start).sum())
+        return float(np.hypot(np.hypot(self._weight * unsafe, unbalanced / self._weight), apart))
+
+    def _look(self, new: State) -> None:
+        """Restart at a step if its error says so, with a new weight of unknowns to multipliers."""
+        error = self._error(new)
+        fallen = error / (self._first_error or 1.0)
+        due = fallen <= STEPS.fallen or (fallen <= STEPS.rising and error > self._last_error)
+        self._last_error = error
+        if not due and self._since < max(STEPS.long * self.steps, STEPS.short):
+            return
+        by_shear = np.linalg.norm(new.shear - self._anchor.shear)
+        by_load = (new.load - self._anchor.load) / self._load_scale
+        unknowns = np.hypot(by_shear, by_load)
+        moves = np.linalg.norm(new.moves - self._anchor.moves)
+        if unknowns > 0 and moves > 0:
+            self._weight = float(np.sqrt(self._weight * moves / unknowns))
+        self._begin(new)
+
+    def _check(self, new: State) -> None:
+        """Try to prove better bounds by a step, and to end."""
+        shear = self._cones.balanced(new.shear.astype(float))
+        self.safe.try_towards(self._cones.at(float(new.load), shear))
+        rough = mechanism(self._cones, new.moves.astype(float), *STEPS.guide)
+        if rough.bound < self.multipliers.bound:
+            self.multipliers = rough
+        if self._ends():
+            self.prove()
+            self.done = self._ends()
+
+    def _ends(self) -> bool:
+        """Whether the bounds are close enough, or are known not to be finite."""
+        low, high = self.safe.load_factor, self.multipliers.bound
+        close = np.isfinite(high) and high - low <= self._gap * max(high, FLOOR)
+        return bool(close or high < 0 or self.safe.grows)
+
+    def prove(self) -> None:
+        """Take all stress from the multipliers."""
+        self.multipliers = mechanism(self._cones, self.multipliers.moves, *STEPS.proof)
+
+
+def _norm(cones: Cones) -> float:
+    """An upper estimate of the norm of the rows of all corners, as functions of the shear."""
+    shear = np.random.default_rng(0).normal(size=(cones.start.shape[1] - 1, len(cones.pressing)))
+    shear = cones.balanced(shear.astype(np.float32))
+    norm = 1.0
+    for _ in range(STEPS.powers):
+        shear /= np.linalg.norm(shear) or 1.0
+        shear = cones.stress(cones.effects(shear)[None])
+        norm = float(np.linalg.norm(shear))
+    return STEPS.short_by * float(np.sqrt(len(cones.start) * max(norm, 1.0)))
+
+
+def _in_cones(rows: Array) -> Array:
+    """The nearest sides (K, t + 1, R) whose rows obey `|shear| <= bound`."""
+    size = np.linalg.norm(rows[:, :-1], axis=1)
+    bound = rows[:, -1]
+    mean = ((size + bound) / 2).clip(0.0)
+    inside = size <= bound
+    new = np.where(inside, bound, mean)
+    share = np.where(inside, 1.0, mean / np.where(size > 0, size, 1.0))
+    return np.concatenate([rows[:, :-1] * share[:, None], new[:, None]], axis=1)
