@@ -50,7 +50,7 @@ from .study.after_overload import after_overload
 from .study.dissipation import dissipation_study
 from .study.dissipation_range import dissipation_range
 from .study.plot_study import plot_study
-from .study.protocols import limit_after_protocol
+from .study.protocols import friction_after_protocol, limit_after_protocol
 from .transients import (
     increments,
     march,
@@ -102,6 +102,7 @@ __all__ = [
     "dissipation_range",
     "dissipation_study",
     "fatigue_band",
+    "friction_after_protocol",
     "gross_slip",
     "guaranteed_limit",
     "increments",

@@ -22,7 +22,7 @@ from .limits import (
     ShakedownLimit,
 )
 from .study.dissipation_range import DissipationRange
-from .study.protocols import LimitAfterProtocol
+from .study.protocols import FrictionAfterProtocol, LimitAfterProtocol
 from .study.store import DamagedRows, OtherRows, merge_stores, read_store
 from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 
@@ -34,6 +34,7 @@ __all__ = [
     "DissipationRange",
     "FatigueBand",
     "ForcedResponse",
+    "FrictionAfterProtocol",
     "GrossSlip",
     "GuaranteedLimit",
     "LeastSlip",

@@ -8,6 +8,7 @@ import numpy as np
 from ..base import ROUNDING, Outcome, number_of
 from ..contact.diagnosis import counted
 from ..limits import GrossSlip, RequiredFriction
+from ..study.protocols import FrictionAfterProtocol
 from ..transients import SteadyState
 from .motion_names import LIFTS_OFF, PRIES, SLIDES, TURNS, motion_in_words, motion_of_joint
 from .report_parts import (
@@ -206,6 +207,8 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
         )
     elif parts.required is not None and friction_helps:
         yield from _on_required_friction(parts.required)
+    if parts.required_assembled is not None:
+        yield from _on_friction_as_assembled(parts.required_assembled)
     if guaranteed is not None and guaranteed.load_factor >= 1:
         yield (
             "It slips below the guaranteed limit: nodes open and close in each cycle, and this "
@@ -233,15 +236,22 @@ def _on_required_friction(answer: RequiredFriction) -> Iterator[str]:
     """Advice on the friction that would keep the contact stuck, as far as it is practical."""
     required = answer.required
     if float(f"{required:.3g}") <= _ADVICE.practical_friction:
-        yield (
-            f"With friction of {_rounded_up(answer)} or more, some residual slip keeps it stuck. "
-            "From other residual slips it may still slip in every cycle."
-        )
+        yield f"With friction of {_rounded_up(answer)} or more, some residual slip keeps it stuck."
     else:
         yield (
             f"No practical friction keeps it stuck: it needs {required:.3g}. Press the contact "
             "more, or load it less."
         )
+
+
+def _on_friction_as_assembled(answer: FrictionAfterProtocol) -> Iterator[str]:
+    """Advice on the friction with which slip stops as assembled."""
+    if answer.required == np.inf:
+        yield f"As assembled it slips for ever, also with friction of {answer.lower:.3g}."
+    else:
+        yield f"As assembled it stops from friction {answer.required:.3g} on."
+    if not answer.monotonic:
+        yield f"It also stops with some frictions below {answer.lower:.3g}, with which it slips."
 
 
 def _rounded_up(required: RequiredFriction) -> str:

@@ -54,6 +54,9 @@ class Report(Kept, ReportParts):
     assembled
         Result of `limit_after_protocol` from no slip, between both limits, in at most eight
         transients; None if `missing` has a reason.
+    required_assembled
+        Result of `friction_after_protocol` from no slip at load factor 1, above the required
+        friction, in at most eight transients; None if `missing` has a reason.
     curve, limit, guaranteed, required
         Results of `backbone_curve` (with both limits, for its picture), `shakedown_limit`,
         `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
@@ -179,8 +182,8 @@ def report(
     2. Work, slip and stiffness as functions of the load (`backbone_curve`), and safety factors. If
        contact forces balance themselves, transients find the load at which bodies slide off
        (`gross_slip`).
-    3. Shakedown and guaranteed limit, the limit as assembled between them, and the friction that
-       would keep the contact stuck (`required_friction`).
+    3. Shakedown and guaranteed limit, and the limit as assembled between them; the friction that
+       would keep the contact stuck (`required_friction`), and the friction as assembled.
 
     For a part without an answer there is a reason. The guaranteed limit and the required friction
     do not support a shear strength. If the mean load leaves nodes open, the third page depends on

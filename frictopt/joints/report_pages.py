@@ -10,19 +10,25 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ..base import Array, Bar, Booleans
+from ..base import Array, Bar, Booleans, Outcome
 from ..base.files import written_by
 from ..contact import ContactSystem, LoadCycle, other_laws, reactions
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import (
     GrossSlip,
+    RequiredFriction,
     ShakedownLimit,
     gross_slip,
     guaranteed_limit,
     required_friction,
     shakedown_limit,
 )
-from ..study.protocols import LimitAfterProtocol, limit_after_protocol
+from ..study.protocols import (
+    FrictionAfterProtocol,
+    LimitAfterProtocol,
+    friction_after_protocol,
+    limit_after_protocol,
+)
 from ..transients import SteadyState
 from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
@@ -55,6 +61,7 @@ _PARTS = {  # name of a part -> attribute of the report, the most important part
     "guaranteed limit": "guaranteed",
     "required friction": "required",
     "limit as assembled": "assembled",
+    "friction as assembled": "required_assembled",
 }
 _ON_PAGE = {
     "mean load": 1,
@@ -66,9 +73,10 @@ _ON_PAGE = {
     "guaranteed limit": 3,
     "required friction": 3,
     "limit as assembled": 3,
+    "friction as assembled": 3,
 }
-# Width of the interval in which the limit as assembled lies, relative to the shakedown limit: with
-# both limits, at most eight transients.
+# Width of the interval of the limit and of the friction as assembled, relative to the largest value
+# tried: with the values that are tried first, at most eight transients.
 _TOLERANCE = 1 / 64
 _OF_THE_MESH = (
     "omitted, because the mean load leaves nodes open and the answer changes with the mesh: pass "
@@ -236,6 +244,7 @@ class Pages(Generic[Parts]):
             self.ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
             self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
         self.ask("limit as assembled", self._limit_as_assembled)
+        self.ask("friction as assembled", self._friction_as_assembled)
 
     def _limit_as_assembled(self) -> LimitAfterProtocol:
         """The load factor up to which the contact comes to rest from no slip, by bisection."""
@@ -248,14 +257,30 @@ class Pages(Generic[Parts]):
             share = self.known["guaranteed"].load_factor / limit.load_factor
             scan = [share, 1.0] if 0 < share < 1 else scan
         return limit_after_protocol(
+            self.system, self.cycle, self.friction, scan=scan, **self._from_no_slip()
+        )
+
+    def _friction_as_assembled(self) -> FrictionAfterProtocol:
+        """The friction that the contact needs to come to rest from no slip, by bisection."""
+        required: RequiredFriction | None = self.known.get("required")
+        if required is None or required.required == np.inf:
+            raise NoContinuation("no friction is known with which a state of rest exists")
+        steady: SteadyState | None = self.known.get("steady")
+        friction = float(self.friction.max())
+        enough = steady is not None and steady.outcome is Outcome.SHAKEDOWN
+        return friction_after_protocol(
             self.system,
             self.cycle,
-            self.friction,
-            start=np.zeros(self.system.slip_shape),
-            scan=scan,
-            tolerance=_TOLERANCE,
-            steps=self.steps,
+            1.0,
+            up_to=friction if enough and friction > required.required else None,
+            scan=2,
+            **self._from_no_slip(),
         )
+
+    def _from_no_slip(self) -> dict[str, Any]:
+        """Options of a search by transients from no slip."""
+        start = np.zeros(self.system.slip_shape)
+        return {"start": start, "tolerance": _TOLERANCE, "steps": self.steps}
 
     def _limit_with_open(self, is_open: Booleans) -> ShakedownLimit:
         """The shakedown limit with these nodes open."""

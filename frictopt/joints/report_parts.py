@@ -18,7 +18,7 @@ from ..limits import (
     moving_areas,
     pose,
 )
-from ..study.protocols import LimitAfterProtocol
+from ..study.protocols import FrictionAfterProtocol, LimitAfterProtocol
 from ..transients import SteadyState
 from .backbone import BackboneCurve
 from .curve_load import load_size, with_compliance
@@ -41,6 +41,7 @@ class ReportParts:
     guaranteed: GuaranteedLimit | None = None
     required: RequiredFriction | None = None
     assembled: LimitAfterProtocol | None = None
+    required_assembled: FrictionAfterProtocol | None = None
     safety: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SAFETY_COLUMNS))
     verdicts: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=VERDICT_COLUMNS))
     scatter: str = ""

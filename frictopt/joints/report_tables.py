@@ -113,7 +113,7 @@ def _if_fine(steady: SteadyState, converges: str) -> str:
 
 
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
-    """Both limits, and the required friction. They depend on the mesh beside open nodes."""
+    """Limits, and the required frictions. They depend on the mesh beside open nodes."""
     limit, guaranteed, required = parts.limit, parts.guaranteed, parts.required
     depends = limits_change_with_mesh(parts)
     converges = "no" if depends else "unless edges are sharp"
@@ -138,6 +138,13 @@ def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
     if required is not None:
         meaning = f"at load factor 1: {required.reason}"
         yield "required friction", required.required, "coefficient", converges, meaning
+    if parts.required_assembled is not None:
+        friction = parts.required_assembled
+        meaning = (
+            "at load factor 1: from no slip the contact comes to rest with all frictions tried "
+            f"from it on, and not with {friction.lower:.4g}"
+        )
+        yield "friction as assembled", friction.required, "coefficient", converges, meaning
 
 
 def units_of(parts: ReportParts) -> dict[str, str]:

@@ -29,6 +29,7 @@ _OF_FACES = [
     *("contact", "slides_at", "slides_at_steady", "utilisation", "slipping"),
     *("slip_range", "work", "carries", "where"),
 ]
+_OF_ONE_FACE = ["slipping", "slip_range", "work"]
 _NOT_ON_PAPER = ["converges", "where", "slides_at_steady", "carries"]
 _OF_CURVE = ["load_factor", "work", "slipping", "slip_range", "motion"]
 PAGES = ("At your load", "What grows with the load", "Limits")
@@ -105,7 +106,9 @@ def _at_load(parts: ReportParts) -> Iterator[Section]:
             f"shear, and the most that friction can hold{along}; utilisation: Q / fP. carries: "
             "share of the friction as bodies slide off."
         )
-        table = contacts[[name for name in _OF_FACES if name in contacts]]
+        # Those of a single face are among the numbers.
+        known = _OF_ONE_FACE if len(contacts) == 1 else []
+        table = contacts[[name for name in _OF_FACES if name in contacts and name not in known]]
         table = table.dropna(axis=1, how="all")
         units = columns_with_units(parts, contacts)
         yield Section("Face by face", [sentence], table, contacts, parts.steady, units)

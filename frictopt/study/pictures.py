@@ -26,7 +26,7 @@ from ..plots.style import (
 from ..transients.pictures import slip_and_work, work_map
 from .columns import FAILED, SLIDES_OFF
 from .dissipation_range import DissipationRange
-from .protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
+from .protocols import REST, SLIP, UNDECIDED, FrictionAfterProtocol, LimitAfterProtocol
 
 _OUTCOMES = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 
@@ -58,13 +58,27 @@ def _limit_after_protocol(limit: LimitAfterProtocol, ax: AnyAxes = None) -> AnyA
     return axes
 
 
+@picture.register
+def _friction_after_protocol(answer: FrictionAfterProtocol, ax: AnyAxes = None) -> AnyAxes:
+    """The frictions tried, in a row for each outcome."""
+    title = equals("shakes down from friction", answer.required)
+    if not answer.monotonic:
+        title += " on, and with some frictions below"
+    axes = _tried(ax, answer.tried, title)
+    limit_line(axes, "required friction", answer.least, color=BLACK)
+    axes.set_xlabel("friction")
+    axes.set_xlim(left=0.0)
+    legend(axes)
+    return axes
+
+
 def _tried(ax: AnyAxes, tried: Table, title: str) -> AnyAxes:
-    """A mark for each load factor tried, in the row of its outcome."""
+    """A mark for each load factor or friction tried, in the row of its outcome."""
     (axes,) = new_axes(ax, size=(6.4, 2.4))
     axes.set_title(title)
     outcomes = [name for name in _OUTCOMES if name != UNDECIDED or (tried["outcome"] == name).any()]
     for row, outcome in enumerate(outcomes):
-        values = tried.loc[tried["outcome"] == outcome, "load_factor"]
+        values = tried.loc[tried["outcome"] == outcome].iloc[:, 0]
         look: Look = series(row) | {"linestyle": "none", "markersize": 5, "mfc": "none"}
         axes.plot(values, np.full(len(values), row), **look)
     names = [_OUTCOMES[outcome] for outcome in outcomes]

@@ -1,4 +1,7 @@
-"""The load factor up to which a contact comes to rest after assembly and a protocol of loads."""
+"""The load factors and the frictions with which a contact comes to rest after its assembly.
+
+A protocol of loads may follow the assembly.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..base import (
     Array,
+    Bar,
     Kept,
     Outcome,
     PerNode,
@@ -28,7 +32,7 @@ from ..base import (
 from ..base.checks import listed_parts
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, NoContinuation, SolverError
-from ..limits import pose, shakedown_limit
+from ..limits import pose, required_friction, shakedown_limit
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
@@ -59,7 +63,6 @@ class TransientsAfter:
         self.cycle = checked_cycle(cycle)
         self.friction = np.array(friction_coefficients(friction, system))
         self.steps = steps
-        self.count = 0
         self.residual = 0.0
         self.no_result = ""
         self._count_one = count_one
@@ -94,7 +97,6 @@ class TransientsAfter:
         if loads:
             path.check_near("protocol", loads)
             loads.append(path.mean)
-        self.count += 1
         self._count_one()
         try:
             if self.assembled:
@@ -112,31 +114,90 @@ class TransientsAfter:
         return REST if state.outcome is Outcome.SHAKEDOWN else SLIP
 
 
-def first_change(
-    changed: Callable[[float], bool], grid: Array, tolerance: float
-) -> tuple[float, float]:
-    """The interval, at most as wide as the tolerance, in which `changed` first becomes true.
+class Search:
+    """The load factors or the frictions tried, with their outcomes.
 
-    The values of the grid are tried upwards, then a bisection narrows the interval. (last value,
-    inf) if it never becomes true.
+    `outcome_at` follows the transients at a value. It returns their outcome, and why one of them
+    has no result. `rests_at` is the last value with rest before the first one without.
     """
-    low, high = 0.0, np.inf
-    for value in grid.tolist():
-        if changed(value):
-            high = value
-            break
-        low = value
-    while np.isfinite(high) and high - low > tolerance:
-        middle = (low + high) / 2
-        if changed(middle):
-            high = middle
-        else:
-            low = middle
-    return low, high
+
+    def __init__(
+        self, name: str, bar: Bar, outcome_at: Callable[[float], tuple[str, str]], rests_at: float
+    ) -> None:
+        self.name = name
+        self.tried = dict[float, str]()  # value -> outcome
+        self.rests_at = rests_at
+        self._no_result = dict[float, str]()
+        self._bar = bar
+        self._outcome_at = outcome_at
+
+    def first_slip(self, grid: Array, tolerance: float) -> float:
+        """The first value of a grid that rises or falls without rest; NaN if there is none.
+
+        A bisection narrows the interval before it to the tolerance, if its other end is known.
+        """
+        first = next((value for value in grid.tolist() if not self._rests(value)), np.nan)
+        while tolerance < abs(first - self.rests_at) < np.inf:
+            middle = (first + self.rests_at) / 2
+            if not self._rests(middle):
+                first = middle
+        return first
+
+    def try_others(self, grid: Array) -> None:
+        """Try the values of the grid beyond the first one without rest."""
+        rests_at = self.rests_at
+        for value in grid.tolist():
+            if value not in self.tried:
+                self._rests(value)
+        self.rests_at = rests_at
+
+    def table(self) -> pd.DataFrame:
+        """The values tried so far, and their outcomes."""
+        column = self.name.replace(" ", "_")
+        return pd.DataFrame(sorted(self.tried.items()), columns=[column, "outcome"])
+
+    def note(self, value: float) -> str:
+        """Why the contact has no result at a value; "" if it has one."""
+        if value not in self._no_result:
+            return ""
+        reason = self._no_result[value]
+        return f"{self.name} {value:.4g}: no result, so rest is possible there: {reason}"
+
+    def _rests(self, value: float) -> bool:
+        outcome, reason = self._outcome_at(value)
+        self.tried[value] = outcome
+        if outcome == REST:
+            self.rests_at = value
+        elif outcome == UNDECIDED:
+            self._no_result[value] = reason
+        best = f"rest at {self.name} {self.rests_at:.4g} so far"
+        note = f"{best}; the attribute `table` has {number_of(len(self.tried), self.name)}"
+        self._bar.keep("table", self.table, note, best)
+        return outcome == REST
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LimitAfterProtocol(Kept, Plotted):
+class AfterProtocol(Kept, Plotted):
+    """Values of a load factor or a friction that are tried after a protocol."""
+
+    tried: pd.DataFrame = field(repr=False)
+    transients: int
+    residual: float
+    note: str
+
+    def to_frame(self) -> pd.DataFrame:
+        """The values tried, see `tried`."""
+        return self.tried.copy()
+
+    def _answer(self) -> Mapping[str, object]:
+        answer = dict(super()._answer())
+        if self.note:
+            answer["note"] = self.note
+        return answer
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitAfterProtocol(AfterProtocol):
     """The load factor up to which a contact comes to rest after a protocol, by transients.
 
     Attributes
@@ -174,10 +235,6 @@ class LimitAfterProtocol(Kept, Plotted):
     upper: float
     shakedown_limit: float
     starts: Array = field(repr=False)
-    tried: pd.DataFrame = field(repr=False)
-    transients: int
-    residual: float
-    note: str = ""
 
     @property
     def ratio(self) -> float:
@@ -189,16 +246,6 @@ class LimitAfterProtocol(Kept, Plotted):
         """Whether the contact comes to rest at no load factor tried above `upper`."""
         outcomes = self.tried.loc[self.tried["load_factor"] > self.upper, "outcome"]
         return not (outcomes == REST).any()
-
-    def to_frame(self) -> pd.DataFrame:
-        """The load factors tried, see `tried`."""
-        return self.tried.copy()
-
-    def _answer(self) -> Mapping[str, object]:
-        answer = dict(super()._answer())
-        if self.note:
-            answer["note"] = self.note
-        return answer
 
 
 @warns_of_odd_values
@@ -272,23 +319,13 @@ def limit_after_protocol(
     loads = listed_parts("protocol", protocol, LoadStep)
     shares = _checked_scan(scan)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
-    tried: dict[float, str] = {}  # load factor -> outcome
-    no_result: dict[float, str] = {}  # load factor -> why a transient has no result
 
-    def table() -> pd.DataFrame:
-        return pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
-
-    def slips(load_factor: float) -> bool:
-        tried[load_factor] = transients.outcome_of_starts(load_factor, loads)
-        if tried[load_factor] == UNDECIDED:
-            no_result[load_factor] = transients.no_result
-        best = _rest_so_far(tried)
-        note = f"{best}; the attribute `table` has {number_of(len(tried), 'load factor')}"
-        bar.keep("table", table, note, best)
-        return tried[load_factor] != REST
+    def outcome_at(load_factor: float) -> tuple[str, str]:
+        return transients.outcome_of_starts(load_factor, loads), transients.no_result
 
     with progress_bar(progress, "limit after a protocol", "transient") as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
+        search = Search("load factor", bar, outcome_at, rests_at=0.0)
         limit = shakedown_limit(system, cycle, friction).load_factor
         if up_to is None and not 0 < limit < np.inf:
             raise ModelError(
@@ -297,19 +334,166 @@ def limit_after_protocol(
             )
         largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
         grid = largest * shares
-        low, high = first_change(slips, grid, tolerance * largest)
+        first = search.first_slip(grid, tolerance * largest)
         # Load factors above the limit may bring other starts to the front.
         starts = frozen(transients.starts)
-        for factor in grid[grid > high].tolist():
-            if factor not in tried:
-                slips(factor)
-    answer = table()
+        search.try_others(grid)
+    answer = search.table()
     answer.insert(1, "ratio", answer["load_factor"] / limit)
-    note = ""
-    if high in no_result:
-        note = f"load factor {high:.4g}: no result, so rest is possible there: {no_result[high]}"
     return LimitAfterProtocol(
-        low, high, limit, starts, answer, transients.count, transients.residual, note
+        answer,
+        bar.count,
+        transients.residual,
+        search.note(first),
+        load_factor=search.rests_at,
+        upper=np.inf if np.isnan(first) else first,
+        shakedown_limit=limit,
+        starts=starts,
+    )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrictionAfterProtocol(AfterProtocol):
+    """The friction that a contact needs to come to rest after a protocol, by transients.
+
+    Attributes
+    ----------
+    required, lower
+        `required` is the least coefficient of friction such that the contact comes to rest with it
+        and with all larger ones tried; inf if it does not with the largest one. `lower` is the
+        largest friction tried with which it does not, or with which a transient has no result, see
+        `note`. If it comes to rest with all frictions tried, it is the `bound` of
+        `required_friction`.
+    least
+        Result `required` of `required_friction`. With less, no start comes to rest while all nodes
+        stay closed.
+    load_factor
+        The given load factor.
+    tried
+        DataFrame, one row for each friction tried: friction; outcome, see `LimitAfterProtocol`.
+    transients, residual, note
+        See `LimitAfterProtocol`.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> friction = fo.friction_after_protocol(rod, cycle, load_factor=1.0, scan=3)
+    >>> round(friction.required, 3), friction.monotonic
+    (1.0, True)
+    """
+
+    _shown_names = ("required", "lower", "least", "monotonic", "transients", "residual")
+    required: float
+    lower: float
+    least: float
+    load_factor: float
+
+    @property
+    def monotonic(self) -> bool:
+        """Whether the contact comes to rest with no friction tried below `lower`."""
+        outcomes = self.tried.loc[self.tried["friction"] < self.lower, "outcome"]
+        return not (outcomes == REST).any()
+
+
+@warns_of_odd_values
+def friction_after_protocol(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    load_factor: float,
+    *,
+    protocol: Sequence[LoadStep] = (),
+    start: str | ArrayLike = "assembled",
+    up_to: float | None = None,
+    scan: int | ArrayLike = 25,
+    tolerance: float = 1e-4,
+    steps: int | None = None,
+    progress: bool = True,
+) -> FrictionAfterProtocol:
+    """Find the friction that a contact needs to come to rest, for its assembly and a protocol.
+
+    Transients are followed with evenly spaced frictions, from the largest one down to the answer of
+    `required_friction`. A bisection narrows the interval above the first friction with which slip
+    continues. More friction need not help: between the frictions tried the outcome is not known.
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    load_factor
+        Load factor, >= 0.
+    protocol, start, steps, progress
+        See `limit_after_protocol`. The interrupt has the frictions tried so far.
+    up_to
+        Largest friction tried; None: 1, or twice the required friction if this is more.
+    scan
+        Number of frictions tried between the required one and `up_to`; or these frictions as shares
+        of the way to `up_to`, rising, above 0, and up to 1. The required friction is tried, too.
+    tolerance
+        Width of the last interval of the bisection, divided by `up_to`.
+
+    Returns
+    -------
+    FrictionAfterProtocol
+        The coefficient of friction, one for all nodes, and all frictions tried.
+
+    Raises
+    ------
+    ModelError
+        Bad input, or a required friction that is not below `up_to`.
+    SolverError
+        The required friction is not found.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> joint = {"system": pair, "cycle": cycle, "load_factor": 0.3}
+    >>> round(fo.friction_after_protocol(**joint).required, 2)
+    0.24
+
+    More friction also holds worse slips, so from the worst start no friction tried is enough:
+
+    >>> worst = fo.friction_after_protocol(**joint, start="worst", scan=5)
+    >>> worst.required, worst.monotonic
+    (inf, False)
+    """
+    loads = listed_parts("protocol", protocol, LoadStep)
+    shares = _checked_scan(scan)
+    tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    residuals = [0.0]
+
+    def outcome_at(friction: float) -> tuple[str, str]:
+        transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
+        outcome = transients.outcome_of_starts(load_factor, loads)
+        residuals.append(transients.residual)
+        return outcome, transients.no_result
+
+    with progress_bar(progress, "friction after a protocol", "transient") as bar:
+        search = Search("friction", bar, outcome_at, rests_at=np.inf)
+        needed = required_friction(system, cycle, load_factor)
+        least = needed.required
+        largest = max(1.0, 2 * least) if up_to is None else finite_number("up_to", up_to, above=0.0)
+        if not least < largest < np.inf:
+            raise ModelError(
+                f"up_to: {shown(up_to)}, and the required friction is {least:g}; give more friction"
+            )
+        grid = least + (largest - least) * np.r_[shares[::-1], 0.0]
+        first = search.first_slip(grid, tolerance * largest)
+        search.try_others(grid)
+    return FrictionAfterProtocol(
+        search.table(),
+        bar.count,
+        max(residuals),
+        search.note(first),
+        required=search.rests_at,
+        lower=needed.bound if np.isnan(first) else first,
+        least=least,
+        load_factor=load_factor,
     )
 
 
@@ -322,11 +506,3 @@ def _checked_scan(scan: ArrayLike) -> Array:
     if not len(shares) or shares[0] <= 0 or shares[-1] > 1 or (np.diff(shares) <= 0).any():
         raise ModelError(f"scan: {shown(scan)}; give a number, or shares above 0 that rise up to 1")
     return shares
-
-
-def _rest_so_far(tried: Mapping[float, str]) -> str:
-    """The largest load factor below all that slip, in words. `tried`: load factor -> outcome."""
-    slipping = [load_factor for load_factor, outcome in tried.items() if outcome != REST]
-    upper = min(slipping, default=np.inf)
-    largest = max((load_factor for load_factor in tried if load_factor < upper), default=0.0)
-    return f"rest up to {largest:.4g} so far"

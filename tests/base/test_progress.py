@@ -265,7 +265,7 @@ CALLS = {
         3,
         "table",
         lambda table: len(table) == 2 and set(table) == {"load_factor", "outcome"},
-        r"limit after a protocol: \d+ transients, 00:\d\d, rest up to \d",
+        r"limit after a protocol: \d+ transients, 00:\d\d, rest at load factor \d",
     ),
     "range": (
         lambda **o: fo.dissipation_range(PAIR, CYCLE, 0.6, 0.5, **o),

@@ -93,6 +93,11 @@ def test_the_limit_as_assembled_lies_between_rest_and_slip(seed):
         assert slips.outcome is not fo.Outcome.SHAKEDOWN
     assert value(report, "limit as assembled") == assembled.load_factor
     assert f"it stops up to load factor {assembled.load_factor:.3g}" in " ".join(report.advice)
+    friction = report.required_assembled
+    assert friction.transients <= 8 and value(report, "friction as assembled") == friction.required
+    for coefficient in (friction.required, friction.lower):
+        ends = fo.steady_state(contact, CYCLE, coefficient, 1.0).outcome
+        assert (ends is fo.Outcome.SHAKEDOWN) == (coefficient == friction.required)
 
 
 def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_the_mesh():
@@ -115,7 +120,8 @@ def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_th
         report.numbers.set_index("number").loc["shakedown limit with these nodes open", "converges"]
         == "no"
     )
-    assert {"guaranteed limit", "required friction"} == set(report.missing)
+    missing = {"guaranteed limit", "required friction", "friction as assembled"}
+    assert missing == set(report.missing)
     assert "Quote" in report.advice[-1]
 
 

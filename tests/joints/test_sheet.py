@@ -317,7 +317,13 @@ def test_the_first_page_alone_says_what_is_on_the_others():
     assert joint.missing == {
         "curve": "on page 2, which was not requested",
         **dict.fromkeys(
-            ("shakedown limit", "guaranteed limit", "required friction", "limit as assembled"),
+            (
+                "shakedown limit",
+                "guaranteed limit",
+                "required friction",
+                "limit as assembled",
+                "friction as assembled",
+            ),
             "on page 3, which was not requested",
         ),
     }

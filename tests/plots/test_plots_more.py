@@ -379,3 +379,14 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     assert ax.get_title() == rf"shakes down up to $\lambda$ = {limit.load_factor:.5g}"
     assert ax.get_xlabel() == r"load factor $\lambda$"
     assert ax.get_xlim()[0] == 0
+
+
+def test_a_friction_after_a_protocol_shows_what_became_of_the_contact_with_each_friction():
+    answer = fo.friction_after_protocol(PAIR, CYCLE, 0.3, start="worst", scan=5)
+    ax = answer.plot()
+    drawn = rows(ax)
+    for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
+        tried = answer.tried.loc[answer.tried["outcome"] == outcome, "friction"]
+        assert drawn[name].tolist() == tried.tolist()
+    assert at(ax, "required friction") == answer.least
+    assert ax.get_title().startswith("shakes down from friction") and not answer.monotonic

@@ -111,9 +111,23 @@ FAULTS = (
     ),
     Fault(
         "study/protocols.py",
+        "rest with less friction counts for nothing",
+        old="self.lower",
+        new="-np.inf",
+        tests="protocols",
+    ),
+    Fault(
+        "study/protocols.py",
+        "frictions are tried from the least one up",
+        old="np.r_[shares[::-1], 0.0]",
+        new="np.r_[0.0, shares]",
+        tests="protocols",
+    ),
+    Fault(
+        "study/protocols.py",
         "the bisection goes the wrong way",
-        old="if changed(middle):\n    high = middle\nelse:\n    low = middle",
-        new="if changed(middle):\n    low = middle\nelse:\n    high = middle",
+        old="if not self._rests(middle):\n    first = middle",
+        new="if self._rests(middle):\n    first = middle",
         tests="protocols",
     ),
     Fault(

@@ -11,7 +11,8 @@ import frictopt as fo
 from frictopt.study import range_starts
 from frictopt.study.protocols import REST, SLIP, TransientsAfter
 from frictopt.study.starts import LoadStep
-from helpers.systems import CYCLE, FIRST_PAIR, PULL, random_system, system
+from helpers.cases import few
+from helpers.systems import BLOCK, CYCLE, FIRST_PAIR, PULL, random_system, system
 from studies.validation.fuzz.embedded import embedded
 
 UNLOADED = [LoadStep({"P": 0.2})]
@@ -197,3 +198,47 @@ def test_a_protocol_that_slides_the_body_off_is_named_as_the_reason():
     assert one.load_factor == 0.0 and "may slide" in one.note and one.note in repr(one)
     held = fo.limit_after_protocol(rod, cycle, 0.5, scan=2, up_to=1.0, tolerance=0.1)
     assert held.upper < 1.0 and held.note == "" and "note" not in repr(held)
+
+
+# The friction after a protocol
+
+
+@pytest.mark.parametrize("force", [0.3, 0.8])
+def test_a_block_as_assembled_needs_the_friction_of_its_load(force):
+    """A force to and fro on a pressure of 1, against a spring, needs friction `force`."""
+    cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
+    one = fo.friction_after_protocol(BLOCK, cycle, 1.0)
+    assert one.lower <= force <= one.required * (1 + 1e-9)
+    assert one.required - one.lower <= 1.1e-4 * one.tried["friction"].max()
+    assert one.least == fo.required_friction(BLOCK, cycle, 1.0).required and one.monotonic
+
+
+@pytest.mark.parametrize("seed", few(range(6)))
+def test_with_the_friction_as_assembled_it_rests_and_with_less_it_slips(seed):
+    """Steady states from no slip confirm both frictions; less than the required one never rests."""
+    contact = random_system(np.random.default_rng(seed), 4)
+    one = fo.friction_after_protocol(contact, CYCLE, 1.0, start=np.zeros(4), scan=4, tolerance=1e-3)
+    assert one.least <= one.required and one.residual <= 1e-9
+    for friction, outcome in ((one.required, "SHAKEDOWN"), (one.lower, "CYCLIC_SLIP")):
+        assert fo.steady_state(contact, CYCLE, friction, 1.0).outcome.name == outcome
+    enough = fo.limit_after_protocol(contact, CYCLE, one.required, start=np.zeros(4), scan=1)
+    assert enough.shakedown_limit >= 1 - 1e-9
+
+
+def test_more_friction_holds_worse_slips_and_the_gap_is_told():
+    """From the worst start the pair rests with some frictions, and slips with all larger ones."""
+    pair = system(*FIRST_PAIR)
+    load = 0.3
+    one = fo.friction_after_protocol(pair, CYCLE, load, start="worst", scan=20)
+    rests = one.to_frame().query("outcome == 'rest'")["friction"]
+    for friction in one.tried["friction"]:
+        worst = fo.guaranteed_limit(pair, CYCLE, friction).load_factor
+        assert (worst >= load) == (friction in set(rests))
+    assert one.required == np.inf and one.lower == 1.0
+    assert not rests.empty and not one.monotonic
+
+
+def test_friction_that_is_not_enough_is_refused():
+    cycle = fo.LoadCycle({"N": 1.0}, [{"F": 0.8}, {"F": -0.8}])
+    with pytest.raises(fo.ModelError, match=r"up_to: 0\.5.* 0\.8.* more friction"):
+        fo.friction_after_protocol(BLOCK, cycle, 1.0, up_to=0.5)

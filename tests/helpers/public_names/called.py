@@ -269,6 +269,13 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.limit_after_protocol,
         {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1},
     ),
+    "friction_after_protocol": (
+        fo.friction_after_protocol,
+        {
+            **{"system": CONTACT, "cycle": CYCLE, "load_factor": 0.3},
+            **{"protocol": [STEP], "start": SLIP, "up_to": 1.0, "scan": 2, "tolerance": 0.1},
+        },
+    ),
     "onset": (fo.onset, ASKED),
     "check_contact_law": (
         fo.reference.check_contact_law,
