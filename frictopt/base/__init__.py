@@ -32,6 +32,7 @@ from .checks import (
     checked_contact,
     checked_loads,
     choice,
+    distribution,
     finite_array,
     finite_number,
     finite_numbers,

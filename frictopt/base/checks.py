@@ -255,6 +255,21 @@ def flags(name: str, values: object, n: int) -> Booleans:
     return np.array(entries, dtype=bool)
 
 
+def distribution(name: str, value: object) -> Any:
+    """Check a frozen distribution of `scipy.stats` of one random number.
+
+    It is known by its methods, because scipy.stats is slow to import.
+    """
+    is_frozen = hasattr(value, "dist") and hasattr(value, "ppf")
+    median = value.ppf(0.5) if is_frozen else np.nan  # type: ignore[attr-defined]
+    if np.ndim(median) or not np.isfinite(median):
+        raise ModelError(
+            f"{name}: {shown(value)}; give a frozen distribution of scipy.stats with parameters of "
+            "one number, such as norm(0.3, 0.03)"
+        )
+    return value
+
+
 def flag(name: str, value: object) -> bool:
     """Check True or False."""
     if not isinstance(value, bool | np.bool_):

@@ -228,6 +228,8 @@ def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
         f"As assembled it stops up to load factor {assembled.load_factor:.3g}{from_any}, from no "
         f"start above {assembled.shakedown_limit:.3g}."
     )
+    for name, value, _ in parts.probability.tail(1).itertuples(index=False):
+        yield f"At your load, the {name} is {value:.3g}."
     if not assembled.monotonic:
         yield f"It also stops at some load factors above {assembled.upper:.3g}, where it slips."
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Kept, PerNode, check_text, flag, progress_bar, warns_of_odd_values, whole_number
+from ..base import Kept, check_text, flag, progress_bar, warns_of_odd_values, whole_number
 from ..base.files import written
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
@@ -72,6 +73,9 @@ class Report(Kept, ReportParts):
         by its limit. Without a steady state the value is NaN and the threshold is not passed.
     scatter
         The ranges of friction and preloads in words; "" if there is no scatter.
+    probability
+        DataFrame with a row for each probability that slip stops at load factor 1, if the friction
+        has a distribution: columns number, value and meaning, which has the method.
     title, notes, origin
         The input; notes are facts that the model leaves out. The origin is the version of frictopt,
         the day and a checksum of the input.
@@ -160,7 +164,7 @@ class Report(Kept, ReportParts):
 def report(
     system: ContactSystem,
     cycle: LoadCycle,
-    friction: PerNode,
+    friction: Any,
     load_factors: ArrayLike | None = None,
     *,
     preload: Mapping[str, tuple[float, float]] | None = None,
@@ -203,7 +207,9 @@ def report(
     system, cycle
         The contact and its load cycle.
     friction
-        Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most).
+        Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most). A
+        frozen distribution of `scipy.stats` has its median as nominal value, and 95 % between least
+        and most; the report then has the probability that slip stops.
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2
         (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to

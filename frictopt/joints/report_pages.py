@@ -9,6 +9,7 @@ from hashlib import sha256
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+import pandas as pd
 
 from ..base import Array, Bar, Booleans, Outcome
 from ..base.files import written_by
@@ -245,6 +246,8 @@ class Pages(Generic[Parts]):
             self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
         self.ask("limit as assembled", self._limit_as_assembled)
         self.ask("friction as assembled", self._friction_as_assembled)
+        if self.scatter.distribution is not None:
+            self.known["probability"] = self._probability(self.scatter.distribution)
 
     def _limit_as_assembled(self) -> LimitAfterProtocol:
         """The load factor up to which the contact comes to rest from no slip, by bisection."""
@@ -266,7 +269,8 @@ class Pages(Generic[Parts]):
         if required is None or required.required == np.inf:
             raise NoContinuation("no friction is known with which a state of rest exists")
         steady: SteadyState | None = self.known.get("steady")
-        friction = float(self.friction.max())
+        most = self.scatter.most_friction
+        friction = float((self.friction if most is None else most).max())
         enough = steady is not None and steady.outcome is Outcome.SHAKEDOWN
         return friction_after_protocol(
             self.system,
@@ -276,6 +280,25 @@ class Pages(Generic[Parts]):
             scan=2,
             **self._from_no_slip(),
         )
+
+    def _probability(self, friction: Any) -> pd.DataFrame:
+        """A row for each known probability: its name, its value, and its source."""
+        rows = list[tuple[str, float, str]]()
+        required: RequiredFriction | None = self.known.get("required")
+        if required is not None:
+            source = "exact: the probability of more than the required friction"
+            rows.append(
+                ("probability that some start stops", required.probability(friction), source)
+            )
+        assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
+        if assembled is not None and assembled.required < np.inf:
+            source = (
+                "from no slip: the probability of more than the friction as assembled, if the "
+                "contact stops with all frictions between those tried"
+            )
+            value = float(friction.sf(assembled.required))
+            rows.append(("probability that it stops as assembled", value, source))
+        return pd.DataFrame(rows, columns=["number", "value", "meaning"])
 
     def _from_no_slip(self) -> dict[str, Any]:
         """Options of a search by transients from no slip."""

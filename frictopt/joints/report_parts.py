@@ -46,6 +46,7 @@ class ReportParts:
     verdicts: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=VERDICT_COLUMNS))
     scatter: str = ""
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
+    probability: pd.DataFrame = field(default_factory=pd.DataFrame)
     title: str = ""
     notes: str = ""
     origin: str = ""

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from ..base import ROUNDING, Array, finite_number, listed, shown
+from ..base import ROUNDING, Array, distribution, finite_number, listed, shown
 from ..base.checks import checked_cases
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..errors import ModelError
 
 NOMINAL = "the nominal input"
 """Name of the corner of the nominal input."""
+QUANTILES = (0.025, 0.5, 0.975)
+"""The least, the nominal and the most friction of a distribution: 95 % of it is between them."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,8 @@ class Scatter:
     """The nominal input of a report, and the ranges of its friction and its preloads.
 
     Frictions are (N,); `least_friction` and `most_friction` are None if the friction has no range.
-    `preload` maps a load case of the mean load to its least and largest amplitude.
+    `preload` maps a load case of the mean load to its least and largest amplitude. `distribution`
+    is that of the friction, if its range comes from one.
     """
 
     cycle: LoadCycle
@@ -40,6 +43,7 @@ class Scatter:
     least_friction: Array | None = None
     most_friction: Array | None = None
     preload: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    distribution: Any = None
 
     @property
     def exists(self) -> bool:
@@ -85,9 +89,16 @@ class Scatter:
         """The ranges in words; "" if nothing scatters."""
         texts = []
         if self.least_friction is not None and self.most_friction is not None:
-            texts.append(
+            text = (
                 f"friction of {_range_of(self.least_friction)} to {_range_of(self.most_friction)}"
             )
+            random = self.distribution
+            if random is not None:
+                text += (
+                    f" in 95 % of all joints ({random.dist.name}, mean {random.mean():.3g}, "
+                    f"standard deviation {random.std():.3g})"
+                )
+            texts.append(text)
         for case, (least, most) in self.preload.items():
             texts.append(f"{case} of {least:g} to {most:g}")
         return ", ".join(texts)
@@ -101,8 +112,12 @@ def _range_of(friction: Array) -> str:
 def checked_scatter(
     system: ContactSystem, cycle: LoadCycle, friction: object, preload: object
 ) -> Scatter:
-    """Check the friction of a report, a tuple of three if it scatters, and the preloads."""
+    """Check the friction of a report, a tuple of three or a distribution, and the preloads."""
     preloads = _checked_preload(cycle, preload)
+    random = None
+    if hasattr(friction, "dist"):
+        random = distribution("friction", friction)
+        friction = tuple(random.ppf(QUANTILES))
     if not isinstance(friction, tuple) or len(friction) != 3:
         return Scatter(cycle, _coefficients(friction, system), preload=preloads)
     least, nominal, most = (_coefficients(part, system) for part in friction)
@@ -111,7 +126,7 @@ def checked_scatter(
             f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
             "not fall; give one coefficient per node as a list or an array"
         )
-    return Scatter(cycle, nominal, least, most, preloads)
+    return Scatter(cycle, nominal, least, most, preloads, random)
 
 
 def _coefficients(friction: Any, system: ContactSystem) -> Array:

@@ -20,6 +20,7 @@ from ..base import (
     PerNode,
     SolveRecord,
     Table,
+    distribution,
     finite_number,
     flag,
     frame,
@@ -272,6 +273,35 @@ class RequiredFriction(Answered):
         from .printed.listing import problem_of
 
         return problem_of(self._solved)
+
+    def probability(self, friction: Any) -> float:
+        """Probability that some residual slip is safe at the load factor, exactly.
+
+        It is the probability that the friction is above `required`: with more friction some slip is
+        safe, and with less none is, for the node states of the answer.
+
+        Parameters
+        ----------
+        friction
+            Coefficient of friction of all nodes, as a frozen distribution of `scipy.stats`, such as
+            `norm(0.3, 0.03)` or `lognorm(0.1, scale=0.3)`.
+
+        Raises
+        ------
+        ModelError
+            Not a frozen distribution of one number.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> from scipy.stats import uniform
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(4, EA=1.0, h=1.0))
+        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+        >>> required = fo.required_friction(rod, cycle, load_factor=1.0)  # 1
+        >>> round(required.probability(uniform(0.8, 0.4)), 4)  # from 0.8 to 1.2
+        0.5
+        """
+        return float(distribution("friction", friction).sf(self.required))
 
     @property
     def _has_safe_slip(self) -> bool:

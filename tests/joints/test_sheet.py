@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import lognorm, uniform
 
 import frictopt as fo
 from frictopt.base import files
@@ -564,3 +565,36 @@ def test_a_saved_report_is_read_again(tmp_path):
     assert str(again) == str(joint) and again.steady.drift == 0.0
     with pytest.raises(fo.ModelError, match="folder"):
         joint.save(tmp_path / "none" / "joint.json")
+
+
+# Probability
+
+
+def test_the_probability_of_a_block_is_that_of_its_friction():
+    """A force of 1 on a pressure of 1 needs friction of 1, from any start."""
+    friction = lognorm(0.1, scale=0.97)
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], limits={"gross slip": 1.0})
+    assert joint.friction == pytest.approx([0.97])
+    rows = joint.numbers.set_index("number")
+    for name in ("probability that some start stops", "probability that it stops as assembled"):
+        assert rows.loc[name, "value"] == pytest.approx(friction.sf(1.0), rel=0.1)
+    assert "exact" in rows.loc["probability that some start stops", "meaning"]
+    least, most = friction.ppf([0.025, 0.975])
+    assert f"friction of {least:g} to {most:g} in 95 % of all joints (lognorm" in joint.scatter
+    assert any(
+        "probability that it stops as assembled is 0.3" in sentence for sentence in joint.advice
+    )
+    assert fo.report(BLOCK, PUSHED_AND_PULLED, 0.97).probability.empty
+
+
+def test_as_assembled_a_joint_stops_with_the_frictions_that_count():
+    """Steady states from no slip, with drawn frictions, stop as often as the sheet says."""
+    contact = random_system(np.random.default_rng(0), 4)
+    needed = fo.required_friction(contact, CYCLE, 1.0).required
+    joint = fo.report(contact, CYCLE, uniform(needed, needed), [1.0])
+    some, assembled = joint.probability["value"]
+    assert some == pytest.approx(1.0) and assembled < 0.9
+    drawn = np.random.default_rng(1).uniform(needed, 2 * needed, 100)
+    stops = [fo.steady_state(contact, CYCLE, f, 1.0).outcome is fo.Outcome.SHAKEDOWN for f in drawn]
+    error = np.sqrt(assembled * (1 - assembled) / len(drawn))
+    assert abs(np.mean(stops) - assembled) <= 3 * error + 1 / 64

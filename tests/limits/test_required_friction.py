@@ -6,6 +6,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
+from scipy.stats import lognorm, norm, uniform
 from skfem import MeshQuad
 
 import frictopt as fo
@@ -17,8 +18,10 @@ from helpers.separation import open_contact, rests
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
 from helpers.systems import (
+    BLOCK,
     CYCLE,
     NODE,
+    PUSHED_AND_PULLED,
     SEEDS,
     corner_rows,
     fixed_contact,
@@ -559,3 +562,35 @@ def test_no_program_is_solved_twice(punch, paper_cycle, monkeypatch):
     monkeypatch.setattr(SafeSlips, "of_set", counted)
     fo.required_friction(punch(40), paper_cycle, 1.5)
     assert len(set(frictions)) == len(frictions)
+
+
+@pytest.mark.parametrize("seed", few(range(3)))
+def test_the_probability_is_that_of_the_limits_of_drawn_frictions(seed):
+    """Some slip is safe with just those of the drawn frictions that exceed the required one."""
+    contact = random_system(np.random.default_rng(seed), 4)
+    required = fo.required_friction(contact, CYCLE, 1.0)
+    friction = lognorm(0.2, scale=1.05 * required.required)
+    drawn = friction.rvs(40, random_state=seed)
+    safe = [fo.shakedown_limit(contact, CYCLE, f).load_factor >= 1 for f in drawn]
+    assert (drawn > required.required).tolist() == safe and 0 < sum(safe) < 40
+    probability = required.probability(friction)
+    assert abs(np.mean(safe) - probability) <= 3 * np.sqrt(probability * (1 - probability) / 40)
+
+
+def test_the_probability_of_a_block_is_that_of_a_closed_form():
+    """A force of 0.8 on a pressure of 1 needs friction of 0.8; 0 always suffices for no force."""
+    cycle = fo.LoadCycle({"N": 1.0}, [{"F": 0.8}, {"F": -0.8}])
+    needed = fo.required_friction(BLOCK, cycle, 1.0)
+    for friction, wanted in (
+        (uniform(0.6, 0.4), 0.5),
+        (norm(1.0, 0.1), norm.cdf(2.0)),
+        (lognorm(0.25, scale=0.8), 0.5),
+    ):
+        assert needed.probability(friction) == pytest.approx(wanted, abs=1e-4)
+
+
+@pytest.mark.parametrize("friction", [norm, norm([0.1, 0.2], 0.1), norm(np.nan), 0.3, "norm"])
+def test_only_a_distribution_of_one_number_has_a_probability(friction):
+    required = fo.required_friction(BLOCK, PUSHED_AND_PULLED, 1.0)
+    with pytest.raises(fo.ModelError, match=r"friction: .*frozen distribution of scipy\.stats"):
+        required.probability(friction)
