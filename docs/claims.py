@@ -452,7 +452,7 @@ CLAIMS = (
     ),
     Claim(
         "answers.sentences.BAND_OF_RESTS answers.sentences.OTHER_STARTS",
-        by="`FatigueBand`, theory",
+        by="`FatigueBand`, `FatigueLimit`, theory",
         source="multipliers for the least value, and for the largest if `proven`; both occur (theory, eq. (37))",
         tests="test_fatigue_band::test_no_vertex_of_the_safe_slips_is_outside_and_both_ends_occur test_fatigue_band::test_both_ends_are_attained_by_transients_that_start_with_their_slips",
     ),
@@ -461,6 +461,12 @@ CLAIMS = (
         by="`FatigueBand`, theory",
         source='one transient, and the theorem that steady cycles differ by a constant slip (theory, "The fatigue band")',
         tests="test_fatigue_band::test_above_the_limit_all_steady_cycles_of_an_uncoupled_contact_are_in_the_band",
+    ),
+    Claim(
+        "answers.sentences.ALLOWED answers.sentences.NOT_ALLOWED answers.sentences.RESTS_END",
+        by="`FatigueLimit`, theory",
+        source="multipliers if `proven`; a state of rest with the value occurs (theory, eq. (38))",
+        tests="test_fatigue_limit::test_the_first_crossing_counts_if_the_worst_falls_again test_fatigue_limit::test_no_vertex_below_the_limit_has_more_and_one_above_has test_fatigue_limit::test_both_limits_of_crossland_are_linear_programs_in_load_factor_and_slip",
     ),
     Claim(
         "answers.sentences.WEDGES answers.sentences.GROWS_WITH_MESH",

@@ -13,6 +13,7 @@ from .joints.worn_in import WornIn
 from .limits import (
     Design,
     FatigueBand,
+    FatigueLimit,
     GrossSlip,
     GuaranteedLimit,
     LeastSlip,
@@ -33,6 +34,7 @@ __all__ = [
     "Design",
     "DissipationRange",
     "FatigueBand",
+    "FatigueLimit",
     "ForcedResponse",
     "FrictionAfterProtocol",
     "GrossSlip",

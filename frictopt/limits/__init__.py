@@ -8,10 +8,9 @@ at a load factor if one residual slip v keeps every node closed and stuck at all
 The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
 
 On this floor each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
-`required_friction.py`, `safe_region.py`, `fatigue_band.py`, `rest_intervals.py` and
-`gross_slip.py`. `user_models.py`
-has the models that users extend, `pictures.py` the plots. The model for a new limit is
-`ShakedownLimits` in `shakedown.py`.
+`required_friction.py`, `safe_region.py`, `fatigue_band.py`, `fatigue_limit.py`,
+`rest_intervals.py` and `gross_slip.py`. `user_models.py` has the models that users extend,
+`pictures.py` the plots. The model for a new limit is `ShakedownLimits` in `shakedown.py`.
 
 The rooms below it, in an order in which each needs only those before it:
 
@@ -34,6 +33,7 @@ from ..base import LimitKind
 from .answers.least_slip import LeastSlip
 from .best_design.design import Design
 from .fatigue_band import FatigueBand, fatigue_band
+from .fatigue_limit import FatigueLimit, fatigue_limit
 from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .moving.moving_areas import areas_near, moving_areas

@@ -38,7 +38,7 @@ from .program.question import Question, pose
 from .program.rest_program import is_held
 from .program.rest_slips import Rests, SteadyCycles
 from .safe_slip import SafeSlips
-from .search.stress_levels import SETTINGS, End, Stresses, StressLevels
+from .search.stress_levels import SETTINGS, End, Stresses, StressLevels, tensors_at_rest
 from .shakedown import shakedown_limit
 
 Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland", "Dang_Van"]
@@ -256,19 +256,11 @@ def fatigue_band(
     >>> bool(band.least < band.most), band.proven
     (True, True)
     """
-    if not isinstance(stress_map, StressMap):
-        raise ModelError(
-            f"stress_map: {shown(stress_map)}; give the StressMap of "
-            "`ContactModel.stress_map(depth=...)`"
-        )
-    name = choice("parameter", parameter, PARAMETERS)
-    weight = finite_number("weight", weight, least=0.0)
-    whole_number("planes", planes, least=6)
-    question = pose(stress_map.system, cycle, friction, slip_bound=slip_bound)
+    question, weight = posed(stress_map, cycle, friction, parameter, weight, planes, slip_bound)
     count = stress_map.count
     with progress_bar(progress, "fatigue band", "point", total=count) as bar:
         slips, tensors, start = _set_of(question, stress_map, load_factor)
-        stresses = Stresses(slips.question, stress_map, tensors, name, weight)
+        stresses = Stresses(slips.question, stress_map, tensors, parameter, weight)
         levels = StressLevels(slips, stresses, planes)
         least = levels.least(range(count))
         without = np.full(count, np.nan)
@@ -279,13 +271,13 @@ def fatigue_band(
         for point, place in enumerate(np.asarray(stress_map.points)):
             ends.append(levels.most(point))
             at = {"point": point, **dict(zip("xyz", place, strict=False))}
-            rows.append(at | _row(levels, point, ends[-1], without[point], name))
+            rows.append(at | _row(levels, point, ends[-1], without[point], parameter))
             bar.update()
     most = max(ends, key=lambda end: end.value)
     found = [end.slip for end in (least, most) if np.isfinite(end.value)]
     violations = [slips.violation(slip) for slip in found] + [0.0]
     return FatigueBand(
-        parameter=name,
+        parameter=parameter,
         weight=weight,
         load_factor=float(load_factor),
         least=least.value,
@@ -293,7 +285,7 @@ def fatigue_band(
         least_slip=frozen(least.slip + start),
         most=most.value,
         worst_slip=frozen(most.slip + start),
-        proven=name not in SEARCHED,
+        proven=parameter not in SEARCHED,
         record=SolveRecord(residual=worst(violations), seconds=perf_counter() - question.started),
         stress_map=stress_map,
         _slips=slips,
@@ -301,6 +293,27 @@ def fatigue_band(
         _start=start,
         _table=frame(rows, units=stress_map.system.units),
     )
+
+
+def posed(
+    stress_map: StressMap,
+    cycle: LoadCycle,
+    friction: PerNode,
+    parameter: str,
+    weight: float,
+    planes: int,
+    slip_bound: PerNode | None,
+) -> tuple[Question, float]:
+    """The question about the contact of a stress map, and the weight; ModelError for bad input."""
+    if not isinstance(stress_map, StressMap):
+        raise ModelError(
+            f"stress_map: {shown(stress_map)}; give the StressMap of "
+            "`ContactModel.stress_map(depth=...)`"
+        )
+    choice("parameter", parameter, PARAMETERS)
+    whole_number("planes", planes, least=6)
+    question = pose(stress_map.system, cycle, friction, slip_bound=slip_bound)
+    return question, finite_number("weight", weight, least=0.0)
 
 
 def _row(
@@ -322,14 +335,8 @@ def _set_of(
     safe = SafeSlips().of_question(question, load_factor)
     system, cycle = question.system, question.cycle
     if safe.exists and not safe._question.moves:
-        start = np.zeros(system.slip_shape)
-        motions, _ = safe._question.states(load_factor, start)
-        opening = joined(start, system.gap)
-        tensors = [
-            stress_map.at(loads, motion.ravel() - opening)
-            for loads, motion in zip(cycle.at(load_factor), motions, strict=True)
-        ]
-        return Rests(safe._question, load_factor), np.array(tensors), start
+        tensors = tensors_at_rest(safe._question, stress_map, load_factor)
+        return Rests(safe._question, load_factor), tensors, np.zeros(system.slip_shape)
     if question.slip_bound is None and uncoupled(question) and is_held(question):
         # Imported here, because it needs numba, and no other limit does.
         from ..transients.steady import steady_state
@@ -338,7 +345,7 @@ def _set_of(
         if steady.outcome is not Outcome.RATCHETING:
             states = steady.states()
             values = zip(states.amplitudes, states.slip, states.gap, strict=True)
-            tensors = [
+            of_states = [
                 stress_map.at(
                     dict(zip(system.bonded, amplitudes, strict=True)),
                     joined(slip, gap - system.gap),
@@ -347,7 +354,7 @@ def _set_of(
             ]
             moved = steady.slipping | (states.gap > 0).any(axis=0)
             slips = SteadyCycles(question, states.q, states.p, moved)
-            return slips, np.array(tensors), steady.slip
+            return slips, np.array(of_states), steady.slip
     limit = shakedown_limit(system, cycle, question.friction, slip_bound=question.slip_bound)
     raise ModelError(
         f"load_factor: {load_factor:g} has no state of rest: the shakedown limit is "

@@ -18,6 +18,20 @@ FAULTS = (
         tests="fatigue_band",
     ),
     Fault(
+        "limits/search/stress_crossing.py",
+        "the first tangent of a parameter with the load factor is the last",
+        old="self._name in NOT_NEGATIVE and short",
+        new="False",
+        tests="fatigue_limit",
+    ),
+    Fault(
+        "limits/search/stress_crossing.py",
+        "the planes of the first crossing are not searched",
+        old="self._name in SEARCHED",
+        new="False",
+        tests="fatigue_limit",
+    ),
+    Fault(
         "limits/program/rest_slips.py",
         "steady cycles may change the forces of nodes that slip",
         old="np.flatnonzero(self.moved)",

@@ -423,7 +423,21 @@ GROWS_WITH_MESH = Sentence(
     assumes="the points are on the face, and slips are bounded by friction alone",
 )
 OTHER_STARTS = Sentence(
-    "; above the guaranteed limit, transients from some starts may never rest, and the band is not "
-    "about them",
-    assumes="the band is about states of rest",
+    "; above the guaranteed limit, transients from some starts may never rest, and their values "
+    "may be larger",
+    assumes="the answer is about states of rest",
+)
+ALLOWED = Sentence(
+    "up to load factor {load_factor:.6g}, {some} state of rest{node_states} has at most "
+    "{allowable:.6g} as the largest {parameter} of the points",
+    assumes="the stress map belongs to the contact, and nodes stay open or closed",
+)
+NOT_ALLOWED = Sentence(
+    "under the mean load alone, {some} state of rest{node_states} has more than {allowable:.6g} as "
+    "the largest {parameter} of the points",
+    assumes="the stress map belongs to the contact, and nodes stay open or closed",
+)
+RESTS_END = Sentence(
+    "; above this load factor there is no state of rest",
+    assumes="nodes stay open or closed",
 )

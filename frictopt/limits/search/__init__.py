@@ -2,5 +2,6 @@
 
 `set_search.py` searches sets of open nodes: `loose_nodes.py` bounds many sets at once, and
 `likely_sets.py` has the sets that are tried first. `order_search.py` searches orders.
-`stress_levels.py` searches the ends of fatigue parameters.
+`stress_levels.py` searches the ends of fatigue parameters, and
+`stress_crossing.py` where they reach a value.
 """

@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base import Array, worst
-from ...contact import StressMap
+from ...contact import StressMap, joined
 from ...errors import SolverError
-from ...solve.rows import LINEAR
+from ...solve.rows import LINEAR, Term
 from ...solve.solvers import NoOptimum
 from ...transients.critical_plane import (
     NOT_NEGATIVE,
@@ -34,6 +34,7 @@ from ...transients.critical_plane import (
 )
 from ..program.assembled import wedging
 from ..program.question import Question
+from ..program.rest_program import RestProgram
 from ..program.rest_slips import Rests, SteadyCycles, furthest
 from ..program.solution import Judged, Solution, solve
 
@@ -60,6 +61,27 @@ class LevelSettings:
 
 
 SETTINGS = LevelSettings()
+
+
+def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: float) -> Array:
+    """(K, 2, P, 3, 3) stress and strain at the corners at a load factor, without slip."""
+    system = stress_map.system
+    motions, _ = question.states(load_factor, np.zeros(system.slip_shape))
+    opening = joined(np.zeros(system.slip_shape), system.gap)
+    loads = question.cycle.at(load_factor)
+    states = zip(loads, motions, strict=True)
+    return np.array([stress_map.at(load, motion.ravel() - opening) for load, motion in states])
+
+
+def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
+    """Terms of n rows: stresses with the rates (n, t N), by the forces of the slip alone."""
+    elastic = program.slips[0].elastic
+    by_force = rates[:, elastic.slips] @ elastic.compliance
+    last = np.full(len(rates), len(program.start) - 1)
+    return [
+        (program.force(last, np.full(len(rates), entry)), weights)
+        for entry, weights in zip(elastic.slips, by_force.T, strict=True)
+    ]
 
 
 class Level(NamedTuple):
@@ -171,7 +193,7 @@ class StressLevels:
         """
         stresses = self._stresses
         grid = half_sphere(SETTINGS.first_planes)
-        planes = {point: self._first_planes(point, grid) for point in points}
+        planes = {point: self.planes_of(point, grid) for point in points}
         size = max(float(np.abs(stresses.on(point, planes[point])[0]).max()) for point in points)
         size = size or 1.0
         best = Level(np.inf, -np.inf, self._none, 0.0)
@@ -195,10 +217,10 @@ class StressLevels:
                     planes[point] = np.vstack([planes[point], normals])
         return best
 
-    def _first_planes(self, point: int, grid: Array) -> Array:
+    def planes_of(self, point: int, grid: Array | None = None) -> Array:
         """The planes of a grid, or those that the parameter has in all states."""
         if self._stresses.name in SEARCHED:
-            return grid
+            return self._grid if grid is None else grid
         return self._stresses.critical(point, self._none)[1]
 
     def _level(self, planes: dict[int, Array], size: float) -> Level:
@@ -207,13 +229,9 @@ class StressLevels:
         values = np.concatenate([values for values, _ in of_points])
         rates = np.concatenate([rates for _, rates in of_points])
         program = self._slips.program({"level": size})
-        elastic = program.slips[0].elastic
-        by_force = rates[:, elastic.slips] @ elastic.compliance
         count = len(values)
-        terms = [(np.full(count, program.unknown("level")), np.ones(count))]
-        last = np.full(count, len(program.start) - 1)
-        for entry, weights in zip(elastic.slips, by_force.T, strict=True):
-            terms.append((program.force(last, np.full(count, entry)), -weights))
+        own = np.full(count, program.unknown("level")), np.ones(count)
+        terms = [own, *stress_terms(program, -rates)]
         program.add("level", LINEAR, [terms], -values, np.full(count, size))
         if self._stresses.name in NOT_NEGATIVE:
             program.row("not_negative", {"level": 1.0})
@@ -231,7 +249,7 @@ class StressLevels:
     def most(self, point: int) -> End:
         """The largest value of a point over all slips; inf if friction wedges."""
         stresses = self._stresses
-        ends = self._ends(point, self._first_planes(point, self._grid))
+        ends = self._ends(point, self.planes_of(point))
         tried = sorted(ends, key=_value, reverse=True)
         best = tried[0]
         turning = tried[: SETTINGS.best] if stresses.name in SEARCHED else []

@@ -43,6 +43,7 @@ ASKED = {
         s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F
     ),
     "fatigue_band": lambda s, lam, steps: fo.fatigue_band(stresses_of(s), CYCLE, F, 0.5 * lam),
+    "fatigue_limit": lambda s, lam, steps: fo.fatigue_limit(stresses_of(s), CYCLE, F, 0.1),
     "DesignModel.solve": lambda s, lam, steps: _deep_profile(s),
     "march": lambda s, lam, steps: fo.march(s, CYCLE, F, 1.2 * lam, cycles=1, **steps),
     "steady_state": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps),

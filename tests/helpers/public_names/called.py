@@ -319,6 +319,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "planes": 6,
         },
     ),
+    "fatigue_limit": (
+        fo.fatigue_limit,
+        {
+            "stress_map": STRESSES,
+            "cycle": CYCLE,
+            "friction": FRICTION,
+            "allowable": 0.1,
+            "parameter": "Findley",
+            "weight": 0.2,
+            "every": True,
+            "planes": 6,
+        },
+    ),
     "FatigueBand.at": (
         fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).at,
         {"slip": [0.0, 0.0]},

@@ -29,6 +29,7 @@ CITED = {
     "required_friction": "required",
     "safe_region": "region",
     "fatigue_band": "band",
+    "fatigue_limit": "crossing",
     "gross_slip": "gross",
     "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",
