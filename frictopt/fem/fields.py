@@ -24,7 +24,7 @@ from ..base import (
     progress_bar,
     whole_number,
 )
-from ..contact import ContactSystem, StressMap, compliances, joined, parted
+from ..contact import StressMap, compliances, joined, parted
 from ..errors import ModelError
 from .elasticity import basis_of
 from .load_cases import LoadCase
@@ -380,12 +380,6 @@ class Recoverable:
                 "the model that its system was condensed from"
             )
         return fields
-
-    @cached_property
-    def _condensed(self: Any) -> ContactSystem:
-        """The condensed system, for `recover`."""
-        system: ContactSystem = self.condense()
-        return system
 
     @cached_property
     def _projections(self: Any) -> dict[str, NodalFields]:

@@ -197,8 +197,9 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     def condense(self, *, progress: bool = True) -> ContactSystem:
         """Condense the glued bodies to the relative motions of the contacts.
 
-        See `frictopt.condense`. The nodes belong to body 1 of each contact, contact after contact.
-        In the plane they run in the direction in which body 1 is on the left.
+        See `frictopt.condense`. A model is condensed once, and keeps the system. The nodes belong
+        to body 1 of each contact, contact after contact. In the plane they run in the direction in
+        which body 1 is on the left.
 
         Parameters
         ----------
@@ -211,6 +212,11 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             A rigid motion is free, supports hold both nodes of a pair along their normal, or the
             stiffness cannot be factorised accurately.
         """
+        with progress_bar(progress, "condensation"):
+            return self._condensed
+
+    @cached_property
+    def _condensed(self) -> ContactSystem:
         assembly = self._assembly
         glued = assembly.glued
         points = assembly.points[assembly.pairs.nodes]
@@ -225,10 +231,9 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         moved = np.column_stack([case.displacements for case in self._cases.values()])
         net_force = force - assembly.whole @ moved
         R, D = assembly.release
-        with progress_bar(progress, "condensation"):
-            loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
-            with naming_incompressible(self.bodies, self.kinematics or "plane_strain"):
-                S, bonded, compliance = condensed(glued, loads)
+        loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
+        with naming_incompressible(self.bodies, self.kinematics or "plane_strain"):
+            S, bonded, compliance = condensed(glued, loads)
         # The loads also do work on the motions of moved supports and of cut bolts.
         compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
         bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)
