@@ -463,6 +463,12 @@ CLAIMS = (
         tests="test_fatigue_band::test_above_the_limit_all_steady_cycles_of_an_uncoupled_contact_are_in_the_band",
     ),
     Claim(
+        "answers.sentences.BAND_OF_FAMILY",
+        by="`FatigueBand`, theory",
+        source='one transient; forces of nodes that slip stay as they are (theory, "The fatigue band")',
+        tests="test_fatigue_band::test_cycles_that_a_slip_shifts_obey_the_law_and_both_ends_occur",
+    ),
+    Claim(
         "answers.sentences.ALLOWED answers.sentences.NOT_ALLOWED answers.sentences.RESTS_END",
         by="`FatigueLimit`, theory",
         source="multipliers if `proven`; a state of rest with the value occurs (theory, eq. (38))",

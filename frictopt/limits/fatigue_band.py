@@ -119,7 +119,8 @@ class FatigueBand(Recorded, Plotted):
         """The band in words, and what it is not about."""
         which = sentences.BAND_OF_RESTS
         if isinstance(self._slips, SteadyCycles):
-            which = sentences.BAND_OF_CYCLES
+            unique = _differ_by_constants(self._slips.question)
+            which = sentences.BAND_OF_CYCLES if unique else sentences.BAND_OF_FAMILY
         text = which(
             node_states=self._slips.question.node_states,
             parameter=self.parameter,
@@ -156,6 +157,39 @@ class FatigueBand(Recorded, Plotted):
             self._slips.question, self.stress_map, self._tensors, self.parameter, self.weight
         )
         return frozen(stresses.values(slip - self._start))
+
+    def life(self, k_1: float, ND: float, SD: float) -> Table:
+        """Cycles to failure at the points, by Basquin's line `ND * (value / SD) ** -k_1`.
+
+        Parameters
+        ----------
+        k_1, ND, SD
+            Exponent, and cycles at a value of the parameter, > 0. pyLife has the same names.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each point: point; x, y, in space z; the cycles best, in the state of rest
+            whose largest value is the least; no_slip, NaN if the contact does not rest with it;
+            worst, in the worst state of rest of this point. The least of a column is the life of
+            the contact.
+
+        Raises
+        ------
+        ModelError
+            A number that is not above 0.
+        """
+        numbers = {"k_1": k_1, "ND": ND, "SD": SD}
+        k_1, ND, SD = (finite_number(name, number, above=0.0) for name, number in numbers.items())
+        # If pressure lowers the values without end, nothing fails in the best state.
+        best = self.at(self.least_slip) if np.isfinite(self.least) else 0.0
+        values = {"best": best, "no_slip": self._table["no_slip"], "worst": self._table["most"]}
+        table = self._table.filter(["point", *"xyz"])
+        with np.errstate(divide="ignore"):
+            cycles = {
+                name: ND * (np.maximum(value, 0.0) / SD) ** -k_1 for name, value in values.items()
+            }
+        return table.assign(**cycles)
 
     def check_kept(self) -> None:
         """Check that the slips of a loaded band have its values; ValueError if not."""
@@ -199,6 +233,7 @@ def fatigue_band(
     *,
     weight: float = 0.3,
     slip_bound: PerNode | None = None,
+    initial_slip: ArrayLike | None = None,
     planes: int = 36,
     progress: bool = True,
 ) -> FatigueBand:
@@ -228,6 +263,9 @@ def fatigue_band(
     weight
         Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van).
         Fatemi and Socie: 1 / stress. SWT has none.
+    initial_slip
+        Slip (N,) or (N, 2) from which a transient starts, length, see `steady_state`. None: the
+        band of the states of rest.
     planes
         Number of planes at which the search for the largest value begins, in the plane at equal
         angles.
@@ -242,7 +280,8 @@ def fatigue_band(
     Raises
     ------
     ModelError
-        Bad input. No state of rest at this load factor, and B is not 0 or the bodies are not held.
+        Bad input. No state of rest at this load factor, and B is not 0 or the bodies are not held,
+        without an `initial_slip`. A transient that slips on without end.
     SolverError
         No solver gave an answer that passes the checks.
 
@@ -259,7 +298,7 @@ def fatigue_band(
     question, weight = posed(stress_map, cycle, friction, parameter, weight, planes, slip_bound)
     count = stress_map.count
     with progress_bar(progress, "fatigue band", "point", total=count) as bar:
-        slips, tensors, start = _set_of(question, stress_map, load_factor)
+        slips, tensors, start = _set_of(question, stress_map, load_factor, initial_slip)
         stresses = Stresses(slips.question, stress_map, tensors, parameter, weight)
         levels = StressLevels(slips, stresses, planes)
         least = levels.least(range(count))
@@ -329,35 +368,46 @@ def _row(
 
 
 def _set_of(
-    question: Question, stress_map: StressMap, load_factor: float
+    question: Question, stress_map: StressMap, load_factor: float, initial_slip: ArrayLike | None
 ) -> tuple[Rests | SteadyCycles, Array, Array]:
     """The slips; (K, 2, P, 3, 3) stress and strain without one of them; and the slip then."""
-    safe = SafeSlips().of_question(question, load_factor)
     system, cycle = question.system, question.cycle
-    if safe.exists and not safe._question.moves:
-        tensors = tensors_at_rest(safe._question, stress_map, load_factor)
-        return Rests(safe._question, load_factor), tensors, np.zeros(system.slip_shape)
-    if question.slip_bound is None and uncoupled(question) and is_held(question):
-        # Imported here, because it needs numba, and no other limit does.
-        from ..transients.steady import steady_state
+    if initial_slip is None:
+        safe = SafeSlips().of_question(question, load_factor)
+        if safe.exists and not safe._question.moves:
+            tensors = tensors_at_rest(safe._question, stress_map, load_factor)
+            return Rests(safe._question, load_factor), tensors, np.zeros(system.slip_shape)
+        if question.slip_bound is not None or not _differ_by_constants(question):
+            limit = shakedown_limit(
+                system, cycle, question.friction, slip_bound=question.slip_bound
+            )
+            raise ModelError(
+                f"load_factor: {load_factor:g} has no state of rest: the shakedown limit is "
+                f"{limit.load_factor:.6g}; reduce the load factor, or without a slip bound give an "
+                "`initial_slip`, such as the starts of `dissipation_range`"
+            )
+    elif question.slip_bound is not None:
+        raise ModelError("initial_slip: not with a slip_bound; give one of them")
+    # Imported here, because it needs numba, and no other limit does.
+    from ..transients.steady import steady_state
 
-        steady = steady_state(system, cycle, question.friction, load_factor)
-        if steady.outcome is not Outcome.RATCHETING:
-            states = steady.states()
-            values = zip(states.amplitudes, states.slip, states.gap, strict=True)
-            of_states = [
-                stress_map.at(
-                    dict(zip(system.bonded, amplitudes, strict=True)),
-                    joined(slip, gap - system.gap),
-                )
-                for amplitudes, slip, gap in values
-            ]
-            moved = steady.slipping | (states.gap > 0).any(axis=0)
-            slips = SteadyCycles(question, states.q, states.p, moved)
-            return slips, np.array(of_states), steady.slip
-    limit = shakedown_limit(system, cycle, question.friction, slip_bound=question.slip_bound)
-    raise ModelError(
-        f"load_factor: {load_factor:g} has no state of rest: the shakedown limit is "
-        f"{limit.load_factor:.6g}; reduce the load factor, or compare the `fretting_table` of "
-        "steady states from several starts"
-    )
+    steady = steady_state(system, cycle, question.friction, load_factor, initial_slip=initial_slip)
+    if steady.outcome is Outcome.RATCHETING:
+        raise ModelError(
+            f"load_factor: at {load_factor:g} the contact slips on in every cycle; reduce it, or "
+            "give another initial_slip"
+        )
+    states = steady.states()
+    of_states = [
+        stress_map.at(
+            dict(zip(system.bonded, amplitudes, strict=True)), joined(slip, gap - system.gap)
+        )
+        for amplitudes, slip, gap in zip(states.amplitudes, states.slip, states.gap, strict=True)
+    ]
+    moved = steady.slipping | (states.gap > 0).any(axis=0)
+    return SteadyCycles(question, states.q, states.p, moved), np.array(of_states), steady.slip
+
+
+def _differ_by_constants(question: Question) -> bool:
+    """Whether all steady cycles at a load factor differ by a slip that is constant in time."""
+    return uncoupled(question) and is_held(question)

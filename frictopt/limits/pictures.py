@@ -30,6 +30,7 @@ from ..plots.style import (
 from .answers.least_slip import LeastSlip
 from .best_design.design import Design
 from .fatigue_band import FatigueBand
+from .fatigue_limit import FatigueLimit
 from .guaranteed import GuaranteedLimit
 from .required_friction import RequiredFriction
 from .safe_region import SafeRegion
@@ -121,6 +122,13 @@ def _safe_slip(safe: SafeSlip, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
+def _fatigue_limit(limit: FatigueLimit, ax: AnyAxes = None) -> AnyAxes:
+    """Shear over friction bound at the corners under the slip; below, the slip itself."""
+    title = equals(r"fatigue limit $\lambda$", limit.load_factor)
+    return _reserve(limit, ax, title, limit.slip, "slip $v$ (length)")
+
+
+@picture.register
 def _design(design: Design, ax: AnyAxes = None) -> AnyAxes:
     """Shear over friction bound at the corners under the safe slip; below, the free profile."""
     amounts = [f"{as_is(name)} {amount:+.4g}" for name, amount in design.preload.items()]
@@ -132,7 +140,7 @@ def _design(design: Design, ax: AnyAxes = None) -> AnyAxes:
 
 
 def _reserve(
-    found: SafeSlip | Design,
+    found: SafeSlip | Design | FatigueLimit,
     ax: AnyAxes,
     title: str,
     profile: Array | None,

@@ -39,6 +39,13 @@ FAULTS = (
         tests="fatigue_band",
     ),
     Fault(
+        "limits/program/rest_slips.py",
+        "steady cycles of a family may change the pressure of nodes that slip",
+        old="self.question.system.tangents + 1",
+        new="self.question.system.tangents",
+        tests="fatigue_band",
+    ),
+    Fault(
         "limits/moving/normal_path.py",
         "nodes that touch stay as they are",
         old="opened[touching] = _open_nodes(C, rates, *_rounding(C, change))",

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import frictopt as fo
 from helpers.cases import few
@@ -138,6 +139,65 @@ def test_above_the_limit_all_steady_cycles_of_an_uncoupled_contact_are_in_the_ba
         assert band.least * (1 - 1e-7) <= value <= band.most * (1 + 1e-7)
 
 
+@pytest.mark.parametrize("seed", few(range(30), share=10))
+def test_cycles_that_a_slip_shifts_obey_the_law_and_both_ends_occur(seed):
+    """Above the limit, with coupling: the ends are linear programs over the shifts, by scipy."""
+    stresses = random_contact(seed)
+    contact = stresses.system
+    load_factor = 1.05 * fo.shakedown_limit(contact, TO_FRO, 0.5).load_factor
+    start = np.random.default_rng(seed).normal(size=3)
+    steady = fo.steady_state(contact, TO_FRO, 0.5, load_factor, initial_slip=start)
+    states = steady.states()
+    moved = np.ptp(states.slip, axis=0) > 1e-9
+    assert moved.any() and (states.gap == 0).all()
+    fixed = np.vstack([contact.A[moved], contact.B[moved]])
+    rows, right = [], []
+    for q, p in zip(states.q, states.p, strict=True):
+        for sign in (1, -1):
+            rows.append((sign * contact.A - 0.5 * contact.B)[~moved])
+            right.append((0.5 * p - sign * q)[~moved])
+    program = {"A_ub": np.vstack(rows), "b_ub": np.concatenate(right)}
+    program |= {"A_eq": fixed, "b_eq": np.zeros(len(fixed)), "bounds": (None, None)}
+    at_states = zip(states.amplitudes, states.slip, strict=True)
+    loads = [dict(zip(contact.bonded, amplitudes, strict=True)) for amplitudes, _ in at_states]
+    tensors = np.array(
+        [stresses.tensors(load, slip)[0] for load, slip in zip(loads, states.slip, strict=True)]
+    )
+    shape = len(tensors), 3, 9
+    mean = np.trace(tensors, axis1=-2, axis2=-1) / 3
+    deviator = (tensors - mean[..., None, None] * np.eye(3)).reshape(shape)
+    apart = np.linalg.norm(deviator[:, None] - deviator[None], axis=-1).max(axis=(0, 1))
+    crossland = apart / 2 / np.sqrt(2) + 0.3 * mean.max(axis=0)
+    rates = 0.1 * np.trace(np.asarray(stresses.motions)[:3, 0], axis1=-2, axis2=-1)
+    ends = [linprog(-rates[:, point], **program) for point in range(3)]
+    most = max(value - end.fun for value, end in zip(crossland, ends, strict=True))
+
+    name = "Crossland"
+    band = fo.fatigue_band(stresses, TO_FRO, 0.5, load_factor, name, initial_slip=start)
+    assert band.most == pytest.approx(most, rel=1e-7)
+    assert "that of the initial slip" in band.reason
+    assert band.at(steady.slip).max() == pytest.approx(crossland.max(), rel=1e-7)
+    for slip, value in ((band.least_slip, band.least), (band.worst_slip, band.most)):
+        assert band.at(slip).max() == pytest.approx(value, rel=1e-7)
+        shift = slip - steady.slip
+        assert np.abs(fixed @ shift).max() < 1e-8
+        assert (program["A_ub"] @ shift <= program["b_ub"] + 1e-8).all()
+
+
+def test_life_is_basquins_line_of_the_parameter():
+    band = fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.9)
+    (row,) = band.life(k_1=5.0, ND=1e6, SD=0.05).to_dict("records")
+    assert row["best"] == pytest.approx(1e6 * (0.05 / (0.2 * 0.11875)) ** 5, rel=1e-6)
+    assert row["worst"] == pytest.approx(1e6 * (0.05 / (0.2 * 0.28125)) ** 5, rel=1e-6)
+    assert row["worst"] <= row["no_slip"] <= row["best"] or np.isnan(row["no_slip"])
+
+
+def test_a_point_in_compression_lives_for_ever_and_a_wedged_one_not_at_all():
+    pressed = fo.fatigue_band(held_node(coupling=2.5), TO_FRO, 0.5, 0.5)
+    (row,) = pressed.life(5.0, 1e6, 0.1).to_dict("records")
+    assert row["best"] == np.inf and row["worst"] == 0.0
+
+
 def test_matake_is_findleys_sum_on_the_planes_of_the_largest_shear():
     """A stress along x has these planes at 45 degrees; half of it acts across them."""
     band = fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.9, "Matake", weight=0.5)
@@ -191,6 +251,16 @@ def test_the_face_is_marked_and_a_depth_is_not(tmp_path):
     (
         lambda: fo.fatigue_band(random_contact(3), TO_FRO, 0.5, 20.0),
         "load_factor: 20 has no state of rest: the shakedown limit is",
+    ),
+    (
+        lambda: fo.fatigue_band(
+            uncoupled(), TO_FRO, 0.5, 0.1, slip_bound=1.0, initial_slip=np.zeros(3)
+        ),
+        "initial_slip: not with a slip_bound",
+    ),
+    (
+        lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1).life(5.0, 1e6, 0.0),
+        "SD: 0.0",
     ),
     (lambda: fo.fatigue_band(uncoupled().system, TO_FRO, 0.5, 0.1), "stress_map: .*give the"),
     (lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1, "Ruiz"), "parameter: 'Ruiz'"),

@@ -414,6 +414,12 @@ BAND_OF_CYCLES = Sentence(
     "them, the largest {parameter} of the points is at least {least:.6g}, and reaches {most:.6g}",
     assumes="B = 0, supports hold the bodies, and a transient has reached a cycle that repeats",
 )
+BAND_OF_FAMILY = Sentence(
+    "over the steady cycles with the slips and ranges of that of the initial slip, the largest "
+    "{parameter} of the points is at least {least:.6g}, and reaches {most:.6g}; other steady "
+    "cycles may have more",
+    assumes="a transient has reached a cycle that repeats; found, not proven for other cycles",
+)
 WEDGES = Sentence(
     "; friction wedges, so that slips may press the contact without end; give a slip_bound",
     assumes="a slip that no load resists adds pressure",

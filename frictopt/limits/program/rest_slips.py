@@ -1,7 +1,8 @@
 """Sets of residual slips under which all changes of a load cycle are the same, and their ends.
 
-`Rests` are the states of rest at a load factor. `SteadyCycles` are the steady cycles of an
-uncoupled contact, which differ by a slip that does not change in time (theory, "The fatigue band").
+`Rests` are the states of rest at a load factor. `SteadyCycles` are steady cycles that differ by a
+slip that does not change in time: of an uncoupled contact all, otherwise a family of them (theory,
+"The fatigue band").
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class SteadyCycles:
     def program(self, units: Mapping[str, Any]) -> RestProgram:
         """The program of the slips; at its last instant the forces are those of the slip alone."""
         count, n = self.p.shape
-        axes = self.question.system.tangents
+        axes = self.question.system.tangents + 1
         forces = np.array([joined(q, p) for q, p in zip(self.q, self.p, strict=True)])
         start = np.vstack([forces, np.zeros(forces.shape[1])])
         program = RestProgram([self.question], units, start, {})
@@ -74,9 +75,10 @@ class SteadyCycles:
     def violation(self, slip: Array) -> float:
         """How far a slip (N,) or (N, 2) is from being one of them."""
         question = self.question
-        added, _ = question.reactions_of_slip(slip)
-        excess = lengths(self.q + added, self.p) - question.friction * self.p
-        changed = lengths(added, question.friction)
+        shear, pressure = question.reactions_of_slip(slip)
+        p = self.p + pressure
+        excess = lengths(self.q + shear, p) - question.friction * p
+        changed = np.maximum(lengths(shear, pressure), np.abs(pressure))
         off = np.where(self.moved, changed, excess.max(axis=0))
         return float(off.max()) / question.force
 

@@ -269,7 +269,7 @@ class StressLevels:
         for slip, value, rate, normal in zip(slips, values, rates, normals, strict=True):
             added = np.inf if slip is None else float(rate @ slip.T.ravel())
             nowhere = np.full_like(self._none, np.nan)
-            yield End(value + added, nowhere if slip is None else slip, normal)
+            yield End(float(value) + added, nowhere if slip is None else slip, normal)
 
     def _along(self, rates: Array) -> list[Array | None]:
         """The slip that goes furthest along each rate; None only if friction wedges."""

@@ -332,6 +332,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "planes": 6,
         },
     ),
+    "FatigueBand.life": (
+        fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).life,
+        {"k_1": 5.0, "ND": 1e6, "SD": 0.1},
+    ),
     "FatigueBand.at": (
         fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).at,
         {"slip": [0.0, 0.0]},
