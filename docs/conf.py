@@ -85,7 +85,9 @@ numpydoc_xref_aliases = {"Array": "numpy.ndarray", "DataFrame": "pandas.DataFram
 numpydoc_xref_aliases |= {name: name for name in ("dict", "float", "int", "list", "tuple")}
 for module in (
     frictopt,
+    frictopt.fem,
     frictopt.increments,
+    frictopt.readers,
     frictopt.reference,
     frictopt.results,
     frictopt.starts,

@@ -5,8 +5,9 @@ A finite-element model of two bodies is condensed to its interface (`PunchOnHalf
 linear programs give the shakedown limit, the guaranteed limit and safe residual slips, and exact
 paths give the steady state that a transient reaches.
 
-All public names stand here, as `__init__.pyi` lists them; each room of the package is imported when
-one of its names is first used.
+Contacts, loads and questions stand here, as `__init__.pyi` lists them. The parts of a
+finite-element model are in `fem`, the readers of meshes and matrices in `readers`. Each room of the
+package is imported when one of its names is first used.
 """
 
 import lazy_loader

@@ -1,3 +1,5 @@
+from . import fem as fem
+from . import readers as readers
 from . import reference as reference
 from . import results as results
 from . import scenes as scenes
@@ -8,19 +10,7 @@ from .contact import (
     LoadCycle,
 )
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
-from .fem.bodies import Body, split_bodies
-from .fem.bolts import BoltPreload
 from .fem.condense import condense
-from .fem.contacts import Contact, Interference
-from .fem.couplings import DistributingCoupling, RigidCoupling
-from .fem.cyclic import Cyclic
-from .fem.elasticity import Material
-from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .fem.model import ContactModel
-from .fem.node_forces import PointForce, RemoteForce
-from .fem.paraview import write_paraview
-from .fem.supports import Support
-from .fem.ties import Tie
 from .joint_files.read_joint import read_joint
 from .joints.backbone import backbone_curve
 from .joints.report import report
@@ -41,11 +31,6 @@ from .limits import (
     safe_slip,
     shakedown_limit,
 )
-from .readers.ansys_nastran import read_ansys, read_nastran
-from .readers.calculix_abaqus import read_abaqus, read_calculix
-from .readers.job import MatrixJob
-from .readers.labelled import modal_load
-from .readers.meshes import read_mesh
 from .study import starts
 from .study.after_overload import after_overload
 from .study.dissipation import dissipation_study
@@ -62,41 +47,21 @@ from .transients import (
 __version__: str
 
 __all__ = [
-    "Body",
-    "BodyForce",
-    "BoltPreload",
-    "Centrifugal",
-    "Contact",
-    "ContactModel",
     "ContactState",
     "ContactSystem",
-    "Cyclic",
     "DesignModel",
-    "Displacement",
-    "DistributingCoupling",
-    "Expansion",
     "FrictoptError",
     "GuaranteedModel",
-    "Interference",
     "LimitKind",
     "LoadCycle",
-    "Material",
-    "MatrixJob",
     "ModelError",
     "ModelWarning",
     "NoContinuation",
     "Outcome",
-    "PointForce",
-    "Pressure",
-    "RemoteForce",
-    "RigidCoupling",
     "SafeSlipModel",
     "ShakedownModel",
     "SolverError",
     "StoreError",
-    "Support",
-    "Tie",
-    "Traction",
     "after_overload",
     "backbone_curve",
     "condense",
@@ -104,21 +69,17 @@ __all__ = [
     "dissipation_study",
     "fatigue_band",
     "fatigue_limit",
+    "fem",
     "friction_after_protocol",
     "gross_slip",
     "guaranteed_limit",
     "increments",
     "limit_after_protocol",
     "march",
-    "modal_load",
     "onset",
     "plot_study",
-    "read_abaqus",
-    "read_ansys",
-    "read_calculix",
     "read_joint",
-    "read_mesh",
-    "read_nastran",
+    "readers",
     "reference",
     "report",
     "required_friction",
@@ -127,11 +88,9 @@ __all__ = [
     "safe_slip",
     "scenes",
     "shakedown_limit",
-    "split_bodies",
     "starts",
     "steady_state",
     "tightened",
     "wear",
     "worn_in",
-    "write_paraview",
 ]

@@ -65,7 +65,7 @@ QUICK = Parameters(
 )
 
 
-def lap(elements: int) -> fo.ContactModel:
+def lap(elements: int) -> fo.fem.ContactModel:
     """Two plates of one thickness that overlap in -1 <= x <= 1, under unit pressure there.
 
     The lower plate is clamped, and the upper plate is pulled by 1.
@@ -79,16 +79,16 @@ def lap(elements: int) -> fo.ContactModel:
         "pressed": lambda x: (np.abs(x[1]) == _THICKNESS) & (np.abs(x[0]) < 1.0),
         "end": lambda x: np.abs(x[0]) == 1.0 + _ARM,
     }
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies={
-            name: fo.Body(MeshQuad.init_tensor(*axes).with_boundaries(sides))
+            name: fo.fem.Body(MeshQuad.init_tensor(*axes).with_boundaries(sides))
             for name, axes in plates.items()
         },
-        contacts=[fo.Contact("upper", "lower", "lap", "lap")],
-        supports=[fo.Support("lower", "end"), fo.Support("upper", "end", "y")],
+        contacts=[fo.fem.Contact("upper", "lower", "lap", "lap")],
+        supports=[fo.fem.Support("lower", "end"), fo.fem.Support("upper", "end", "y")],
         loads={
-            "press": [fo.Pressure(name, "pressed", 1.0) for name in plates],
-            "pull": [fo.Traction("upper", "end", x=1.0)],
+            "press": [fo.fem.Pressure(name, "pressed", 1.0) for name in plates],
+            "pull": [fo.fem.Traction("upper", "end", x=1.0)],
         },
     )
 

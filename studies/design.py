@@ -56,7 +56,7 @@ QUICK = Parameters(
 )
 
 
-def lap(elements: int) -> fo.ContactModel:
+def lap(elements: int) -> fo.fem.ContactModel:
     """Two thick plates that overlap in -1.5 <= x <= 1.5, with three bolts.
 
     Each bolt presses both faces around its place by a total force of 1.
@@ -75,23 +75,23 @@ def lap(elements: int) -> fo.ContactModel:
         "lower": (np.r_[-arm[::-1], over], across, -up[::-1]),
     }
     bodies = {
-        name: fo.Body(MeshHex.init_tensor(*axes).with_boundaries(sides))
+        name: fo.fem.Body(MeshHex.init_tensor(*axes).with_boundaries(sides))
         for name, axes in plates.items()
     }
-    loads: dict[str, list[fo.Pressure | fo.Traction]] = {
-        f"bolt {k}": [fo.Pressure(name, "outer", _washer(place)) for name in bodies]
+    loads: dict[str, list[fo.fem.Pressure | fo.fem.Traction]] = {
+        f"bolt {k}": [fo.fem.Pressure(name, "outer", _washer(place)) for name in bodies]
         for k, place in enumerate(_BOLTS)
     }
-    loads |= {"press": [fo.Pressure(name, "outer") for name in bodies]}
+    loads |= {"press": [fo.fem.Pressure(name, "outer") for name in bodies]}
     loads |= {
-        "pull": [fo.Traction("upper", "end", x=1.0)],
-        "side": [fo.Traction("upper", "end", y=1.0)],
+        "pull": [fo.fem.Traction("upper", "end", x=1.0)],
+        "side": [fo.fem.Traction("upper", "end", y=1.0)],
     }
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "end")],
+        [fo.fem.Support("lower", "end")],
         loads,
-        contacts=[fo.Contact("upper", "lower", "lap", "lap")],
+        contacts=[fo.fem.Contact("upper", "lower", "lap", "lap")],
     )
 
 

@@ -43,7 +43,7 @@ FULL = Parameters()
 QUICK = Parameters(elements=6, starts=4, meshes=(24, 32))
 
 
-def _model(elements: int, radius: float) -> fo.ContactModel:
+def _model(elements: int, radius: float) -> fo.fem.ContactModel:
     straight = fo.scenes.PunchOnHalfPlane(elements=elements, grading=1.0, growth=1.15)
     return fo.scenes.RoundedPunch(radius=radius, flat_half_width=0.5, punch=straight).model()
 

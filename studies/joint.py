@@ -17,7 +17,7 @@ import frictopt as fo
 
 from .tables import Row, Study, Table, described, markdown
 
-STEEL = fo.Material(E=210e3, nu=0.3)
+STEEL = fo.fem.Material(E=210e3, nu=0.3)
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Joint:
     """One joint: its model, friction, static load, and the history of its cyclic loads (time and load cases)."""
 
     name: str
-    model: fo.ContactModel
+    model: fo.fem.ContactModel
     friction: float
     mean: Mapping[str, float]
     loads: tuple[str, str]

@@ -64,23 +64,26 @@ QUICK = Parameters(((8, 0.8),), (0.3,), ((6, 0.15),), contacts=6, starts=2)
 
 def fir_tree() -> fo.ContactSystem:
     """A blade in its disc with four flanks."""
-    titanium, density = fo.Material(E=115e3, nu=0.33), 4.4e-9
-    bodies = fo.split_bodies(
-        fo.read_mesh(_FIR), {"blade": titanium, "disc": titanium}, element="quadratic"
+    titanium, density = fo.fem.Material(E=115e3, nu=0.33), 4.4e-9
+    bodies = fo.fem.split_bodies(
+        fo.readers.read_mesh(_FIR), {"blade": titanium, "disc": titanium}, element="quadratic"
     )
-    spin = [fo.Centrifugal(name, density, speed=1200.0, centre=(0.0, -300.0)) for name in bodies]
+    spin = [
+        fo.fem.Centrifugal(name, density, speed=1200.0, centre=(0.0, -300.0)) for name in bodies
+    ]
     contacts = [
-        fo.Contact("blade", "disc", flank, flank, name=flank) for flank in ("R1", "L1", "R2", "L2")
+        fo.fem.Contact("blade", "disc", flank, flank, name=flank)
+        for flank in ("R1", "L1", "R2", "L2")
     ]
     supports = [
-        fo.Support("disc", "bottom"),
-        *(fo.Support("disc", side, "y") for side in ("left", "right")),
+        fo.fem.Support("disc", "bottom"),
+        *(fo.fem.Support("disc", side, "y") for side in ("left", "right")),
     ]
-    loads: dict[str, list[fo.Centrifugal | fo.BodyForce]] = {
+    loads: dict[str, list[fo.fem.Centrifugal | fo.fem.BodyForce]] = {
         "mean": [*spin],
-        "cyclic": [fo.BodyForce("blade", x=1e-2)],
+        "cyclic": [fo.fem.BodyForce("blade", x=1e-2)],
     }
-    return fo.ContactModel(bodies, supports, loads, contacts=contacts, units="N, mm").condense()
+    return fo.fem.ContactModel(bodies, supports, loads, contacts=contacts, units="N, mm").condense()
 
 
 def flange(elements: int) -> fo.ContactSystem:
@@ -109,32 +112,32 @@ def flange(elements: int) -> fo.ContactSystem:
         r, _, z = box.p[:, box.t].mean(axis=1)
         pipe = box.remove_elements(np.flatnonzero((r > 36) & (np.abs(z) > 12)))
         r, angle, z = pipe.p
-        bodies[name] = fo.Body(
+        bodies[name] = fo.fem.Body(
             MeshHex(np.array([r * np.cos(angle), r * np.sin(angle), z]), pipe.t).with_boundaries(
                 sides
             ),
-            fo.Material(E=210e3),
+            fo.fem.Material(E=210e3),
         )
     pressed, pulled = (_area(bodies["upper"], side) for side in ("washers", "end"))
-    loads: dict[str, list[fo.Pressure | fo.Traction]] = {
-        "mean": [fo.Pressure(name, "washers", 2 * _BOLT / pressed) for name in bodies]
+    loads: dict[str, list[fo.fem.Pressure | fo.fem.Traction]] = {
+        "mean": [fo.fem.Pressure(name, "washers", 2 * _BOLT / pressed) for name in bodies]
     }
-    loads["cyclic"] = [fo.Traction("upper", "end", x=_PULL / 2 / pulled)]
+    loads["cyclic"] = [fo.fem.Traction("upper", "end", x=_PULL / 2 / pulled)]
     supports = [
-        fo.Support("lower", "end"),
-        fo.Support("lower", "cut", "y"),
-        fo.Support("upper", "cut", "y"),
+        fo.fem.Support("lower", "end"),
+        fo.fem.Support("lower", "cut", "y"),
+        fo.fem.Support("upper", "cut", "y"),
     ]
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies,
         supports,
         loads,
-        contacts=[fo.Contact("upper", "lower", "face", "face")],
+        contacts=[fo.fem.Contact("upper", "lower", "face", "face")],
         units="N, mm",
     ).condense()
 
 
-def _area(body: fo.Body, side: str) -> float:
+def _area(body: fo.fem.Body, side: str) -> float:
     a, b, c, d = np.moveaxis(body.mesh.p[:, body.mesh.facets[:, body.mesh.boundaries[side]]], 1, 0)
     return float(np.linalg.norm(np.cross((c - a).T, (d - b).T), axis=1).sum()) / 2
 

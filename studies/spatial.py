@@ -108,7 +108,7 @@ def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
     for mesh, ratio in each(cases, "proofs of limits"):
         model = fo.scenes.SquarePunch(
-            elements=parameters.proof_elements, punch_material=fo.Material(ratio)
+            elements=parameters.proof_elements, punch_material=fo.fem.Material(ratio)
         ).model()
         system = (_uneven(model) if mesh == "uneven" else model).condense()
         others = [(unit, 1.0) for unit in parameters.proof_units] + [
@@ -162,7 +162,7 @@ def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> di
     }
 
 
-def _uneven(model: fo.ContactModel) -> fo.ContactModel:
+def _uneven(model: fo.fem.ContactModel) -> fo.fem.ContactModel:
     """The model with the nodes of its face moved towards the edges.
 
     Along each side the element at the edge is at most a tenth of the element in the middle.
@@ -171,16 +171,16 @@ def _uneven(model: fo.ContactModel) -> fo.ContactModel:
     def moved(x: Any) -> Any:
         return np.where(np.abs(x) < 1, np.sign(x) * (1 - (1 - np.abs(x)) ** 2), x)
 
-    def with_moved(body: fo.Body) -> fo.Body:
+    def with_moved(body: fo.fem.Body) -> fo.fem.Body:
         p, mesh = body.mesh.p.copy(), body.mesh
         p[:2] = moved(p[:2])
-        return fo.Body(
+        return fo.fem.Body(
             type(mesh)(p, mesh.t).with_boundaries(dict(mesh.boundaries)),
             body.material,
             body.element,
         )
 
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         {name: with_moved(body) for name, body in model.bodies.items()}, model.supports, model.loads
     )
 

@@ -45,7 +45,7 @@ QUICK = Parameters(elements=16, ratios=(0.1, _USUAL, 0.4999))
 def limits(parameters: Parameters) -> Iterator[Row]:
     """One row per element, Poisson's ratio and friction coefficient."""
     for element, nu in each(list(product(parameters.kinds, parameters.ratios)), "Poisson's ratio"):
-        material = fo.Material(nu=nu)
+        material = fo.fem.Material(nu=nu)
         scene = fo.scenes.PunchOnHalfPlane(
             elements=parameters.elements,
             punch_material=material,

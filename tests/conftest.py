@@ -153,7 +153,7 @@ def rounded(punch):
 @pytest.fixture(scope="session")
 def flat():
     """The plane job of CalculiX in the folder of data."""
-    return fo.read_calculix(Path(__file__).parent / "data" / "flat")
+    return fo.readers.read_calculix(Path(__file__).parent / "data" / "flat")
 
 
 @pytest.fixture(scope="session")
@@ -162,7 +162,7 @@ def cube(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cube")
     with tarfile.open(Path(__file__).parent / "data" / "cube.tar.xz") as archive:
         archive.extractall(folder, filter="data")
-    return fo.read_calculix(folder / "cube")
+    return fo.readers.read_calculix(folder / "cube")
 
 
 @pytest.fixture

@@ -13,17 +13,20 @@ import frictopt as fo
 root = (
     Path() if Path("docs").is_dir() else Path("../..")
 )  # of the repository: you are there, or in `docs/examples`
-mesh = fo.read_mesh(root / "docs/tutorial/foot.msh")
-bodies = fo.split_bodies(
-    mesh, {"foot": fo.Material(E=210e3, nu=0.3), "block": fo.Material(E=115e3, nu=0.33)}
+mesh = fo.readers.read_mesh(root / "docs/tutorial/foot.msh")
+bodies = fo.fem.split_bodies(
+    mesh, {"foot": fo.fem.Material(E=210e3, nu=0.3), "block": fo.fem.Material(E=115e3, nu=0.33)}
 )
-model = fo.ContactModel(
+model = fo.fem.ContactModel(
     bodies,
-    contacts=[fo.Contact("foot", "block", "block", "foot")],
-    supports=[fo.Support("block", "bottom")],
+    contacts=[fo.fem.Contact("foot", "block", "block", "foot")],
+    supports=[fo.fem.Support("block", "bottom")],
     loads={
-        "press": [fo.Traction("foot", "top", y=-100.0)],
-        "stretch": [fo.Traction("block", "left", x=-10.0), fo.Traction("block", "right", x=10.0)],
+        "press": [fo.fem.Traction("foot", "top", y=-100.0)],
+        "stretch": [
+            fo.fem.Traction("block", "left", x=-10.0),
+            fo.fem.Traction("block", "right", x=10.0),
+        ],
     },
 )
 model.plot()

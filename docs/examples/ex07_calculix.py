@@ -13,7 +13,7 @@ import frictopt as fo
 root = (
     Path() if Path("docs").is_dir() else Path("../..")
 )  # of the repository: you are there, or in `docs/examples`
-job = fo.read_calculix(root / "tests/data/flat")
+job = fo.readers.read_calculix(root / "tests/data/flat")
 system = fo.condense(
     job.K,
     loads={

@@ -11,7 +11,7 @@ import pandas as pd
 
 import frictopt as fo
 
-steel = fo.Material(E=210e3, nu=0.3)
+steel = fo.fem.Material(E=210e3, nu=0.3)
 sizes = {
     "flank_length": 8.0,
     "neck_half_width": 8.0,

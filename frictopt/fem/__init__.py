@@ -27,3 +27,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `fields.py`, `recovery.py`, `modes.py` | displacements and stresses, and modes of vibration |
 | `pictures.py`, `load_pictures.py`, `views.py`, `paraview.py` | drawing and export |
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -78,16 +78,18 @@ class Body:
     >>> import frictopt as fo
     >>> mesh = MeshQuad.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0])
     >>> mesh = mesh.with_boundaries({"contact": lambda x: x[1] == 0})
-    >>> fo.Body(mesh, fo.Material(E=70e9, nu=0.33)).boundary_nodes("contact", "interface").size
+    >>> fo.fem.Body(mesh, fo.fem.Material(E=70e9, nu=0.33)).boundary_nodes(
+    ...     "contact", "interface"
+    ... ).size
     3
     >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0])
     >>> mesh = mesh.with_boundaries({"contact": lambda x: x[2] == 0})
-    >>> fo.Body(mesh)  # doctest: +NORMALIZE_WHITESPACE
+    >>> fo.fem.Body(mesh)  # doctest: +NORMALIZE_WHITESPACE
     Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0,
     nu=0.3, density=None))
-    >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
+    >>> fo.fem.Body(mesh).boundary_nodes("contact", "interface").size
     6
-    >>> fo.Body(mesh, element="quadratic").boundary_nodes("contact", "interface").size
+    >>> fo.fem.Body(mesh, element="quadratic").boundary_nodes("contact", "interface").size
     15
     """
 
@@ -279,7 +281,9 @@ def split_bodies(
     >>> import frictopt as fo
     >>> mesh = MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0, 1.0])
     >>> mesh = mesh.with_subdomains({"punch": lambda x: x[1] > 0, "block": lambda x: x[1] < 0})
-    >>> bodies = fo.split_bodies(mesh, {"punch": fo.Material(E=2.0), "block": fo.Material()})
+    >>> bodies = fo.fem.split_bodies(
+    ...     mesh, {"punch": fo.fem.Material(E=2.0), "block": fo.fem.Material()}
+    ... )
     >>> sorted(bodies["punch"].mesh.boundaries)
     ['block']
 
@@ -287,7 +291,7 @@ def split_bodies(
 
     >>> apart = MeshQuad.init_tensor([0.0, 1.0, 2.0, 3.0], [0.0, 1.0])
     >>> apart = apart.remove_elements([1])
-    >>> list(fo.split_bodies(apart, fo.Material()))
+    >>> list(fo.fem.split_bodies(apart, fo.fem.Material()))
     ['body 1', 'body 2']
     """
     mesh = with_wedges(mesh)

@@ -63,7 +63,7 @@ class BoltPreload(Part):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.BoltPreload("bolt", "section", 20e3)
+    >>> fo.fem.BoltPreload("bolt", "section", 20e3)
     BoltPreload(body='bolt', section='section', force=20000.0, locked=False)
     """
 

@@ -84,7 +84,7 @@ class Contact:
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Contact("blade", "disc", "left flank", "left flank").name
+    >>> fo.fem.Contact("blade", "disc", "left flank", "left flank").name
     'left flank'
     """
 
@@ -151,7 +151,7 @@ class Interference(Part):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Interference("bore", 0.02)
+    >>> fo.fem.Interference("bore", 0.02)
     Interference(contact='bore', amount=0.02)
     """
 

@@ -116,7 +116,7 @@ class RigidCoupling(_Coupling):
     A flange whose face stays flat, and turns about x alone:
 
     >>> import frictopt as fo
-    >>> face = fo.RigidCoupling("pipe", "flange", "xyz", "yz", point=(0.0, 0.0, 0.0))
+    >>> face = fo.fem.RigidCoupling("pipe", "flange", "xyz", "yz", point=(0.0, 0.0, 0.0))
     >>> face.rotations
     'yz'
     """
@@ -175,7 +175,7 @@ class DistributingCoupling(_Coupling):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.DistributingCoupling("bracket", "hole", "xyz").directions
+    >>> fo.fem.DistributingCoupling("bracket", "hole", "xyz").directions
     'xyz'
     """
 

@@ -84,15 +84,15 @@ class Cyclic:
     ... }
     >>> mesh = MeshQuad(points, grid.t).with_boundaries(faces)
     >>> disc = MeshQuad(2 * mesh.p, mesh.t).with_boundaries(mesh.boundaries)
-    >>> model = fo.ContactModel(
-    ...     {"ring": fo.Body(mesh), "rim": fo.Body(disc)},
+    >>> model = fo.fem.ContactModel(
+    ...     {"ring": fo.fem.Body(mesh), "rim": fo.fem.Body(disc)},
     ...     supports=[
-    ...         fo.Cyclic("ring", "low", "high"),
-    ...         fo.Cyclic("rim", "low", "high"),
-    ...         fo.Support("rim", "rim"),
+    ...         fo.fem.Cyclic("ring", "low", "high"),
+    ...         fo.fem.Cyclic("rim", "low", "high"),
+    ...         fo.fem.Support("rim", "rim"),
     ...     ],
-    ...     loads={"fit": [fo.Interference("rim", 1e-3)]},
-    ...     contacts=[fo.Contact("ring", "rim", "rim", "bore")],
+    ...     loads={"fit": [fo.fem.Interference("rim", 1e-3)]},
+    ...     contacts=[fo.fem.Contact("ring", "rim", "rim", "bore")],
     ... )
     >>> system = model.condense()  # the nodes on both cuts are one
     >>> system.nodes, round(float(system.width.sum()), 3)

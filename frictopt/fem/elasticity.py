@@ -78,10 +78,10 @@ class Material:
     Examples
     --------
     >>> import frictopt as fo
-    >>> steel = fo.Material(E=210e9, nu=0.3)
+    >>> steel = fo.fem.Material(E=210e9, nu=0.3)
     >>> round(steel.plane_modulus / 1e9, 2)
     230.77
-    >>> steel == fo.Material(210e9)
+    >>> steel == fo.fem.Material(210e9)
     True
     """
 

@@ -110,9 +110,9 @@ class Traction(ForceLoad):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
+    >>> fo.fem.Traction("punch", "top", y=-1e6)  # a pressure
     Traction(body='punch', boundary='top', x=0.0, y=-1000000.0, z=0.0)
-    >>> ramp = fo.Traction("punch", "top", y=lambda x, y: -x)
+    >>> ramp = fo.fem.Traction("punch", "top", y=lambda x, y: -x)
     """
 
     body: str
@@ -144,7 +144,7 @@ class Pressure(Part):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Pressure("collar", "bore", 2.5)
+    >>> fo.fem.Pressure("collar", "bore", 2.5)
     Pressure(body='collar', boundary='bore', amount=2.5)
     """
 
@@ -175,7 +175,7 @@ class BodyForce(ForceLoad):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.BodyForce("block", y=-7850 * 9.81)
+    >>> fo.fem.BodyForce("block", y=-7850 * 9.81)
     BodyForce(body='block', x=0.0, y=-77008.5, z=0.0)
     """
 
@@ -218,7 +218,7 @@ class Centrifugal(Part):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Centrifugal("disc", density=7850.0, speed=300.0, centre=(0.0, 1.0))
+    >>> fo.fem.Centrifugal("disc", density=7850.0, speed=300.0, centre=(0.0, 1.0))
     Centrifugal(body='disc', density=7850.0, speed=300.0, centre=(0.0, 1.0), axis=(0.0, 0.0, 1.0))
     """
 
@@ -265,7 +265,7 @@ class Expansion(Part):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Expansion("collar", 12e-6 * 100.0).body
+    >>> fo.fem.Expansion("collar", 12e-6 * 100.0).body
     'collar'
     """
 
@@ -335,7 +335,7 @@ class Displacement(Part):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Displacement("block", "bottom", y=0.01)
+    >>> fo.fem.Displacement("block", "bottom", y=0.01)
     Displacement(body='block', where='bottom', x=None, y=0.01, z=None)
     """
 

@@ -91,10 +91,10 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     >>> lower = MeshQuad.init_tensor(x, [-1.0, 0.0]).with_boundaries(
     ...     {"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -1}
     ... )
-    >>> model = fo.ContactModel(
-    ...     bodies={"punch": fo.Body(upper), "block": fo.Body(lower)},
-    ...     supports=[fo.Support("block", "bottom")],
-    ...     loads={"P": [fo.Traction("punch", "top", y=-1.0)]},
+    >>> model = fo.fem.ContactModel(
+    ...     bodies={"punch": fo.fem.Body(upper), "block": fo.fem.Body(lower)},
+    ...     supports=[fo.fem.Support("block", "bottom")],
+    ...     loads={"P": [fo.fem.Traction("punch", "top", y=-1.0)]},
     ... )
     >>> system = model.condense()
     >>> system

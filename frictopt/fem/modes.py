@@ -101,11 +101,11 @@ class Modes(Shown, Plotted):
     >>> upper = square.translated((0.0, 10.0)).with_boundaries(
     ...     {"contact": lambda x: x[1] == 10, "top": lambda x: x[1] == 20}
     ... )
-    >>> steel = fo.Material(210e3, 0.3, density=7.85e-9)
-    >>> model = fo.ContactModel(
-    ...     {"upper": fo.Body(upper, steel), "lower": fo.Body(lower, steel)},
-    ...     supports=[fo.Support("lower", "bottom")],
-    ...     loads={"P": [fo.Pressure("upper", "top")]},
+    >>> steel = fo.fem.Material(210e3, 0.3, density=7.85e-9)
+    >>> model = fo.fem.ContactModel(
+    ...     {"upper": fo.fem.Body(upper, steel), "lower": fo.fem.Body(lower, steel)},
+    ...     supports=[fo.fem.Support("lower", "bottom")],
+    ...     loads={"P": [fo.fem.Pressure("upper", "top")]},
     ... )
     >>> modes = model.modes(2)  # per second: it bends, it stretches
     >>> modes.frequency.round(-2).tolist(), modes.to_frame().shape
@@ -185,15 +185,15 @@ class Modes(Shown, Plotted):
         ...     {"left": lambda x: x[0] == 2, "end": lambda x: x[0] == 4}
         ... )
         >>> left = mesh.with_boundaries({"right": lambda x: x[0] == 2})
-        >>> steel = fo.Material(3.0, 0.0, density=2.0)
-        >>> model = fo.ContactModel(
-        ...     {"left": fo.Body(left, steel), "right": fo.Body(right, steel)},
-        ...     supports=[fo.Support("left", "left")],
-        ...     loads={"P": [fo.Pressure("right", "end")]},
-        ...     contacts=[fo.Contact("right", "left", "left", "right")],
+        >>> steel = fo.fem.Material(3.0, 0.0, density=2.0)
+        >>> model = fo.fem.ContactModel(
+        ...     {"left": fo.fem.Body(left, steel), "right": fo.fem.Body(right, steel)},
+        ...     supports=[fo.fem.Support("left", "left")],
+        ...     loads={"P": [fo.fem.Pressure("right", "end")]},
+        ...     contacts=[fo.fem.Contact("right", "left", "left", "right")],
         ... )
         >>> modes = model.modes(1)
-        >>> tip = modes.force(0, [fo.Traction("right", "end", y=1.0)])
+        >>> tip = modes.force(0, [fo.fem.Traction("right", "end", y=1.0)])
         >>> base = modes.force(0, acceleration=[0.0, 9.81])
         >>> bool(abs(base / (9.81 * modes.participation[0, 1]) - 1) < 1e-12), abs(tip) > 0
         (True, True)

@@ -43,7 +43,7 @@ class PointForce(ForceLoad):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.PointForce("punch", (0.5, 1.0), y=-2.0)
+    >>> fo.fem.PointForce("punch", (0.5, 1.0), y=-2.0)
     PointForce(body='punch', where=(0.5, 1.0), x=0.0, y=-2.0, z=0.0)
     """
 
@@ -100,7 +100,9 @@ class RemoteForce(ForceLoad):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.RemoteForce("lever", "eye", x=10.0, moment=(0.0, 0.0, 2.0), point=(0.0, 5.0, 0.0)).moment
+    >>> fo.fem.RemoteForce(
+    ...     "lever", "eye", x=10.0, moment=(0.0, 0.0, 2.0), point=(0.0, 5.0, 0.0)
+    ... ).moment
     (0.0, 0.0, 2.0)
     """
 

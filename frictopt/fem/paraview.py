@@ -66,8 +66,8 @@ def write_paraview(
     >>> cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
     >>> steady = fo.steady_state(model.condense(), cycle, friction=0.5, load_factor=2.0)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     fo.write_paraview(f"{folder}/corners.pvd", model, steady)
-    ...     fo.write_paraview(f"{folder}/events.pvd", model, steady, every=True)
+    ...     fo.fem.write_paraview(f"{folder}/corners.pvd", model, steady)
+    ...     fo.fem.write_paraview(f"{folder}/events.pvd", model, steady, every=True)
     ...     [len([*Path(folder, name).glob("*.vtm")]) for name in ("corners", "events")]
     [3, 9]
     """

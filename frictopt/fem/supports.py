@@ -64,11 +64,11 @@ class Support:
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Support("block", "bottom", "y")
+    >>> fo.fem.Support("block", "bottom", "y")
     Support(body='block', where='bottom', directions='y', normal=False)
-    >>> fo.Support("block", (0, -1), "x")
+    >>> fo.fem.Support("block", (0, -1), "x")
     Support(body='block', where=(0.0, -1.0), directions='x', normal=False)
-    >>> sector = [fo.Support("flange", cut, normal=True) for cut in ("first cut", "second cut")]
+    >>> sector = [fo.fem.Support("flange", cut, normal=True) for cut in ("first cut", "second cut")]
     """
 
     body: str

@@ -53,7 +53,7 @@ class Tie:
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.Tie("rib", "plate", "foot", "top").tolerance
+    >>> fo.fem.Tie("rib", "plate", "foot", "top").tolerance
     """
 
     body_1: str

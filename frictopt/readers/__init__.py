@@ -30,3 +30,7 @@ To add a keyword, see `keywords.py`. A new reader of matrices is one function th
 by the ending of the file. In both cases `deck_of_points` of `listing.py` makes the `Deck` of nodes,
 elements and sets.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

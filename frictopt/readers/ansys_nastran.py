@@ -82,7 +82,7 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     --------
     >>> import frictopt as fo
     >>> from ansys.mapdl.reader import examples
-    >>> fo.read_ansys(examples.fullfile, deck=examples.hexarchivefile)
+    >>> fo.readers.read_ansys(examples.fullfile, deck=examples.hexarchivefile)
     MatrixJob(unknowns=900, directions=3, sets=['NCOMP2', 'NODE_SELECTION'])
     """
     reader = library("ansys.mapdl.reader", _ANSYS, "ansys")
@@ -231,7 +231,7 @@ def read_nastran(
     Examples
     --------
     >>> import frictopt as fo
-    >>> job = fo.read_nastran("tests/data/joint.pch", deck="tests/data/joint.bdf")
+    >>> job = fo.readers.read_nastran("tests/data/joint.pch", deck="tests/data/joint.bdf")
     >>> job
     MatrixJob(unknowns=66, directions=3, sets=[])
     >>> [face.shape for face in job.matching_faces()]

@@ -59,7 +59,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     Examples
     --------
     >>> import frictopt as fo
-    >>> job = fo.read_calculix("tests/data/flat")
+    >>> job = fo.readers.read_calculix("tests/data/flat")
     >>> job.K.shape, job.labels[0].tolist()  # the first row is the displacement of node 3 along x
     ((964, 964), [3, 1])
     """
@@ -274,7 +274,7 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     Examples
     --------
     >>> import frictopt as fo
-    >>> job = fo.read_abaqus("tests/data/spring_STIF1.mtx")
+    >>> job = fo.readers.read_abaqus("tests/data/spring_STIF1.mtx")
     >>> job.K.toarray().tolist(), job.labels.tolist()
     ([[2.0, -1.0], [-1.0, 2.0]], [[7, 1], [9, 1]])
     """

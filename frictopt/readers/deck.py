@@ -49,7 +49,7 @@ class Deck(Shown):
     Examples
     --------
     >>> import frictopt as fo
-    >>> deck = fo.read_calculix("tests/data/flat").deck
+    >>> deck = fo.readers.read_calculix("tests/data/flat").deck
     >>> deck
     Deck(nodes=491, sets=['NALL', 'N_BLOCK', 'N_BOTTOM', 'N_CONTACT_BLOCK', 'N_CONTACT_PUNCH',
     'N_PUNCH', 'N_TOP'], elements=['CPE3'])

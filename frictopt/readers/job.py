@@ -53,7 +53,7 @@ class MatrixJob(JoinedFaces):
     Examples
     --------
     >>> import frictopt as fo
-    >>> job = fo.read_calculix("tests/data/flat")
+    >>> job = fo.readers.read_calculix("tests/data/flat")
     >>> job
     MatrixJob(unknowns=964, directions=2, sets=['NALL', 'N_BLOCK', 'N_BOTTOM', 'N_CONTACT_BLOCK',
     'N_CONTACT_PUNCH', 'N_PUNCH', 'N_TOP'])
@@ -64,7 +64,7 @@ class MatrixJob(JoinedFaces):
 
     >>> import numpy as np
     >>> labels = [[7, 1], [7, 2], [7, 6], [9, 1], [9, 2]]
-    >>> job = fo.MatrixJob(np.eye(5), labels, {7: (0.0, 0.0), 9: (1.0, 0.0)})
+    >>> job = fo.readers.MatrixJob(np.eye(5), labels, {7: (0.0, 0.0), 9: (1.0, 0.0)})
     >>> job.unknowns.tolist(), job.generalised.tolist()
     ([[0, 1], [3, 4]], [2])
     """
@@ -86,7 +86,7 @@ class MatrixJob(JoinedFaces):
         Examples
         --------
         >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job = fo.readers.read_calculix("tests/data/flat")
         >>> [face.shape for face in job.matching_faces()]
         [(26, 2)]
         >>> [int((job.bodies == i).sum()) for i in (0, 1)]
@@ -117,7 +117,7 @@ class MatrixJob(JoinedFaces):
         Examples
         --------
         >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job = fo.readers.read_calculix("tests/data/flat")
         >>> job.with_linear_faces().K.shape == job.K.shape  # its elements are linear
         True
         """
@@ -265,7 +265,7 @@ class MatrixJob(JoinedFaces):
         Examples
         --------
         >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job = fo.readers.read_calculix("tests/data/flat")
         >>> pairs = job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
         >>> round(float(job.areas(pairs[:, 1]).sum()), 9)  # a face 10 wide
         10.0
@@ -329,7 +329,7 @@ class MatrixJob(JoinedFaces):
         Examples
         --------
         >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job = fo.readers.read_calculix("tests/data/flat")
         >>> float(job.force("N_TOP", traction=[0.0, -1.0]).sum().round(9))
         -10.0
         >>> float(job.force("N_TOP", total=[0.0, -1.0]).sum().round(9))

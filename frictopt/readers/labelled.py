@@ -89,10 +89,10 @@ def modal_load(
     >>> import numpy as np
     >>> import frictopt as fo
     >>> K, M = np.diag([8.0, 18.0]), np.diag([2.0, 2.0])
-    >>> load = fo.modal_load(M, [3.0, 0.0])
+    >>> load = fo.readers.modal_load(M, [3.0, 0.0])
     >>> load.round(6).tolist()
     [1.414214, 0.0]
-    >>> by_stiffness = fo.modal_load(
+    >>> by_stiffness = fo.readers.modal_load(
     ...     K, [1.0, 0.0], natural_frequency=2.0 / (2 * np.pi), glued=np.empty((0, 2))
     ... )
     >>> by_stiffness.round(6).tolist()
@@ -351,7 +351,7 @@ class LabelledMatrix(Shown):
         Examples
         --------
         >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job = fo.readers.read_calculix("tests/data/flat")
         >>> frequencies, shapes = job.modes("tests/data/flat_glued.dat")
         >>> frequencies.tolist(), shapes.shape
         ([24757.59, 47452.97], (2, 964))

@@ -69,7 +69,7 @@ def read_mesh(path: str | Path) -> Mesh:
     Examples
     --------
     >>> import frictopt as fo
-    >>> mesh = fo.read_mesh("tests/data/flat.inp")
+    >>> mesh = fo.readers.read_mesh("tests/data/flat.inp")
     >>> mesh.t.shape, sorted(mesh.boundaries)[3:5]
     ((3, 865), ['N_CONTACT_BLOCK', 'N_CONTACT_PUNCH'])
     """

@@ -53,7 +53,7 @@ class JoinedFaces(LabelledMatrix):
         Examples
         --------
         >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
+        >>> job = fo.readers.read_calculix("tests/data/flat")
         >>> face = job.mortar("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
         >>> loads = {"P": job.force("N_TOP", pressure=1.0)}
         >>> fo.condense(job.K, loads, **face, unknowns=job.unknowns, points=job.points)

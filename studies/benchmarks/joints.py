@@ -94,37 +94,39 @@ def flange(folder, size):
             _name(f"section of {bolt}", 2, _in_box(2, (x - 5, y - 5, 0), (x + 5, y + 5, 0)))
         for name, z in (("top", 40), ("bottom", -40)):
             _name(name, 2, _in_box(2, (-60, -60, z), (60, 60, z)))
-    bodies = fo.split_bodies(
-        fo.read_mesh(folder / "flange.msh"), dict.fromkeys(solids, fo.Material(E=210e3, nu=0.3))
+    bodies = fo.fem.split_bodies(
+        fo.readers.read_mesh(folder / "flange.msh"),
+        dict.fromkeys(solids, fo.fem.Material(E=210e3, nu=0.3)),
     )
     pairs = [("upper", "lower"), *((bolt, plate) for bolt in BOLTS for plate in ("upper", "lower"))]
-    contacts = [fo.Contact(*pair, *pair[::-1], name=" on ".join(pair)) for pair in pairs]
+    contacts = [fo.fem.Contact(*pair, *pair[::-1], name=" on ".join(pair)) for pair in pairs]
     loads = {
-        "preload": [fo.BoltPreload(bolt, f"section of {bolt}", 25e3) for bolt in BOLTS],
-        "shear": [fo.Traction("upper", "top", x=1e3 / (math.pi * (36**2 - 30**2)))],
+        "preload": [fo.fem.BoltPreload(bolt, f"section of {bolt}", 25e3) for bolt in BOLTS],
+        "shear": [fo.fem.Traction("upper", "top", x=1e3 / (math.pi * (36**2 - 30**2)))],
     }
-    return fo.ContactModel(
-        bodies, contacts=contacts, supports=[fo.Support("lower", "bottom")], loads=loads
+    return fo.fem.ContactModel(
+        bodies, contacts=contacts, supports=[fo.fem.Support("lower", "bottom")], loads=loads
     ).condense()
 
 
 def lap_joint():
     """The lap joint of the tutorial."""
-    bodies = fo.split_bodies(
-        fo.read_mesh(LAP), dict.fromkeys(("upper", "lower", "bolt"), fo.Material(E=210e3, nu=0.3))
+    bodies = fo.fem.split_bodies(
+        fo.readers.read_mesh(LAP),
+        dict.fromkeys(("upper", "lower", "bolt"), fo.fem.Material(E=210e3, nu=0.3)),
     )
     contacts = [
-        fo.Contact(*pair, *pair[::-1], name=pair[0])
+        fo.fem.Contact(*pair, *pair[::-1], name=pair[0])
         for pair in (("upper", "lower"), ("bolt", "upper"))
     ]
-    contacts.append(fo.Contact("bolt", "lower", "lower", "bolt", name="nut"))
+    contacts.append(fo.fem.Contact("bolt", "lower", "lower", "bolt", name="nut"))
     loads = {
-        "preload": [fo.BoltPreload("bolt", "section", 20e3)],
-        "pull": [fo.Traction("upper", "right", x=5.0)],
-        "side": [fo.Traction("upper", "right", y=0.5)],
+        "preload": [fo.fem.BoltPreload("bolt", "section", 20e3)],
+        "pull": [fo.fem.Traction("upper", "right", x=5.0)],
+        "side": [fo.fem.Traction("upper", "right", y=0.5)],
     }
-    return fo.ContactModel(
-        bodies, contacts=contacts, supports=[fo.Support("lower", "left")], loads=loads
+    return fo.fem.ContactModel(
+        bodies, contacts=contacts, supports=[fo.fem.Support("lower", "left")], loads=loads
     ).condense()
 
 
@@ -201,21 +203,21 @@ def fir_tree(folder, size=0.25):
             fields.setNumber(sizes, option, value)
         fields.setAsBackgroundMesh(sizes)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
-    bodies = fo.split_bodies(
-        fo.read_mesh(folder / "fir.msh"),
-        dict.fromkeys(("blade", "disc"), fo.Material(E=115e3, nu=0.33)),
+    bodies = fo.fem.split_bodies(
+        fo.readers.read_mesh(folder / "fir.msh"),
+        dict.fromkeys(("blade", "disc"), fo.fem.Material(E=115e3, nu=0.33)),
     )
     contacts = [
-        fo.Contact("blade", "disc", name, name, name=name) for name in ("R1", "R2", "L1", "L2")
+        fo.fem.Contact("blade", "disc", name, name, name=name) for name in ("R1", "R2", "L1", "L2")
     ]
     spin = [
-        fo.Centrifugal(body, density=4.4e-9, speed=1200.0, centre=(0.0, -300.0))
+        fo.fem.Centrifugal(body, density=4.4e-9, speed=1200.0, centre=(0.0, -300.0))
         for body in ("blade", "disc")
     ]
     loads = {
-        "spin": [*spin, fo.Traction("blade", "top", y=60.0)],
-        "vib": [fo.Traction("blade", "top", x=1.0)],
+        "spin": [*spin, fo.fem.Traction("blade", "top", y=60.0)],
+        "vib": [fo.fem.Traction("blade", "top", x=1.0)],
     }
-    return fo.ContactModel(
-        bodies, contacts=contacts, supports=[fo.Support("disc", "bottom")], loads=loads
+    return fo.fem.ContactModel(
+        bodies, contacts=contacts, supports=[fo.fem.Support("disc", "bottom")], loads=loads
     ).condense()

@@ -47,13 +47,13 @@ def model():
         "right jaw": level((0.5, 2.0), (half, 2.0), (80, 124), {"left": "flank", "right": "wall"}),
     }
     jaws = ("left", "right")
-    return fo.ContactModel(
-        bodies={name: fo.Body(mesh) for name, mesh in bodies.items()},
-        contacts=[fo.Contact("wedge", f"{jaw} jaw", f"{jaw} flank", "flank") for jaw in jaws],
-        supports=[fo.Support(f"{jaw} jaw", "wall") for jaw in jaws],
+    return fo.fem.ContactModel(
+        bodies={name: fo.fem.Body(mesh) for name, mesh in bodies.items()},
+        contacts=[fo.fem.Contact("wedge", f"{jaw} jaw", f"{jaw} flank", "flank") for jaw in jaws],
+        supports=[fo.fem.Support(f"{jaw} jaw", "wall") for jaw in jaws],
         loads={
-            "P": [fo.Traction("wedge", "top", 0.0, -1.0)],
-            "Q": [fo.Traction("wedge", "top", 0.0, -1.0)],
+            "P": [fo.fem.Traction("wedge", "top", 0.0, -1.0)],
+            "Q": [fo.fem.Traction("wedge", "top", 0.0, -1.0)],
         },
     )
 

@@ -44,7 +44,7 @@ def job(tmp_path_factory):
 
 
 def test_reading_a_job(benchmark, job):
-    read = benchmark.pedantic(lambda: fo.read_calculix(job), rounds=7)
+    read = benchmark.pedantic(lambda: fo.readers.read_calculix(job), rounds=7)
     assert read.K.shape == (6630, 6630) and read.unknowns.shape == (2431, 3)
     assert benchmark.stats.stats.median < 0.3
 
@@ -52,7 +52,7 @@ def test_reading_a_job(benchmark, job):
 def test_reading_a_job_against_parsing_its_rows(compare, job):
     assert (
         compare(
-            lambda: fo.read_calculix(job),
+            lambda: fo.readers.read_calculix(job),
             lambda: pd.read_csv(f"{job}.sti", sep=r"\s+", header=None),
             rounds=7,
         )

@@ -109,7 +109,7 @@ def _rod(parameters: Parameters) -> Case:
     )
 
 
-def beam(elements: int, length: float) -> fo.ContactModel:
+def beam(elements: int, length: float) -> fo.fem.ContactModel:
     """Two cantilevers of thickness 1, one on the other, under unit pressure.
 
     The tip force is half a unit each. The roots cannot turn.
@@ -127,19 +127,20 @@ def beam(elements: int, length: float) -> fo.ContactModel:
         name: MeshQuad.init_tensor(along, sign * across).with_boundaries(sides)
         for name, sign in (("upper", 1.0), ("lower", -1.0))
     }
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies={
-            name: fo.Body(mesh, fo.Material(nu=0.0), "quadratic") for name, mesh in meshes.items()
+            name: fo.fem.Body(mesh, fo.fem.Material(nu=0.0), "quadratic")
+            for name, mesh in meshes.items()
         },
-        contacts=[fo.Contact("upper", "lower", "face", "face")],
+        contacts=[fo.fem.Contact("upper", "lower", "face", "face")],
         supports=[
             support
             for name in meshes
-            for support in (fo.Support(name, "root", "x"), fo.Support(name, "held", "y"))
+            for support in (fo.fem.Support(name, "root", "x"), fo.fem.Support(name, "held", "y"))
         ],
         loads={
-            "press": [fo.Pressure(name, "pressed", 1.0) for name in meshes],
-            "tip": [fo.Traction(name, "tip", y=0.5) for name in meshes],
+            "press": [fo.fem.Pressure(name, "pressed", 1.0) for name in meshes],
+            "tip": [fo.fem.Traction(name, "tip", y=0.5) for name in meshes],
         },
     )
 
@@ -179,7 +180,7 @@ def _layered_beam(parameters: Parameters) -> Case:
     )
 
 
-def lap(elements: int, thickness: float) -> fo.ContactModel:
+def lap(elements: int, thickness: float) -> fo.fem.ContactModel:
     """A double lap joint, halved along its middle plate.
 
     The plates have equal stiffness, and overlap in -1 <= x <= 1 under unit pressure.
@@ -193,16 +194,18 @@ def lap(elements: int, thickness: float) -> fo.ContactModel:
         "middle": lambda x: x[1] == -thickness,
     }
     axes = {"outer": (np.r_[over, arm], up), "inner": (np.r_[-arm[::-1], over], -up)}
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies={
-            name: fo.Body(MeshQuad.init_tensor(*axis).with_boundaries(sides), fo.Material(nu=0.0))
+            name: fo.fem.Body(
+                MeshQuad.init_tensor(*axis).with_boundaries(sides), fo.fem.Material(nu=0.0)
+            )
             for name, axis in axes.items()
         },
-        contacts=[fo.Contact("outer", "inner", "lap", "lap")],
-        supports=[fo.Support("inner", "end"), fo.Support("inner", "middle", "y")],
+        contacts=[fo.fem.Contact("outer", "inner", "lap", "lap")],
+        supports=[fo.fem.Support("inner", "end"), fo.fem.Support("inner", "middle", "y")],
         loads={
-            "press": [fo.Pressure("outer", "pressed", 1.0)],
-            "pull": [fo.Traction("outer", "end", x=1.0)],
+            "press": [fo.fem.Pressure("outer", "pressed", 1.0)],
+            "pull": [fo.fem.Traction("outer", "end", x=1.0)],
         },
     )
 

@@ -180,12 +180,12 @@ def forces_of_frictopt(history: History, parameters: Parameters) -> Array:
             "contact": lambda x, y=contact: abs(x[1] - y) < 1e-9,
             far: lambda x, y=height: abs(x[1] - y) < 1e-9,
         }
-        bodies[name] = fo.Body(mesh.with_boundaries(sides), fo.Material(1000.0, 0.3))
-    system = fo.ContactModel(
+        bodies[name] = fo.fem.Body(mesh.with_boundaries(sides), fo.fem.Material(1000.0, 0.3))
+    system = fo.fem.ContactModel(
         bodies,
-        [fo.Support("up", "top"), fo.Support("lo", "bottom")],
-        {axis: [fo.Displacement("up", "top", **{axis: 1.0})] for axis in "xy"},
-        [fo.Contact("up", "lo", gap="measured" if history.gap else None)],
+        [fo.fem.Support("up", "top"), fo.fem.Support("lo", "bottom")],
+        {axis: [fo.fem.Displacement("up", "top", **{axis: 1.0})] for axis in "xy"},
+        [fo.fem.Contact("up", "lo", gap="measured" if history.gap else None)],
     ).condense()
     increment = fo.increments.NewtonIncrement(system, history.friction)
     slip = np.zeros(system.nodes)

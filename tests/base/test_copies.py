@@ -34,7 +34,7 @@ PAD = fo.ContactSystem(
     np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.repeat([0.0, 0.0, 1.0], 4), **SHEARS}
 )
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
-HEAVY = fo.Material(density=1.0)
+HEAVY = fo.fem.Material(density=1.0)
 PUNCH = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6)
 SHEARED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
 SWAYED = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}])
@@ -59,7 +59,7 @@ MADE = {  # name, which begins with the kind -> how it is made
     "ContactSystem in space": lambda: PAD,
     "ContactModel": PUNCH.model,
     "ContactModel in space": fo.scenes.SquarePunch(elements=2, growth=2.0).model,
-    "MatrixJob": lambda: fo.read_calculix("tests/data/flat"),
+    "MatrixJob": lambda: fo.readers.read_calculix("tests/data/flat"),
     "BodyFields": lambda: PUNCH.model().recover({"P": 1.0}, np.zeros(5), np.zeros(5)),
     "StressMap": lambda: stresses_of(PAIR),
     "Modes": lambda: replace(PUNCH, punch_material=HEAVY, block_material=HEAVY).model().modes(2),
@@ -99,7 +99,7 @@ def example(name):
 def kind_of(name):
     """The class that the name of an example begins with."""
     kind = name.partition(" ")[0]
-    rooms = fo, fo.results, fo.starts, fo.increments, recovery, modes
+    rooms = fo, fo.fem, fo.readers, fo.results, fo.starts, fo.increments, recovery, modes
     return next(getattr(room, kind) for room in rooms if hasattr(room, kind))
 
 
@@ -166,7 +166,11 @@ def test_every_public_kind_of_result_is_among_the_examples():
     kinds = [
         recovery.BodyFields,
         modes.Modes,
-        *(getattr(room, name) for room in (fo, fo.results) for name in room.__all__),
+        *(
+            getattr(room, name)
+            for room in (fo, fo.fem, fo.readers, fo.results)
+            for name in room.__all__
+        ),
     ]
     public |= {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Portable)}
     made = {kind_of(name) for name in MADE}

@@ -107,7 +107,7 @@ def fitted(kinematics):
     """A sleeve on a shaft of radius 10, both 4 high, pressed by a fit and pushed along the axis."""
     height = np.linspace(0.0, 4.0, 5)
     shaft, sleeve = (
-        fo.Body(
+        fo.fem.Body(
             MeshQuad.init_tensor(np.linspace(*radii, 5), height).with_boundaries(
                 {
                     "face": lambda x: x[0] == 10.0,
@@ -119,14 +119,14 @@ def fitted(kinematics):
         )
         for radii in ((5.0, 10.0), (10.0, 18.0))
     )
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         {"shaft": shaft, "sleeve": sleeve},
-        [fo.Support("sleeve", "rim"), fo.Support("shaft", "bore", "x")],
+        [fo.fem.Support("sleeve", "rim"), fo.fem.Support("shaft", "bore", "x")],
         {
-            "fit": [fo.Interference("fit", 0.01)],
-            "push": [fo.Traction("shaft", "end", y=1.8e-4)],
+            "fit": [fo.fem.Interference("fit", 0.01)],
+            "push": [fo.fem.Traction("shaft", "end", y=1.8e-4)],
         },
-        [fo.Contact("shaft", "sleeve", "face", "face", name="fit")],
+        [fo.fem.Contact("shaft", "sleeve", "face", "face", name="fit")],
         kinematics,
         units="N, mm",
     )

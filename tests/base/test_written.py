@@ -28,7 +28,7 @@ WRITERS = {
     "html": REPORT.save,
     "json": REPORT.save,
     "xlsx": REPORT.save,
-    "vtm": lambda path: fo.write_paraview(path, MODEL, FIELDS),
+    "vtm": lambda path: fo.fem.write_paraview(path, MODEL, FIELDS),
 }
 
 

@@ -77,14 +77,14 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
     spin = rng.normal(size=(d, d))
     gradient = strain[:d, :d] + 0.3 * (spin - spin.T)
     bodies = {
-        name: fo.Body(turned(mesh, R).translated(shift), fo.Material(1.0, nu), part)
+        name: fo.fem.Body(turned(mesh, R).translated(shift), fo.fem.Material(1.0, nu), part)
         for (name, mesh), part in zip(
             two_blocks(kinds, upper, lower, seed).items(), (element, None), strict=True
         )
     }
     low, traction = f"{'xyz'[d - 1]}-", stress[:d, :d] @ R
     load = [
-        fo.Displacement(
+        fo.fem.Displacement(
             "lower",
             low,
             *(
@@ -100,10 +100,10 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
         if side not in ("contact", low)
     ):
         load.append(
-            fo.Traction(name, side, *(float(f"{side[1]}1") * traction[:, "xyz".index(side[0])]))
+            fo.fem.Traction(name, side, *(float(f"{side[1]}1") * traction[:, "xyz".index(side[0])]))
         )
-    model = fo.ContactModel(
-        bodies, [fo.Support("lower", low)], {"load": load}, [fo.Contact("upper", "lower")]
+    model = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", low)], {"load": load}, [fo.fem.Contact("upper", "lower")]
     )
     system = model.condense()
     q, p = system.bonded["load"]
@@ -206,10 +206,10 @@ def test_arc_length_runs_on_from_contact_to_contact():
 
 @pytest.mark.parametrize("x_block", [None, np.array([-1.0, -0.3, 0.4, 1.0])])
 def test_which_body_is_called_body_1_only_turns_the_nodes_round(x_block):
-    model = fo.ContactModel(blocks(x_block=x_block), hung(), uniform_loads())
+    model = fo.fem.ContactModel(blocks(x_block=x_block), hung(), uniform_loads())
     one = model.condense()
-    other = fo.ContactModel(
-        model.bodies, model.supports, model.loads, [fo.Contact("block", "punch")]
+    other = fo.fem.ContactModel(
+        model.bodies, model.supports, model.loads, [fo.fem.Contact("block", "punch")]
     ).condense()
     if x_block is None:
         assert np.allclose(
@@ -229,14 +229,20 @@ def fitted(
     faces = (
         ("plate", "pin", "hole", "surface") if exchanged else ("pin", "plate", "surface", "hole")
     )
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies={
-            "pin": fo.Body(ring(np.linspace(bore, 1.0, 12), pin, "bore", "surface", start)),
-            "plate": fo.Body(ring(np.geomspace(hole, rim, 20), plate, "hole", "rim")),
+            "pin": fo.fem.Body(ring(np.linspace(bore, 1.0, 12), pin, "bore", "surface", start)),
+            "plate": fo.fem.Body(ring(np.geomspace(hole, rim, 20), plate, "hole", "rim")),
         },
-        contacts=[fo.Contact(*faces, name="fit", gap=gap)],
-        supports=[fo.Support("plate", (rim, 0.0), "xy"), fo.Support("plate", (-rim, 0.0), "y")],
-        loads={"fit": [fo.Interference("fit", delta)], "pull": [fo.Traction("pin", "bore", x=1.0)]},
+        contacts=[fo.fem.Contact(*faces, name="fit", gap=gap)],
+        supports=[
+            fo.fem.Support("plate", (rim, 0.0), "xy"),
+            fo.fem.Support("plate", (-rim, 0.0), "y"),
+        ],
+        loads={
+            "fit": [fo.fem.Interference("fit", delta)],
+            "pull": [fo.fem.Traction("pin", "bore", x=1.0)],
+        },
     )
 
 
@@ -274,9 +280,9 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
     for slips of a size that assembly can leave.
     """
     model = fitted(24, 24, exchanged=exchanged, start=0.01)
-    torque = fo.Traction("pin", "bore", x=lambda x, y: -y, y=lambda x, y: x)
+    torque = fo.fem.Traction("pin", "bore", x=lambda x, y: -y, y=lambda x, y: x)
     model = replace(
-        model, loads={**model.loads, "torque": [torque]}, supports=[fo.Support("plate", "rim")]
+        model, loads={**model.loads, "torque": [torque]}, supports=[fo.fem.Support("plate", "rim")]
     )
     system = model.condense()
     cycle = fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}, {"torque": -1.0}])
@@ -312,13 +318,13 @@ def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
     mesh = mesh.with_subdomains(
         {"pin": lambda x: np.hypot(*x[:2]) < 0.99, "plate": lambda x: np.hypot(*x[:2]) > 0.99}
     )
-    model = fo.ContactModel(
-        fo.split_bodies(mesh, dict.fromkeys(("pin", "plate"), fo.Material(nu=0.0))),
-        contacts=[fo.Contact("pin", "plate", "plate", "pin", name="fit")],
-        supports=[fo.Support("plate", "rim")],
+    model = fo.fem.ContactModel(
+        fo.fem.split_bodies(mesh, dict.fromkeys(("pin", "plate"), fo.fem.Material(nu=0.0))),
+        contacts=[fo.fem.Contact("pin", "plate", "plate", "pin", name="fit")],
+        supports=[fo.fem.Support("plate", "rim")],
         loads={
-            "fit": [fo.Interference("fit", 0.01)],
-            "torque": [fo.Traction("pin", "bore", x=lambda x, y, *_: -y, y=lambda x, *_: x)],
+            "fit": [fo.fem.Interference("fit", 0.01)],
+            "torque": [fo.fem.Traction("pin", "bore", x=lambda x, y, *_: -y, y=lambda x, *_: x)],
         },
     )
     system = model.condense()
@@ -361,7 +367,7 @@ def test_interference_is_a_negative_gap():
             "all": [
                 *wedge().loads["P"],
                 *wedge().loads["fit"],
-                fo.Interference("left flank", 0.005),
+                fo.fem.Interference("left flank", 0.005),
             ]
         }
     ).condense()
@@ -388,13 +394,13 @@ def test_the_gap_of_a_rounded_punch_is_measured(angle):
     ).with_boundaries(mesh.boundaries)
     flat = blocks(x_block=np.linspace(-1.0, 1.0, 17), angle=angle)["block"]
     parts = {
-        "bodies": {"punch": fo.Body(bent), "block": flat},
-        "supports": [fo.Support("block", "bottom")],
+        "bodies": {"punch": fo.fem.Body(bent), "block": flat},
+        "supports": [fo.fem.Support("block", "bottom")],
         "loads": uniform_loads(angle),
     }
-    system = fo.ContactModel(
-        **parts, contacts=[fo.Contact("punch", "block", gap="measured")]
+    system = fo.fem.ContactModel(
+        **parts, contacts=[fo.fem.Contact("punch", "block", gap="measured")]
     ).condense()
     assert np.allclose(system.gap, 0.1 * x**2, rtol=0.03, atol=1e-4)
     with pytest.raises(fo.ModelError, match="the faces do not touch, they are "):
-        fo.ContactModel(**parts)
+        fo.fem.ContactModel(**parts)

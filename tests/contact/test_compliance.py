@@ -72,16 +72,16 @@ def test_moved_supports_are_those_of_their_force():
     of a column.
     """
     x = np.linspace(0, 1, 3)
-    material = fo.Material(E=2.0, nu=0.0)
-    model = fo.ContactModel(
+    material = fo.fem.Material(E=2.0, nu=0.0)
+    model = fo.fem.ContactModel(
         bodies={
-            "punch": fo.Body(box(MeshQuad, x, x), material),
-            "block": fo.Body(box(MeshQuad, x, x - 1), material),
+            "punch": fo.fem.Body(box(MeshQuad, x, x), material),
+            "block": fo.fem.Body(box(MeshQuad, x, x - 1), material),
         },
-        supports=[fo.Support("block", "y-"), fo.Support("punch", "y+")],
+        supports=[fo.fem.Support("block", "y-"), fo.fem.Support("punch", "y+")],
         loads={
-            "push": [fo.Displacement("punch", "y+", y=-0.1)],
-            "shear": [fo.Traction("punch", "contact", x=1.0)],
+            "push": [fo.fem.Displacement("punch", "y+", y=-0.1)],
+            "shear": [fo.fem.Traction("punch", "contact", x=1.0)],
         },
     )
     system = model.condense()

@@ -130,10 +130,12 @@ def test_a_contact_of_a_model_has_its_own_stiffness():
     model = wedge()
     hard = model.condense()
     contacts = [
-        fo.Contact(*_sides(one), tangential_stiffness=k)
+        fo.fem.Contact(*_sides(one), tangential_stiffness=k)
         for one, k in zip(model.contacts, (3.0, np.inf), strict=True)
     ]
-    soft = fo.ContactModel(model.bodies, model.supports, model.loads, contacts, model.kinematics)
+    soft = fo.fem.ContactModel(
+        model.bodies, model.supports, model.loads, contacts, model.kinematics
+    )
     on_first = np.where(hard.contact == model.contacts[0].name, 3.0, np.inf)
     assert np.array_equal(soft.condense().S, hard.with_contact_stiffness(tangential=on_first).S)
     slip, loads = np.linspace(0, 1e-3, hard.nodes), dict.fromkeys(model.loads, 1.0)
@@ -156,7 +158,7 @@ def test_odd_stiffnesses(bad, direction):
     with pytest.raises(fo.ModelError, match=direction):
         held(1).with_contact_stiffness(**{direction: bad})
     with pytest.raises(fo.ModelError, match=f"{direction}_stiffness"):
-        fo.Contact("a", "b", **{f"{direction}_stiffness": bad})
+        fo.fem.Contact("a", "b", **{f"{direction}_stiffness": bad})
 
 
 def test_springs_need_widths():

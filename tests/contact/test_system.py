@@ -163,7 +163,7 @@ def test_the_contact_modulus_is_kept_copied_and_checked():
 
 
 def test_a_condensed_scene_knows_its_contact_modulus():
-    bodies = fo.Material(E=210.0, nu=0.3), fo.Material(E=70.0, nu=0.33)
+    bodies = fo.fem.Material(E=210.0, nu=0.3), fo.fem.Material(E=70.0, nu=0.33)
     scene = fo.scenes.PunchOnHalfPlane(
         elements=4, punch_material=bodies[0], block_material=bodies[1]
     )

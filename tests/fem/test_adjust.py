@@ -9,7 +9,7 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 
-STEEL = fo.Material(E=200.0, nu=0.3)
+STEEL = fo.fem.Material(E=200.0, nu=0.3)
 SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 KINDS = {"plane": (MeshQuad, None), "space": (MeshHex, None), "quadratic": (MeshHex, "quadratic")}
 
@@ -27,7 +27,7 @@ def block(kind, heights, shift, element=None, size=3):
     mesh = mesh.with_boundaries(names)
     points = mesh.p + (mesh.p[-1] == 0) * shift(mesh.p)
     moved = kind(points, mesh.t).with_boundaries(mesh.boundaries)
-    return fo.Body(moved, STEEL, element)
+    return fo.fem.Body(moved, STEEL, element)
 
 
 def along_normal(function):
@@ -48,16 +48,16 @@ def still(x):
 def pad(upper=still, lower=still, kind="plane", **contact):
     """A block on another one, pressed and sheared."""
     mesh, element = KINDS[kind]
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         {
             "upper": block(mesh, [0.0, 0.3, 0.7], upper, element),
             "lower": block(mesh, [-0.6, -0.2, 0.0], lower, element),
         },
-        contacts=[fo.Contact("upper", "lower", **contact)],
-        supports=[fo.Support("lower", "bottom")],
+        contacts=[fo.fem.Contact("upper", "lower", **contact)],
+        supports=[fo.fem.Support("lower", "bottom")],
         loads={
-            "P": [fo.Pressure("upper", "top", 10.0)],
-            "Q": [fo.Traction("upper", "top", x=1.0)],
+            "P": [fo.fem.Pressure("upper", "top", 10.0)],
+            "Q": [fo.fem.Traction("upper", "top", x=1.0)],
         },
     )
 
@@ -85,11 +85,11 @@ def test_places_name_nodes_by_their_coordinates_before_the_moves(by):
         limits(
             replace(
                 model,
-                supports=[*model.supports, fo.Support("upper", (1.0, height), "x")],
+                supports=[*model.supports, fo.fem.Support("upper", (1.0, height), "x")],
                 loads={
                     "P": model.loads["P"],
                     "Q": [
-                        fo.PointForce(
+                        fo.fem.PointForce(
                             "upper", where(height), x=lambda x, y, h=height: 1.0 * (y == h)
                         )
                     ],
@@ -194,18 +194,20 @@ def test_a_node_of_two_contacts_comes_to_their_common_edge():
         {"face": lambda x: x[0] == 0, "far": lambda x: x[0] == -1}
     )
     with pytest.warns(fo.ModelWarning, match="has no opposite part"):
-        model = fo.ContactModel(
+        model = fo.fem.ContactModel(
             {
-                "box": fo.Body(noisy.with_boundaries(box.boundaries)),
-                "floor": fo.Body(floor),
-                "wall": fo.Body(MeshQuad(lean @ wall.p, wall.t).with_boundaries(wall.boundaries)),
+                "box": fo.fem.Body(noisy.with_boundaries(box.boundaries)),
+                "floor": fo.fem.Body(floor),
+                "wall": fo.fem.Body(
+                    MeshQuad(lean @ wall.p, wall.t).with_boundaries(wall.boundaries)
+                ),
             },
             contacts=[
-                fo.Contact("box", "floor", "under", "up", adjust=1e-4),
-                fo.Contact("box", "wall", "side", "face", adjust=1e-4),
+                fo.fem.Contact("box", "floor", "under", "up", adjust=1e-4),
+                fo.fem.Contact("box", "wall", "side", "face", adjust=1e-4),
             ],
-            supports=[fo.Support("floor", lambda x, y: y == -1), fo.Support("wall", "far")],
-            loads={"P": [fo.Pressure("box", "top", 1.0)]},
+            supports=[fo.fem.Support("floor", lambda x, y: y == -1), fo.fem.Support("wall", "far")],
+            loads={"P": [fo.fem.Pressure("box", "top", 1.0)]},
         )
     system = model.condense(progress=False)
     of_floor = system.contact == "under"
@@ -244,22 +246,22 @@ def sector(off, **cyclic):
         "far": lambda x: abs(x[2]) == 0.5,
     }
     bodies = {
-        name: fo.Body(
+        name: fo.fem.Body(
             MeshHex(points * [[1.0], [1.0], [side]], grid.t).with_boundaries(places), STEEL
         )
         for name, side in (("high", 1.0), ("low", -1.0))
     }
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("high", "low")],
+        contacts=[fo.fem.Contact("high", "low")],
         supports=[
-            fo.Cyclic("high", "from", "to", **cyclic),
-            fo.Cyclic("low", "from", "to", **cyclic),
-            fo.Support("low", "far"),
+            fo.fem.Cyclic("high", "from", "to", **cyclic),
+            fo.fem.Cyclic("low", "from", "to", **cyclic),
+            fo.fem.Support("low", "far"),
         ],
         loads={
-            "P": [fo.Pressure("high", "far", 1.0)],
-            "Q": [fo.Traction("high", "far", x=lambda x, y, z: -y, y=lambda x, y, z: x)],
+            "P": [fo.fem.Pressure("high", "far", 1.0)],
+            "Q": [fo.fem.Traction("high", "far", x=lambda x, y, z: -y, y=lambda x, y, z: x)],
         },
     )
 
@@ -280,7 +282,7 @@ def test_cuts_of_a_sector_close_within_the_tolerance():
         "sector, body 'low'",
     ]
     with pytest.raises(fo.ModelError, match="tolerance"):
-        fo.Cyclic("high", "from", "to", tolerance=-1.0)
+        fo.fem.Cyclic("high", "from", "to", tolerance=-1.0)
 
 
 def limit_of_ring(system):

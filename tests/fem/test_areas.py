@@ -34,7 +34,7 @@ def bricks(tmp_path):
         + node_set("TOP", up.on(2, 1))
         + node_set("BOT", low.on(2, -1))
     )
-    return fo.read_calculix(
+    return fo.readers.read_calculix(
         run(tmp_path, f"{up.deck()}{low.deck()}{sets}*BOUNDARY\nBOT, 1, 3\n")[0]
     )
 
@@ -73,9 +73,11 @@ def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_
     tmp_path, kind
 ):
     bodies = two_boxes(
-        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3), bulge=None
+        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.fem.Material(2.0, 0.3), bulge=None
     )
-    job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces("CU", "CL")
+    job = fo.readers.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces(
+        "CU", "CL"
+    )
     nodes = job.pairs("CU", "CL")[:, 1]
     push = job.force("CL", pressure=1.0)[job.unknowns[nodes]]
     assert job.areas(nodes) == pytest.approx(-push[:, 2], rel=1e-9)
@@ -88,11 +90,13 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
 
     A mesh of the package with the same elements has the same area.
     """
-    bodies = two_boxes(MeshTet, fo.Material(2.0, 0.3), bulge=arched)
-    job = fo.read_calculix(run(tmp_path, deck(bodies, "C3D10"))[0]).with_linear_faces("CU", "CL")
+    bodies = two_boxes(MeshTet, fo.fem.Material(2.0, 0.3), bulge=arched)
+    job = fo.readers.read_calculix(run(tmp_path, deck(bodies, "C3D10"))[0]).with_linear_faces(
+        "CU", "CL"
+    )
     nodes = job.pairs("CU", "CL")[:, 1]
-    model_system = fo.ContactModel(
-        bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
+    model_system = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", "far")], {"P": [fo.fem.Pressure("upper", "far")]}
     ).condense()
     place = [
         np.linalg.norm(model_system.points - point, axis=1).argmin() for point in job.points[nodes]

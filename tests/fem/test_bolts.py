@@ -13,7 +13,7 @@ import frictopt as fo
 from helpers.calculix import Block, displacements, equation, lines, node_set
 from helpers.multipliers import Assembled
 
-CORK = fo.Material(E=3.0, nu=0.0)
+CORK = fo.fem.Material(E=3.0, nu=0.0)
 HEIGHTS = np.array([0.0, 0.7, 1.5, 3.0])
 
 
@@ -47,15 +47,18 @@ def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=N
     base = kind.init_tensor(*levels, [-1.0, -0.3, 0.0]).with_boundaries(
         {"contact": lambda x: x[-1] == 0, "bottom": lambda x: x[-1] == -1}
     )
-    return fo.ContactModel(
-        bodies={"base": fo.Body(base, material, element), "bolt": fo.Body(bolt, material, element)},
-        supports=supports or [fo.Support("base", "bottom"), fo.Support("bolt", "top")],
+    return fo.fem.ContactModel(
+        bodies={
+            "base": fo.fem.Body(base, material, element),
+            "bolt": fo.fem.Body(bolt, material, element),
+        },
+        supports=supports or [fo.fem.Support("base", "bottom"), fo.fem.Support("bolt", "top")],
         loads=loads
         or {
-            "F": [fo.BoltPreload("bolt", "section", 10.0)],
-            "down": [fo.BodyForce("base", **{up: -0.5})],
+            "F": [fo.fem.BoltPreload("bolt", "section", 10.0)],
+            "down": [fo.fem.BodyForce("base", **{up: -0.5})],
         },
-        contacts=[fo.Contact("bolt", "base")],
+        contacts=[fo.fem.Contact("bolt", "base")],
         kinematics=kinematics,
     )
 
@@ -122,26 +125,28 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
     The reference has both halves of the bolt as separate bodies, and every tie as a row of a
     saddle-point system.
     """
-    material = fo.Material(E=2.0, nu=0.3)
+    material = fo.fem.Material(E=2.0, nu=0.3)
     d = kind().dim()
     up = "xyz"[kind().dim() - 1]
 
     def loads(body):
         parts = [
-            fo.Expansion(body, lambda *x: 0.1 * x[0] + x[-1]),
-            fo.BodyForce(body, x=0.3, **{up: 0.2}),
-            fo.Traction(body, "side", x=lambda *x: x[-1]),
+            fo.fem.Expansion(body, lambda *x: 0.1 * x[0] + x[-1]),
+            fo.fem.BodyForce(body, x=0.3, **{up: 0.2}),
+            fo.fem.Traction(body, "side", x=lambda *x: x[-1]),
         ]
-        return [*parts, fo.Centrifugal(body, 0.1)]
+        return [*parts, fo.fem.Centrifugal(body, 0.1)]
 
-    model = stands(kind, {"F": [fo.BoltPreload("bolt", "section", 4.0), *loads("bolt")]}, material)
+    model = stands(
+        kind, {"F": [fo.fem.BoltPreload("bolt", "section", 4.0), *loads("bolt")]}, material
+    )
     fields = glued(model, F=1.0)
     meshes = {
         "base": model.bodies["base"].mesh,
         "lower": bar(kind, 0, 3),
         "upper": bar(kind, 2, None),
     }
-    bodies = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}
+    bodies = {name: fo.fem.Body(mesh, material) for name, mesh in meshes.items()}
     whole = Assembled(bodies)
     # The last unknown is how far the faces come together.
     K = np.pad(whole.K, (0, 1))
@@ -193,18 +198,18 @@ def test_two_legs_of_one_bolt_have_a_section_each():
     foot = foot.with_boundaries(
         {"contact": lambda x: (x[1] == 0) & (abs(x[0] - 1.5) > 1), "bottom": lambda x: x[1] == -1}
     )
-    contacts = [fo.Contact("bolt", "foot", side, side) for side in ("left", "right")]
+    contacts = [fo.fem.Contact("bolt", "foot", side, side) for side in ("left", "right")]
     sides = {
         "left": lambda x: (x[1] == 0) & (x[0] < 1),
         "right": lambda x: (x[1] == 0) & (x[0] > 2),
     }
     bodies = {
-        "bolt": fo.Body(legs.with_boundaries(sides), CORK),
-        "foot": fo.Body(foot.with_boundaries(sides), CORK),
+        "bolt": fo.fem.Body(legs.with_boundaries(sides), CORK),
+        "foot": fo.fem.Body(foot.with_boundaries(sides), CORK),
     }
-    loads = {name: [fo.BoltPreload("bolt", name)] for name in "ab"}
-    model = fo.ContactModel(
-        bodies, [fo.Support("foot", "bottom"), fo.Support("bolt", "top")], loads, contacts
+    loads = {name: [fo.fem.BoltPreload("bolt", name)] for name in "ab"}
+    model = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("foot", "bottom"), fo.fem.Support("bolt", "top")], loads, contacts
     )
     system = model.condense()
     for name, here in (("a", "left"), ("b", "right")):
@@ -232,9 +237,9 @@ def condensed_with_bolt(
 ):
     """The system of the stand, condensed with a preload at `section` and at the sections `also`."""
     model = stands(kinematics=kinematics)
-    bodies = model.bodies if mesh is None else {**model.bodies, "bolt": fo.Body(mesh, CORK)}
-    loads = {"F": [fo.BoltPreload(body, name) for name in (section, *also)]}
-    return fo.ContactModel(
+    bodies = model.bodies if mesh is None else {**model.bodies, "bolt": fo.fem.Body(mesh, CORK)}
+    loads = {"F": [fo.fem.BoltPreload(body, name) for name in (section, *also)]}
+    return fo.fem.ContactModel(
         bodies, supports or model.supports, loads, contacts or model.contacts, kinematics
     ).condense()
 
@@ -258,13 +263,13 @@ BAD = {
         "also": ["again"],
     },
     "'bolt': its section at (0.0333333, 1.5) has nodes on a cut of a sector, in a contact, in another section, or held": {
-        "supports": [fo.Support("base", "bottom"), fo.Support("bolt", "side")]
+        "supports": [fo.fem.Support("base", "bottom"), fo.fem.Support("bolt", "side")]
     },
     "nothing holds the part around (0.0333333, 2.25) against the force along the axis": {
-        "supports": [fo.Support("base", "bottom")]
+        "supports": [fo.fem.Support("base", "bottom")]
     },
     "nothing holds the part around (0.0333333, 0.15) against the force": {
-        "supports": [fo.Support("base", "bottom", "x"), fo.Support("bolt", "top")]
+        "supports": [fo.fem.Support("base", "bottom", "x"), fo.fem.Support("bolt", "top")]
     },
     "section 'upright' is not normal to the axis": {
         "mesh": bar(kinematics="axisymmetric").with_boundaries(
@@ -288,7 +293,7 @@ def test_sections_that_are_none_are_refused(message):
 )
 def test_arguments_of_a_bolt(arguments, message):
     with pytest.raises(fo.ModelError, match=message):
-        fo.BoltPreload(*arguments)
+        fo.fem.BoltPreload(*arguments)
 
 
 @pytest.mark.ccx
@@ -327,15 +332,17 @@ def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
         {"cut": lambda x: x[2] == 1}, boundaries_only=False
     )
     bodies = {
-        name: fo.Body(meshes[name], fo.Material(block.E, block.nu))
+        name: fo.fem.Body(meshes[name], fo.fem.Material(block.E, block.nu))
         for name, block in (("base", base), ("bolt", bolt))
     }
     loads = {
-        "F": [fo.BoltPreload("bolt", "cut", 0.03)],
-        "push": [fo.Traction("bolt", "side", x=0.01)],
+        "F": [fo.fem.BoltPreload("bolt", "cut", 0.03)],
+        "push": [fo.fem.Traction("bolt", "side", x=0.01)],
     }
-    held = [fo.Support("base", "low"), fo.Support("bolt", "top")]
-    model = fo.ContactModel(bodies, held, loads, [fo.Contact("bolt", "base", "foot", "foot")])
+    held = [fo.fem.Support("base", "low"), fo.fem.Support("bolt", "top")]
+    model = fo.fem.ContactModel(
+        bodies, held, loads, [fo.fem.Contact("bolt", "base", "foot", "foot")]
+    )
     system = model.condense()
     assert system.bonded["F"][1].sum() == pytest.approx(-0.03, rel=1e-12)
     fields = model.recover({"F": 1.0, "push": 1.0}, np.zeros((system.nodes, 2)))

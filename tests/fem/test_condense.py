@@ -211,7 +211,7 @@ def test_triangles_have_a_uniform_dilatation_already():
     (np.nan, 0.3, "E: nan"),
 )
 def test_impossible_materials_are_refused(E, nu):
-    fo.Material(E=E, nu=nu)
+    fo.fem.Material(E=E, nu=nu)
 
 
 @pytest.mark.parametrize("stiff", [1e-6, 1e6])

@@ -12,16 +12,18 @@ FREE, LOADS = hung(), uniform_loads()
 
 
 def test_the_punch_keeps_its_free_motions_and_a_held_one_has_none():
-    free = fo.ContactModel(blocks(), FREE, LOADS).condense()
+    free = fo.fem.ContactModel(blocks(), FREE, LOADS).condense()
     rigid = np.linalg.eigvalsh(free.S) < 1e-12 * np.linalg.norm(free.S)
     assert rigid.sum() == 3
     assert np.abs(free.S @ np.r_[np.ones(4), np.zeros(4)]).max() < 1e-15
-    held = fo.ContactModel(
-        blocks(), supports=[*FREE, fo.Support("punch", "top", "xy")], loads={"tau": LOADS["tau"]}
+    held = fo.fem.ContactModel(
+        blocks(),
+        supports=[*FREE, fo.fem.Support("punch", "top", "xy")],
+        loads={"tau": LOADS["tau"]},
     ).condense()
     assert np.linalg.eigvalsh(held.S)[0] > 1e-3
-    guided = fo.ContactModel(
-        blocks(), supports=[*FREE, fo.Support("punch", "top", "x")], loads={"p": LOADS["p"]}
+    guided = fo.fem.ContactModel(
+        blocks(), supports=[*FREE, fo.fem.Support("punch", "top", "x")], loads={"p": LOADS["p"]}
     ).condense()
     # Up and down, and a turn about the guide.
     assert (np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)).sum() == 2
@@ -37,27 +39,29 @@ def moved(body, by, **boundaries):
     mesh = type(body.mesh)(body.mesh.p + np.array(by)[:, None], body.mesh.t).with_boundaries(
         body.mesh.boundaries
     )
-    return fo.Body(mesh.with_boundaries(boundaries) if boundaries else mesh)
+    return fo.fem.Body(mesh.with_boundaries(boundaries) if boundaries else mesh)
 
 
 def mirrored(body):
-    return fo.Body(
+    return fo.fem.Body(
         MeshQuad(body.mesh.p * [[1.0], [-1.0]], body.mesh.t).with_boundaries(body.mesh.boundaries)
     )
 
 
-CORNERED = fo.Body(PUNCH.mesh.with_boundaries({"two sides": lambda x: (x[1] == 0) | (x[1] == 1)}))
+CORNERED = fo.fem.Body(
+    PUNCH.mesh.with_boundaries({"two sides": lambda x: (x[1] == 0) | (x[1] == 1)})
+)
 PINCHED = MeshQuad.init_tensor(np.arange(4.0), np.arange(4.0)).remove_elements(np.array([0, 4]))
-PINCHED = fo.Body(PINCHED.with_boundaries({"outline": lambda x: x[0] > -1}))
-INNER = fo.Body(
+PINCHED = fo.fem.Body(PINCHED.with_boundaries({"outline": lambda x: x[0] > -1}))
+INNER = fo.fem.Body(
     PUNCH.mesh.with_boundaries({"contact": lambda x: np.isclose(x[1], 0.4)}, boundaries_only=False)
 )
-WALL = fo.Body(
+WALL = fo.fem.Body(
     MeshQuad.init_tensor([-3.0, -1.0], [0.0, 0.4, 1.0]).with_boundaries(
         {"wall": lambda x: x[0] == -1.0}
     )
 )
-FLOOR = fo.Body(
+FLOOR = fo.fem.Body(
     MeshQuad.init_tensor([-1.0, 1.0], [2.0, 3.0]).with_boundaries({"under": lambda x: x[1] == 2.0})
 )
 BAD_MODELS = {
@@ -75,39 +79,45 @@ BAD_MODELS = {
     },
     "boundary 'two sides' is in several pieces, one at": {
         "bodies": {**BOTH, "punch": CORNERED},
-        "contacts": [fo.Contact("punch", "block", "two sides")],
+        "contacts": [fo.fem.Contact("punch", "block", "two sides")],
     },
     "boundary 'outline' touches itself at (1, 1)": {
         "bodies": {**BOTH, "punch": PINCHED},
-        "contacts": [fo.Contact("punch", "block", "outline")],
+        "contacts": [fo.fem.Contact("punch", "block", "outline")],
     },
     "contact 'contact', body 'punch': boundary 'joint' is unknown; this mesh names": {
-        "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
+        "contacts": [fo.fem.Contact("punch", "block", "joint", name="contact")]
     },
     "; name it in the mesh, or with mesh.with_boundaries": {
-        "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
+        "contacts": [fo.fem.Contact("punch", "block", "joint", name="contact")]
     },
-    "contacts: body: 'bolt'; give 'punch' or 'block'": {"contacts": [fo.Contact("bolt", "block")]},
+    "contacts: body: 'bolt'; give 'punch' or 'block'": {
+        "contacts": [fo.fem.Contact("bolt", "block")]
+    },
     "contact 'contact', at (-1, 0): gap -1; give gaps >= 0": {
-        "contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]
+        "contacts": [fo.fem.Contact("punch", "block", gap=lambda x, y: x)]
     },
     "contact 'contact': gap: the function raised": {
-        "contacts": [fo.Contact("punch", "block", gap=lambda x: x)]
+        "contacts": [fo.fem.Contact("punch", "block", gap=lambda x: x)]
     },
     "facets inside the body": {"bodies": {**BOTH, "punch": INNER}},
-    "contacts: two contacts are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
+    "contacts: two contacts are called 'contact'": {
+        "contacts": [fo.fem.Contact("punch", "block")] * 2
+    },
     "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
     "bodies['punch']: a MeshQuad1; give a Body": {"bodies": {**BOTH, "punch": PUNCH.mesh}},
-    "supports: body: 'bolt'; give 'punch' or 'block'": {"supports": [fo.Support("bolt", "top")]},
-    "no node at (0.0, 5.0)": {"supports": [fo.Support("block", (0.0, 5.0))]},
+    "supports: body: 'bolt'; give 'punch' or 'block'": {
+        "supports": [fo.fem.Support("bolt", "top")]
+    },
+    "no node at (0.0, 5.0)": {"supports": [fo.fem.Support("block", (0.0, 5.0))]},
     "loads['p']: body: 'bolt'; give 'punch' or 'block'": {
-        "loads": {"p": [fo.Traction("bolt", "top", y=1.0)]}
+        "loads": {"p": [fo.fem.Traction("bolt", "top", y=1.0)]}
     },
     "loads['p']: boundary 'roof' is unknown": {
-        "loads": {"p": [fo.Traction("punch", "roof", y=1.0)]}
+        "loads": {"p": [fo.fem.Traction("punch", "roof", y=1.0)]}
     },
     "loads['fit']: contact: 'bore'; give 'contact'": {
-        "loads": {"fit": [fo.Interference("bore", 0.1)]}
+        "loads": {"fit": [fo.fem.Interference("bore", 0.1)]}
     },
     "loads['p']: no load; give at least one": {"loads": {"p": []}},
 }
@@ -116,12 +126,12 @@ BAD_MODELS = {
 @pytest.mark.parametrize("message", BAD_MODELS)
 def test_bad_models_are_refused(message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
-        fo.ContactModel(**{**GOOD, **BAD_MODELS[message]})
+        fo.fem.ContactModel(**{**GOOD, **BAD_MODELS[message]})
 
 
 def test_a_model_shows_the_units_of_its_bodies():
-    soft = fo.Body(BLOCK.mesh, fo.Material(E=70e9, nu=0.25))
-    model = fo.ContactModel({"punch": PUNCH, "block": soft}, FREE, LOADS)
+    soft = fo.fem.Body(BLOCK.mesh, fo.fem.Material(E=70e9, nu=0.25))
+    model = fo.fem.ContactModel({"punch": PUNCH, "block": soft}, FREE, LOADS)
     told = f"'block': 'E=7e+10, nu=0.25, 2 x 1, {soft.mesh.p.shape[1]} nodes'"
     assert f"'punch': 'E={PUNCH.material.E:g}, nu={PUNCH.material.nu:g}, 2 x 1, 12 nodes'" in repr(
         model
@@ -136,14 +146,20 @@ UNHELD = {
         "supports": FREE[:1]
     },
     "can still move along x and y and turn; add": {"supports": []},
-    "can still move along x; add": {"supports": [fo.Support("block", "bottom", "y")]},
-    "can still move along y and turn; add": {"supports": [fo.Support("block", (-0.5, -1.0), "x")]},
+    "can still move along x; add": {"supports": [fo.fem.Support("block", "bottom", "y")]},
+    "can still move along y and turn; add": {
+        "supports": [fo.fem.Support("block", (-0.5, -1.0), "x")]
+    },
     "the body at (-1, 2), with all that contacts glue to it, can still move along x and y and turn": {
         "bodies": {**BOTH, "floor": FLOOR},
-        "contacts": [fo.Contact("punch", "block")],
+        "contacts": [fo.fem.Contact("punch", "block")],
     },
     "pairs: the relative motion of pair 0, of node 0 of body 1, follows from other pairs or from supports": {
-        "supports": [*FREE, fo.Support("punch", "left", "y"), fo.Support("block", "left", "y")]
+        "supports": [
+            *FREE,
+            fo.fem.Support("punch", "left", "y"),
+            fo.fem.Support("block", "left", "y"),
+        ]
     },
 }
 
@@ -151,25 +167,27 @@ UNHELD = {
 @pytest.mark.parametrize("message", UNHELD)
 def test_bodies_that_are_not_held_or_held_on_the_contact_are_refused(message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
-        fo.ContactModel(**{**GOOD, **UNHELD[message]}).condense()
+        fo.fem.ContactModel(**{**GOOD, **UNHELD[message]}).condense()
 
 
 def test_bad_parts_are_refused():
     apart = MeshQuad.init_tensor([0.0, 1.0, 2.0, 3.0], [0.0, 1.0]).remove_elements(np.array([1]))
     hinge = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]).remove_elements(np.array([1, 2]))
     for make, message in {
-        lambda: fo.Body(apart): "2 parts that share no edge",
-        lambda: fo.Body(hinge): "2 parts that share no edge",
-        lambda: fo.Body(
+        lambda: fo.fem.Body(apart): "2 parts that share no edge",
+        lambda: fo.fem.Body(hinge): "2 parts that share no edge",
+        lambda: fo.fem.Body(
             MeshLine()
         ): "mesh: a MeshLine1; give one of scikit-fem with elements of one shape, linear or quadratic: MeshTri1, MeshQ",
-        lambda: fo.Body(
+        lambda: fo.fem.Body(
             MeshTri2(), element="mean_dilatation"
         ): "element: 'mean_dilatation', but the mesh is a MeshTri2 with quadratic elements",
-        lambda: fo.Body(MeshQuad(), element="cubic"): "element: 'cubic'",
-        lambda: fo.Support("punch", "top", "yx"): "directions: 'yx'",
-        lambda: fo.Contact("punch", "punch"): "a face cannot touch itself",
-        lambda: fo.Contact("punch", "block", gap=0.1): "gap: 0.1; give 'measured' or a function",
+        lambda: fo.fem.Body(MeshQuad(), element="cubic"): "element: 'cubic'",
+        lambda: fo.fem.Support("punch", "top", "yx"): "directions: 'yx'",
+        lambda: fo.fem.Contact("punch", "punch"): "a face cannot touch itself",
+        lambda: fo.fem.Contact(
+            "punch", "block", gap=0.1
+        ): "gap: 0.1; give 'measured' or a function",
     }.items():
         with pytest.raises(fo.ModelError, match=message):
             make()
@@ -186,16 +204,16 @@ def test_bad_elements_are_refused():
         points = square.p.copy()
         points[:, 0] = place
         with pytest.raises(fo.ModelError, match=message):
-            fo.Body(MeshQuad(points, square.t, sort_t=False))
+            fo.fem.Body(MeshQuad(points, square.t, sort_t=False))
     with pytest.raises(fo.ModelError, match="not convex or have no volume"):
-        fo.Body(MeshHex(MeshHex().p * [[1.0], [1.0], [0.0]], MeshHex().t))
+        fo.fem.Body(MeshHex(MeshHex().p * [[1.0], [1.0], [0.0]], MeshHex().t))
     # At a straight corner the map from the square is singular.
     straight = np.array([[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     for order in ([0, 1, 2, 3], [3, 2, 1, 0]):
         with pytest.raises(
             fo.ModelError, match="mesh: elements that are not convex or have no area: 1,"
         ):
-            fo.Body(MeshQuad(straight, np.array(order)[:, None]))
+            fo.fem.Body(MeshQuad(straight, np.array(order)[:, None]))
 
 
 def test_a_punch_in_a_socket_is_accepted():
@@ -212,10 +230,10 @@ def test_a_punch_in_a_socket_is_accepted():
     walls = walls.with_boundaries(
         {"contact": lambda x: (x[1] == 0.0) & (np.abs(x[0]) < 1), "bottom": lambda x: x[1] == -1.0}
     )
-    load = {"p": [fo.Traction("punch", "top", y=-1.0)]}
-    system = fo.ContactModel(
-        {"punch": punch, "block": fo.Body(walls)},
-        supports=[fo.Support("block", "bottom")],
+    load = {"p": [fo.fem.Traction("punch", "top", y=-1.0)]}
+    system = fo.fem.ContactModel(
+        {"punch": punch, "block": fo.fem.Body(walls)},
+        supports=[fo.fem.Support("block", "bottom")],
         loads=load,
     ).condense()
     assert system.reaction({"p": 1.0})[1].sum() == pytest.approx(2.0, rel=1e-12)
@@ -225,12 +243,12 @@ def test_a_punch_in_a_socket_is_accepted():
 def test_bodies_of_very_different_stiffness(contrast):
     """Bodies of very different stiffness agree with their equations with multipliers."""
     punch = blocks()["punch"]
-    block = fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))
-    held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
-    model = fo.ContactModel(
+    block = fo.fem.Body(blocks()["block"].mesh, fo.fem.Material(E=contrast))
+    held = [fo.fem.Support("block", "bottom"), fo.fem.Support("punch", "top")]
+    model = fo.fem.ContactModel(
         {"punch": punch, "block": block},
         supports=held,
-        loads={"tau": [fo.Traction("block", "left", x=1.0)]},
+        loads={"tau": [fo.fem.Traction("block", "left", x=1.0)]},
     )
     found = model.condense().S
     S = glued_pairs(model, ("punch", 1, 1.0), ("block", 1, -1.0))
@@ -241,17 +259,17 @@ def test_bodies_of_very_different_stiffness(contrast):
 def test_a_stiff_body_1_on_a_soft_one_is_refused_and_the_reverse_is_exact(contrast):
     bodies = {
         "punch": blocks()["punch"],
-        "block": fo.Body(blocks()["block"].mesh, fo.Material(E=contrast)),
+        "block": fo.fem.Body(blocks()["block"].mesh, fo.fem.Material(E=contrast)),
     }
-    held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
-    load = {"tau": [fo.Traction("block", "left", x=1.0)]}
+    held = [fo.fem.Support("block", "bottom"), fo.fem.Support("punch", "top")]
+    load = {"tau": [fo.fem.Traction("block", "left", x=1.0)]}
     soft, stiff = ("punch", "block") if contrast > 1 else ("block", "punch")
     with pytest.raises(fo.ModelError, match=r"bodies 1 are so much stiffer.*exchange the bodies"):
-        fo.ContactModel(bodies, held, load, [fo.Contact(stiff, soft)]).condense()
-    S = fo.ContactModel(bodies, held, load, [fo.Contact(soft, stiff)]).condense().S
-    rigid = fo.Body(bodies[stiff].mesh, fo.Material(E=1e3 * bodies[stiff].material.E))
+        fo.fem.ContactModel(bodies, held, load, [fo.fem.Contact(stiff, soft)]).condense()
+    S = fo.fem.ContactModel(bodies, held, load, [fo.fem.Contact(soft, stiff)]).condense().S
+    rigid = fo.fem.Body(bodies[stiff].mesh, fo.fem.Material(E=1e3 * bodies[stiff].material.E))
     limit = (
-        fo.ContactModel({**bodies, stiff: rigid}, held, load, [fo.Contact(soft, stiff)])
+        fo.fem.ContactModel({**bodies, stiff: rigid}, held, load, [fo.fem.Contact(soft, stiff)])
         .condense()
         .S
     )
@@ -263,7 +281,7 @@ def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
     def pair(name, E, x):
         meshes = {side: blocks()[side].mesh for side in ("punch", "block")}
         return {
-            f"{name} {side}": fo.Body(mesh.translated([x, 0.0]), fo.Material(E))
+            f"{name} {side}": fo.fem.Body(mesh.translated([x, 0.0]), fo.fem.Material(E))
             for side, mesh in meshes.items()
         }
 
@@ -271,13 +289,13 @@ def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
     supports, contacts = [
         [make(name) for name in ("soft", "stiff")]
         for make in (
-            lambda n: fo.Support(f"{n} block", "bottom"),
-            lambda n: fo.Contact(f"{n} punch", f"{n} block", name=n),
+            lambda n: fo.fem.Support(f"{n} block", "bottom"),
+            lambda n: fo.fem.Contact(f"{n} punch", f"{n} block", name=n),
         )
     ]
-    loads = {"P": [fo.Traction("soft punch", "top", x=0.3, y=-1.0)]}
-    alone = fo.ContactModel(soft, supports[:1], loads, contacts[:1]).condense()
-    both = fo.ContactModel(
+    loads = {"P": [fo.fem.Traction("soft punch", "top", x=0.3, y=-1.0)]}
+    alone = fo.fem.ContactModel(soft, supports[:1], loads, contacts[:1]).condense()
+    both = fo.fem.ContactModel(
         {**soft, **pair("stiff", ratio, 10.0)}, supports, loads, contacts
     ).condense()
     n = alone.nodes
@@ -296,15 +314,15 @@ def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
     def fit(gap):
         shaft = ring([0.5, 1.0 - gap], elements[0], "bore", "seat")
         hub = ring([1.0, 2.0], elements[1], "seat", "rim")
-        loads = {"P": [fo.Pressure("hub", "rim", 1.0)]}
+        loads = {"P": [fo.fem.Pressure("hub", "rim", 1.0)]}
         contact = (
-            [fo.Contact("shaft", "hub", "seat", "seat")],
-            [fo.Contact("hub", "shaft", "seat", "seat")],
+            [fo.fem.Contact("shaft", "hub", "seat", "seat")],
+            [fo.fem.Contact("hub", "shaft", "seat", "seat")],
         )
         return [
-            fo.ContactModel(
-                {"shaft": fo.Body(shaft), "hub": fo.Body(hub)},
-                [fo.Support("shaft", "bore")],
+            fo.fem.ContactModel(
+                {"shaft": fo.fem.Body(shaft), "hub": fo.fem.Body(hub)},
+                [fo.fem.Support("shaft", "bore")],
                 loads,
                 c,
             )
@@ -326,16 +344,16 @@ def test_the_coordinate_of_two_contacts_on_a_line_has_the_gap_between_them(angle
         mesh = MeshQuad.init_tensor(np.array(x), np.array(y)).with_boundaries(
             {"face": lambda x: x[1] == 0, "far": lambda x: np.abs(x[1]) == 1}
         )
-        return fo.Body(MeshQuad(turn @ mesh.p, mesh.t, mesh.boundaries))
+        return fo.fem.Body(MeshQuad(turn @ mesh.p, mesh.t, mesh.boundaries))
 
-    system = fo.ContactModel(
+    system = fo.fem.ContactModel(
         {
             "base": block(np.arange(11.0), [-1.0, 0.0]),
             "left": block([1.0, 2.0, 3.0], [0.0, 1.0]),
             "right": block([7.0, 7.5, 8.0], [0.0, 1.0]),
         },
-        [fo.Support("base", "far")],
-        {"P": [fo.Pressure("left", "far"), fo.Pressure("right", "far")]},
-        [fo.Contact(name, "base", "face", "face", name=name) for name in ("left", "right")],
+        [fo.fem.Support("base", "far")],
+        {"P": [fo.fem.Pressure("left", "far"), fo.fem.Pressure("right", "far")]},
+        [fo.fem.Contact(name, "base", "face", "face", name=name) for name in ("left", "right")],
     ).condense()
     assert system.x == pytest.approx([1.0, 2.0, 3.0, 7.0, 7.5, 8.0], abs=1e-9)

@@ -65,8 +65,10 @@ def shims(kind, plate=4, element=None, up=3, contacts=None, **more):
     meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
         name: box(kind, *sizes, plate) for name, sizes in PLATES.items()
     }
-    bodies = {name: fo.Body(mesh, fo.Material(2.0, 0.3), element) for name, mesh in meshes.items()}
-    supports = [fo.Support("below", f"{axis}0", axis) for axis in "yxz"[: kind().dim()]]
+    bodies = {
+        name: fo.fem.Body(mesh, fo.fem.Material(2.0, 0.3), element) for name, mesh in meshes.items()
+    }
+    supports = [fo.fem.Support("below", f"{axis}0", axis) for axis in "yxz"[: kind().dim()]]
     squeeze = [
         (body, side, sign)
         for body in bodies
@@ -74,11 +76,11 @@ def shims(kind, plate=4, element=None, up=3, contacts=None, **more):
         if side in outer(body)
     ]
     loads = {
-        "P": [fo.Traction("above", "y1", y=-1.0)],
-        "S": [fo.Traction(body, side, x=sign) for body, side, sign in squeeze],
+        "P": [fo.fem.Traction("above", "y1", y=-1.0)],
+        "S": [fo.fem.Traction(body, side, x=sign) for body, side, sign in squeeze],
     }
-    joints = contacts or [fo.Contact(*joint, name=f"{joint[0]} {joint[1]}") for joint in JOINTS]
-    return fo.ContactModel(bodies, supports, {**loads, **more}, joints)
+    joints = contacts or [fo.fem.Contact(*joint, name=f"{joint[0]} {joint[1]}") for joint in JOINTS]
+    return fo.fem.ContactModel(bodies, supports, {**loads, **more}, joints)
 
 
 def outer(body):
@@ -123,7 +125,7 @@ def test_shims_side_by_side_against_multipliers(kind, up):
     The pairs are set by hand: all pairs of the level faces, and of the upright face the pairs
     within it, which take half of the width of a corner beside them.
     """
-    force = fo.BodyForce("above", 0.5, -3.0)
+    force = fo.fem.BodyForce("above", 0.5, -3.0)
     model = shims(kind, up=up, W=[force])
     d = 3 if kind in (MeshHex, MeshTet) else 2
     system = model.condense()
@@ -174,7 +176,7 @@ def widths(body, point, h):
     if len(point) == 2:
         share = [h if i == 0 else h / 2 for i in range(len(places))]
     else:
-        pulled = fo.Traction("left", "x1", x=1.0)._forces(body, "space")[0]
+        pulled = fo.fem.Traction("left", "x1", x=1.0)._forces(body, "space")[0]
         share = [pulled[np.linalg.norm(body.mesh.p.T - place, axis=1).argmin()] for place in places]
     return {tuple(place): width for place, width in zip(places, share, strict=True)}
 
@@ -187,7 +189,7 @@ def test_the_first_contact_of_the_list_has_the_corner():
     """
     order = [JOINTS[i] for i in (4, 0, 1, 2, 3)]
     model = shims(
-        MeshQuad, contacts=[fo.Contact(*joint, name=" ".join(joint[:2])) for joint in order]
+        MeshQuad, contacts=[fo.fem.Contact(*joint, name=" ".join(joint[:2])) for joint in order]
     )
     counts = (
         "{'left right': 4, 'left below': 3, 'right below': 2, 'left above': 3, 'right above': 2}"
@@ -231,11 +233,11 @@ def test_a_face_with_two_names_is_one_face(kind, floor, arch):
             )
             for mesh in meshes
         ]
-        contacts = [fo.Contact("block", "floor", name, "y1") for name in faces]
-        loads = {"P": [fo.Traction("block", "y1", x=0.3, y=-1.0)]}
-        bodies = dict(zip(("block", "floor"), map(fo.Body, bent), strict=True))
+        contacts = [fo.fem.Contact("block", "floor", name, "y1") for name in faces]
+        loads = {"P": [fo.fem.Traction("block", "y1", x=0.3, y=-1.0)]}
+        bodies = dict(zip(("block", "floor"), map(fo.fem.Body, bent), strict=True))
         systems.append(
-            fo.ContactModel(bodies, [fo.Support("floor", "y0")], loads, contacts).condense()
+            fo.fem.ContactModel(bodies, [fo.fem.Support("floor", "y0")], loads, contacts).condense()
         )
     one, two = systems
     order = [np.linalg.norm(two.points - point, axis=1).argmin() for point in one.points]
@@ -251,18 +253,24 @@ def test_a_face_with_two_names_is_one_face(kind, floor, arch):
 def corner_block():
     """A block that stands on a floor and leans on a wall, two bodies that meet in a point."""
     bodies = {
-        "block": fo.Body(box(MeshQuad, 0, 1, 0, 1, 2, 2)),
-        "floor": fo.Body(box(MeshQuad, 0, 1, -1, 0, 2, 2)),
-        "wall": fo.Body(box(MeshQuad, -1, 0, 0, 1, 2, 2)),
+        "block": fo.fem.Body(box(MeshQuad, 0, 1, 0, 1, 2, 2)),
+        "floor": fo.fem.Body(box(MeshQuad, 0, 1, -1, 0, 2, 2)),
+        "wall": fo.fem.Body(box(MeshQuad, -1, 0, 0, 1, 2, 2)),
     }
-    contacts = [fo.Contact("block", "floor", "y0", "y1"), fo.Contact("block", "wall", "x0", "x1")]
-    supports = [fo.Support("floor", "y0"), fo.Support("wall", "x0")]
-    loads = {"P": [fo.Traction("block", "y1", y=-1.0)], "Q": [fo.Traction("block", "x1", x=-1.0)]}
+    contacts = [
+        fo.fem.Contact("block", "floor", "y0", "y1"),
+        fo.fem.Contact("block", "wall", "x0", "x1"),
+    ]
+    supports = [fo.fem.Support("floor", "y0"), fo.fem.Support("wall", "x0")]
+    loads = {
+        "P": [fo.fem.Traction("block", "y1", y=-1.0)],
+        "Q": [fo.fem.Traction("block", "x1", x=-1.0)],
+    }
     return bodies, supports, loads, contacts
 
 
 def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
-    model = fo.ContactModel(*corner_block())
+    model = fo.fem.ContactModel(*corner_block())
     system = model.condense()
     assert system.nodes == 6 and (np.linalg.norm(system.points, axis=1) < 1e-9).sum() == 2
     frames = system.frames
@@ -291,11 +299,11 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
     give the same result.
     """
     upper, lower = box(MeshQuad, 0, 1, 0, 1, 2, 2), box(MeshQuad, 0, 1, -1, 0, 2, 2)
-    model = fo.ContactModel(
-        {"upper": fo.Body(upper), "lower": fo.Body(lower)},
-        [fo.Support("lower", "y0"), fo.Support("upper", "x0", "x")],
-        {"P": [fo.Traction("upper", "y1", y=-1.0)]},
-        [fo.Contact("upper", "lower", "y0", "y1")],
+    model = fo.fem.ContactModel(
+        {"upper": fo.fem.Body(upper), "lower": fo.fem.Body(lower)},
+        [fo.fem.Support("lower", "y0"), fo.fem.Support("upper", "x0", "x")],
+        {"P": [fo.fem.Traction("upper", "y1", y=-1.0)]},
+        [fo.fem.Contact("upper", "lower", "y0", "y1")],
     )
     S = glued_pairs(model, ("upper", 0, 0, 0), ("lower", 1, -1))
     assert np.allclose(model.condense().S, S, rtol=0, atol=1e-9 * np.abs(S).max())
@@ -309,11 +317,11 @@ def test_a_plate_that_is_moved_takes_the_shims_along():
     """
     bodies, _, _, contacts = corner_block()
     move = [
-        fo.Displacement(body, side, x=0.25, y=-0.5)
+        fo.fem.Displacement(body, side, x=0.25, y=-0.5)
         for body, side in (("floor", "y0"), ("wall", "x0"))
     ]
-    model = fo.ContactModel(
-        bodies, [fo.Support("floor", "y0"), fo.Support("wall", "x0")], {"U": move}, contacts
+    model = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("floor", "y0"), fo.fem.Support("wall", "x0")], {"U": move}, contacts
     )
     assert np.abs(model.condense().reaction({"U": 1.0})).max() < 1e-12
     fields = model.recover({"U": 1.0}, np.zeros(6))
@@ -345,15 +353,15 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
     }
     parts = {"block": block, "seat": ~block}
     bodies = {
-        name: fo.Body(whole.restrict(np.flatnonzero(part)).with_boundaries(sides))
+        name: fo.fem.Body(whole.restrict(np.flatnonzero(part)).with_boundaries(sides))
         for name, part in parts.items()
     }
     pairs = [("seat", "block") if i in exchanged else ("block", "seat") for i in range(2)]
-    contacts = [fo.Contact(*pairs[i], *2 * [("wall", "floor")[i]]) for i in order]
-    model = fo.ContactModel(
+    contacts = [fo.fem.Contact(*pairs[i], *2 * [("wall", "floor")[i]]) for i in order]
+    model = fo.fem.ContactModel(
         bodies,
-        [fo.Support("block", "end")],
-        {"P": [fo.Traction("seat", "top", x=1.0, y=-2.0)]},
+        [fo.fem.Support("block", "end")],
+        {"P": [fo.fem.Traction("seat", "top", x=1.0, y=-2.0)]},
         contacts,
     )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
@@ -364,7 +372,7 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
         whole, element, facets=whole.facets_satisfying(sides["top"], boundaries_only=True)
     )
     F = LinearForm(lambda v, w: v[0] - 2 * v[1]).assemble(loaded)
-    K = linear_elasticity(*fo.Material().lame).assemble(basis)
+    K = linear_elasticity(*fo.fem.Material().lame).assemble(basis)
     u = solve(*condense(K, F, D=basis.nodal_dofs[:, nodes_at(whole, held)].ravel()))
     for name, body in bodies.items():
         found = u[basis.nodal_dofs[:, nodes_at(whole, body.mesh.p)]]
@@ -399,11 +407,14 @@ def cracked(kind, material, off=0.0, **traction):
     mesh = mesh.with_boundaries(
         {"above": outline[lips & above], "below": outline[lips & ~above], **ends}
     )
-    loads = {"P": [fo.Traction("plate", "y1", **traction)]}
-    contact = fo.Contact("plate", "plate", "above", "below")
+    loads = {"P": [fo.fem.Traction("plate", "y1", **traction)]}
+    contact = fo.fem.Contact("plate", "plate", "above", "below")
     return (
-        fo.ContactModel(
-            {"plate": fo.Body(mesh, material)}, [fo.Support("plate", "y0")], loads, [contact]
+        fo.fem.ContactModel(
+            {"plate": fo.fem.Body(mesh, material)},
+            [fo.fem.Support("plate", "y0")],
+            loads,
+            [contact],
         ),
         copies[lower],
         lower,
@@ -417,7 +428,7 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
     The last nodes of both lips are one node and no pair; multipliers hold the other nodes in the
     same way.
     """
-    model, upper, lower = cracked(kind, fo.Material(), x=0.2, y=-1.0)
+    model, upper, lower = cracked(kind, fo.fem.Material(), x=0.2, y=-1.0)
     system = model.condense()
     mesh = model.bodies["plate"].mesh
     n = len(lower)
@@ -430,7 +441,7 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
         pair = np.abs(mesh.p[:, upper].T - point).max(axis=1).argmin()
         for axis, (nodes, sign) in product(range(mesh.dim()), ((upper, 1), (lower, -1))):
             G[i::n, basis.nodal_dofs[axis, nodes[pair]]] = sign * system.frames[i, :, axis]
-    K = linear_elasticity(*fo.Material().lame).assemble(basis).toarray()
+    K = linear_elasticity(*fo.fem.Material().lame).assemble(basis).toarray()
     held = basis.get_dofs("y0").all()
     S, r = by_multipliers(K, F[:, None], G, held)
     q, p = system.bonded["P"]
@@ -444,7 +455,7 @@ def test_pictures_show_a_crack_to_its_tip(kind):
 
     They show all facets of its upper lip. The tip moves with the body and does not slip.
     """
-    model, _, lower = cracked(kind, fo.Material(), y=-1.0)
+    model, _, lower = cracked(kind, fo.fem.Material(), y=-1.0)
     mesh, n = model.bodies["plate"].mesh, len(lower)
     fields = model.recover({"P": 1.0}, np.full((n, 2) if mesh.dim() == 3 else n, 0.1))
     face = contact_face(model, fields, {"work": np.ones(n)})
@@ -469,7 +480,7 @@ def test_pictures_show_a_crack_to_its_tip(kind):
 @pytest.mark.parametrize("off", [1e-7, 1e-4, 0.1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_uniform_pressure_passes_through_a_crack_the_lips_of_which_do_not_match(kind, off):
-    model, upper, _ = cracked(kind, fo.Material(nu=0.0), off, y=-1.0)
+    model, upper, _ = cracked(kind, fo.fem.Material(nu=0.0), off, y=-1.0)
     system = model.condense()
     assert system.nodes == len(upper)
     assert np.allclose(system.bonded["P"][1], system.width, rtol=1e-10)

@@ -24,14 +24,14 @@ def bodies_in(d, seed=None):
     x = [np.array([0.0, 0.4, 1.0])] * (d - 1)
     upper = box(kinds[0], *x, [0.0, 0.5, 1.0])
     lower = box(kinds[1], *x, [-1.0, -0.5, 0.0])
-    materials = fo.Material(2.0, 0.3), fo.Material(0.7, 0.2)
-    return {"upper": fo.Body(upper, materials[0]), "lower": fo.Body(lower, materials[1])}
+    materials = fo.fem.Material(2.0, 0.3), fo.fem.Material(0.7, 0.2)
+    return {"upper": fo.fem.Body(upper, materials[0]), "lower": fo.fem.Body(lower, materials[1])}
 
 
 def model(bodies, supports=(), loads=None):
     up = "xyz"[bodies["upper"].mesh.dim() - 1]
-    loads = loads or {"P": [fo.Traction("upper", f"{up}+", **{up: -1.0})]}
-    return fo.ContactModel(bodies, [fo.Support("lower", f"{up}-"), *supports], loads)
+    loads = loads or {"P": [fo.fem.Traction("upper", f"{up}+", **{up: -1.0})]}
+    return fo.fem.ContactModel(bodies, [fo.fem.Support("lower", f"{up}-"), *supports], loads)
 
 
 def motions(points, about):
@@ -100,7 +100,7 @@ def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load)
 
 
 @pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("kind", [fo.RigidCoupling, fo.DistributingCoupling, None])
+@pytest.mark.parametrize("kind", [fo.fem.RigidCoupling, fo.fem.DistributingCoupling, None])
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
     """Couplings agree with a point whose constraints have multipliers.
@@ -139,7 +139,7 @@ def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
     if not load.any():
         load[-1], is_zero[-1], names[1] = 1.0, False, names[1][:-1]
     moment = float(load[-1]) if d == 2 else tuple(map(float, load[3:]))
-    remote = fo.RemoteForce(
+    remote = fo.fem.RemoteForce(
         "upper",
         where,
         **dict(zip("xyz", load[:d], strict=False)),
@@ -149,7 +149,7 @@ def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
     supports = [] if kind is None else [kind("upper", where, *names, tuple(map(float, about)))]
     system = model(bodies, supports, {"L": [remote]}).condense()
     S, reactions, work = by_multipliers(
-        system, bodies, chosen, weights, about, kind is fo.RigidCoupling, is_zero, load
+        system, bodies, chosen, weights, about, kind is fo.fem.RigidCoupling, is_zero, load
     )
     assert np.allclose(system.S, S, rtol=0, atol=1e-8 * abs(S).max())
     q, p = system.bonded["L"]
@@ -164,15 +164,16 @@ def test_a_rigid_side_that_is_held_is_a_support(kind, quadratic):
     d = 2 if kind in (MeshQuad, MeshTri) else 3
     up = "xyz"[d - 1]
     meshes = two_blocks((kind, kind), (2, 2), (2, 2)) if d == 3 else None
-    bodies = bodies_in(2) if meshes is None else {n: fo.Body(m) for n, m in meshes.items()}
+    bodies = bodies_in(2) if meshes is None else {n: fo.fem.Body(m) for n, m in meshes.items()}
     if quadratic:
         bodies = {
-            name: fo.Body(body.mesh, body.material, "quadratic") for name, body in bodies.items()
+            name: fo.fem.Body(body.mesh, body.material, "quadratic")
+            for name, body in bodies.items()
         }
-    loads = {"P": [fo.Pressure("lower", "x-", 1.0)]}
-    held = fo.RigidCoupling("upper", f"{up}+", "xyz"[:d], ROTATIONS[d])
+    loads = {"P": [fo.fem.Pressure("lower", "x-", 1.0)]}
+    held = fo.fem.RigidCoupling("upper", f"{up}+", "xyz"[:d], ROTATIONS[d])
     mine = model(bodies, [held], loads).condense()
-    right = model(bodies, [fo.Support("upper", f"{up}+")], loads).condense()
+    right = model(bodies, [fo.fem.Support("upper", f"{up}+")], loads).condense()
     assert np.allclose(mine.S, right.S, rtol=0, atol=1e-9 * abs(right.S).max())
     for one, other in zip(mine.bonded["P"], right.bonded["P"], strict=True):
         assert np.allclose(one, other, atol=1e-9)
@@ -180,8 +181,8 @@ def test_a_rigid_side_that_is_held_is_a_support(kind, quadratic):
 
 def test_nodes_of_a_rigid_coupling_move_as_one():
     bodies = bodies_in(3)
-    loads = {"L": [fo.RemoteForce("upper", "z+", x=1.0, moment=(0.3, 0.0, 2.0))]}
-    whole = model(bodies, [fo.RigidCoupling("upper", "z+")], loads)
+    loads = {"L": [fo.fem.RemoteForce("upper", "z+", x=1.0, moment=(0.3, 0.0, 2.0))]}
+    whole = model(bodies, [fo.fem.RigidCoupling("upper", "z+")], loads)
     n = whole.condense().nodes
     fields = whole.recover({"L": 1.0}, np.zeros((n, 2)), np.zeros(n))
     top = bodies["upper"].mesh.p[2] == 1.0
@@ -200,13 +201,13 @@ def test_the_frame_does_not_matter():
     point = np.ones(3) * 2
     answers = []
     for Q in (np.eye(3), turn):
-        moved = {n: fo.Body(turned(b.mesh, Q), b.material) for n, b in bodies.items()}
-        load = fo.RemoteForce(
+        moved = {n: fo.fem.Body(turned(b.mesh, Q), b.material) for n, b in bodies.items()}
+        load = fo.fem.RemoteForce(
             "upper", "z+", *map(float, Q @ force), tuple(map(float, Q @ moment)), tuple(Q @ point)
         )
-        system = fo.ContactModel(
+        system = fo.fem.ContactModel(
             moved,
-            [fo.Support("lower", "z-"), fo.RigidCoupling("upper", "z+")],
+            [fo.fem.Support("lower", "z-"), fo.fem.RigidCoupling("upper", "z+")],
             {"L": [load]},
         ).condense()
         answers.append((system.bonded["L"][1], system.compliance))
@@ -217,44 +218,46 @@ def test_the_frame_does_not_matter():
 def test_forces_on_rings_of_an_axisymmetric_model_are_whole():
     x = np.linspace(1.0, 2.0, 5)
     bodies = {
-        "upper": fo.Body(box(MeshQuad, x, [0.0, 0.5, 1.0])),
-        "lower": fo.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0])),
+        "upper": fo.fem.Body(box(MeshQuad, x, [0.0, 0.5, 1.0])),
+        "lower": fo.fem.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0])),
     }
     loads = {
-        "ring": [fo.PointForce("upper", (2.0, 1.0), y=-3.0)],
-        "rings": [fo.PointForce("upper", [(2.0, 1.0), (1.0, 1.0)], y=lambda x, y: -x)],
-        "far": [fo.RemoteForce("upper", "y+", y=-5.0)],
+        "ring": [fo.fem.PointForce("upper", (2.0, 1.0), y=-3.0)],
+        "rings": [fo.fem.PointForce("upper", [(2.0, 1.0), (1.0, 1.0)], y=lambda x, y: -x)],
+        "far": [fo.fem.RemoteForce("upper", "y+", y=-5.0)],
     }
-    one = fo.ContactModel(bodies, [fo.Support("lower", "y-")], loads, kinematics="axisymmetric")
+    one = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", "y-")], loads, kinematics="axisymmetric"
+    )
     system = one.condense()
     assert [system.bonded[case][1].sum() for case in loads] == pytest.approx([3.0, 3.0, 5.0])
     assert [system.load_size[case] for case in loads] == pytest.approx([3.0, 3.0, 5.0])
     # A rigid ring does not grow.
-    together = [fo.RigidCoupling("upper", "y+", "y")]
-    held = fo.ContactModel(
+    together = [fo.fem.RigidCoupling("upper", "y+", "y")]
+    held = fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "y-"), *together],
-        {"P": [fo.Pressure("upper", "x+", 1.0)]},
+        [fo.fem.Support("lower", "y-"), *together],
+        {"P": [fo.fem.Pressure("upper", "x+", 1.0)]},
         kinematics="axisymmetric",
     ).condense()
-    right = fo.ContactModel(
+    right = fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "y-"), fo.Support("upper", "y+")],
-        {"P": [fo.Pressure("upper", "x+", 1.0)]},
+        [fo.fem.Support("lower", "y-"), fo.fem.Support("upper", "y+")],
+        {"P": [fo.fem.Pressure("upper", "x+", 1.0)]},
         kinematics="axisymmetric",
     ).condense()
     assert np.allclose(held.S, right.S, rtol=0, atol=1e-9 * abs(right.S).max())
     with pytest.raises(fo.ModelError, match="has a radial force or a moment"):
-        fo.ContactModel(
+        fo.fem.ContactModel(
             bodies,
-            [fo.Support("lower", "y-")],
-            {"L": [fo.RemoteForce("upper", "y+", x=1.0)]},
+            [fo.fem.Support("lower", "y-")],
+            {"L": [fo.fem.RemoteForce("upper", "y+", x=1.0)]},
             kinematics="axisymmetric",
         )
     with pytest.raises(fo.ModelError, match="a ring moves as a rigid body only along y"):
-        fo.ContactModel(
+        fo.fem.ContactModel(
             bodies,
-            [fo.Support("lower", "y-"), fo.RigidCoupling("upper", "y+", "x")],
+            [fo.fem.Support("lower", "y-"), fo.fem.RigidCoupling("upper", "y+", "x")],
             loads,
             kinematics="axisymmetric",
         )
@@ -268,24 +271,24 @@ def test_rings_of_an_axisymmetric_model_count_by_their_areas(element):
     integrated here by Simpson's rule, with the values in the middle of each edge.
     """
     x = np.array([1.0, 1.3, 2.0, 3.0])
-    upper = fo.Body(box(MeshQuad, x, [0.0, 0.5, 1.0]), fo.Material(2.0, 0.3), element)
-    bodies = {"upper": upper, "lower": fo.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0]))}
+    upper = fo.fem.Body(box(MeshQuad, x, [0.0, 0.5, 1.0]), fo.fem.Material(2.0, 0.3), element)
+    bodies = {"upper": upper, "lower": fo.fem.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0]))}
     uniform = -5.0 / (np.pi * (3.0**2 - 1.0**2))
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "y-")],
+        [fo.fem.Support("lower", "y-")],
         {
-            "far": [fo.RemoteForce("upper", "y+", y=-5.0)],
-            "near": [fo.Traction("upper", "y+", y=uniform)],
+            "far": [fo.fem.RemoteForce("upper", "y+", y=-5.0)],
+            "near": [fo.fem.Traction("upper", "y+", y=uniform)],
         },
         kinematics="axisymmetric",
     )
     system = model.condense()
     assert np.allclose(system.bonded["far"][1], system.bonded["near"][1], rtol=1e-9)
-    held = fo.ContactModel(
+    held = fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "y-"), fo.DistributingCoupling("upper", "y+", "y")],
-        {"P": [fo.Pressure("upper", "x+", lambda x, y: 1 + y)]},
+        [fo.fem.Support("lower", "y-"), fo.fem.DistributingCoupling("upper", "y+", "y")],
+        {"P": [fo.fem.Pressure("upper", "x+", lambda x, y: 1 + y)]},
         kinematics="axisymmetric",
     )
     moved = held.recover({"P": 1.0}, slip=np.zeros(len(x))).displacement["upper"][1]
@@ -306,71 +309,71 @@ def test_points_lists_and_functions_select_nodes():
         "list": ends,
         "function": lambda x, y, z: (z == 1.0) & np.isin(x, [0.0, 1.0]) & (x == y),
     }
-    loads = {name: [fo.PointForce("upper", where, z=-1.0)] for name, where in kinds.items()}
-    loads["one by one"] = [fo.PointForce("upper", end, z=-1.0) for end in ends]
-    loads["side"] = [fo.PointForce("upper", "z+", z=-1.0)]
-    loads["all"] = [fo.PointForce("upper", lambda x, y, z: z == 1.0, z=-1.0)]
+    loads = {name: [fo.fem.PointForce("upper", where, z=-1.0)] for name, where in kinds.items()}
+    loads["one by one"] = [fo.fem.PointForce("upper", end, z=-1.0) for end in ends]
+    loads["side"] = [fo.fem.PointForce("upper", "z+", z=-1.0)]
+    loads["all"] = [fo.fem.PointForce("upper", lambda x, y, z: z == 1.0, z=-1.0)]
     system = model(bodies, loads=loads).condense()
     p = {case: forces[1] for case, forces in system.bonded.items()}
     assert np.allclose(p["list"], p["function"]) and np.allclose(p["list"], p["one by one"])
     assert np.allclose(p["side"], p["all"]) and p["all"].sum() == pytest.approx(9.0)
-    by_point = [fo.Support("upper", end, "x") for end in ends]
+    by_point = [fo.fem.Support("upper", end, "x") for end in ends]
     held = [
         model(bodies, supports).condense().S
-        for supports in ([fo.Support("upper", kinds["function"], "x")], by_point)
+        for supports in ([fo.fem.Support("upper", kinds["function"], "x")], by_point)
     ]
     assert np.allclose(*held)
 
 
-SIDE = {"L": [fo.Pressure("lower", "x-", 1.0)]}
+SIDE = {"L": [fo.fem.Pressure("lower", "x-", 1.0)]}
 UP = [(0.0, 0.0, 1.0), (1.0, 0.0, 1.0)]  # on a line along x
 BAD = {
     "cannot carry the moment, because they lie on a line": lambda b: model(
-        b, loads={"L": [fo.RemoteForce("upper", UP, moment=(1.0, 0.0, 0.0))]}
+        b, loads={"L": [fo.fem.RemoteForce("upper", UP, moment=(1.0, 0.0, 0.0))]}
     ),
     "its nodes (1) cannot carry the moment": lambda b: model(
-        b, loads={"L": [fo.RemoteForce("upper", UP[:1], x=1.0, point=(0.0, 0.0, 3.0))]}
+        b, loads={"L": [fo.fem.RemoteForce("upper", UP[:1], x=1.0, point=(0.0, 0.0, 3.0))]}
     ),
     "DistributingCoupling(body='upper', where=((0.0, 0.0, 1.0), (1.0": lambda b: model(
-        b, [fo.DistributingCoupling("upper", UP, "", "x")], SIDE
+        b, [fo.fem.DistributingCoupling("upper", UP, "", "x")], SIDE
     ),
     "which also belongs to a contact, a support along oblique normals or another coupling": lambda b: (
-        model(b, [fo.RigidCoupling("upper", "x+")], SIDE)
+        model(b, [fo.fem.RigidCoupling("upper", "x+")], SIDE)
     ),
     "the node at (0, 0, 1), which also belongs to a contact": lambda b: model(
-        b, [fo.RigidCoupling("upper", "z+"), fo.RigidCoupling("upper", UP)], SIDE
+        b, [fo.fem.RigidCoupling("upper", "z+"), fo.fem.RigidCoupling("upper", UP)], SIDE
     ),
     "has nodes that other supports hold against its motions": lambda b: model(
-        b, [fo.RigidCoupling("upper", "z+"), fo.Support("upper", UP[0], "x")], SIDE
+        b, [fo.fem.RigidCoupling("upper", "z+"), fo.fem.Support("upper", UP[0], "x")], SIDE
     ),
     "or other supports hold them; name fewer directions": lambda b: model(
-        b, [fo.DistributingCoupling("upper", UP, "x"), fo.Support("upper", "z+", "x")], SIDE
+        b, [fo.fem.DistributingCoupling("upper", UP, "x"), fo.fem.Support("upper", "z+", "x")], SIDE
     ),
     "acts on boundary 'z+' of body 'upper' only where supports hold it, [RigidC": lambda b: model(
         b,
-        [fo.RigidCoupling("upper", "z+", "xyz", "xyz")],
-        {"L": [fo.RemoteForce("upper", "z+", x=1.0)]},
+        [fo.fem.RigidCoupling("upper", "z+", "xyz", "xyz")],
+        {"L": [fo.fem.RemoteForce("upper", "z+", x=1.0)]},
     ),
     "acts on nodes ((0.0, 0.0, 1.0),) of body 'upper' only where": lambda b: model(
-        b, [fo.Support("upper", "z+")], {"L": [fo.PointForce("upper", UP[:1], x=1.0)]}
+        b, [fo.fem.Support("upper", "z+")], {"L": [fo.fem.PointForce("upper", UP[:1], x=1.0)]}
     ),
     "where: the function raised TypeError": lambda b: model(
-        b, loads={"L": [fo.PointForce("upper", lambda x: x == 0, x=1.0)]}
+        b, loads={"L": [fo.fem.PointForce("upper", lambda x: x == 0, x=1.0)]}
     ),
     "where: the function gave an array of float64": lambda b: model(
-        b, loads={"L": [fo.PointForce("upper", lambda x, y, z: x, x=1.0)]}
+        b, loads={"L": [fo.fem.PointForce("upper", lambda x, y, z: x, x=1.0)]}
     ),
     "where: the function is true at no node of body 'upper'": lambda b: model(
-        b, loads={"L": [fo.PointForce("upper", lambda x, y, z: x > 9, x=1.0)]}
+        b, loads={"L": [fo.fem.PointForce("upper", lambda x, y, z: x > 9, x=1.0)]}
     ),
     "point: (0.0, 1.0); give the 3 coordinates": lambda b: model(
-        b, loads={"L": [fo.RemoteForce("upper", "z+", x=1.0, point=(0.0, 1.0))]}
+        b, loads={"L": [fo.fem.RemoteForce("upper", "z+", x=1.0, point=(0.0, 1.0))]}
     ),
     "RemoteForce moment: 1.0; body 'upper' has 3 dimensions": lambda b: model(
-        b, loads={"L": [fo.RemoteForce("upper", "z+", moment=1.0)]}
+        b, loads={"L": [fo.fem.RemoteForce("upper", "z+", moment=1.0)]}
     ),
-    "directions: none, and no rotations": lambda b: fo.DistributingCoupling("upper", "z+"),
-    "RemoteForce: x, y and z are all missing": lambda b: fo.RemoteForce("upper", "z+"),
+    "directions: none, and no rotations": lambda b: fo.fem.DistributingCoupling("upper", "z+"),
+    "RemoteForce: x, y and z are all missing": lambda b: fo.fem.RemoteForce("upper", "z+"),
 }
 
 
@@ -382,21 +385,23 @@ def test_what_cannot_be_is_refused_by_name(message):
 
 def test_directions_across_the_plane_are_refused():
     with pytest.raises(fo.ModelError, match="of a plane body; give directions x and y"):
-        model(bodies_in(2), [fo.RigidCoupling("upper", "y+", "z")])
+        model(bodies_in(2), [fo.fem.RigidCoupling("upper", "y+", "z")])
 
 
 def test_a_body_that_its_coupling_lets_turn_is_named():
     bodies = bodies_in(3)
-    loads = {"P": [fo.Traction("upper", "x+", z=-1.0)]}
+    loads = {"P": [fo.fem.Traction("upper", "x+", z=-1.0)]}
     with pytest.raises(fo.ModelError, match="can still turn about x and y and z"):
-        fo.ContactModel(bodies, [fo.DistributingCoupling("upper", "z+", "xyz")], loads).condense()
-    held = fo.DistributingCoupling("upper", "z+", "xyz", "xyz")
-    assert fo.ContactModel(bodies, [held], loads).condense().nodes == 9
+        fo.fem.ContactModel(
+            bodies, [fo.fem.DistributingCoupling("upper", "z+", "xyz")], loads
+        ).condense()
+    held = fo.fem.DistributingCoupling("upper", "z+", "xyz", "xyz")
+    assert fo.fem.ContactModel(bodies, [held], loads).condense().nodes == 9
 
 
 def test_on_a_plane_of_symmetry_the_motions_of_the_half_are_allowed():
     bodies = bodies_in(3)
-    cut = [fo.Support("upper", "x-", "x"), fo.Support("lower", "x-", "x")]
-    rigid = fo.RigidCoupling("upper", "z+", "x", "yz", point=(0.0, 0.5, 1.0))
-    loads = {"L": [fo.Pressure("lower", "x+", 1.0)]}
+    cut = [fo.fem.Support("upper", "x-", "x"), fo.fem.Support("lower", "x-", "x")]
+    rigid = fo.fem.RigidCoupling("upper", "z+", "x", "yz", point=(0.0, 0.5, 1.0))
+    loads = {"L": [fo.fem.Pressure("lower", "x+", 1.0)]}
     assert model(bodies, [*cut, rigid], loads).condense().nodes == 9

@@ -75,18 +75,20 @@ def bodies(shape, *size, tetrahedra=False, **options):
             face: outline[np.isin(whole.facets[:, outline], nodes).all(axis=0)]
             for face, nodes in of_nodes.items()
         }
-        found[name] = fo.Body(whole.with_boundaries(sides))
+        found[name] = fo.fem.Body(whole.with_boundaries(sides))
     return found
 
 
 def torque():
-    return [fo.BodyForce("hub", x=lambda x, y, *_: -y, y=lambda x, *_: x)]
+    return [fo.fem.BodyForce("hub", x=lambda x, y, *_: -y, y=lambda x, *_: x)]
 
 
 def pressed(shape):
     """A force towards the axis, or to the centre of a sphere."""
     inward = {"x": lambda x, *_: -x, "y": lambda x, y, *_: -y}
-    return [fo.BodyForce("hub", **inward, **({"z": lambda x, y, z: -z} if shape is cap else {}))]
+    return [
+        fo.fem.BodyForce("hub", **inward, **({"z": lambda x, y, z: -z} if shape is cap else {}))
+    ]
 
 
 def moment(system, case):
@@ -106,9 +108,9 @@ def test_a_shell_held_along_its_normals_leaves_all_of_a_torque_to_the_contact(sh
     if tetrahedra and shape[0] is arc:
         shape = (extruded_arc, 5, shape[1] // 3)
     parts = bodies(*shape, tetrahedra=tetrahedra)
-    supports = [fo.Support("shaft", "bore"), fo.Support("hub", "rim", normal=True)]
-    system = fo.ContactModel(
-        parts, supports, {"T": torque()}, [fo.Contact("shaft", "hub")]
+    supports = [fo.fem.Support("shaft", "bore"), fo.fem.Support("hub", "rim", normal=True)]
+    system = fo.fem.ContactModel(
+        parts, supports, {"T": torque()}, [fo.fem.Contact("shaft", "hub")]
     ).condense()
     basis = Basis(parts["hub"].mesh, parts["hub"].mesh.elem(), intorder=6)
     x = np.asarray(basis.global_coordinates())
@@ -120,8 +122,8 @@ def test_a_shell_held_along_its_normals_leaves_all_of_a_torque_to_the_contact(sh
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: f"{shape[0].__name__} {shape[1:]}")
 def test_without_friction_no_torque_is_carried(shape):
     loads = {"P": pressed(shape[0]), "T": torque()}
-    system = fo.ContactModel(
-        bodies(*shape), [fo.Support("shaft", "bore")], loads, [fo.Contact("hub", "shaft")]
+    system = fo.fem.ContactModel(
+        bodies(*shape), [fo.fem.Support("shaft", "bore")], loads, [fo.fem.Contact("hub", "shaft")]
     ).condense()
     assert (
         fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"T": 1.0}, {"T": -1.0}]), 0.0).load_factor
@@ -131,9 +133,12 @@ def test_without_friction_no_torque_is_carried(shape):
 
 @pytest.mark.parametrize("edges", [3, 8, 24])
 def test_gross_slip_on_an_arc_is_that_of_radial_normals(edges):
-    loads = {"P": [fo.BodyForce("hub", y=-1.0)], "T": torque()}
-    system = fo.ContactModel(
-        bodies(arc, edges), [fo.Support("shaft", "bore")], loads, [fo.Contact("hub", "shaft")]
+    loads = {"P": [fo.fem.BodyForce("hub", y=-1.0)], "T": torque()}
+    system = fo.fem.ContactModel(
+        bodies(arc, edges),
+        [fo.fem.Support("shaft", "bore")],
+        loads,
+        [fo.fem.Contact("hub", "shaft")],
     ).condense()
     x, n, f = system.points, system.nodes, 0.2
     resultants = {}
@@ -173,11 +178,14 @@ def normals_along(points):
             for k in one.facets[:, outline].T
         ]
         meshes.append(one.with_boundaries({"face": outline[on]}))
-    model = fo.ContactModel(
-        dict(zip(("upper", "lower"), map(fo.Body, meshes), strict=True)),
-        [fo.Support("lower", (points[0, 0], -3.0)), fo.Support("lower", (points[-1, 0], -3.0))],
-        {"P": [fo.BodyForce("upper", y=-1.0)]},
-        [fo.Contact("upper", "lower", "face", "face")],
+    model = fo.fem.ContactModel(
+        dict(zip(("upper", "lower"), map(fo.fem.Body, meshes), strict=True)),
+        [
+            fo.fem.Support("lower", (points[0, 0], -3.0)),
+            fo.fem.Support("lower", (points[-1, 0], -3.0)),
+        ],
+        {"P": [fo.fem.BodyForce("upper", y=-1.0)]},
+        [fo.fem.Contact("upper", "lower", "face", "face")],
     )
     system = model.condense()
     return system.normals[np.argsort(system.points[:, 0])]
@@ -242,11 +250,11 @@ def test_normals_at_free_ends_converge_with_the_square_of_the_edges(curve):
 
 @pytest.mark.parametrize("taper", [0.0, 0.3])
 def test_free_triangles_on_a_cylinder_or_a_cone_have_its_normals(taper):
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies(extruded_arc, 8, 4, tetrahedra=True, taper=taper, moved=0.3),
-        [fo.Support("shaft", "bore")],
+        [fo.fem.Support("shaft", "bore")],
         {"T": torque()},
-        [fo.Contact("hub", "shaft")],
+        [fo.fem.Contact("hub", "shaft")],
     )
     system = model.condense()
     radial = system.points[:, :2] / np.linalg.norm(system.points[:, :2], axis=1)[:, None]
@@ -266,9 +274,9 @@ def test_beyond_its_friction_a_fit_in_space_slides_off(tetrahedra):
     balance any torque.
     """
     parts = bodies(extruded_arc, 12, 2, tetrahedra=tetrahedra, moved=0.3, half=np.pi)
-    loads = {"T": torque(), "fit": [fo.Interference("contact", 0.01)]}
-    system = fo.ContactModel(
-        parts, [fo.Support("shaft", "bore")], loads, [fo.Contact("hub", "shaft")]
+    loads = {"T": torque(), "fit": [fo.fem.Interference("contact", 0.01)]}
+    system = fo.fem.ContactModel(
+        parts, [fo.fem.Support("shaft", "bore")], loads, [fo.fem.Contact("hub", "shaft")]
     ).condense()
     cycle = fo.LoadCycle({"fit": 1.0}, [{"T": 1.0}, {"T": -1.0}])
     friction = 0.2

@@ -53,10 +53,10 @@ def lap(space, written, angle, apart=0.0, **how):
         )
         p = mesh.p.copy()
         p[[0, -1]] = turn @ (mesh.p[[0, -1]] + np.array([[0.0], [apart * (name == "a")]]))
-        bodies[name] = fo.Body(type(mesh)(written(p), mesh.t, mesh.boundaries))
-    loads = {"P": [fo.Pressure("a", "far", 1.0)]}
-    return fo.ContactModel(
-        bodies, [fo.Support("b", "far")], loads, [fo.Contact("a", "b", "c", "c", **how)]
+        bodies[name] = fo.fem.Body(type(mesh)(written(p), mesh.t, mesh.boundaries))
+    loads = {"P": [fo.fem.Pressure("a", "far", 1.0)]}
+    return fo.fem.ContactModel(
+        bodies, [fo.fem.Support("b", "far")], loads, [fo.fem.Contact("a", "b", "c", "c", **how)]
     ).condense()
 
 
@@ -145,19 +145,19 @@ def sixth(written):
             }
         )
         points = grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])])
-        bodies[name] = fo.Body(MeshQuad(written(points), grid.t, grid.boundaries))
-    shear = fo.Traction(
+        bodies[name] = fo.fem.Body(MeshQuad(written(points), grid.t, grid.boundaries))
+    shear = fo.fem.Traction(
         "rim",
         "outer",
         x=lambda x, y: -np.sin(around(x, y)),
         y=lambda x, y: np.cos(around(x, y)),
     )
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
-        [fo.Cyclic("hub", "low", "high"), fo.Cyclic("rim", "low", "high")]
-        + [fo.Support("hub", "inner")],
-        {"fit": [fo.Interference("fit", 0.01)], "Q": [shear]},
-        [fo.Contact("hub", "rim", "outer", "inner", name="fit")],
+        [fo.fem.Cyclic("hub", "low", "high"), fo.fem.Cyclic("rim", "low", "high")]
+        + [fo.fem.Support("hub", "inner")],
+        {"fit": [fo.fem.Interference("fit", 0.01)], "Q": [shear]},
+        [fo.fem.Contact("hub", "rim", "outer", "inner", name="fit")],
     )
     cycle = fo.LoadCycle({"fit": 1.0}, [{"Q": 1e-3}, {"Q": -1e-3}])
     return fo.shakedown_limit(model.condense(), cycle, 0.15)
@@ -201,15 +201,17 @@ def test_a_shaft_turns_freely_in_its_bearing(written):
     """
 
     def bearing(written):
-        shaft = fo.Body(whole_ring(1.0, 2.0, ("bore", "fit"), written), fo.Material(E=3.0))
-        hub = fo.Body(whole_ring(2.0, 4.0, ("fit", "rim"), written), fo.Material(E=1.0))
+        shaft = fo.fem.Body(whole_ring(1.0, 2.0, ("bore", "fit"), written), fo.fem.Material(E=3.0))
+        hub = fo.fem.Body(whole_ring(2.0, 4.0, ("fit", "rim"), written), fo.fem.Material(E=1.0))
         loads = {
-            "fit": [fo.Interference("fit", 1e-3)],
-            "M": [fo.RemoteForce("shaft", "bore", moment=1e-3)],
+            "fit": [fo.fem.Interference("fit", 1e-3)],
+            "M": [fo.fem.RemoteForce("shaft", "bore", moment=1e-3)],
         }
-        supports = [fo.Support("shaft", "bore", normal=True), fo.Support("hub", "rim")]
-        contacts = [fo.Contact("shaft", "hub", "fit", "fit", name="fit")]
-        return fo.ContactModel({"shaft": shaft, "hub": hub}, supports, loads, contacts).condense()
+        supports = [fo.fem.Support("shaft", "bore", normal=True), fo.fem.Support("hub", "rim")]
+        contacts = [fo.fem.Contact("shaft", "hub", "fit", "fit", name="fit")]
+        return fo.fem.ContactModel(
+            {"shaft": shaft, "hub": hub}, supports, loads, contacts
+        ).condense()
 
     cycle = fo.LoadCycle({"fit": 1.0}, [{"M": 1.0}, {"M": -1.0}])
     exact, rounded = (bearing(form) for form in (np.array, written))
@@ -244,12 +246,15 @@ def plates(gap, size=10.0):
     for name, y in (("low", [0.0, size]), ("high", [size + gap, 2 * size + gap])):
         mesh = MeshQuad.init_tensor(np.linspace(0.0, size, 3), np.array(y))
         ends = {"bottom": y[0], "top": y[1]}
-        bodies[name] = fo.Body(
+        bodies[name] = fo.fem.Body(
             mesh.with_boundaries({key: lambda x, at=at: x[1] == at for key, at in ends.items()})
         )
-    contact = fo.Contact("high", "low", "bottom", "top", gap="measured")
-    return fo.ContactModel(
-        bodies, [fo.Support("low", "bottom")], {"P": [fo.Pressure("high", "top", 1.0)]}, [contact]
+    contact = fo.fem.Contact("high", "low", "bottom", "top", gap="measured")
+    return fo.fem.ContactModel(
+        bodies,
+        [fo.fem.Support("low", "bottom")],
+        {"P": [fo.fem.Pressure("high", "top", 1.0)]},
+        [contact],
     ).condense()
 
 
@@ -290,17 +295,17 @@ def test_cut_faces_of_sectors_are_copies(count, start):
     """
     mesh = ring(count, start)
     below = MeshHex(mesh.p - [[0], [0], [5]], mesh.t, mesh.boundaries)
-    bodies = {"a": fo.Body(mesh), "b": fo.Body(below)}
+    bodies = {"a": fo.fem.Body(mesh), "b": fo.fem.Body(below)}
     supports = [
-        fo.Support("b", "foot"),
-        fo.Cyclic("a", "low", "high"),
-        fo.Cyclic("b", "low", "high"),
+        fo.fem.Support("b", "foot"),
+        fo.fem.Cyclic("a", "low", "high"),
+        fo.fem.Cyclic("b", "low", "high"),
     ]
-    system = fo.ContactModel(
+    system = fo.fem.ContactModel(
         bodies,
         supports,
-        {"P": [fo.Pressure("a", "top", 1.0)]},
-        [fo.Contact("a", "b", "foot", "top")],
+        {"P": [fo.fem.Pressure("a", "top", 1.0)]},
+        [fo.fem.Contact("a", "b", "foot", "top")],
     ).condense()
     area = 4 * np.sin(2 * np.pi / 48) / 2 * (40**2 - 30**2)  # of four flat pieces
     assert system.bonded["P"][1].sum() == pytest.approx(area, rel=10.0 ** (2 - count))
@@ -311,14 +316,14 @@ def test_cut_faces_that_are_off_by_more_than_their_digits_are_none():
     moved = mesh.p.copy()
     node = mesh.facets[0, mesh.boundaries["high"][0]]
     moved[0, node] += 4e-4  # four units in the sixth digit
-    body = fo.Body(MeshHex(moved, mesh.t, mesh.boundaries))
+    body = fo.fem.Body(MeshHex(moved, mesh.t, mesh.boundaries))
     model = [
         {"a": body, "b": body},
-        [fo.Cyclic("a", "low", "high")],
-        {"P": [fo.Pressure("a", "top", 1.0)]},
+        [fo.fem.Cyclic("a", "low", "high")],
+        {"P": [fo.fem.Pressure("a", "top", 1.0)]},
     ]
     with pytest.raises(fo.ModelError, match="not turned copies of each other"):
-        fo.ContactModel(*model, [fo.Contact("a", "b", "foot", "top")]).condense()
+        fo.fem.ContactModel(*model, [fo.fem.Contact("a", "b", "foot", "top")]).condense()
 
 
 @pytest.mark.parametrize(("units", "found"), [(0, 4), (1, 4), (3, 3)])
@@ -337,7 +342,7 @@ def test_nodes_of_a_job_match_to_their_digits(units, found):
     x[10, 0] += units * 1e-5
     joined = np.kron(np.eye(2), 25 * np.eye(24) - np.ones((24, 24)))
     labels = [[node, direction] for node in range(1, 17) for direction in (1, 2, 3)]
-    job = fo.MatrixJob(joined, labels, dict(enumerate(x.tolist(), 1)))
+    job = fo.readers.MatrixJob(joined, labels, dict(enumerate(x.tolist(), 1)))
     (face,) = job.matching_faces()
     assert len(face) == found
     pairs = np.column_stack([np.arange(4, 8), np.arange(8, 12)])

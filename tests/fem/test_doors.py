@@ -24,7 +24,7 @@ K, LABELS = joint.stiffness()
 @pytest.fixture(scope="module")
 def limit():
     """From the matrix that scikit-fem assembles."""
-    return joint.limit(fo.MatrixJob(K, LABELS, joint.POINTS))
+    return joint.limit(fo.readers.MatrixJob(K, LABELS, joint.POINTS))
 
 
 def agrees(job, limit):
@@ -59,8 +59,8 @@ def test_the_substructure_of_calculix_is_not_reduced(tmp_path, deck, limit):
         fo.ModelError,
         match=r"reduced\.mtx is by CalculiX, .*SOLVER=MATRIXSTORAGE, and read it with read_calculix",
     ):
-        fo.read_abaqus(tmp_path / "reduced.mtx", deck=deck)
-    agrees(fo.read_calculix(run(tmp_path, joint.DECK)[0]), limit)
+        fo.readers.read_abaqus(tmp_path / "reduced.mtx", deck=deck)
+    agrees(fo.readers.read_calculix(run(tmp_path, joint.DECK)[0]), limit)
 
 
 def element(K, nodes, directions, *, before="", unlike=()):
@@ -114,7 +114,7 @@ def reduced():
 def test_a_substructure_of_abaqus_with_a_rotation_and_modes(tmp_path, deck, limit):
     mass = ["*MATRIX,TYPE=MASS", "1.0,", "2.0, 3.0,"]
     (tmp_path / "z1.mtx").write_text(element(*reduced(), unlike=mass))
-    job = fo.read_abaqus(tmp_path / "z1.mtx", deck=deck)
+    job = fo.readers.read_abaqus(tmp_path / "z1.mtx", deck=deck)
     assert job.labels[job.generalised].tolist() == [[4, 6], [9000, 1001], [9000, 1002]]
     assert set(job.bodies) == {-1, 0, 1}
     assert joint.limit(job) == pytest.approx(limit, rel=1e-9)
@@ -143,12 +143,12 @@ WHOLE = element(K, list(dict.fromkeys(LABELS[:, 0].tolist())), [(1, 2, 3)] * 22)
 def test_damaged_substructures_are_refused(old, new, tmp_path):
     assert old in WHOLE
     (tmp_path / "bad.mtx").write_text(WHOLE.replace(old, new, 1))
-    fo.read_abaqus(tmp_path / "bad.mtx")
+    fo.readers.read_abaqus(tmp_path / "bad.mtx")
 
 
 @pytest.mark.parametrize(("file", "labels"), [("joint.pch", None), ("joint.op4", LABELS)])
 def test_the_files_of_pynastran(file, labels, limit):
-    agrees(fo.read_nastran(DATA / file, deck=DATA / "joint.bdf", labels=labels), limit)
+    agrees(fo.readers.read_nastran(DATA / file, deck=DATA / "joint.bdf", labels=labels), limit)
 
 
 def frame(K, labels):
@@ -175,17 +175,20 @@ def test_the_files_of_pyyeti(tmp_path, limit):
     bulk.wtdmig(
         str(tmp_path / "a.pch"), {"KAAX": frame(whole, labels), "MAAX": frame(np.eye(69), labels)}
     )
-    job = fo.read_nastran(tmp_path / "a.pch", name="KAAX", deck=DATA / "joint.bdf")
+    job = fo.readers.read_nastran(tmp_path / "a.pch", name="KAAX", deck=DATA / "joint.bdf")
     assert len(job.generalised) == 3 and joint.limit(job) == pytest.approx(limit, rel=1e-9)
     for binary in (True, False):
         op4.write(str(tmp_path / "a.op4"), ["KAA"], [K], binary=binary)
-        agrees(fo.read_nastran(tmp_path / "a.op4", deck=DATA / "joint.bdf", labels=LABELS), limit)
+        agrees(
+            fo.readers.read_nastran(tmp_path / "a.op4", deck=DATA / "joint.bdf", labels=LABELS),
+            limit,
+        )
     place = {number: i for i, number in enumerate(sorted(joint.POINTS))}
     every = np.zeros((6 * len(place), 6 * len(place)))
     rows = [6 * place[n] + k - 1 for n, k in LABELS.tolist()]
     every[np.ix_(rows, rows)] = K
     op4.write(str(tmp_path / "kgg.op4"), ["KGG"], [every])
-    job = fo.read_nastran(tmp_path / "kgg.op4", deck=DATA / "joint.bdf")
+    job = fo.readers.read_nastran(tmp_path / "kgg.op4", deck=DATA / "joint.bdf")
     held = job.unknowns[job.points[:, 2] == -1].ravel()
     top = {name: np.zeros(len(every)) for name in "PQ"}
     for n in joint.UPPER.on(2, 1):
@@ -211,7 +214,7 @@ def grooved(K, noise, lean=0.5):
 
     Its stiffness along y is the noise of the normals, or an added stiffness.
     """
-    job = fo.MatrixJob(K, LABELS, joint.POINTS)
+    job = fo.readers.MatrixJob(K, LABELS, joint.POINTS)
     place = {int(n): i for i, n in enumerate(job.deck.numbers)}
     pairs = np.vectorize(place.get)(joint.PAIRS)
     top = np.isin(job.deck.numbers, joint.UPPER.on(2, 1))
@@ -272,7 +275,7 @@ def test_bricks_of_twenty_nodes_of_nastran(tmp_path):
         f"{grids}CHEXA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10,11,12,13,14,+\n+,15,16,17,18,19,20\n"
     )
     op4.write(str(tmp_path / "a.op4"), ["KGG"], [np.eye(120)])
-    job = fo.read_nastran(tmp_path / "a.op4", deck=tmp_path / "a.bdf")
+    job = fo.readers.read_nastran(tmp_path / "a.op4", deck=tmp_path / "a.bdf")
     force = job.force(np.flatnonzero(job.points[:, 2] == 1), pressure=1.0)[job.unknowns]
     expected = np.where(job.points[:, 2] == 1, np.where(np.arange(20) < 8, 1 / 12, -1 / 3), 0.0)
     assert np.allclose(force, expected[:, None] * [0.0, 0.0, 1.0], atol=1e-12)
@@ -319,7 +322,7 @@ def test_other_files_of_nastran_are_refused(tmp_path):
     ]
     for file, options, message in bad:
         with pytest.raises(fo.ModelError, match=message):
-            fo.read_nastran(tmp_path / file, **options)
+            fo.readers.read_nastran(tmp_path / file, **options)
 
 
 def test_without_pyyeti_the_extra_is_named(monkeypatch):
@@ -327,7 +330,7 @@ def test_without_pyyeti_the_extra_is_named(monkeypatch):
     with pytest.raises(
         fo.ModelError, match=r"pyyeti: not installed; python -m pip install 'frictopt\[nastran\]'"
     ):
-        fo.read_nastran(DATA / "joint.pch")
+        fo.readers.read_nastran(DATA / "joint.pch")
 
 
 def largest(matrix):
@@ -350,7 +353,7 @@ def test_abaqus_gives_the_same_matrix(flat, tmp_path, part):
     abaqus(tmp_path / "job_STIF1.mtx", flat, zip(*ends, kept.data, strict=True))
     with (tmp_path / "job_STIF1.mtx").open("a") as file:
         file.writelines(f"{node},1, {node},1, 1.0e36\n" for node in (1, 2))  # held displacements
-    job = fo.read_abaqus(tmp_path / "job_STIF1.mtx", deck=DATA / "flat.inp")
+    job = fo.readers.read_abaqus(tmp_path / "job_STIF1.mtx", deck=DATA / "flat.inp")
     where = job.unknowns[flat.unknowns >= 0]
     order = np.empty(964, dtype=int)
     order[flat.unknowns[flat.unknowns >= 0]] = where
@@ -371,4 +374,4 @@ def test_abaqus_gives_the_same_matrix(flat, tmp_path, part):
 )
 def test_other_files_of_abaqus_are_refused(text, tmp_path):
     (tmp_path / "a.mtx").write_text(text)
-    fo.read_abaqus(tmp_path / "a.mtx")
+    fo.readers.read_abaqus(tmp_path / "a.mtx")

@@ -66,17 +66,19 @@ def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(
             whole = meshio.read(made)
             solids = [block for block in whole.cells if block.dim == 2 + solid]
             meshio.Mesh(whole.points, solids).write(path)
-        mesh = fo.read_mesh(path)
-        body = fo.Body(mesh, fo.Material())
+        mesh = fo.readers.read_mesh(path)
+        body = fo.fem.Body(mesh, fo.fem.Material())
         assert type(mesh) is kind and body.element == "quadratic"
         volume, through_corners = (
-            fo.BodyForce("a", x=1.0)._forces(part, "space" if solid else "plane_strain")[0].sum()
+            fo.fem.BodyForce("a", x=1.0)
+            ._forces(part, "space" if solid else "plane_strain")[0]
+            .sum()
             for part in (body, body.through_corners)
         )
         assert volume == pytest.approx(np.pi, rel=1e-4) and through_corners < 0.99 * np.pi
         if ending != "vtu":
             size = (
-                fo.Traction("a", "EDGE", x=1.0)
+                fo.fem.Traction("a", "EDGE", x=1.0)
                 ._forces(body, "space" if solid else "plane_strain")[0]
                 .sum()
             )
@@ -107,17 +109,17 @@ def test_quadratic_wedges_of_gmsh_keep_their_volume(tmp_path, ending):
             gmsh.model.mesh.setNode(tag, [x + 0.3 * z**2, y + 0.2 * x**2, z], [])
         gmsh.write(str(made))
     if ending == "vtu":
-        whole = fo.read_mesh(made)  # which makes meshio read quadratic wedges
+        whole = fo.readers.read_mesh(made)  # which makes meshio read quadratic wedges
         wedges = meshio.read(made)
         solids = [block for block in wedges.cells if block.type == "wedge15"]
         meshio.Mesh(wedges.points, solids).write(tmp_path / "a.vtu")
-        mesh = fo.read_mesh(tmp_path / "a.vtu")
+        mesh = fo.readers.read_mesh(tmp_path / "a.vtu")
         assert np.array_equal(mesh.p, whole.p) and np.array_equal(mesh.t, whole.t)
         return
-    mesh = fo.read_mesh(made)
-    body = fo.Body(mesh, fo.Material())
-    assert fo.BodyForce("a", z=1.0)._forces(body, "space").sum() == pytest.approx(1.0)
-    assert fo.Traction("a", "BOTTOM", z=1.0)._forces(body, "space").sum() == pytest.approx(1.0)
+    mesh = fo.readers.read_mesh(made)
+    body = fo.fem.Body(mesh, fo.fem.Material())
+    assert fo.fem.BodyForce("a", z=1.0)._forces(body, "space").sum() == pytest.approx(1.0)
+    assert fo.fem.Traction("a", "BOTTOM", z=1.0)._forces(body, "space").sum() == pytest.approx(1.0)
     assert len(mesh.subdomains["BODY"]) == mesh.nelements
 
 
@@ -164,7 +166,7 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
         cubes(kind, [file], options=options)
     systems = []
     for file in files:
-        mesh = fo.read_mesh(file)
+        mesh = fo.readers.read_mesh(file)
         assert type(mesh) is type(kind())
         up = str.upper if file.suffix == ".inp" else str
         levels = {up(name): z for name, z in (("top", 1.0), ("middle", 0.0), ("bottom", -1.0))}
@@ -175,15 +177,17 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
                 2 if kind is MeshTet else 1
             )
             assert np.all(corners[2] == z) and area == pytest.approx(1.0)
-        bodies = fo.split_bodies(mesh, {up("upper"): fo.Material(), up("lower"): fo.Material()})
+        bodies = fo.fem.split_bodies(
+            mesh, {up("upper"): fo.fem.Material(), up("lower"): fo.fem.Material()}
+        )
         assert sorted(set(bodies[up("upper")].mesh.boundaries) & {*levels, up("lower")}) == sorted(
             [up("top"), up("middle"), up("lower")]
         )
-        model = fo.ContactModel(
+        model = fo.fem.ContactModel(
             bodies,
-            supports=[fo.Support(up("lower"), up("bottom"))],
-            loads={"P": [fo.Traction(up("upper"), up("top"), x=1.0, z=-2.0)]},
-            contacts=[fo.Contact(up("upper"), up("lower"), up("lower"), up("upper"))],
+            supports=[fo.fem.Support(up("lower"), up("bottom"))],
+            loads={"P": [fo.fem.Traction(up("upper"), up("top"), x=1.0, z=-2.0)]},
+            contacts=[fo.fem.Contact(up("upper"), up("lower"), up("lower"), up("upper"))],
         )
         systems.append(model.condense())
         assert np.allclose(
@@ -236,11 +240,11 @@ def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_i
     )
     known = {
         "fo": fo,
-        "steel": fo.Material(nu=0.0),
-        "supports": [fo.Support("shaft", "low")],
-        "mesh": fo.read_mesh(tmp_path / "a.msh"),
+        "steel": fo.fem.Material(nu=0.0),
+        "supports": [fo.fem.Support("shaft", "low")],
+        "mesh": fo.readers.read_mesh(tmp_path / "a.msh"),
     }
-    exec(code, known | {"loads": {"P": [fo.Traction("shaft", "high", z=-3.0)]}}, known)
+    exec(code, known | {"loads": {"P": [fo.fem.Traction("shaft", "high", z=-3.0)]}}, known)
     system = known["model"].condense()
     q, p = system.bonded["P"]
     assert np.allclose(p, 3.0 * system.width)
@@ -262,7 +266,7 @@ LEFT_OUT = [
 def test_what_gmsh_leaves_out_is_named(tmp_path, made, message):
     cubes(MeshTet, [tmp_path / "a.msh"], **made)
     with pytest.raises(fo.ModelError, match=message):
-        fo.read_mesh(tmp_path / "a.msh")
+        fo.readers.read_mesh(tmp_path / "a.msh")
 
 
 def test_the_faces_of_a_body_that_gmsh_leaves_out_are_warned_of(tmp_path):
@@ -271,7 +275,7 @@ def test_the_faces_of_a_body_that_gmsh_leaves_out_are_warned_of(tmp_path):
         fo.ModelWarning,
         match=r"a\.msh: .* left out: [0-9]+ of type triangle \(in 'bottom'\); if they are faces of",
     ):
-        mesh = fo.read_mesh(tmp_path / "a.msh")
+        mesh = fo.readers.read_mesh(tmp_path / "a.msh")
     assert sorted(mesh.boundaries) == ["middle", "top"]
     assert sorted(mesh.subdomains) == ["upper"]
 
@@ -282,21 +286,21 @@ def test_a_mesh_without_names_has_no_bodies(tmp_path):
         fo.ModelError,
         match=r"'upper' is unknown; this mesh names \[\]; name each body .* physical group of its volumes",
     ):
-        fo.split_bodies(fo.read_mesh(tmp_path / "a.msh"), {"upper": fo.Material()})
+        fo.fem.split_bodies(fo.readers.read_mesh(tmp_path / "a.msh"), {"upper": fo.fem.Material()})
 
 
 def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
     cubes(MeshTet, [tmp_path / "a.msh"])
-    both = fo.Body(fo.read_mesh(tmp_path / "a.msh"))
+    both = fo.fem.Body(fo.readers.read_mesh(tmp_path / "a.msh"))
     with pytest.raises(
         fo.ModelError,
         match=r"facets inside the body; name facets of its outline .`split_bodies` gives",
     ):
-        fo.ContactModel(
+        fo.fem.ContactModel(
             {"upper": both, "lower": both},
             [],
-            {"P": [fo.BodyForce("upper", z=-1)]},
-            [fo.Contact("upper", "lower", "middle", "middle")],
+            {"P": [fo.fem.BodyForce("upper", z=-1)]},
+            [fo.fem.Contact("upper", "lower", "middle", "middle")],
         )
     with pytest.raises(
         fo.ModelError, match=r"pair 1 is node 0 at \(0, 0\) twice, so both bodies share it"

@@ -9,7 +9,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
 
-STEEL = fo.Material(E=200.0, nu=0.3)
+STEEL = fo.fem.Material(E=200.0, nu=0.3)
 ELEMENTS = {MeshQuad: ElementQuad1(), MeshHex: ElementHex1()}
 
 
@@ -31,15 +31,15 @@ def column(kind, size=3):
             }
         )
     supports = [
-        fo.Support("upper", "left"),
-        fo.Support("lower", "left"),
-        fo.Support("lower", "bottom"),
+        fo.fem.Support("upper", "left"),
+        fo.fem.Support("lower", "left"),
+        fo.fem.Support("lower", "bottom"),
     ]
     return {
-        "bodies": {name: fo.Body(mesh, STEEL) for name, mesh in meshes.items()},
+        "bodies": {name: fo.fem.Body(mesh, STEEL) for name, mesh in meshes.items()},
         "supports": supports,
-        "loads": {"P": [fo.Pressure("upper", "top", 2.0)]},
-        "contacts": [fo.Contact("upper", "lower", name="joint")],
+        "loads": {"P": [fo.fem.Pressure("upper", "top", 2.0)]},
+        "contacts": [fo.fem.Contact("upper", "lower", name="joint")],
     }
 
 
@@ -47,7 +47,7 @@ def column(kind, size=3):
 def test_pairs_that_move_have_the_stiffness_of_the_bodies_and_the_clamp_carries_the_rest(kind):
     """Stiffness and reactions by dense elimination of matrices that scikit-fem assembled."""
     parts = column(kind)
-    model = fo.ContactModel(**parts)
+    model = fo.fem.ContactModel(**parts)
     system = model.condense(progress=False)
     d = 2 if kind is MeshQuad else 3
 
@@ -106,27 +106,27 @@ def test_pairs_that_move_have_the_stiffness_of_the_bodies_and_the_clamp_carries_
 
 def test_a_contact_that_cannot_move_at_all_is_refused():
     parts = column(MeshQuad)
-    everything = [fo.Support(name, "contact") for name in parts["bodies"]]
+    everything = [fo.fem.Support(name, "contact") for name in parts["bodies"]]
     with pytest.raises(fo.ModelError, match="no pair of 'joint' can move"):
-        fo.ContactModel(**{**parts, "supports": everything})
+        fo.fem.ContactModel(**{**parts, "supports": everything})
 
 
 def test_pairs_whose_normals_alone_are_held_are_refused():
     parts = column(MeshQuad)
-    supports = [fo.Support("lower", "bottom"), fo.Support("upper", "left", "y")]
-    supports.append(fo.Support("lower", "left", "y"))
+    supports = [fo.fem.Support("lower", "bottom"), fo.fem.Support("upper", "left", "y")]
+    supports.append(fo.fem.Support("lower", "left", "y"))
     with pytest.raises(fo.ModelError, match="follows from other pairs or from supports"):
-        fo.ContactModel(**{**parts, "supports": supports}).condense(progress=False)
+        fo.fem.ContactModel(**{**parts, "supports": supports}).condense(progress=False)
 
 
 def test_held_nodes_may_move_together_only():
     parts = column(MeshQuad)
-    both = [fo.Displacement(name, "left", x=0.1) for name in parts["bodies"]]
-    parts["supports"] = [fo.Support(name, "left") for name in parts["bodies"]]
-    for moves in (both[:1], [both[0], fo.Displacement("lower", "left", x=0.2)]):
+    both = [fo.fem.Displacement(name, "left", x=0.1) for name in parts["bodies"]]
+    parts["supports"] = [fo.fem.Support(name, "left") for name in parts["bodies"]]
+    for moves in (both[:1], [both[0], fo.fem.Displacement("lower", "left", x=0.2)]):
         message = "moves both bodies at (0, 0), in different ways"
         with pytest.raises(fo.ModelError, match=re.escape(message)):
-            fo.ContactModel(**{**parts, "loads": {"Q": moves}})
+            fo.fem.ContactModel(**{**parts, "loads": {"Q": moves}})
     # Both bodies move without strain, so nothing presses or pulls.
-    system = fo.ContactModel(**{**parts, "loads": {"Q": both}}).condense(progress=False)
+    system = fo.fem.ContactModel(**{**parts, "loads": {"Q": both}}).condense(progress=False)
     assert np.abs(system.bonded["Q"]).max() < 1e-9

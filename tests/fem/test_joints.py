@@ -18,7 +18,7 @@ DOVETAILS = [
     (55, 6.0, 3.0),
     (65, 10.0, 5.0),
 ]
-STEEL = fo.Material(E=210e3, nu=0.3)
+STEEL = fo.fem.Material(E=210e3, nu=0.3)
 
 
 def dovetail(file, angle, length, half):
@@ -65,13 +65,13 @@ def dovetail(file, angle, length, half):
         )
         gmsh.model.mesh.generate(2)
         gmsh.write(str(file))
-    return fo.ContactModel(
-        fo.split_bodies(fo.read_mesh(file), {"blade": STEEL, "disc": STEEL}),
-        contacts=[fo.Contact("blade", "disc", side, side) for side in ("right", "left")],
-        supports=[fo.Support("disc", "bottom")],
+    return fo.fem.ContactModel(
+        fo.fem.split_bodies(fo.readers.read_mesh(file), {"blade": STEEL, "disc": STEEL}),
+        contacts=[fo.fem.Contact("blade", "disc", side, side) for side in ("right", "left")],
+        supports=[fo.fem.Support("disc", "bottom")],
         loads={
-            "pull": [fo.Traction("blade", "top", y=100.0)],
-            "sway": [fo.Traction("blade", "top", x=10.0)],
+            "pull": [fo.fem.Traction("blade", "top", y=100.0)],
+            "sway": [fo.fem.Traction("blade", "top", x=10.0)],
         },
     )
 
@@ -137,7 +137,7 @@ def scripted(name, folder, monkeypatch):
     """
     monkeypatch.chdir(folder)
     runpy.run_path(str(TUTORIAL / f"{name}.py"))
-    mesh, kept = fo.read_mesh(f"{name}.msh"), fo.read_mesh(TUTORIAL / f"{name}.msh")
+    mesh, kept = fo.readers.read_mesh(f"{name}.msh"), fo.readers.read_mesh(TUTORIAL / f"{name}.msh")
     assert sorted(mesh.subdomains) == sorted(kept.subdomains)
     assert sorted(mesh.boundaries) == sorted(kept.boundaries)
     assert np.allclose(
@@ -156,28 +156,31 @@ def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
     (tmp_path / "fine.py").write_text(
         script.replace('"SizeMin": 0.5', '"SizeMin": 0.25').replace("blade.msh", "fine.msh")
     )
-    meshes = [scripted("blade", tmp_path, monkeypatch), fo.read_mesh(TUTORIAL / "blade.msh")]
+    meshes = [
+        scripted("blade", tmp_path, monkeypatch),
+        fo.readers.read_mesh(TUTORIAL / "blade.msh"),
+    ]
     runpy.run_path(str(tmp_path / "fine.py"))
     found = []
-    titanium = fo.Material(E=115e3, nu=0.33, density=4.4e-9)
-    for mesh in (*meshes, fo.read_mesh("fine.msh")):
-        bodies = fo.split_bodies(
+    titanium = fo.fem.Material(E=115e3, nu=0.33, density=4.4e-9)
+    for mesh in (*meshes, fo.readers.read_mesh("fine.msh")):
+        bodies = fo.fem.split_bodies(
             mesh, dict.fromkeys(("blade", "disc"), titanium), element="quadratic"
         )
-        model = fo.ContactModel(
+        model = fo.fem.ContactModel(
             bodies,
             contacts=[
-                fo.Contact("blade", "disc", flank, flank, name=flank)
+                fo.fem.Contact("blade", "disc", flank, flank, name=flank)
                 for flank in ("R1", "L1", "R2", "L2")
             ],
             supports=[
-                fo.Support("disc", "bottom"),
-                fo.Support("disc", "left", "x"),
-                fo.Support("disc", "right", "x"),
+                fo.fem.Support("disc", "bottom"),
+                fo.fem.Support("disc", "left", "x"),
+                fo.fem.Support("disc", "right", "x"),
             ],
             loads={
                 "spin": [
-                    fo.Centrifugal(name, titanium.density, speed=300.0, centre=(0.0, -300.0))
+                    fo.fem.Centrifugal(name, titanium.density, speed=300.0, centre=(0.0, -300.0))
                     for name in bodies
                 ]
             },
@@ -196,9 +199,9 @@ def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
 
 def test_the_flange_of_the_tutorial(tmp_path, monkeypatch, capfd):
     """The nodes on both cuts of the quarter from the script match, as those of the file do."""
-    mesh, steel = scripted("flange", tmp_path, monkeypatch), fo.Material()
-    for each in (mesh, fo.read_mesh(TUTORIAL / "flange.msh")):
-        body = fo.split_bodies(each, dict.fromkeys(("upper", "lower", "bolt"), steel))["lower"]
+    mesh, steel = scripted("flange", tmp_path, monkeypatch), fo.fem.Material()
+    for each in (mesh, fo.readers.read_mesh(TUTORIAL / "flange.msh")):
+        body = fo.fem.split_bodies(each, dict.fromkeys(("upper", "lower", "bolt"), steel))["lower"]
         low, high = (body.boundary_nodes(name, "cut") for name in ("low", "high"))
         turned = body.mesh.p[:, low][[1, 0, 2]] * [[-1], [1], [1]]
         apart = np.linalg.norm(turned[:, :, None] - body.mesh.p[:, None, high], axis=0)
@@ -207,18 +210,18 @@ def test_the_flange_of_the_tutorial(tmp_path, monkeypatch, capfd):
 
 def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
     mesh = scripted("lap", tmp_path, monkeypatch)
-    bodies = fo.split_bodies(mesh, dict.fromkeys(mesh.subdomains, STEEL))
+    bodies = fo.fem.split_bodies(mesh, dict.fromkeys(mesh.subdomains, STEEL))
     contacts = [("upper", "lower"), ("bolt", "upper"), ("bolt", "lower")]
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
         contacts=[
-            fo.Contact(one, two, two, one, name=name)
+            fo.fem.Contact(one, two, two, one, name=name)
             for (one, two), name in zip(contacts, ("lap", "head", "nut"), strict=True)
         ],
-        supports=[fo.Support("lower", "left")],
+        supports=[fo.fem.Support("lower", "left")],
         loads={
-            "preload": [fo.BoltPreload("bolt", "section", 20e3)],
-            "pull": [fo.Traction("upper", "right", x=5.0, y=0.5)],
+            "preload": [fo.fem.BoltPreload("bolt", "section", 20e3)],
+            "pull": [fo.fem.Traction("upper", "right", x=5.0, y=0.5)],
         },
     )
     system = model.condense()

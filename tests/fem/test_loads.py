@@ -9,8 +9,8 @@ from skfem import MeshQuad
 import frictopt as fo
 from helpers.refused import refused
 
-STEEL = fo.Material(E=3.0, nu=0.3)
-TOP = [fo.Support("upper", "top", "y")]
+STEEL = fo.fem.Material(E=3.0, nu=0.3)
+TOP = [fo.fem.Support("upper", "top", "y")]
 
 
 def column(
@@ -29,21 +29,21 @@ def column(
         {**face, "bottom": lambda x: x[1] == -1.0}
     )
     beside = [
-        fo.Support("lower", (0.0, -1.0), "x"),
-        fo.Support("lower", (0.0, 0.0), "x"),
-        fo.Support("upper", (0.0, 2.0), "x"),
+        fo.fem.Support("lower", (0.0, -1.0), "x"),
+        fo.fem.Support("lower", (0.0, 0.0), "x"),
+        fo.fem.Support("upper", (0.0, 2.0), "x"),
     ]
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies={
-            "upper": fo.Body(upper, material, element),
-            "lower": fo.Body(lower, material, element),
+            "upper": fo.fem.Body(upper, material, element),
+            "lower": fo.fem.Body(lower, material, element),
         },
         supports=[
-            fo.Support("lower", "bottom", "y"),
+            fo.fem.Support("lower", "bottom", "y"),
             *(beside if kinematics != "axisymmetric" else []),
             *supports,
         ],
-        loads=loads or {"P": [fo.Traction("upper", "top", y=-1.0)]},
+        loads=loads or {"P": [fo.fem.Traction("upper", "top", y=-1.0)]},
         kinematics=kinematics,
     )
 
@@ -57,9 +57,9 @@ def ring(loads, inner=0.5, outer=2.0, height=0.02, elements=40):
     rim = MeshQuad.init_tensor(np.linspace(1.0, outer, 2 * elements + 1), z).with_boundaries(
         {"contact": lambda x: x[0] == 1.0}
     )
-    return fo.ContactModel(
-        bodies={"rim": fo.Body(rim, STEEL), "hub": fo.Body(hub, STEEL)},
-        supports=[fo.Support("hub", (inner, 0.0), "y")],
+    return fo.fem.ContactModel(
+        bodies={"rim": fo.fem.Body(rim, STEEL), "hub": fo.fem.Body(hub, STEEL)},
+        supports=[fo.fem.Support("hub", (inner, 0.0), "y")],
         loads=loads,
         kinematics="axisymmetric",
     )
@@ -98,7 +98,10 @@ def test_free_expansion_without_stress(kinematics, element):
         kinematics,
         element=element,
         loads={
-            "T": [fo.Expansion("upper", 0.01), fo.Expansion("lower", lambda x, y: 0.01 + 0 * x)]
+            "T": [
+                fo.fem.Expansion("upper", 0.01),
+                fo.fem.Expansion("lower", lambda x, y: 0.01 + 0 * x),
+            ]
         },
     )
     fields = glued(model, T=2.0)
@@ -119,14 +122,14 @@ def cylinders(bore=0.0, loads=None, directions="y"):
 
     def cylinder(z, other):
         face = {"contact": lambda x: x[1] == 0.0, "end": lambda x: x[1] == other}
-        return fo.Body(
+        return fo.fem.Body(
             MeshQuad.init_tensor(np.r_[bore, 0.25, 0.5, 1.0], z).with_boundaries(face), STEEL
         )
 
     bodies = {"upper": cylinder([0.0, 1.0, 2.0], 2.0), "lower": cylinder([-1.0, 0.0], -1.0)}
-    loads = {"P": loads or [fo.Traction("upper", "end", y=-1.0)]}
-    return fo.ContactModel(
-        bodies, [fo.Support("lower", "end", directions)], loads, kinematics="axisymmetric"
+    loads = {"P": loads or [fo.fem.Traction("upper", "end", y=-1.0)]}
+    return fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", "end", directions)], loads, kinematics="axisymmetric"
     )
 
 
@@ -144,16 +147,18 @@ def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_vol
     x, y = np.linspace(0.0, 2.0, 17), np.linspace(0.0, 1.0, 9)
     face = {"contact": lambda x: x[1] == 0.0}
     bodies = {
-        name: fo.Body(
+        name: fo.fem.Body(
             MeshQuad.init_tensor(x, y + low).with_boundaries(face),
-            fo.Material(1.0, nu),
+            fo.fem.Material(1.0, nu),
             "mean_dilatation",
         )
         for name, low in (("a", 0.0), ("b", -1.0))
     }
-    heat = [fo.Expansion(name, lambda x, y: x) for name in bodies]
-    model = fo.ContactModel(
-        bodies, [fo.Support("b", (0.0, -1.0)), fo.Support("b", (2.0, -1.0), "y")], {"T": heat}
+    heat = [fo.fem.Expansion(name, lambda x, y: x) for name in bodies]
+    model = fo.fem.ContactModel(
+        bodies,
+        [fo.fem.Support("b", (0.0, -1.0)), fo.fem.Support("b", (2.0, -1.0), "y")],
+        {"T": heat},
     )
     fields = glued(model, T=1.0)
     shape = [
@@ -181,11 +186,11 @@ def test_uniform_pressure_passes_between_rings_that_do_not_match(inner, elements
     lower = MeshQuad.init_tensor(two, [-1.0, -0.3, 0.0]).with_boundaries(
         {**face, "bottom": lambda x: x[1] == -1.0}
     )
-    bodies = {"upper": fo.Body(upper), "lower": fo.Body(lower)}
-    model = fo.ContactModel(
+    bodies = {"upper": fo.fem.Body(upper), "lower": fo.fem.Body(lower)}
+    model = fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "bottom", "y")],
-        {"P": [fo.Pressure("upper", "top")]},
+        [fo.fem.Support("lower", "bottom", "y")],
+        {"P": [fo.fem.Pressure("upper", "top")]},
         kinematics="axisymmetric",
     )
     fields, width = glued(model, P=1.0), model.condense().width
@@ -197,22 +202,24 @@ def test_uniform_pressure_passes_between_rings_that_do_not_match(inner, elements
 
 def test_a_hot_collar_loosens_as_if_its_interference_were_less():
     """A ring that is free to grow by e has lost e times its radius of interference."""
-    loads = {"hot": [fo.Expansion("rim", 0.01)], "fit": [fo.Interference("contact", 0.01)]}
+    loads = {"hot": [fo.fem.Expansion("rim", 0.01)], "fit": [fo.fem.Interference("contact", 0.01)]}
     system = ring(loads).condense()
     assert np.allclose(system.bonded["hot"][1], -system.bonded["fit"][1], rtol=1e-2)
 
 
 def test_a_prescribed_displacement_is_the_equivalent_traction():
-    cork = fo.Material(E=3.0, nu=0.0)
+    cork = fo.fem.Material(E=3.0, nu=0.0)
     pulled = column(material=cork).condense().bonded["P"]
-    held = [fo.Support("upper", "top", "y")]
-    top = {"D": [fo.Displacement("upper", "top", y=-1.0)]}
-    bottom = {"D": [fo.Displacement("lower", "bottom", y=lambda x, y: 1.0 + 0 * x)]}
-    rigid = {"D": [fo.Displacement("lower", where, y=2.0 / 3.0) for where in ("bottom", "contact")]}
+    held = [fo.fem.Support("upper", "top", "y")]
+    top = {"D": [fo.fem.Displacement("upper", "top", y=-1.0)]}
+    bottom = {"D": [fo.fem.Displacement("lower", "bottom", y=lambda x, y: 1.0 + 0 * x)]}
+    rigid = {
+        "D": [fo.fem.Displacement("lower", where, y=2.0 / 3.0) for where in ("bottom", "contact")]
+    }
     for loads, supports in (
         (top, held),
         (bottom, held),
-        (rigid, [*held, fo.Support("lower", "contact", "y")]),
+        (rigid, [*held, fo.fem.Support("lower", "contact", "y")]),
     ):
         model = column(loads=loads, supports=supports, material=cork)
         assert np.allclose(model.condense().bonded["D"], pulled, atol=1e-10)
@@ -224,8 +231,8 @@ def test_a_prescribed_displacement_is_the_equivalent_traction():
 def test_the_end_of_a_cylinder_may_grow_about_its_axis():
     model = cylinders(
         loads=[
-            fo.Displacement("lower", "end", x=lambda x, y: 0.1 * x),
-            *(fo.Expansion(name, 0.1) for name in ("upper", "lower")),
+            fo.fem.Displacement("lower", "end", x=lambda x, y: 0.1 * x),
+            *(fo.fem.Expansion(name, 0.1) for name in ("upper", "lower")),
         ],
         directions="xy",
     )
@@ -233,16 +240,18 @@ def test_the_end_of_a_cylinder_may_grow_about_its_axis():
 
 
 def test_displacements_that_share_a_node_agree_or_are_refused():
-    hold = [fo.Support("upper", "top", "y")]
+    hold = [fo.fem.Support("upper", "top", "y")]
 
     def moved(*parts):
         return column(loads={"D": list(parts)}, supports=hold).condense().bonded["D"][1]
 
-    down = fo.Displacement("upper", "top", y=lambda x, y: -0.01 * x)
-    assert np.array_equal(moved(down), moved(down, fo.Displacement("upper", (1.0, 2.0), y=-0.01)))
+    down = fo.fem.Displacement("upper", "top", y=lambda x, y: -0.01 * x)
+    assert np.array_equal(
+        moved(down), moved(down, fo.fem.Displacement("upper", (1.0, 2.0), y=-0.01))
+    )
     for other in (
-        fo.Displacement("upper", (1.0, 2.0), y=-0.02),
-        fo.Displacement("upper", "top", y=0.0),
+        fo.fem.Displacement("upper", (1.0, 2.0), y=-0.02),
+        fo.fem.Displacement("upper", "top", y=0.0),
     ):
         for parts in ((down, other), (other, down)):
             with pytest.raises(
@@ -257,7 +266,7 @@ def test_a_spinning_disc():
     Timoshenko & Goodier, Theory of Elasticity, section 32.
     """
     density, speed, a, b, nu = 2.0, 0.7, 0.5, 2.0, STEEL.nu
-    model = ring({"spin": [fo.Centrifugal(body, density, speed) for body in ("rim", "hub")]})
+    model = ring({"spin": [fo.fem.Centrifugal(body, density, speed) for body in ("rim", "hub")]})
     fields = glued(model, spin=1.0)
     for body in ("rim", "hub"):
         r, (radial, axial, _, hoop) = at(model, fields, "stress", body)
@@ -323,37 +332,40 @@ def test_loads_add_up_to_their_integrals():
     )
     around = 2 * np.pi * 4.0  # integral of x over the section
     for load, kinematics, expected in (
-        (fo.Centrifugal("b", 2.0, 3.0, (1.0, 0.0)), "plane_strain", [36.0, 18.0]),
-        (fo.BodyForce("b", y=-3.0), "axisymmetric", [0.0, -3 * around]),
-        (fo.Pressure("b", "top", 1.0), "axisymmetric", [0.0, -around]),
+        (fo.fem.Centrifugal("b", 2.0, 3.0, (1.0, 0.0)), "plane_strain", [36.0, 18.0]),
+        (fo.fem.BodyForce("b", y=-3.0), "axisymmetric", [0.0, -3 * around]),
+        (fo.fem.Pressure("b", "top", 1.0), "axisymmetric", [0.0, -around]),
     ):
-        assert np.allclose(load._forces(fo.Body(mesh), kinematics).sum(axis=1), expected)
+        assert np.allclose(load._forces(fo.fem.Body(mesh), kinematics).sum(axis=1), expected)
 
 
 @refused(
-    (lambda: fo.Displacement("b", "top"), "Displacement: x, y and z are all missing"),
-    (lambda: fo.Traction("b", "top"), "Traction: x, y and z are all missing; give at least one"),
-    (lambda: fo.BodyForce("b"), "BodyForce: x, y and z are all missing; give at least one"),
-    (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary, one point"),
+    (lambda: fo.fem.Displacement("b", "top"), "Displacement: x, y and z are all missing"),
     (
-        lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}),
+        lambda: fo.fem.Traction("b", "top"),
+        "Traction: x, y and z are all missing; give at least one",
+    ),
+    (lambda: fo.fem.BodyForce("b"), "BodyForce: x, y and z are all missing; give at least one"),
+    (lambda: fo.fem.Displacement("b", (1.0,), x=1.0), "give the name of a boundary, one point"),
+    (
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "top", lambda x, y: 1 / 0)]}),
         "the function raised ZeroDivisionError",
     ),
     (
-        lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}),
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "top", lambda x, y: np.ones(3))]}),
         r"the function gave shape \(3,\)",
     ),
     (
-        lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}),
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "top", lambda x, y: x * np.nan)]}),
         "pressure, of the function: nan at index",
     ),
     (
-        lambda: column(loads={"P": [fo.Pressure("upper", "none")]}),
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "none")]}),
         r"loads\['P'\]: boundary 'none' is unknown",
     ),
-    (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body: 'none'; give"),
+    (lambda: column(loads={"P": [fo.fem.BodyForce("none", y=1.0)]}), "body: 'none'; give"),
     (
-        lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}),
+        lambda: column(loads={"P": [fo.fem.Displacement("upper", "top", y=1.0)]}),
         "moves nodes in y that no support holds",
     ),
     (
@@ -361,17 +373,17 @@ def test_loads_add_up_to_their_integrals():
         r"loads\['P'\]: acts on boundary 'top' of body 'upper' only where supports .*'top', directions='y'",
     ),
     (
-        lambda: column("axisymmetric", {"P": [fo.Pressure("upper", "top")]}, TOP),
+        lambda: column("axisymmetric", {"P": [fo.fem.Pressure("upper", "top")]}, TOP),
         "load another boundary, or hold fewer directions",
     ),
     (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
     (
-        lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"),
+        lambda: cylinders(loads=[fo.fem.Displacement("lower", "end", x=0.1)], directions="xy"),
         "'lower'.* moves nodes by 0.1 off the axis, x = 0",
     ),
     (
         lambda: column(
-            "axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}
+            "axisymmetric", loads={"P": [fo.fem.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}
         ),
         "spin about their axis",
     ),
@@ -392,12 +404,15 @@ def test_the_axis_may_be_rounded():
         lower = MeshQuad.init_tensor(radii, np.linspace(-1.0, 0.0, 4)).with_boundaries(
             {**face, "bottom": lambda x: x[1] == -1.0}
         )
-        return fo.ContactModel(
-            {"upper": fo.Body(upper, STEEL), "lower": fo.Body(lower, fo.Material(E=1.0, nu=0.2))},
-            [fo.Support("lower", "bottom")],
+        return fo.fem.ContactModel(
             {
-                "P": [fo.Traction("upper", "top", y=-1.0)],
-                "u": [fo.Displacement("lower", "bottom", x=lambda x, y: 0.01 * x + moved)],
+                "upper": fo.fem.Body(upper, STEEL),
+                "lower": fo.fem.Body(lower, fo.fem.Material(E=1.0, nu=0.2)),
+            },
+            [fo.fem.Support("lower", "bottom")],
+            {
+                "P": [fo.fem.Traction("upper", "top", y=-1.0)],
+                "u": [fo.fem.Displacement("lower", "bottom", x=lambda x, y: 0.01 * x + moved)],
             },
             kinematics="axisymmetric",
         ).condense()
@@ -413,19 +428,19 @@ def test_the_axis_may_be_rounded():
 
 
 def test_two_displacements_of_one_node_may_differ_by_rounding():
-    once = [fo.Displacement("lower", "bottom", y=0.3)]
-    twice = [*once, fo.Displacement("lower", (0.0, -1.0), y=0.1 * 3)]
+    once = [fo.fem.Displacement("lower", "bottom", y=0.3)]
+    twice = [*once, fo.fem.Displacement("lower", (0.0, -1.0), y=0.1 * 3)]
     one, two = (column(loads={"u": moved}, supports=TOP).condense() for moved in (once, twice))
     assert two.bonded["u"][1] == pytest.approx(one.bonded["u"][1], rel=1e-12)
 
 
 def test_a_held_load_beside_one_that_is_felt_changes_nothing():
-    pull, held = fo.Traction("upper", "side", x=1.0), fo.Pressure("upper", "top")
+    pull, held = fo.fem.Traction("upper", "side", x=1.0), fo.fem.Pressure("upper", "top")
     upper = column().bodies["upper"]
-    sided = fo.Body(upper.mesh.with_boundaries({"side": lambda x: x[0] == 1.0}), STEEL)
+    sided = fo.fem.Body(upper.mesh.with_boundaries({"side": lambda x: x[0] == 1.0}), STEEL)
     bonded = []
-    for parts in ([pull], [pull, held], [pull, fo.Displacement("upper", "top", y=0.0)]):
-        model = column(supports=TOP, loads={"P": [fo.BodyForce("upper", y=1.0)]})
+    for parts in ([pull], [pull, held], [pull, fo.fem.Displacement("upper", "top", y=0.0)]):
+        model = column(supports=TOP, loads={"P": [fo.fem.BodyForce("upper", y=1.0)]})
         bonded.append(
             replace(model, bodies={**model.bodies, "upper": sided}, loads={"P": parts})
             .condense()

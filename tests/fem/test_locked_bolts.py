@@ -13,7 +13,7 @@ from skfem import MeshHex, MeshQuad
 import frictopt as fo
 from helpers.calculix import displacements, equation, node_set
 
-STEEL = fo.Material(E=3.0, nu=0.3)
+STEEL = fo.fem.Material(E=3.0, nu=0.3)
 
 
 def bars(kind=MeshQuad, force=10.0):
@@ -30,7 +30,7 @@ def bars(kind=MeshQuad, force=10.0):
             {name: lambda x, at=at: x[-1] == at for name, at in names.items()},
             boundaries_only=False,
         )
-        return fo.Body(mesh, fo.Material(E=3.0, nu=0.0))
+        return fo.fem.Body(mesh, fo.fem.Material(E=3.0, nu=0.0))
 
     bodies = {
         "bolt": bar(0.0, 0.0, 2.0, foot=0.0, section=1.0, top=2.0),
@@ -38,12 +38,12 @@ def bars(kind=MeshQuad, force=10.0):
         "base": bar(5.0, -1.0, 0.0, contact=0.0, foot=-1.0),
     }
     supports = [
-        fo.Support(body, where)
+        fo.fem.Support(body, where)
         for body, where in (("bolt", "foot"), ("base", "foot"), ("bolt", "top"), ("tube", "top"))
     ]
-    lift = [fo.Displacement(body, "top", **{up: 1.0}) for body in ("bolt", "tube")]
-    loads = {"bolt": [fo.BoltPreload("bolt", "section", force, locked=True)], "lift": lift}
-    return fo.ContactModel(bodies, supports, loads, [fo.Contact("tube", "base")])
+    lift = [fo.fem.Displacement(body, "top", **{up: 1.0}) for body in ("bolt", "tube")]
+    loads = {"bolt": [fo.fem.BoltPreload("bolt", "section", force, locked=True)], "lift": lift}
+    return fo.fem.ContactModel(bodies, supports, loads, [fo.fem.Contact("tube", "base")])
 
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
@@ -75,7 +75,7 @@ def test_bars_in_series_and_in_parallel(kind):
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 @pytest.mark.parametrize("locked", [True, False])
-@pytest.mark.parametrize("coupling", [fo.RigidCoupling, fo.DistributingCoupling])
+@pytest.mark.parametrize("coupling", [fo.fem.RigidCoupling, fo.fem.DistributingCoupling])
 def test_a_coupling_may_hold_the_foot_of_a_bolt(kind, locked, coupling):
     """A bar under uniform tension does not matter whether its foot is clamped or held in the mean.
 
@@ -86,11 +86,11 @@ def test_a_coupling_may_hold_the_foot_of_a_bolt(kind, locked, coupling):
     foot, *rest = model.supports
     held = "xyz"[:d], "xyz" if d == 3 else "z"
     loads = {
-        "bolt": [fo.BoltPreload("bolt", "section", 10.0, locked=locked)],
+        "bolt": [fo.fem.BoltPreload("bolt", "section", 10.0, locked=locked)],
         "lift": model.loads["lift"],
     }
     systems = [
-        fo.ContactModel(model.bodies, [each, *rest], loads, model.contacts).condense()
+        fo.fem.ContactModel(model.bodies, [each, *rest], loads, model.contacts).condense()
         for each in (foot, coupling("bolt", "foot", *held))
     ]
     plain, coupled = systems
@@ -101,7 +101,7 @@ def test_a_coupling_may_hold_the_foot_of_a_bolt(kind, locked, coupling):
     assert coupled.S == pytest.approx(plain.S, abs=1e-9 * np.abs(plain.S).max())
     across = coupling("bolt", "foot", "x", held[1])
     with pytest.raises(fo.ModelError, match="bolt 'bolt': nothing holds the part around"):
-        fo.ContactModel(model.bodies, [across, *rest], loads, model.contacts).condense()
+        fo.fem.ContactModel(model.bodies, [across, *rest], loads, model.contacts).condense()
 
 
 def test_the_range_of_the_tension_over_a_cycle():
@@ -151,10 +151,10 @@ def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
             {"middle": lambda x: x[1] == 0.5}, boundaries_only=False
         )
     bodies = {
-        name: fo.Body(mesh, STEEL)
+        name: fo.fem.Body(mesh, STEEL)
         for name, mesh in {"upper": plates["upper"], "lower": plates["lower"], "bolt": bolt}.items()
     }
-    joint = fo.Contact(
+    joint = fo.fem.Contact(
         "upper",
         "lower",
         "joint",
@@ -165,27 +165,27 @@ def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
     )
     contacts = [
         joint,
-        fo.Contact("bolt", "upper", "head", "head"),
-        fo.Contact("bolt", "lower", "nut", "nut"),
+        fo.fem.Contact("bolt", "upper", "head", "head"),
+        fo.fem.Contact("bolt", "lower", "nut", "nut"),
     ]
     loads = {
-        "bolt": [fo.BoltPreload("bolt", "section", force, locked=locked)],
-        "pull": [fo.Traction("upper", "rim", y=0.4)],
+        "bolt": [fo.fem.BoltPreload("bolt", "section", force, locked=locked)],
+        "pull": [fo.fem.Traction("upper", "rim", y=0.4)],
     }
     loads |= {
-        "twist": [fo.Traction("upper", "rim", x=0.3)],
-        "lift": [fo.Displacement("lower", "rim", x=0.0, y=0.1)],
-        "fit": [fo.Interference("joint", 0.1)],
+        "twist": [fo.fem.Traction("upper", "rim", x=0.3)],
+        "lift": [fo.fem.Displacement("lower", "rim", x=0.0, y=0.1)],
+        "fit": [fo.fem.Interference("joint", 0.1)],
     }
-    supports = [fo.Support("lower", "rim")]
+    supports = [fo.fem.Support("lower", "rim")]
     if cut:
-        supports.append(fo.Support("upper", "rim"))
+        supports.append(fo.fem.Support("upper", "rim"))
         loads |= {
-            "plate": [fo.BoltPreload("upper", "middle", 5.0)],
-            "pull": [fo.BodyForce("upper", y=1.0)],
-            "twist": [fo.BodyForce("bolt", y=0.3)],
+            "plate": [fo.fem.BoltPreload("upper", "middle", 5.0)],
+            "pull": [fo.fem.BodyForce("upper", y=1.0)],
+            "twist": [fo.fem.BodyForce("bolt", y=0.3)],
         }
-    return fo.ContactModel(bodies, supports, loads, contacts, "axisymmetric")
+    return fo.fem.ContactModel(bodies, supports, loads, contacts, "axisymmetric")
 
 
 @pytest.mark.parametrize(
@@ -261,7 +261,7 @@ def clamped(force=(5.0, 8.0)):
     y = np.array([-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0])
     clamp = without(MeshQuad.init_tensor(x[:5], y), lambda x, y: (x > -1.4) & (abs(y) < 0.6))
     bodies = {}
-    contacts = [fo.Contact("upper", "lower", "joint", "joint")]
+    contacts = [fo.fem.Contact("upper", "lower", "joint", "joint")]
     loads = {}
     for name, (low, high) in {"upper": (0.0, 0.6), "lower": (-0.6, 0.0)}.items():
         mesh = MeshQuad.init_tensor(np.r_[x[2:], -x[:1:-1]], y[(low <= y) & (y <= high)])
@@ -273,7 +273,7 @@ def clamped(force=(5.0, 8.0)):
             name: lambda x, s=s: (abs(x[1]) == 0.6) & (s * x[0] > 0.55)
             for name, s in (("left", -1), ("right", 1))
         }
-        bodies[name] = fo.Body(mesh.with_boundaries(sides), STEEL)
+        bodies[name] = fo.fem.Body(mesh.with_boundaries(sides), STEEL)
     for (name, side), amount in zip((("left", 1), ("right", -1)), force, strict=True):
         mesh = clamp if side > 0 else MeshQuad(clamp.p * [[-1.0], [1.0]], clamp.t[::-1])
         mesh = mesh.with_boundaries(
@@ -285,16 +285,17 @@ def clamped(force=(5.0, 8.0)):
         mesh = mesh.with_boundaries(
             {"section": lambda x: (x[1] == 0) & (abs(x[0]) > 1.3)}, boundaries_only=False
         )
-        bodies[name] = fo.Body(mesh, STEEL)
+        bodies[name] = fo.fem.Body(mesh, STEEL)
         contacts += [
-            fo.Contact(name, plate, plate, name, f"{name} {plate}") for plate in ("upper", "lower")
+            fo.fem.Contact(name, plate, plate, name, f"{name} {plate}")
+            for plate in ("upper", "lower")
         ]
-        loads[name] = [fo.BoltPreload(name, "section", amount, locked=True)]
+        loads[name] = [fo.fem.BoltPreload(name, "section", amount, locked=True)]
     loads |= {
-        "pull": [fo.Traction("upper", "middle", y=1.0)],
-        "shear": [fo.Traction("upper", "middle", x=1.0)],
+        "pull": [fo.fem.Traction("upper", "middle", y=1.0)],
+        "shear": [fo.fem.Traction("upper", "middle", x=1.0)],
     }
-    return fo.ContactModel(bodies, [fo.Support("lower", "middle")], loads, contacts)
+    return fo.fem.ContactModel(bodies, [fo.fem.Support("lower", "middle")], loads, contacts)
 
 
 @pytest.mark.parametrize(
@@ -326,26 +327,28 @@ def tighten(system=None, mean=None, friction=0.3):
 
 def in_loads(**loads):
     model = flange()
-    return lambda: fo.ContactModel(
+    return lambda: fo.fem.ContactModel(
         model.bodies, model.supports, {**model.loads, **loads}, model.contacts, model.kinematics
     )
 
 
-BOLT = fo.BoltPreload("bolt", "section", 20.0, locked=True)
+BOLT = fo.fem.BoltPreload("bolt", "section", 20.0, locked=True)
 REFUSED = {
     "loads['bolt']: the locked bolt 'bolt', section 'section', with other loads": in_loads(
-        bolt=[BOLT, fo.BodyForce("bolt", y=1.0)]
+        bolt=[BOLT, fo.fem.BodyForce("bolt", y=1.0)]
     ),
     "loads['more']: the locked bolt 'bolt', section 'section', in another load case too": in_loads(
         more=[BOLT]
     ),
     "loads['free']: the locked bolt 'bolt', section 'section', in another load case": in_loads(
-        free=[fo.BoltPreload("bolt", "section")]
+        free=[fo.fem.BoltPreload("bolt", "section")]
     ),
-    "force: 0.0; it must be finite and above 0": lambda: fo.BoltPreload(
+    "force: 0.0; it must be finite and above 0": lambda: fo.fem.BoltPreload(
         "bolt", "section", 0.0, locked=True
     ),
-    "locked: 'yes'; give True or False": lambda: fo.BoltPreload("bolt", "section", locked="yes"),
+    "locked: 'yes'; give True or False": lambda: fo.fem.BoltPreload(
+        "bolt", "section", locked="yes"
+    ),
     "cycle: its mean load has none of the locked bolts ['left', 'right']": lambda: tighten(
         mean={"pull": 1.0}
     ),
@@ -438,21 +441,21 @@ def bolted():
             side: lambda x, h=outside: (x[2] == h) & (abs(x[0]) < 2.5),
         }
         sides["end"] = lambda x, h=outside: (x[2] == h) & (x[0] > 2.5)
-        bodies[name] = fo.Body(mesh.with_boundaries(sides), fo.Material(E=1.0, nu=0.2))
-    bodies["bolt"] = fo.Body(
+        bodies[name] = fo.fem.Body(mesh.with_boundaries(sides), fo.fem.Material(E=1.0, nu=0.2))
+    bodies["bolt"] = fo.fem.Body(
         bolt.with_boundaries({"section": lambda x: x[2] == 1}, boundaries_only=False),
-        fo.Material(E=2.0, nu=0.3),
+        fo.fem.Material(E=2.0, nu=0.3),
     )
-    contacts = [fo.Contact("upper", "lower", "joint", "joint")]
+    contacts = [fo.fem.Contact("upper", "lower", "joint", "joint")]
     contacts += [
-        fo.Contact("bolt", plate, side, side)
+        fo.fem.Contact("bolt", plate, side, side)
         for plate, side in (("upper", "head"), ("lower", "nut"))
     ]
     loads = {
-        "bolt": [fo.BoltPreload("bolt", "section", 1.0, locked=True)],
-        "pull": [fo.Traction("upper", "end", z=0.1)],
+        "bolt": [fo.fem.BoltPreload("bolt", "section", 1.0, locked=True)],
+        "pull": [fo.fem.Traction("upper", "end", z=0.1)],
     }
-    return fo.ContactModel(bodies, [fo.Support("lower", "end")], loads, contacts)
+    return fo.fem.ContactModel(bodies, [fo.fem.Support("lower", "end")], loads, contacts)
 
 
 @pytest.mark.ccx

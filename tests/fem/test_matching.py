@@ -23,7 +23,7 @@ def job_of(folder, blocks):
     labels = [
         (n, k + 1) for part in blocks for n in part.numbers for k in range(part.points.shape[1])
     ]
-    return fo.MatrixJob(
+    return fo.readers.MatrixJob(
         block_diag([part.stiffness() for part in blocks]), labels, read_deck(folder / "job.inp")
     )
 
@@ -94,7 +94,7 @@ def test_faces_apart_are_several_and_points_are_none(tmp_path, first):
         "".join(part.deck() for part in parts).replace(between_feet, "")
     )
     labels = [(n, k + 1) for part in parts for n in part.numbers for k in range(2)]
-    job = fo.MatrixJob(
+    job = fo.readers.MatrixJob(
         block_diag([part.stiffness() for part in parts]), labels, read_deck(tmp_path / "job.inp")
     )
     expected = {
@@ -122,7 +122,7 @@ def pair_in_space():
 
 def test_a_matrix_of_points_alone_has_faces_in_space(pair_in_space):
     K, labels, points, pairs = pair_in_space
-    job = fo.MatrixJob(K, labels, points)
+    job = fo.readers.MatrixJob(K, labels, points)
     assert np.array_equal(job.points, list(points.values()))
     assert job.unknowns.ravel().tolist() == list(range(len(labels)))
     (face,) = job.matching_faces()
@@ -146,12 +146,12 @@ def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
     row[[0, n - 1]] = 0.1
     joined = np.block([[K.toarray(), row[:, None]], [row[None], np.eye(1)]])
     for label in ((0, 1), (-3, 2), (101, 4)):
-        job = fo.MatrixJob(joined, np.vstack([labels, label]), points)
+        job = fo.readers.MatrixJob(joined, np.vstack([labels, label]), points)
         assert job.generalised.tolist() == [n]
         assert set(job.bodies) == {0}
         assert "generalised=1" in repr(job)
         assert job.unknowns.max() == n - 1
-    assert set(fo.MatrixJob(K, labels, points).bodies) == {0, 1}
+    assert set(fo.readers.MatrixJob(K, labels, points).bodies) == {0, 1}
 
 
 @refused(
@@ -163,7 +163,7 @@ def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
     ({2: (0, 0)}, "node 1 of the matrix is not in it"),
 )
 def test_points_that_are_none_are_refused(points):
-    fo.MatrixJob(np.eye(2), [[1, 1], [1, 2]], points).unknowns  # noqa: B018
+    fo.readers.MatrixJob(np.eye(2), [[1, 1], [1, 2]], points).unknowns  # noqa: B018
 
 
 def test_nodes_on_several_others_are_refused(pair_in_space):
@@ -173,4 +173,4 @@ def test_nodes_on_several_others_are_refused(pair_in_space):
         fo.ModelError,
         match=r"matching_faces: the node at \(0, 0, 0\) coincides with several nodes of one other body",
     ):
-        fo.MatrixJob(K, labels, points).matching_faces()
+        fo.readers.MatrixJob(K, labels, points).matching_faces()

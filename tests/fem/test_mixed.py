@@ -14,7 +14,7 @@ NAMES = {"low": 0.0, "high": 1.5}
 
 def mesh_of(folder, points, elements):
     (folder / "a.inp").write_text(deck(points, elements))
-    return fo.read_mesh(folder / "a.inp")
+    return fo.readers.read_mesh(folder / "a.inp")
 
 
 @pytest.fixture
@@ -41,21 +41,21 @@ def test_all_shapes_share_one_outline(mixed):
 
 def test_a_body_of_all_shapes_carries_uniform_stress(mixed):
     """A bar of nu = 0.3 under tension along x: u = x t / E, v = -nu y t / E, w likewise."""
-    steel = fo.Material(E=2.0, nu=0.3)
+    steel = fo.fem.Material(E=2.0, nu=0.3)
     block = MeshHex.init_tensor(
         *(np.linspace(low, high, 3) for low, high in ((4, 5), (0, 1.5), (0, 1.5)))
     )
     block = block.with_boundaries({"left": lambda x: x[0] == 4, "right": lambda x: x[0] == 5})
     for names in (("a", "b", "right", "left"), ("b", "a", "left", "right")):
-        model = fo.ContactModel(
-            {"a": fo.Body(mixed, steel), "b": fo.Body(block, steel)},
+        model = fo.fem.ContactModel(
+            {"a": fo.fem.Body(mixed, steel), "b": fo.fem.Body(block, steel)},
             [
-                fo.Support("a", "left", "x"),
-                fo.Support("a", (0.0, 0.0, 0.0), "yz"),
-                fo.Support("a", (0.0, 1.5, 0.0), "z"),
+                fo.fem.Support("a", "left", "x"),
+                fo.fem.Support("a", (0.0, 0.0, 0.0), "yz"),
+                fo.fem.Support("a", (0.0, 1.5, 0.0), "z"),
             ],
-            {"t": [fo.Traction("b", "right", x=0.7)]},
-            [fo.Contact(*names)],
+            {"t": [fo.fem.Traction("b", "right", x=0.7)]},
+            [fo.fem.Contact(*names)],
         )
         p = np.asarray(model.condense().bonded["t"][1])
         assert -p.sum() == pytest.approx(0.7 * 1.5 * 1.5, rel=1e-12)
@@ -72,12 +72,12 @@ def test_faces_of_triangles_and_quadrilaterals_pass_pressure_on(mixed):
     """A stack of two such boxes turned against each other: each node carries its area."""
     turned = mixed.p * np.array([[-1.0], [-1.0], [1.0]]) + np.array([[4.0], [1.5], [1.5]])
     upper = type(mixed)(turned, mixed.t, mixed.boundaries)
-    rubber = fo.Material(E=1.0, nu=0.0)
-    system = fo.ContactModel(
-        {"upper": fo.Body(upper, rubber), "lower": fo.Body(mixed, rubber)},
-        [fo.Support("lower", "low")],
-        {"P": [fo.Pressure("upper", "high", 2.0)]},
-        [fo.Contact("upper", "lower", "low", "high")],
+    rubber = fo.fem.Material(E=1.0, nu=0.0)
+    system = fo.fem.ContactModel(
+        {"upper": fo.fem.Body(upper, rubber), "lower": fo.fem.Body(mixed, rubber)},
+        [fo.fem.Support("lower", "low")],
+        {"P": [fo.fem.Pressure("upper", "high", 2.0)]},
+        [fo.fem.Contact("upper", "lower", "low", "high")],
     ).condense()
     q, p = system.bonded["P"]
     assert p.sum() == pytest.approx(2.0 * 4.0 * 1.5, rel=1e-12)
@@ -102,11 +102,11 @@ def test_normals_of_triangles_beside_quadrilaterals_are_those_of_the_cylinder(tm
     pin = MeshHex.init_tensor(np.linspace(0, 4, 9), np.linspace(-1.0, 0, 3), np.array(LINES[2]))
     pin = MeshHex(np.array([quarter(x) for x in pin.p.T]).T, pin.t)
     pin = pin.with_boundaries({"surface": on_hole, "ends": lambda x: x[1] < 1e-9})
-    system = fo.ContactModel(
-        {"ring": fo.Body(mesh), "pin": fo.Body(pin)},
-        [fo.Support("ring", "ends"), fo.Support("pin", "ends")],
-        {"g": [fo.BodyForce("ring", x=1.0)]},
-        [fo.Contact("ring", "pin", "hole", "surface", gap="measured")],
+    system = fo.fem.ContactModel(
+        {"ring": fo.fem.Body(mesh), "pin": fo.fem.Body(pin)},
+        [fo.fem.Support("ring", "ends"), fo.fem.Support("pin", "ends")],
+        {"g": [fo.fem.BodyForce("ring", x=1.0)]},
+        [fo.fem.Contact("ring", "pin", "hole", "surface", gap="measured")],
     ).condense()
     radial = system.points * [1.0, 1.0, 0.0] / 2.0
     assert np.allclose(np.abs(np.sum(system.normals * radial, axis=1)), 1.0, atol=1e-7)
@@ -135,11 +135,11 @@ def test_normals_of_triangles_beside_quadrilaterals_are_radial_within_a_part_of_
     ball = ball.with_boundaries(
         {"face": lambda x: radius(x) > 4.85, "back": lambda x: radius(x) < 4.01}
     )
-    system = fo.ContactModel(
-        {"cup": fo.Body(cup), "ball": fo.Body(ball)},
-        [fo.Support("cup", "back"), fo.Support("ball", "back")],
-        {"g": [fo.BodyForce("cup", z=1.0)]},
-        [fo.Contact("cup", "ball", "face", "face", gap="measured")],
+    system = fo.fem.ContactModel(
+        {"cup": fo.fem.Body(cup), "ball": fo.fem.Body(ball)},
+        [fo.fem.Support("cup", "back"), fo.fem.Support("ball", "back")],
+        {"g": [fo.fem.BodyForce("cup", z=1.0)]},
+        [fo.fem.Contact("cup", "ball", "face", "face", gap="measured")],
     ).condense()
     assert system.nodes == len(LINES[0]) * len(LINES[1])
     on_rim = [
@@ -157,11 +157,11 @@ def test_wedges_of_scikit_fem_are_bodies():
     above = wedges.with_boundaries({"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1})
     below = MeshHex.init_tensor(np.linspace(0, 1, 3), np.linspace(0, 1, 3), np.array([-1.0, 0.0]))
     below = below.with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
-    rubber = fo.Material(nu=0.0)
-    model = fo.ContactModel(
-        {"above": fo.Body(above, rubber), "below": fo.Body(below, rubber)},
-        [fo.Support("below", "bottom")],
-        {"P": [fo.Pressure("above", "top", 1.0)]},
+    rubber = fo.fem.Material(nu=0.0)
+    model = fo.fem.ContactModel(
+        {"above": fo.fem.Body(above, rubber), "below": fo.fem.Body(below, rubber)},
+        [fo.fem.Support("below", "bottom")],
+        {"P": [fo.fem.Pressure("above", "top", 1.0)]},
     )
     system = model.condense()
     assert np.allclose(system.bonded["P"][1], system.width)
@@ -171,7 +171,7 @@ def test_wedges_of_scikit_fem_are_bodies():
     assert np.allclose(
         model.recover({"P": 1.0}, slip=np.zeros((4, 2))).displacement["above"][2], -above.p[2] - 1.0
     )
-    parts = fo.split_bodies(
+    parts = fo.fem.split_bodies(
         wedges.with_subdomains({"a": [0], "b": [1]}), dict.fromkeys("ab", rubber)
     )
     assert sorted(parts["a"].mesh.boundaries) == ["b"]
@@ -181,10 +181,10 @@ def test_bad_wedges_are_refused():
     flat = MeshWedge1().p.copy()
     flat[2] = 0.0
     with pytest.raises(fo.ModelError, match="not convex or have no volume: 2, the first is 0"):
-        fo.Body(MeshWedge1(flat, MeshWedge1().t))
+        fo.fem.Body(MeshWedge1(flat, MeshWedge1().t))
     crossed = MeshWedge1().t.copy()
     crossed[[3, 4], 0] = crossed[[4, 3], 0]
     with pytest.raises(fo.ModelError, match="not convex"):
-        fo.Body(MeshWedge1(MeshWedge1().p, crossed))
+        fo.fem.Body(MeshWedge1(MeshWedge1().p, crossed))
     with pytest.raises(fo.ModelError, match="element: 'quadratic', but the mesh has wedges"):
-        fo.Body(MeshWedge1(), element="quadratic")
+        fo.fem.Body(MeshWedge1(), element="quadratic")

@@ -35,7 +35,7 @@ def bars(kind, cells, across=2, height=HIGH, nu=0.0, low=0.0, **options):
     """
     x = np.linspace(0.0, LENGTH, cells + 1)
     sides = [np.linspace(0.0, height, across + 1) + low] * (dimensions(kind) - 1)
-    steel, middle, bodies = fo.Material(E, nu, RHO), x[cells // 2], {}
+    steel, middle, bodies = fo.fem.Material(E, nu, RHO), x[cells // 2], {}
     for name, part, end in (("right", x[cells // 2 :], LENGTH), ("left", x[: cells // 2 + 1], 0.0)):
         mesh = kind.init_tensor(part, *sides)
         named = {"contact": lambda p: p[0] == middle, "end": lambda p, end=end: p[0] == end}
@@ -43,17 +43,22 @@ def bars(kind, cells, across=2, height=HIGH, nu=0.0, low=0.0, **options):
             f"side {axis}": lambda p, k=k: (p[k] == p[k].min()) | (p[k] == p[k].max())
             for k, axis in ((1, "y"), (2, "z"))[: len(sides)]
         }
-        bodies[name] = fo.Body(mesh.with_boundaries(named), steel, options.get("element"))
+        bodies[name] = fo.fem.Body(mesh.with_boundaries(named), steel, options.get("element"))
     supports = options.get("supports", [])
-    return fo.ContactModel(
-        bodies, supports, {"P": [fo.Pressure("right", "end")]}, kinematics=options.get("kinematics")
+    return fo.fem.ContactModel(
+        bodies,
+        supports,
+        {"P": [fo.fem.Pressure("right", "end")]},
+        kinematics=options.get("kinematics"),
     )
 
 
 def straight(kind):
     """Supports that leave a bar nothing but its motion along x."""
     axes = "yz"[: dimensions(kind) - 1]
-    return [fo.Support(body, f"side {axis}", axis) for body in ("right", "left") for axis in axes]
+    return [
+        fo.fem.Support(body, f"side {axis}", axis) for body in ("right", "left") for axis in axes
+    ]
 
 
 def of_elements(waves, h):
@@ -83,7 +88,7 @@ def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, 
     assert modes.frequency[1:] == pytest.approx(numbers[1:] * SPEED / (2 * LENGTH), rel=1e-2)
     assert modes.mass == pytest.approx(RHO * LENGTH * HIGH ** (dimensions(kind) - 1))
     assert modes.modal_mass[1] == pytest.approx(modes.mass / 2, rel=1e-2)
-    clamped = replace(free, supports=[*straight(kind), fo.Support("left", "end")]).modes(3)
+    clamped = replace(free, supports=[*straight(kind), fo.fem.Support("left", "end")]).modes(3)
     assert clamped.frequency == pytest.approx(
         of_elements((numbers[:3] + 0.5) * np.pi / LENGTH, h), rel=1e-9
     )
@@ -95,18 +100,18 @@ def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, 
 @pytest.mark.parametrize("nu", [0.0, 0.3])
 def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
     """With Poisson's ratio it breathes, too, and no such motion is a translation."""
-    y, steel = np.linspace(0.0, LENGTH, 21), fo.Material(E, nu, RHO)
+    y, steel = np.linspace(0.0, LENGTH, 21), fo.fem.Material(E, nu, RHO)
     named = {
         "contact": lambda p: p[1] == y[10],
         "end": lambda p: abs(p[1] - LENGTH / 2) == LENGTH / 2,
     }
     parts = {"up": y[10:], "low": y[:11]}
     bodies = {
-        name: fo.Body(MeshQuad.init_tensor([0.0, 0.5, 1.0], part).with_boundaries(named), steel)
+        name: fo.fem.Body(MeshQuad.init_tensor([0.0, 0.5, 1.0], part).with_boundaries(named), steel)
         for name, part in parts.items()
     }
-    modes = fo.ContactModel(
-        bodies, [], {"P": [fo.Pressure("up", "end")]}, kinematics="axisymmetric"
+    modes = fo.fem.ContactModel(
+        bodies, [], {"P": [fo.fem.Pressure("up", "end")]}, kinematics="axisymmetric"
     ).modes(3)
     assert modes.frequency == pytest.approx(
         of_elements(np.arange(3) * np.pi / LENGTH, LENGTH / 20), rel=1e-9 if nu == 0 else 2e-2
@@ -123,7 +128,7 @@ def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
     It is in plane stress and 40 times as long as high. Shear and rotation take off some 0.1 %.
     Finer linear elements approach the quadratic elements from above.
     """
-    height, root = 0.25, [fo.Support("left", "end")]
+    height, root = 0.25, [fo.fem.Support("left", "end")]
     roots = np.array([1.8751, 4.6941, 7.8548])  # of cos cosh = -1
     beam = (roots / LENGTH) ** 2 * SPEED * height / np.sqrt(12) / (2 * np.pi)
     fine = bars(
@@ -191,7 +196,7 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
     Some nodes are open, or none. Shapes are compared by their products with the mass, masses and
     participation by sums.
     """
-    model = bars(kind, 4, 2, height=3.0, nu=0.3, supports=[fo.Support("left", "end")])
+    model = bars(kind, 4, 2, height=3.0, nu=0.3, supports=[fo.fem.Support("left", "end")])
     system = model.condense()
     open_nodes = np.arange(system.nodes) < opened
     first = model.bodies["right"].mesh.p.shape[1]
@@ -230,7 +235,7 @@ def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
     All modes but one of 16 are compared with the projection of translations onto the motions of
     free nodes, with the mass of dense matrices.
     """
-    model = bars(MeshQuad, 4, 1, nu=0.3, supports=[fo.Support("left", "end")])
+    model = bars(MeshQuad, 4, 1, nu=0.3, supports=[fo.fem.Support("left", "end")])
     modes = model.modes(15)
     _, _, M, along = dense(model.bodies, np.zeros((0, 2), dtype=int), np.zeros(0))
     assert modes.mass == pytest.approx(along[:, 0] @ M @ along[:, 0])
@@ -250,7 +255,7 @@ def test_bars_that_touch_nowhere_vibrate_by_themselves():
     One bar is free and has n c / L of its length L / 2; the other is clamped and has (n + 1/2) c /
     L, but for the elements.
     """
-    model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.Support("left", "end")])
+    model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.fem.Support("left", "end")])
     apart = model.modes(5, open_nodes=[True, True])
     steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
     waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
@@ -267,16 +272,16 @@ def test_surfaces_that_give_are_springs_between_heavy_ends():
     """
     stiff = replace(
         bars(MeshQuad, 4, 1),
-        contacts=[fo.Contact("right", "left", normal_stiffness=1e-6)],
+        contacts=[fo.fem.Contact("right", "left", normal_stiffness=1e-6)],
         supports=straight(MeshQuad),
     )
     modes, m = stiff.modes(2), RHO * LENGTH / 2
     assert modes.frequency == pytest.approx([0.0, np.sqrt(2e-6 / m) / (2 * np.pi)], rel=1e-4)
-    held = [fo.Support(body, "end", "x") for body in ("right", "left")]
-    pull = {"P": [fo.Traction("right", "end", y=1.0)]}
+    held = [fo.fem.Support(body, "end", "x") for body in ("right", "left")]
+    pull = {"P": [fo.fem.Traction("right", "end", y=1.0)]}
     shear = replace(
         stiff,
-        contacts=[fo.Contact("right", "left", tangential_stiffness=1e-8)],
+        contacts=[fo.fem.Contact("right", "left", tangential_stiffness=1e-8)],
         supports=held,
         loads=pull,
     ).modes(2)
@@ -290,11 +295,11 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
 
     Its compliance is 1 / omega^2, other modes do no work in it, and its fields are its shape.
     """
-    model = bars(kind, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element="quadratic")
+    model = bars(kind, 8, 2, nu=0.3, supports=[fo.fem.Support("left", "end")], element="quadratic")
     model = replace(
         model,
         contacts=[
-            fo.Contact("right", "left", tangential_stiffness=give, normal_stiffness=2 * give)
+            fo.fem.Contact("right", "left", tangential_stiffness=give, normal_stiffness=2 * give)
         ],
     )
     modes = model.modes(3)
@@ -329,12 +334,15 @@ def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
     force over the square of the angular frequency.
     """
     d = dimensions(kind)
-    base = bars(kind, 8, supports=[fo.Support("left", "end")])
+    base = bars(kind, 8, supports=[fo.fem.Support("left", "end")])
     modes = base.modes(3)
     push = dict(zip("xyz", [0.4, -0.3, 0.2][:d], strict=False))
     loads = {
-        "faces": [fo.Pressure("right", "end", 0.7), fo.Traction("right", "end", **push)],
-        "volume": [fo.BodyForce("left", y=lambda x, *_: 0.1 * x), fo.BodyForce("right", x=0.5)],
+        "faces": [fo.fem.Pressure("right", "end", 0.7), fo.fem.Traction("right", "end", **push)],
+        "volume": [
+            fo.fem.BodyForce("left", y=lambda x, *_: 0.1 * x),
+            fo.fem.BodyForce("right", x=0.5),
+        ],
         "mode 1": modes.load(1),
     }
     model = base.with_loads({f"of mode {k}": modes.load(k) for k in range(3)} | loads)
@@ -349,7 +357,7 @@ def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
     # A base shaken by b is the inertia of all bodies, forces per volume of density times b.
     shake = np.array([0.3, -1.2, 0.7])[:d]
     weight = dict(zip("xyz", RHO * shake, strict=False))
-    inertia = [fo.BodyForce(name, **weight) for name in ("left", "right")]
+    inertia = [fo.fem.BodyForce(name, **weight) for name in ("left", "right")]
     for k in range(3):
         alone = modes.force(k, acceleration=shake)
         assert alone == pytest.approx(modes.force(k, inertia), rel=1e-9, abs=1e-9)
@@ -358,9 +366,9 @@ def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
     with pytest.raises(fo.ModelError, match="loads, acceleration: neither is given"):
         modes.force(0)
     with pytest.raises(fo.ModelError, match=r"loads: .*give a list of Traction or Pressure"):
-        modes.force(0, [fo.Displacement("left", "end", x=1.0)])
+        modes.force(0, [fo.fem.Displacement("left", "end", x=1.0)])
     with pytest.raises(fo.ModelError, match="loads: body: 'middle'"):
-        modes.force(0, [fo.Pressure("middle", "end")])
+        modes.force(0, [fo.fem.Pressure("middle", "end")])
     with pytest.raises(fo.ModelError, match="acceleration: shape"):
         modes.force(0, acceleration=[1.0])
     with pytest.raises(fo.ModelError, match=r"^k: 3"):
@@ -372,14 +380,14 @@ def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
 )
 def test_the_section_of_a_bolt_moves_together(name, element):
     """A bar that is cut by a preload has the modes of the whole one."""
-    model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element=element)
+    model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.fem.Support("left", "end")], element=element)
     body = model.bodies[name]
     middle = body.mesh.p[0].mean()
     mesh = body.mesh.with_boundaries(
         {"section": lambda p: abs(p[0] - middle) < 1e-9}, boundaries_only=False
     )
     bolted = replace(model, bodies={**model.bodies, name: replace(body, mesh=mesh)}).with_loads(
-        {"preload": [fo.BoltPreload(name, "section")]}
+        {"preload": [fo.fem.BoltPreload(name, "section")]}
     )
     modes, whole = bolted.modes(4), model.modes(4)
     assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9)
@@ -402,13 +410,13 @@ def test_the_section_of_a_bolt_moves_together(name, element):
 
 
 def test_bad_input_is_named():
-    model = bars(MeshQuad, 4, 1, supports=[fo.Support("left", "end")])
+    model = bars(MeshQuad, 4, 1, supports=[fo.fem.Support("left", "end")])
     for odd in (0.0, -1.0, np.nan, "7.85e-9"):
         with pytest.raises(fo.ModelError, match="density"):
-            fo.Material(1.0, 0.3, odd)
+            fo.fem.Material(1.0, 0.3, odd)
     light = replace(
         model,
-        bodies={**model.bodies, "left": replace(model.bodies["left"], material=fo.Material())},
+        bodies={**model.bodies, "left": replace(model.bodies["left"], material=fo.fem.Material())},
     )
     with pytest.raises(
         fo.ModelError,
@@ -432,7 +440,7 @@ def test_bad_input_is_named():
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTet])
 def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
-    model = bars(kind, 4, 1, supports=[fo.Support("left", "end")])
+    model = bars(kind, 4, 1, supports=[fo.fem.Support("left", "end")])
     modes = model.modes(3)
     axes = modes.plot(2)
     assert axes.get_title() == f"mode 2: {modes.frequency[2]:.5g} cycles per unit of time"
@@ -469,18 +477,18 @@ def test_a_frequency_is_in_hertz_if_the_density_is_that_of_seconds(units, per, u
     E = {"N, mm": 210e3, "N, m": 210e9, "kN, mm": 210.0, None: 210e3}[units]
     mesh = MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0])
     names = {"low": lambda x: x[1] == 0, "high": lambda x: x[1] == 1}
-    steel = fo.Material(E, 0.3, density=per)
+    steel = fo.fem.Material(E, 0.3, density=per)
     bodies = {
-        "upper": fo.Body(
+        "upper": fo.fem.Body(
             mesh.translated((0.0, 1.0)).with_boundaries({"face": lambda x: x[1] == 1}), steel
         ),
-        "lower": fo.Body(mesh.with_boundaries(names), steel),
+        "lower": fo.fem.Body(mesh.with_boundaries(names), steel),
     }
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("upper", "lower", "face", "high")],
-        supports=[fo.Support("lower", "low")],
-        loads={"P": [fo.Pressure("upper", "face")]},
+        contacts=[fo.fem.Contact("upper", "lower", "face", "high")],
+        supports=[fo.fem.Support("lower", "low")],
+        loads={"P": [fo.fem.Pressure("upper", "face")]},
         units=units,
     )
     assert model.modes(1).plot().get_title().endswith(f" {unit}")
@@ -488,7 +496,7 @@ def test_a_frequency_is_in_hertz_if_the_density_is_that_of_seconds(units, per, u
 
 
 def test_a_mode_in_space_stands_over_its_undeformed_faces():
-    model = bars(MeshTet, 4, 1, supports=[fo.Support("left", "end")])
+    model = bars(MeshTet, 4, 1, supports=[fo.fem.Support("left", "end")])
     axes = model.modes(1).plot()
     faces = [one for one in axes.collections if isinstance(one, Poly3DCollection)]
     *at_rest, _ = faces
@@ -538,7 +546,7 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
     Its C3D20 are the hexahedra of the package less some nodes.
     """
     bodies = two_boxes(
-        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3, 1.0), bulge=None
+        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.fem.Material(2.0, 0.3, 1.0), bulge=None
     )
     # The sides are different, because CalculiX may miss one of two modes of one frequency.
     sizes = np.array([[1.0], [1.4], [1.0]])
@@ -566,8 +574,8 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
         ]
         text += "".join(equation((node + 1, k, 1.0), (other + 1001, k, -1.0)) for k in (1, 2, 3))
     frequencies, masses = from_frequency(tmp_path, text, 12)  # of five it leaves out the first
-    model = fo.ContactModel(
-        bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
+    model = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", "far")], {"P": [fo.fem.Pressure("upper", "far")]}
     )
     exact = model.modes(5)
     if kind == "C3D10":
@@ -606,7 +614,7 @@ def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(
     turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     grid = kind.init_tensor(*[side] * d)
     axis = "xyz"
-    steel = fo.Material(210e3, 0.3, density=7.85e-9)
+    steel = fo.fem.Material(210e3, 0.3, density=7.85e-9)
 
     def model(turned):
         faces = {name: (lambda x, k=k: x[k] == 0) for k, name in enumerate(axis[:d])}
@@ -616,15 +624,15 @@ def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(
         )
         meshes = {"upper": upper, "lower": lower}
         bodies = {
-            name: fo.Body(replace(mesh, doflocs=turn @ mesh.doflocs) if turned else mesh, steel)
+            name: fo.fem.Body(replace(mesh, doflocs=turn @ mesh.doflocs) if turned else mesh, steel)
             for name, mesh in meshes.items()
         }
         held = [(name, k) for name in bodies for k in axis[:d] if (name, k) != ("upper", "y")]
         supports = [
-            fo.Support(name, k, normal=True) if turned else fo.Support(name, k, k)
+            fo.fem.Support(name, k, normal=True) if turned else fo.fem.Support(name, k, k)
             for name, k in held
         ]
-        return fo.ContactModel(bodies, supports, {"P": [fo.Pressure("upper", "top")]})
+        return fo.fem.ContactModel(bodies, supports, {"P": [fo.fem.Pressure("upper", "top")]})
 
     straight = model(False)
     mask = np.arange(straight.condense().nodes) < 1 if opened else None

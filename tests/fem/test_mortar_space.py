@@ -22,17 +22,19 @@ KINDS = [(MeshTet, MeshTet), (MeshHex, MeshHex), (MeshTet, MeshHex), (MeshHex, M
 @pytest.mark.parametrize("kinds", KINDS)
 def test_reactions_carry_the_force_and_the_moment_of_uneven_loads(kinds):
     bodies = {
-        name: fo.Body(mesh, fo.Material(E))
+        name: fo.fem.Body(mesh, fo.fem.Material(E))
         for (name, mesh), E in zip(two_blocks(kinds).items(), (1.0, 3.0), strict=True)
     }
     loads = {
         "load": [
-            fo.Traction("upper", "z+", z=lambda x, y, z: -1 - x + y**2, x=0.3),
-            fo.Pressure("upper", "x+", lambda x, y, z: z),
+            fo.fem.Traction("upper", "z+", z=lambda x, y, z: -1 - x + y**2, x=0.3),
+            fo.fem.Pressure("upper", "x+", lambda x, y, z: z),
         ]
     }
-    for contact in (fo.Contact("upper", "lower"), fo.Contact("lower", "upper")):
-        system = fo.ContactModel(bodies, [fo.Support("lower", "z-")], loads, [contact]).condense()
+    for contact in (fo.fem.Contact("upper", "lower"), fo.fem.Contact("lower", "upper")):
+        system = fo.fem.ContactModel(
+            bodies, [fo.fem.Support("lower", "z-")], loads, [contact]
+        ).condense()
         q, p = system.bonded["load"]
         force = np.einsum("nt,nta->na", q, system.frames[:, :2]) + p[:, None] * system.normals
         if contact.body_1 == "lower":
@@ -54,27 +56,27 @@ def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
         for name, r in {"bore": 0.3, "surface": 1.0, "hole": hole, "rim": 3.0}.items()
     }
     loads = {
-        "fit": [fo.Interference("fit", 0.01)],
-        "p": [fo.Pressure("pin", "bore", 2.0)],
-        "pull": [fo.Traction("pin", "bore", x=1.0)],
+        "fit": [fo.fem.Interference("fit", 0.01)],
+        "p": [fo.fem.Pressure("pin", "bore", 2.0)],
+        "pull": [fo.fem.Traction("pin", "bore", x=1.0)],
     }
     sides = (
         ("plate", "pin", "hole", "surface") if exchanged else ("pin", "plate", "surface", "hole")
     )
     for meshes in (flat, {name: extruded(mesh) for name, mesh in flat.items()}):
         bodies = {
-            name: fo.Body(mesh.with_boundaries(names), RUBBER) for name, mesh in meshes.items()
+            name: fo.fem.Body(mesh.with_boundaries(names), RUBBER) for name, mesh in meshes.items()
         }
         inner = 1.0 if sides[0] == "pin" else hole
         across = [
-            fo.Support(name, tuple(at), "z")
+            fo.fem.Support(name, tuple(at), "z")
             for name, mesh in meshes.items()
             for at in mesh.p.T
             if len(at) == 3 and (name != sides[0] or abs(np.hypot(*at[:2]) - inner) > 0.01)
         ]
-        contact = fo.Contact(*sides, name="fit", gap="measured" if hole > 1 else None)
-        yield fo.ContactModel(
-            bodies, [fo.Support("plate", "rim", "xy"), *across], loads, [contact]
+        contact = fo.fem.Contact(*sides, name="fit", gap="measured" if hole > 1 else None)
+        yield fo.fem.ContactModel(
+            bodies, [fo.fem.Support("plate", "rim", "xy"), *across], loads, [contact]
         ).condense()
 
 
@@ -119,18 +121,21 @@ def test_the_gap_below_a_sphere_is_measured(exchanged):
         np.array([x, y, z + (R - np.sqrt(R**2 - x**2 - y**2)) * (1 - z)]), raw["upper"].t
     ).with_boundaries(raw["upper"].boundaries)
     bodies = {
-        "upper": fo.Body(ball),
-        "lower": fo.Body(turned(raw["lower"], np.diag([1.6, 1.6, 1.0]))),
+        "upper": fo.fem.Body(ball),
+        "lower": fo.fem.Body(turned(raw["lower"], np.diag([1.6, 1.6, 1.0]))),
     }
     if exchanged:
         bodies = {
-            "upper": fo.Body(turned(ball, np.diag([1.6, 1.6, 1.0]))),
-            "lower": fo.Body(raw["lower"]),
+            "upper": fo.fem.Body(turned(ball, np.diag([1.6, 1.6, 1.0]))),
+            "lower": fo.fem.Body(raw["lower"]),
         }
     sides = ("lower", "upper") if exchanged else ("upper", "lower")
-    contact = fo.Contact(*sides, gap="measured")
-    system = fo.ContactModel(
-        bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]
+    contact = fo.fem.Contact(*sides, gap="measured")
+    system = fo.fem.ContactModel(
+        bodies,
+        [fo.fem.Support("lower", "z-")],
+        {"P": [fo.fem.Traction("upper", "z+", z=-1.0)]},
+        [contact],
     ).condense()
     x, y = system.points[:, :2].T / (1.6 if exchanged else 1.0)
     height = R - np.sqrt(R**2 - x**2 - y**2)
@@ -162,11 +167,11 @@ def test_a_sphere_is_pressed_on_a_block_as_hertz_says(cells):
             for side, at in sides.items()
         }
         meshes[name] = MeshHex(mesh.p + [[0.0], [0.0], [1.0]] * up, mesh.t).with_boundaries(facets)
-    bodies = {name: fo.Body(mesh) for name, mesh in meshes.items()}
-    supports = [fo.Support("block", "far"), fo.Support("ball", "far", "xy")]
-    load = {"P": [fo.Traction("ball", "far", z=-P / (2 * wide) ** 2)]}
-    system = fo.ContactModel(
-        bodies, supports, load, [fo.Contact("block", "ball", gap="measured")]
+    bodies = {name: fo.fem.Body(mesh) for name, mesh in meshes.items()}
+    supports = [fo.fem.Support("block", "far"), fo.fem.Support("ball", "far", "xy")]
+    load = {"P": [fo.fem.Traction("ball", "far", z=-P / (2 * wide) ** 2)]}
+    system = fo.fem.ContactModel(
+        bodies, supports, load, [fo.fem.Contact("block", "ball", gap="measured")]
     ).condense()
     p = fo.march(
         system, fo.LoadCycle({"P": 1.0}, [{"P": 0.01}, {}]), 0.3, 1.0, cycles=1, steps=1
@@ -186,12 +191,15 @@ def test_a_gap_may_be_far_larger_than_the_facets(lean):
     turn = Rotation.from_rotvec([0.0, lean, 0.0]).as_matrix()
     large = box(MeshTet, np.linspace(-90, 90, 61), np.linspace(-3, 3, 5), [-1.0, 0.0])
     bodies = {
-        "upper": fo.Body(two_blocks(KINDS[0])["upper"].translated([0.0, 0.0, 50.0])),
-        "lower": fo.Body(turned(large, turn)),
+        "upper": fo.fem.Body(two_blocks(KINDS[0])["upper"].translated([0.0, 0.0, 50.0])),
+        "lower": fo.fem.Body(turned(large, turn)),
     }
-    contact = fo.Contact("upper", "lower", gap="measured")
-    system = fo.ContactModel(
-        bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]
+    contact = fo.fem.Contact("upper", "lower", gap="measured")
+    system = fo.fem.ContactModel(
+        bodies,
+        [fo.fem.Support("lower", "z-")],
+        {"P": [fo.fem.Traction("upper", "z+", z=-1.0)]},
+        [contact],
     ).condense()
     assert np.allclose(system.gap, 50 + np.tan(lean) * system.points[:, 0], rtol=0, atol=1e-11)
 
@@ -208,7 +216,7 @@ def discs(n, m, exchanged=False):
             "top": lambda x: x[2] > 0.4,
             "bottom": lambda x: x[2] < -0.4,
         }
-        bodies[name] = fo.Body(
+        bodies[name] = fo.fem.Body(
             mesh.with_boundaries(
                 {
                     k: f
@@ -217,11 +225,11 @@ def discs(n, m, exchanged=False):
                 }
             )
         )
-    contact = fo.Contact("lower", "upper") if exchanged else fo.Contact("upper", "lower")
-    return fo.ContactModel(
+    contact = fo.fem.Contact("lower", "upper") if exchanged else fo.fem.Contact("upper", "lower")
+    return fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "bottom")],
-        {"P": [fo.Traction("upper", "top", z=-1.0)]},
+        [fo.fem.Support("lower", "bottom")],
+        {"P": [fo.fem.Traction("upper", "top", z=-1.0)]},
         [contact],
     )
 
@@ -235,16 +243,16 @@ def test_round_rims_miss_each_other_by_their_sag(exchanged):
     assert system.bonded["P"][1].sum() == pytest.approx(polygons[0], rel=1e-12)
 
 
-BODIES = {name: fo.Body(mesh) for name, mesh in two_blocks((MeshHex, MeshTet)).items()}
+BODIES = {name: fo.fem.Body(mesh) for name, mesh in two_blocks((MeshHex, MeshTet)).items()}
 
 
 def put(upper, lower=BODIES["lower"], **contact):
-    bodies = {"upper": fo.Body(upper), "lower": lower}
-    fo.ContactModel(
+    bodies = {"upper": fo.fem.Body(upper), "lower": lower}
+    fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", "z-")],
-        {"P": [fo.Traction("upper", "z+", z=-1.0)]},
-        [fo.Contact("upper", "lower", **contact)],
+        [fo.fem.Support("lower", "z-")],
+        {"P": [fo.fem.Traction("upper", "z+", z=-1.0)]},
+        [fo.fem.Contact("upper", "lower", **contact)],
     )
 
 
@@ -257,7 +265,7 @@ def stairs():
     mesh = mesh.remove_elements(
         np.flatnonzero((centre[0] > -1.5) & (centre[2] > -0.5) & (centre[2] < -0.25))
     )
-    return fo.Body(
+    return fo.fem.Body(
         mesh.with_boundaries(
             {
                 "contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[2] + 0.5) < 1e-9),
@@ -270,7 +278,7 @@ def stairs():
 def edged():
     """A block of which the contact goes on around its edge."""
     lower = two_blocks((MeshTet, MeshTet), seed=None)["lower"]
-    return fo.Body(
+    return fo.fem.Body(
         lower.with_boundaries({"contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[0] - 1.0) < 1e-9)})
     )
 
@@ -308,15 +316,15 @@ def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(cleara
         "pin": ring([0.3, 0.6, 1.0], 20, "bore", "surface"),
         "plate": ring([1 + clearance, 1.5, 3.0], 22, "hole", "rim", start=0.1),
     }
-    bodies = {name: fo.Body(mesh) for name, mesh in flat.items()}
-    contact = fo.Contact("pin", "plate", "surface", "hole", gap="measured")
+    bodies = {name: fo.fem.Body(mesh) for name, mesh in flat.items()}
+    contact = fo.fem.Contact("pin", "plate", "surface", "hole", gap="measured")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         gap = (
-            fo.ContactModel(
+            fo.fem.ContactModel(
                 bodies,
-                [fo.Support("plate", "rim")],
-                {"pull": [fo.Traction("pin", "bore", x=1.0)]},
+                [fo.fem.Support("plate", "rim")],
+                {"pull": [fo.fem.Traction("pin", "bore", x=1.0)]},
                 [contact],
             )
             .condense()
@@ -339,11 +347,11 @@ def fit(radius, noise=0.0, gap="measured"):
     plate = replace(plate, doflocs=plate.p * (1 + noise * rng.normal(size=plate.p.shape)))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        model = fo.ContactModel(
-            {"pin": fo.Body(pin), "plate": fo.Body(plate)},
-            [fo.Support("plate", "rim")],
-            {"pull": [fo.Traction("pin", "bore", x=1.0)]},
-            [fo.Contact("pin", "plate", "surface", "hole", gap=gap)],
+        model = fo.fem.ContactModel(
+            {"pin": fo.fem.Body(pin), "plate": fo.fem.Body(plate)},
+            [fo.fem.Support("plate", "rim")],
+            {"pull": [fo.fem.Traction("pin", "bore", x=1.0)]},
+            [fo.fem.Contact("pin", "plate", "surface", "hole", gap=gap)],
         )
     return model.condense(), [str(one.message) for one in caught]
 

@@ -12,7 +12,7 @@ import frictopt as fo
 from helpers.meshes import extruded, ring, rotation, turned, two_blocks
 from helpers.multipliers import Assembled, by_multipliers
 
-STEEL, ALLOY = fo.Material(E=2.0, nu=0.3), fo.Material(E=0.7, nu=0.2)
+STEEL, ALLOY = fo.fem.Material(E=2.0, nu=0.3), fo.fem.Material(E=0.7, nu=0.2)
 
 
 def held(kinds, upper, lower, turn, element="linear", written=np.array):
@@ -25,24 +25,24 @@ def held(kinds, upper, lower, turn, element="linear", written=np.array):
     for (name, mesh), material in zip(meshes.items(), (STEEL, ALLOY), strict=True):
         oblique = turned(mesh, turn)
         oblique = replace(oblique, doflocs=written(oblique.p))
-        bodies[name] = fo.Body(oblique, material, element)
+        bodies[name] = fo.fem.Body(oblique, material, element)
     sides = [("upper", "x-"), ("lower", "x-"), ("lower", "yz"[d - 2] + "-")] + [
         ("upper", "y+"),
         ("lower", "y+"),
     ] * (d == 3)
     loads = {
-        "P": [fo.Pressure("upper", "yz"[d - 2] + "+", 1.0)],
-        "E": [fo.Expansion("lower", lambda *x: 0.1 * np.sum(np.square(x), axis=0))],
-        "fit": [fo.Interference("contact", 0.1)],
+        "P": [fo.fem.Pressure("upper", "yz"[d - 2] + "+", 1.0)],
+        "E": [fo.fem.Expansion("lower", lambda *x: 0.1 * np.sum(np.square(x), axis=0))],
+        "fit": [fo.fem.Interference("contact", 0.1)],
     }
     loads["Q"] = [
-        fo.Traction("upper", "x+", **dict(zip("xyz", turn @ [0.3, 0.5, 0.2][:d], strict=False)))
+        fo.fem.Traction("upper", "x+", **dict(zip("xyz", turn @ [0.3, 0.5, 0.2][:d], strict=False)))
     ]
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies,
-        [fo.Support(body, side, normal=True) for body, side in sides],
+        [fo.fem.Support(body, side, normal=True) for body, side in sides],
         loads,
-        [fo.Contact("upper", "lower")],
+        [fo.fem.Contact("upper", "lower")],
     )
 
 
@@ -138,7 +138,7 @@ def in_a_bore(turn, written=np.array, first="upper", third=False):
             }
         )
         at = replace(at, doflocs=written(turn @ at.p))
-        bodies[name] = fo.Body(at, STEEL if name == "upper" else ALLOY)
+        bodies[name] = fo.fem.Body(at, STEEL if name == "upper" else ALLOY)
 
     def drag(axis):
         along = np.eye(3)[axis]
@@ -146,16 +146,16 @@ def in_a_bore(turn, written=np.array, first="upper", third=False):
 
     drags = {"xyz"[axis]: drag(axis) for axis in range(3)}
     loads = {
-        "P": [fo.Pressure("upper", "end", 1.0)],
-        "M": [fo.Traction("upper", "end", **drags)],
+        "P": [fo.fem.Pressure("upper", "end", 1.0)],
+        "M": [fo.fem.Traction("upper", "end", **drags)],
     }
     supports = [
-        *(fo.Cyclic(name, "low", "high", tuple(turn[:, 2])) for name in bodies if third),
-        *(fo.Support(name, "rim", normal=True) for name in bodies),
-        fo.Support("lower", "end"),
+        *(fo.fem.Cyclic(name, "low", "high", tuple(turn[:, 2])) for name in bodies if third),
+        *(fo.fem.Support(name, "rim", normal=True) for name in bodies),
+        fo.fem.Support("lower", "end"),
     ]
     second = "lower" if first == "upper" else "upper"
-    return fo.ContactModel(bodies, supports, loads, [fo.Contact(first, second)])
+    return fo.fem.ContactModel(bodies, supports, loads, [fo.fem.Contact(first, second)])
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def fit(whole):
         "shaft": ring([0.4, 0.7, 1.0], 40, "bore", "contact"),
     }
     supports = [
-        fo.Support("shaft", point, axis)
+        fo.fem.Support("shaft", point, axis)
         for point, axis in (((0.4, 0.0), "y"), ((-0.4, 0.0), "y"), ((0.0, 0.4), "x"))
     ]
     if not whole:
@@ -198,17 +198,21 @@ def fit(whole):
             mesh = mesh.restrict(np.flatnonzero((middle > 0) & (middle < np.pi / 4)))
             cuts = {"low": lambda x: abs(x[1]) < 1e-9, "high": lambda x: abs(x[1] - x[0]) < 1e-9}
             rings[name] = mesh.with_boundaries(cuts)
-        supports = [fo.Support(name, cut, normal=True) for name in rings for cut in ("low", "high")]
+        supports = [
+            fo.fem.Support(name, cut, normal=True) for name in rings for cut in ("low", "high")
+        ]
     loads = {
-        "fit": [fo.Interference("contact", 0.02)],
-        "waves": [fo.Pressure("hub", "outside", lambda x, y: 0.02 * np.cos(4 * np.arctan2(y, x)))],
-        "squeeze": [fo.Pressure("shaft", "bore", 0.01)],
+        "fit": [fo.fem.Interference("contact", 0.02)],
+        "waves": [
+            fo.fem.Pressure("hub", "outside", lambda x, y: 0.02 * np.cos(4 * np.arctan2(y, x)))
+        ],
+        "squeeze": [fo.fem.Pressure("shaft", "bore", 0.01)],
     }
-    return fo.ContactModel(
-        {name: fo.Body(mesh, STEEL) for name, mesh in rings.items()},
+    return fo.fem.ContactModel(
+        {name: fo.fem.Body(mesh, STEEL) for name, mesh in rings.items()},
         supports,
         loads,
-        [fo.Contact("shaft", "hub")],
+        [fo.fem.Contact("shaft", "hub")],
     )
 
 
@@ -260,10 +264,10 @@ def test_a_tube_is_held_in_a_cylinder_along_the_normal_of_each_node():
     wall = MeshHex(points, np.hstack(layers)).with_boundaries(
         {"contact": lambda x: np.hypot(*x[:2]) < 1.41, "outside": lambda x: np.hypot(*x[:2]) > 1.6}
     )
-    bodies = {"tube": fo.Body(tube, STEEL), "wall": fo.Body(wall, ALLOY)}
-    supports = [fo.Support("tube", "bore", normal=True), fo.Support("wall", "outside")]
-    system = fo.ContactModel(
-        bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")]
+    bodies = {"tube": fo.fem.Body(tube, STEEL), "wall": fo.fem.Body(wall, ALLOY)}
+    supports = [fo.fem.Support("tube", "bore", normal=True), fo.fem.Support("wall", "outside")]
+    system = fo.fem.ContactModel(
+        bodies, supports, {"P": [fo.fem.BodyForce("tube", x=1.0)]}, [fo.fem.Contact("tube", "wall")]
     ).condense()
     whole = Assembled(bodies)
     G = whole.motions(system.frames, [[("tube", x, 1.0), ("wall", x, -1.0)] for x in system.points])
@@ -296,10 +300,10 @@ def in_a_cylinder(names, element):
     wall = wall.with_boundaries(
         {"contact": lambda x: np.hypot(*x[:2]) < 1.41, "outside": lambda x: np.hypot(*x[:2]) > 1.7}
     )
-    supports = [*oblique(*(("tube", name) for name in names)), fo.Support("wall", "outside")]
-    bodies = {"tube": fo.Body(tube, STEEL, element), "wall": fo.Body(wall, ALLOY, element)}
-    return fo.ContactModel(
-        bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")]
+    supports = [*oblique(*(("tube", name) for name in names)), fo.fem.Support("wall", "outside")]
+    bodies = {"tube": fo.fem.Body(tube, STEEL, element), "wall": fo.fem.Body(wall, ALLOY, element)}
+    return fo.fem.ContactModel(
+        bodies, supports, {"P": [fo.fem.BodyForce("tube", x=1.0)]}, [fo.fem.Contact("tube", "wall")]
     )
 
 
@@ -319,45 +323,46 @@ def test_a_boundary_along_an_axis_is_held_as_by_its_name():
     model = held((MeshQuad, MeshQuad), (4,), (4,), np.eye(2))
     names = {"x-": "x", "y-": "y"}
     plain = [
-        fo.Support(support.body, support.where, names[support.where]) for support in model.supports
+        fo.fem.Support(support.body, support.where, names[support.where])
+        for support in model.supports
     ]
-    other = fo.ContactModel(model.bodies, plain, model.loads, model.contacts)
+    other = fo.fem.ContactModel(model.bodies, plain, model.loads, model.contacts)
     assert np.array_equal(model.condense().S, other.condense().S)
 
 
 def refused(turn=None, supports=None, **more):
     model = held((MeshQuad, MeshQuad), (4,), (4,), rotation(0.7) if turn is None else turn)
     loads = {**model.loads, **more}
-    return lambda: fo.ContactModel(
+    return lambda: fo.fem.ContactModel(
         model.bodies, model.supports if supports is None else supports, loads, model.contacts
     ).condense()
 
 
 def oblique(*sides):
-    return [fo.Support(body, side, normal=True) for body, side in sides]
+    return [fo.fem.Support(body, side, normal=True) for body, side in sides]
 
 
 ALL = [("upper", "x-"), ("lower", "x-"), ("lower", "y-")]
 REFUSED = {
-    "directions 'x' with normal=True": lambda: fo.Support("a", "b", "x", normal=True),
-    "where: (0.0, 0.0) with normal=True": lambda: fo.Support("a", (0, 0), normal=True),
-    "normal: 1; give True or False": lambda: fo.Support("a", "b", normal=1),
+    "directions 'x' with normal=True": lambda: fo.fem.Support("a", "b", "x", normal=True),
+    "where: (0.0, 0.0) with normal=True": lambda: fo.fem.Support("a", (0, 0), normal=True),
+    "normal: 1; give True or False": lambda: fo.fem.Support("a", "b", normal=1),
     "moves nodes that a Support holds along oblique normals": refused(
-        more=[fo.Displacement("lower", "x-", x=0.1)]
+        more=[fo.fem.Displacement("lower", "x-", x=0.1)]
     ),
-    "has an edge around": lambda: fo.ContactModel(
+    "has an edge around": lambda: fo.fem.ContactModel(
         {
-            name: fo.Body(
+            name: fo.fem.Body(
                 mesh.with_boundaries({"corner": lambda x: (x[0] < -0.99) | (x[1] > 0.99)})
             )
             for name, mesh in two_blocks((MeshQuad,) * 2, (4,), (4,)).items()
         },
-        [fo.Support("upper", "corner", normal=True)],
-        {"P": [fo.BodyForce("upper", y=1.0)]},
+        [fo.fem.Support("upper", "corner", normal=True)],
+        {"P": [fo.fem.BodyForce("upper", y=1.0)]},
     ),
     "can still move along": refused(supports=oblique(*ALL[:2])),
     "are held along different normals": refused(
-        supports=[*oblique(*ALL[1:]), fo.Support("upper", "x-", "x")]
+        supports=[*oblique(*ALL[1:]), fo.fem.Support("upper", "x-", "x")]
     ),
 }
 

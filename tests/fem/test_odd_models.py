@@ -33,22 +33,22 @@ def warned(call):
 def model(E=(1.0, 1.0), x=(None, None), **contact):
     punch, block = blocks(x_punch=x[0], x_block=x[1]).values()
     bodies = {
-        name: fo.Body(body.mesh, fo.Material(e))
+        name: fo.fem.Body(body.mesh, fo.fem.Material(e))
         for name, body, e in (("punch", punch, E[0]), ("block", block, E[1]))
     }
-    return fo.ContactModel(
-        bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", **contact)]
+    return fo.fem.ContactModel(
+        bodies, hung(), uniform_loads(), [fo.fem.Contact("punch", "block", **contact)]
     )
 
 
 def cubes(E=1.0, size=1.0):
     x = np.array([0.0, 1.0])
     bodies = {
-        "punch": fo.Body(box(MeshHex, *[size * x] * 3), fo.Material(E)),
-        "block": fo.Body(box(MeshHex, x, x, x - 1)),
+        "punch": fo.fem.Body(box(MeshHex, *[size * x] * 3), fo.fem.Material(E)),
+        "block": fo.fem.Body(box(MeshHex, x, x, x - 1)),
     }
-    return fo.ContactModel(
-        bodies, [fo.Support("block", "z-")], {"W": [fo.BodyForce("punch", z=-1.0)]}
+    return fo.fem.ContactModel(
+        bodies, [fo.fem.Support("block", "z-")], {"W": [fo.fem.BodyForce("punch", z=-1.0)]}
     )
 
 
@@ -133,13 +133,18 @@ def soft_blocks(nu, element, kind=MeshQuad, kinematics="plane_strain"):
     """A block of steel on a block with another Poisson's ratio."""
     x = np.linspace(0.0, 1.0, 7)
     meshes = {"punch": box(MeshQuad, x, x), "block": box(kind, x, x - 1)}
-    steel, soft = fo.Material(1.0, 0.3), fo.Material(1.0, nu)
+    steel, soft = fo.fem.Material(1.0, 0.3), fo.fem.Material(1.0, nu)
     bodies = {
-        "punch": fo.Body(meshes["punch"], steel, "quadratic"),
-        "block": fo.Body(meshes["block"], soft, element),
+        "punch": fo.fem.Body(meshes["punch"], steel, "quadratic"),
+        "block": fo.fem.Body(meshes["block"], soft, element),
     }
-    loads = {"P": [fo.Traction("punch", "y+", y=-1.0)], "Q": [fo.Traction("punch", "y+", x=1.0)]}
-    return fo.ContactModel(bodies, [fo.Support("block", "y-")], loads, kinematics=kinematics)
+    loads = {
+        "P": [fo.fem.Traction("punch", "y+", y=-1.0)],
+        "Q": [fo.fem.Traction("punch", "y+", x=1.0)],
+    }
+    return fo.fem.ContactModel(
+        bodies, [fo.fem.Support("block", "y-")], loads, kinematics=kinematics
+    )
 
 
 @pytest.mark.parametrize(
@@ -174,8 +179,10 @@ def test_a_poisson_ratio_whose_digits_are_lost_is_named():
     with pytest.raises(fo.ModelError, match=r"^bodies\['block'\]: nu = 0.4999999999 is too close"):
         soft_blocks(0.4999999999, "quadratic").condense()
     with pytest.raises(fo.ModelError, match=r"^supports: the body at .* can still move"):
-        fo.ContactModel(
-            soft_blocks(0.3, "quadratic").bodies, [], {"P": [fo.Traction("punch", "y+", y=-1.0)]}
+        fo.fem.ContactModel(
+            soft_blocks(0.3, "quadratic").bodies,
+            [],
+            {"P": [fo.fem.Traction("punch", "y+", y=-1.0)]},
         ).condense()
 
 
@@ -195,13 +202,13 @@ def test_a_body_1_that_is_coarser_than_its_partner():
     )
     far = np.linspace(1, 2, 101)[1:]  # far finer, but beside the contact
     face = MeshQuad.init_tensor(np.r_[-far[::-1], fine, far], np.array([-1.0, 0.0])).with_defaults()
-    bodies = {"punch": blocks(x_punch=coarse)["punch"], "block": fo.Body(face)}
+    bodies = {"punch": blocks(x_punch=coarse)["punch"], "block": fo.fem.Body(face)}
     wide = (
-        [fo.Support("block", "bottom")],
-        {"P": [fo.Traction("punch", "top", y=-1.0)]},
-        [fo.Contact("punch", "block", boundary_2="top")],
+        [fo.fem.Support("block", "bottom")],
+        {"P": [fo.fem.Traction("punch", "top", y=-1.0)]},
+        [fo.fem.Contact("punch", "block", boundary_2="top")],
     )
-    assert warned(lambda: fo.ContactModel(bodies, *wide)) == [warning]
+    assert warned(lambda: fo.fem.ContactModel(bodies, *wide)) == [warning]
     assert not warned(lambda: model(x=(fine, coarse)))
     assert not warned(lambda: model(x=(coarse, np.linspace(-1, 1, 33))))
 
@@ -261,4 +268,6 @@ def test_words_for_what_is_nearly_right():
         fo.ModelError,
         match="a Contact takes the boundary 'contact' of both bodies unless others are named",
     ):
-        fo.ContactModel({"one": fo.Body(bare), "two": fo.Body(bare)}, [], uniform_loads())
+        fo.fem.ContactModel(
+            {"one": fo.fem.Body(bare), "two": fo.fem.Body(bare)}, [], uniform_loads()
+        )

@@ -26,17 +26,17 @@ def narrow_below(kinds, edge, cells=(8, 5)):
     across = [np.linspace(0.0, 1.0, 3)] * (d - 2)
     upper = box(kinds[0], np.linspace(0.0, 4.0, cells[0] + 1), *across, [0.0, 0.5, 1.0])
     lower = box(kinds[1], np.linspace(-1.0, edge, cells[1] + 1), *across, [-1.0, -0.5, 0.0])
-    return {"upper": fo.Body(upper), "lower": fo.Body(lower, fo.Material(2.0))}
+    return {"upper": fo.fem.Body(upper), "lower": fo.fem.Body(lower, fo.fem.Material(2.0))}
 
 
 def model(bodies, *contact, loads=None):
     up = "y" if bodies["upper"].mesh.dim() == 2 else "z"
     loads = loads or {
-        "P": [fo.Traction("upper", f"{up}+", **{up: -1.0})],
-        "Q": [fo.Traction("upper", f"{up}+", x=1.0, **{up: lambda x, *_: x})],
+        "P": [fo.fem.Traction("upper", f"{up}+", **{up: -1.0})],
+        "Q": [fo.fem.Traction("upper", f"{up}+", x=1.0, **{up: lambda x, *_: x})],
     }
-    supports = [fo.Support("lower", f"{up}-")]
-    return fo.ContactModel(bodies, supports, loads, [fo.Contact(*contact)])
+    supports = [fo.fem.Support("lower", f"{up}-")]
+    return fo.fem.ContactModel(bodies, supports, loads, [fo.fem.Contact(*contact)])
 
 
 @pytest.mark.parametrize("kinds", KINDS)
@@ -46,7 +46,7 @@ def test_up_to_an_edge_between_facets_it_is_the_contact_of_the_part(kinds):
     part = bodies["upper"].mesh.with_boundaries(
         {"part": lambda x: (abs(x[-1]) < 1e-9) & (x[0] < 2.5 + 1e-9)}
     )
-    bodies["upper"] = fo.Body(part)
+    bodies["upper"] = fo.fem.Body(part)
     with pytest.warns(fo.ModelWarning, match=r"1\.5 \(37\.5%\) has no opposite part of body"):
         whole = model(bodies, "upper", "lower").condense()
     named = model(bodies, "upper", "lower", "part", "contact").condense()
@@ -105,11 +105,14 @@ def test_mirrored_and_turned_bodies_have_the_same_contact():
     before = model(bodies, "upper", "lower").condense()
     angle = 0.7
     loads = {
-        "P": [fo.Traction("upper", "y+", *(rotation(angle) @ [0.0, -1.0]))],
-        "Q": [fo.Traction("upper", "y+", *(rotation(angle) @ [1.0, 0.0]))],
+        "P": [fo.fem.Traction("upper", "y+", *(rotation(angle) @ [0.0, -1.0]))],
+        "Q": [fo.fem.Traction("upper", "y+", *(rotation(angle) @ [1.0, 0.0]))],
     }
     after = model(
-        {name: fo.Body(turned(body.mesh, angle), body.material) for name, body in bodies.items()},
+        {
+            name: fo.fem.Body(turned(body.mesh, angle), body.material)
+            for name, body in bodies.items()
+        },
         "upper",
         "lower",
         loads=loads,
@@ -119,7 +122,7 @@ def test_mirrored_and_turned_bodies_have_the_same_contact():
 
     mirror = np.diag([-1.0, 1.0])
     flipped = {
-        name: fo.Body(
+        name: fo.fem.Body(
             MeshQuad(mirror @ body.mesh.p, body.mesh.t).with_boundaries(body.mesh.boundaries),
             body.material,
         )
@@ -140,10 +143,10 @@ def test_a_block_on_an_edge_tips_over_where_its_weight_lies_beyond(at):
     """
     upper = box(MeshQuad, np.linspace(0.0, 4.0, 21), [0.0, 0.5, 1.0])
     upper = upper.with_boundaries({"load": lambda x: (x[1] == 1.0) & (abs(x[0] - at) < 0.11)})
-    bodies = {"upper": fo.Body(upper), "lower": narrow_below(KINDS[0], 2.6)["lower"]}
+    bodies = {"upper": fo.fem.Body(upper), "lower": narrow_below(KINDS[0], 2.6)["lower"]}
     loads = {
-        "P": [fo.Traction("upper", "load", y=-1.0)],
-        "Q": [fo.Traction("upper", "load", x=1e-3)],
+        "P": [fo.fem.Traction("upper", "load", y=-1.0)],
+        "Q": [fo.fem.Traction("upper", "load", x=1e-3)],
     }
     system = model(bodies, "upper", "lower", loads=loads).condense()
     slide = fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5)
@@ -152,7 +155,7 @@ def test_a_block_on_an_edge_tips_over_where_its_weight_lies_beyond(at):
 
 def test_what_has_no_node_opposite_is_refused():
     bodies = narrow_below((MeshQuad, MeshQuad), 2.7, (1, 5))
-    bodies["lower"] = fo.Body(box(MeshQuad, np.linspace(1.0, 2.0, 5), [-1.0, 0.0]))
+    bodies["lower"] = fo.fem.Body(box(MeshQuad, np.linspace(1.0, 2.0, 5), [-1.0, 0.0]))
     with pytest.raises(
         fo.ModelError, match="or less than half of each facet has one; name the part"
     ):
@@ -165,7 +168,10 @@ def test_what_has_no_node_opposite_is_refused():
     pieces = pieces.remove_elements(np.flatnonzero(~kept)).with_boundaries(
         {"contact": lambda x: x[1] == 0, "y-": lambda x: x[1] == -1}
     )
-    bodies = {"upper": fo.Body(box(MeshQuad, np.arange(5.0), [0.0, 1.0])), "lower": fo.Body(pieces)}
+    bodies = {
+        "upper": fo.fem.Body(box(MeshQuad, np.arange(5.0), [0.0, 1.0])),
+        "lower": fo.fem.Body(pieces),
+    }
     with pytest.raises(
         fo.ModelError, match=r"around \(3\.5, 0\) has facets too large for the part of body 'lower'"
     ):
@@ -196,11 +202,11 @@ def jobs(folder, edge, d):
     (folder / "job_STIF1.mtx").write_text(text)
     deck = upper.deck() + lower.deck() + "".join(node_set(*pair) for pair in sets.items())
     (folder / "job.inp").write_text(f"{deck}*BOUNDARY\nBOT, 1, {d}\n")
-    job = fo.read_abaqus(folder / "job_STIF1.mtx", deck=folder / "job.inp")
+    job = fo.readers.read_abaqus(folder / "job_STIF1.mtx", deck=folder / "job.inp")
     kinds = (MeshQuad, MeshQuad) if d == 2 else (MeshHex, MeshHex)
     bodies = narrow_below(kinds, edge)
-    materials = {"upper": fo.Material(1.0, 0.3), "lower": fo.Material(2.0, 0.3)}
-    return job, {name: fo.Body(body.mesh, materials[name]) for name, body in bodies.items()}
+    materials = {"upper": fo.fem.Material(1.0, 0.3), "lower": fo.fem.Material(2.0, 0.3)}
+    return job, {name: fo.fem.Body(body.mesh, materials[name]) for name, body in bodies.items()}
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -225,8 +231,8 @@ def test_matrices_of_a_deck_have_the_contact_of_the_model(tmp_path, d, edge):
         "upper",
         "lower",
         loads={
-            "P": [fo.Traction("upper", f"{up}+", **{up: -1.0})],
-            "Q": [fo.Traction("upper", f"{up}+", x=1.0)],
+            "P": [fo.fem.Traction("upper", f"{up}+", **{up: -1.0})],
+            "Q": [fo.fem.Traction("upper", f"{up}+", x=1.0)],
         },
     ).condense()
     mine = np.lexsort(system.points.round(9).T)

@@ -80,7 +80,7 @@ def check_state(blocks, one, two):
 @pytest.mark.parametrize("every", [False, True])
 def test_a_cycle_of_the_plane(tmp_path, punch, every):
     model, steady = punch
-    fo.write_paraview(tmp_path / "punch.pvd", model, steady, every=every)
+    fo.fem.write_paraview(tmp_path / "punch.pvd", model, steady, every=every)
     reader, states = pyvista.get_reader(str(tmp_path / "punch.pvd")), steady.states()
     times = [0.0, 1.0, 2.0] if not every else np.unique(states.time.round(9))
     assert np.allclose(reader.time_values, times, rtol=0, atol=1e-8)
@@ -123,17 +123,19 @@ def test_a_state_in_space(tmp_path, kind):
     above, below = (
         box(kind, x, x, z) for z in (np.array([0.0, 0.5, 1.0]), np.array([-1.0, -0.5, 0.0]))
     )
-    model = fo.ContactModel(
-        {"upper part": fo.Body(above), "lower": fo.Body(below)},
-        [fo.Support("lower", "z-")],
+    model = fo.fem.ContactModel(
+        {"upper part": fo.fem.Body(above), "lower": fo.fem.Body(below)},
+        [fo.fem.Support("lower", "z-")],
         {
-            "P": [fo.Traction("upper part", "z+", z=-3.0)],
-            "Q": [fo.Traction("upper part", "z+", x=0.5, y=-0.25)],
+            "P": [fo.fem.Traction("upper part", "z+", z=-3.0)],
+            "Q": [fo.fem.Traction("upper part", "z+", x=0.5, y=-0.25)],
         },
     )
     rng = np.random.default_rng(1)
     slip, gap = 1e-3 * rng.normal(size=(16, 2)), np.zeros(16)
-    fo.write_paraview(tmp_path / "state.vtm", model, model.recover({"P": 1.0, "Q": 1.0}, slip, gap))
+    fo.fem.write_paraview(
+        tmp_path / "state.vtm", model, model.recover({"P": 1.0, "Q": 1.0}, slip, gap)
+    )
     blocks = opened(tmp_path / "state.vtm")
     face = check_state(blocks, "upper part", "lower")
     stress = blocks["upper part"].integrate_data()["stress"][0]
@@ -160,14 +162,16 @@ def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element,
     d, x = kind().dim(), np.linspace(0, 1, 3)
     across = np.diag([mirror, *[1.0] * (d - 1)])
     bodies = {
-        name: fo.Body(turned(box(kind, *[x] * (d - 1), x + low), across), element=element)
+        name: fo.fem.Body(turned(box(kind, *[x] * (d - 1), x + low), across), element=element)
         for name, low in (("a", 0.0), ("b", -1.0))
     }
-    model = fo.ContactModel(
-        bodies, [fo.Support("b", f"{'xyz'[d - 1]}-")], {"P": [fo.Pressure("a", f"{'xyz'[d - 1]}+")]}
+    model = fo.fem.ContactModel(
+        bodies,
+        [fo.fem.Support("b", f"{'xyz'[d - 1]}-")],
+        {"P": [fo.fem.Pressure("a", f"{'xyz'[d - 1]}+")]},
     )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
-    fo.write_paraview(tmp_path / "state.vtm", model, fields)
+    fo.fem.write_paraview(tmp_path / "state.vtm", model, fields)
     blocks = opened(tmp_path / "state.vtm")
     for name, body in bodies.items():
         block, mesh = blocks[name], body.mesh
@@ -208,15 +212,18 @@ def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides(tmp_path):
     slit = MeshHex(np.hstack([whole.p, whole.p[:, mouth]]), t).with_boundaries(
         {"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1}
     )
-    bodies = {"slit": fo.Body(slit), "base": fo.Body(box(MeshHex, [-1, 0, 1], [0, 1], [-1, 0]))}
-    model = fo.ContactModel(
+    bodies = {
+        "slit": fo.fem.Body(slit),
+        "base": fo.fem.Body(box(MeshHex, [-1, 0, 1], [0, 1], [-1, 0])),
+    }
+    model = fo.fem.ContactModel(
         bodies,
-        [fo.Support("base", "z-")],
-        {"P": [fo.Traction("slit", "top", z=-1.0)]},
-        [fo.Contact("slit", "base")],
+        [fo.fem.Support("base", "z-")],
+        {"P": [fo.fem.Traction("slit", "top", z=-1.0)]},
+        [fo.fem.Contact("slit", "base")],
     )
     fields = model.recover({"P": 1.0}, np.random.default_rng(0).normal(size=(8, 2)))
-    fo.write_paraview(tmp_path / "slit.vtm", model, fields)
+    fo.fem.write_paraview(tmp_path / "slit.vtm", model, fields)
     face = opened(tmp_path / "slit.vtm")["contact"]
     facets = slit.facets[:, slit.boundaries["contact"]]
     for facet in facets.T:
@@ -237,7 +244,7 @@ def test_each_contact_has_its_facets(tmp_path):
     """
     x = np.array([0.0, 0.5, 1.0])
     bodies = {
-        name: fo.Body(box(MeshQuad, start + x, x))
+        name: fo.fem.Body(box(MeshQuad, start + x, x))
         for name, start in (("left", 0.0), ("right", 1.0))
     }
     joints = [
@@ -245,14 +252,14 @@ def test_each_contact_has_its_facets(tmp_path):
         ("right", "base", "contact", "contact", "b"),
         ("left", "right", "x+", "x-", "c"),
     ]
-    model = fo.ContactModel(
-        bodies | {"base": fo.Body(box(MeshQuad, np.linspace(0, 2, 5), x - 1))},
-        [fo.Support("base", "y-")],
-        {"P": [fo.Traction(name, "y+", y=-1.0) for name in bodies]},
-        [fo.Contact(*sides, name=name) for *sides, name in joints],
+    model = fo.fem.ContactModel(
+        bodies | {"base": fo.fem.Body(box(MeshQuad, np.linspace(0, 2, 5), x - 1))},
+        [fo.fem.Support("base", "y-")],
+        {"P": [fo.fem.Traction(name, "y+", y=-1.0) for name in bodies]},
+        [fo.fem.Contact(*sides, name=name) for *sides, name in joints],
     )
     system = model.condense()
-    fo.write_paraview(
+    fo.fem.write_paraview(
         tmp_path / "shims.vtm", model, model.recover({"P": 1.0}, np.zeros(system.nodes))
     )
     face = opened(tmp_path / "shims.vtm")["contact"]
@@ -294,7 +301,7 @@ def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):
     ]
     for arguments, message in bad:
         with pytest.raises(fo.ModelError, match=message):
-            fo.write_paraview(*arguments)
+            fo.fem.write_paraview(*arguments)
     monkeypatch.setitem(sys.modules, "meshio", None)
     with pytest.raises(fo.ModelError, match="meshio: not installed"):
-        fo.write_paraview(tmp_path / "a.vtm", model, fields)
+        fo.fem.write_paraview(tmp_path / "a.vtm", model, fields)

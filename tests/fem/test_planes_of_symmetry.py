@@ -14,7 +14,7 @@ import frictopt as fo
 from helpers.meshes import box
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
-STIFF = fo.Material(E=3.0)
+STIFF = fo.fem.Material(E=3.0)
 
 
 def half_of(line):
@@ -44,16 +44,16 @@ def punch(scene, cut, clamped=None):
     sides = {"right": lambda x: x[0] == wide} | ({} if cut else {"left": lambda x: x[0] == -wide})
     lower = kind.init_tensor(*lines[1]).with_boundaries(faces | sides | planes)
     held = [
-        fo.Support(body, f"plane {axis}", "xy"[axis])
+        fo.fem.Support(body, f"plane {axis}", "xy"[axis])
         for body in ("punch", "block")
         for axis in range(cut)
     ]
-    held += [fo.Support(clamped, (0.0,) * len(lines[0]))] if clamped else []
-    pulls = [fo.Traction("block", side, x=1.0 if side == "right" else -1.0) for side in sides]
-    down = fo.Pressure("punch", "top", 1.0)
-    return fo.ContactModel(
-        {"punch": fo.Body(upper, STIFF), "block": fo.Body(lower)},
-        [*held, fo.Support("block", "bottom")],
+    held += [fo.fem.Support(clamped, (0.0,) * len(lines[0]))] if clamped else []
+    pulls = [fo.fem.Traction("block", side, x=1.0 if side == "right" else -1.0) for side in sides]
+    down = fo.fem.Pressure("punch", "top", 1.0)
+    return fo.fem.ContactModel(
+        {"punch": fo.fem.Body(upper, STIFF), "block": fo.fem.Body(lower)},
+        [*held, fo.fem.Support("block", "bottom")],
         {"P": [down], "sigma": pulls},
     )
 
@@ -108,17 +108,17 @@ def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
         return mesh.with_boundaries({**rims, "middle": lambda x: np.abs(x[0]) < 1e-9})
 
     bodies = {
-        "pin": fo.Body(arc(0.3, 1.0, {"ring": 1.0})),
-        "plate": fo.Body(arc(1.0, 3.0, {"ring": 1.0, "rim": 3.0})),
+        "pin": fo.fem.Body(arc(0.3, 1.0, {"ring": 1.0})),
+        "plate": fo.fem.Body(arc(1.0, 3.0, {"ring": 1.0, "rim": 3.0})),
     }
     supports = [
-        fo.Support("pin", "middle", "x"),
-        fo.Support("plate", "middle", "x"),
-        fo.Support("plate", (0.0, -3.0), "y"),
+        fo.fem.Support("pin", "middle", "x"),
+        fo.fem.Support("plate", "middle", "x"),
+        fo.fem.Support("plate", (0.0, -3.0), "y"),
     ]
-    contact = fo.Contact("pin", "plate", "ring", "ring")
-    system = fo.ContactModel(
-        bodies, supports, {"fit": [fo.Interference("ring", 0.01)]}, [contact]
+    contact = fo.fem.Contact("pin", "plate", "ring", "ring")
+    system = fo.fem.ContactModel(
+        bodies, supports, {"fit": [fo.fem.Interference("ring", 0.01)]}, [contact]
     ).condense()
     assert np.allclose(np.abs(system.normals[[0, -1]]), [[0.0, 1.0]] * 2, rtol=0, atol=1e-15)
     assert np.ptp(system.bonded["fit"][1] / system.width) < 1e-2 * np.ptp(system.bonded["fit"][1])
@@ -126,13 +126,15 @@ def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
 
 def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
     model = punch(PLANE, 1)
-    moved = [fo.Displacement("punch", "plane 0", x=0.1)]
+    moved = [fo.fem.Displacement("punch", "plane 0", x=0.1)]
     with pytest.raises(
         fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0\)"
     ):
-        fo.ContactModel(model.bodies, model.supports, {**model.loads, "apart": moved})
-    both = [*moved, fo.Displacement("block", "plane 0", x=0.1)]
-    system = fo.ContactModel(model.bodies, model.supports, {**model.loads, "both": both}).condense()
+        fo.fem.ContactModel(model.bodies, model.supports, {**model.loads, "apart": moved})
+    both = [*moved, fo.fem.Displacement("block", "plane 0", x=0.1)]
+    system = fo.fem.ContactModel(
+        model.bodies, model.supports, {**model.loads, "both": both}
+    ).condense()
     assert system.bonded["both"][0][0] == 0.0
 
 
@@ -150,21 +152,25 @@ def beside(kind, cells, half, lean):
                 mesh.p + np.eye(d)[:, [-1]] * lean * (0.5 + mesh.p[0] ** 2) * (1 - mesh.p[-1]),
                 mesh.t,
             ).with_boundaries(mesh.boundaries)
-        bodies[name] = fo.Body(mesh)
+        bodies[name] = fo.fem.Body(mesh)
     up = "xyz"[d - 1]
     supports = [
-        fo.Support(name, up + side, "xyz"[1:d]) for name, side in (("upper", "+"), ("lower", "-"))
+        fo.fem.Support(name, up + side, "xyz"[1:d])
+        for name, side in (("upper", "+"), ("lower", "-"))
     ]
     for name, height in (("upper", 1.0), ("lower", -1.0)):
         supports += (
-            [fo.Support(name, "x-", "x")]
+            [fo.fem.Support(name, "x-", "x")]
             if half
-            else [fo.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
+            else [fo.fem.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
         )
-    pulls = [fo.Pressure("lower", side, -1.0) for side in (["x+"] if half else ["x+", "x-"])]
-    loads = {"P": [fo.Displacement("upper", up + "+", **{up: -1.0})], "Q": pulls}
-    return fo.ContactModel(
-        bodies, supports, loads, [fo.Contact("upper", "lower", gap="measured" if lean else None)]
+    pulls = [fo.fem.Pressure("lower", side, -1.0) for side in (["x+"] if half else ["x+", "x-"])]
+    loads = {"P": [fo.fem.Displacement("upper", up + "+", **{up: -1.0})], "Q": pulls}
+    return fo.fem.ContactModel(
+        bodies,
+        supports,
+        loads,
+        [fo.fem.Contact("upper", "lower", gap="measured" if lean else None)],
     )
 
 
@@ -205,9 +211,9 @@ def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
     found = []
     for half in (True, False):
         model = beside(MeshQuad, 1, half, 0.0)
-        ends = [fo.Support("lower", side, "y") for side in (["x+"] if half else ["x+", "x-"])]
-        swapped = [fo.Contact("lower", "upper")]
-        system = fo.ContactModel(
+        ends = [fo.fem.Support("lower", side, "y") for side in (["x+"] if half else ["x+", "x-"])]
+        swapped = [fo.fem.Contact("lower", "upper")]
+        system = fo.fem.ContactModel(
             model.bodies, [*model.supports, *ends], model.loads, swapped
         ).condense()
         (i,) = np.flatnonzero(system.points[:, 0] > 1e-9)
@@ -217,13 +223,13 @@ def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
 
 def test_a_plane_of_symmetry_of_unlike_meshes_moves_with_both_bodies_or_not_at_all():
     model = beside(MeshHex, 9, True, 4e-3)
-    one, two = (fo.Displacement(body, "x-", x=0.1) for body in ("upper", "lower"))
+    one, two = (fo.fem.Displacement(body, "x-", x=0.1) for body in ("upper", "lower"))
     with pytest.raises(
         fo.ModelError,
         match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0, 0.002\)",
     ):
-        fo.ContactModel(model.bodies, model.supports, {"apart": [one]}, model.contacts)
-    system = fo.ContactModel(
+        fo.fem.ContactModel(model.bodies, model.supports, {"apart": [one]}, model.contacts)
+    system = fo.fem.ContactModel(
         model.bodies, model.supports, {"both": [one, two]}, model.contacts
     ).condense()
     q, p = system.bonded["both"]
@@ -233,9 +239,9 @@ def test_a_plane_of_symmetry_of_unlike_meshes_moves_with_both_bodies_or_not_at_a
 def test_nodes_beside_one_that_is_held_on_both_bodies_are_on_no_plane_of_symmetry():
     """Its body goes on behind it: what the other nodes of the pair add is no mirror image."""
     model = beside(MeshQuad, 9, False, 0.0)
-    held = [fo.Support(body, (0.0, 0.0), "x") for body in model.bodies]
-    loads = {"one side": [fo.Pressure("lower", "x+", -1.0)]}
-    system = fo.ContactModel(
+    held = [fo.fem.Support(body, (0.0, 0.0), "x") for body in model.bodies]
+    loads = {"one side": [fo.fem.Pressure("lower", "x+", -1.0)]}
+    system = fo.fem.ContactModel(
         model.bodies, [*model.supports[:2], *held], loads, model.contacts
     ).condense()
     q, _ = system.bonded["one side"]

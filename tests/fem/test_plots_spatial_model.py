@@ -113,12 +113,12 @@ def test_a_preload_presses_both_ends_of_its_bolt(drawn):
     base = MeshHex.init_tensor(across, across, [-1.0, 0.0]).with_boundaries(
         {"face": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1}
     )
-    steel = fo.Material(E=210e3, nu=0.3)
-    fo.ContactModel(
-        {"base": fo.Body(base, steel), "bolt": fo.Body(bolt, steel)},
-        [fo.Support("base", "bottom"), fo.Support("bolt", "top")],
-        {"preload": [fo.BoltPreload("bolt", "section", 10.0)]},
-        [fo.Contact("bolt", "base", "foot", "face")],
+    steel = fo.fem.Material(E=210e3, nu=0.3)
+    fo.fem.ContactModel(
+        {"base": fo.fem.Body(base, steel), "bolt": fo.fem.Body(bolt, steel)},
+        [fo.fem.Support("base", "bottom"), fo.fem.Support("bolt", "top")],
+        {"preload": [fo.fem.BoltPreload("bolt", "section", 10.0)]},
+        [fo.fem.Contact("bolt", "base", "foot", "face")],
     ).plot()
     (((begin, step),),) = arrows.values()
     ends = sorted((begin + step).tolist(), key=lambda end: end[2])
@@ -132,10 +132,10 @@ def test_a_load_that_acts_on_no_surface_has_one_arrow_where_its_body_ends(drawn)
     *_, arrows = drawn
     model = SCENE.model()
     loads = {
-        "weight": [fo.BodyForce("punch", z=-1.0)],
-        "spin": [fo.Centrifugal("punch", 1.0, speed=2.0, centre=(0, -9, 0), axis=(0, 0, 1))],
-        "force": [fo.PointForce("punch", (1.0, 1.0, 1.5), x=2.0)],
-        "heat": [fo.Expansion("punch", 1e-3)],
+        "weight": [fo.fem.BodyForce("punch", z=-1.0)],
+        "spin": [fo.fem.Centrifugal("punch", 1.0, speed=2.0, centre=(0, -9, 0), axis=(0, 0, 1))],
+        "force": [fo.fem.PointForce("punch", (1.0, 1.0, 1.5), x=2.0)],
+        "heat": [fo.fem.Expansion("punch", 1e-3)],
     }
     # The punch fills -1 < x, y < 1 and 0 < z < 1.5.
     wanted = {
@@ -145,7 +145,7 @@ def test_a_load_that_acts_on_no_surface_has_one_arrow_where_its_body_ends(drawn)
     }
     for case, parts in loads.items():
         arrows.clear()
-        fo.ContactModel(model.bodies, model.supports, {case: parts}, model.contacts).plot()
+        fo.fem.ContactModel(model.bodies, model.supports, {case: parts}, model.contacts).plot()
         (((begin, step),),) = arrows.values()
         if case == "heat":
             assert len(begin) == 0
@@ -159,18 +159,18 @@ def test_bodies_fill_their_picture():
     """There is room for arrows only in their directions: here along z."""
     flat = [np.linspace(0, 100, 5), np.linspace(0, 20, 3)]
     lower, upper = (MeshHex.init_tensor(*flat, np.array([z, z + 5.0])) for z in (0.0, 5.0))
-    steel = fo.Material(E=210e3, nu=0.3)
-    ax = fo.ContactModel(
+    steel = fo.fem.Material(E=210e3, nu=0.3)
+    ax = fo.fem.ContactModel(
         {
-            "lower": fo.Body(lower.with_boundaries({"up": lambda x: x[2] == 5}), steel),
-            "upper": fo.Body(
+            "lower": fo.fem.Body(lower.with_boundaries({"up": lambda x: x[2] == 5}), steel),
+            "upper": fo.fem.Body(
                 upper.with_boundaries({"low": lambda x: x[2] == 5, "top": lambda x: x[2] == 10}),
                 steel,
             ),
         },
-        [fo.Support("lower", (0.0, 0.0, 0.0))],
-        {"P": [fo.Pressure("upper", "top")]},
-        [fo.Contact("upper", "lower", "low", "up")],
+        [fo.fem.Support("lower", (0.0, 0.0, 0.0))],
+        {"P": [fo.fem.Pressure("upper", "top")]},
+        [fo.fem.Contact("upper", "lower", "low", "up")],
     ).plot()
     low, high = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()]).T
     assert np.allclose(low, [0, 0, 0], atol=2) and np.allclose(high, [100, 20, 22], atol=2)
@@ -198,8 +198,8 @@ def test_everything_is_inside_and_has_a_name(drawn):
 
 def test_fields_show_the_von_mises_stress_on_the_surfaces():
     load = {
-        "P": [fo.Pressure("a", "top", 3.0)],
-        "Q": [fo.Traction("a", "top", x=lambda x, y, z: x)],
+        "P": [fo.fem.Pressure("a", "top", 3.0)],
+        "Q": [fo.fem.Traction("a", "top", x=lambda x, y, z: x)],
     }
     model = column(loads=load)
     axes = model.recover({"P": 1.0}, np.zeros((9, 2))).plot()
@@ -209,7 +209,7 @@ def test_fields_show_the_von_mises_stress_on_the_surfaces():
     assert axes.get_zlabel() == "$z$ (length)"
     axes.figure.draw_without_rendering()
     axes = column(
-        loads=load, supports=[fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))]
+        loads=load, supports=[fo.fem.Support("b", "bottom", "z"), fo.fem.Support("b", (0, 0, -1))]
     ).plot()
     axes.figure.draw_without_rendering()
     assert {"held in z", "held in x, y, z", "load P", "load Q"} <= {
@@ -238,7 +238,7 @@ def test_the_moved_body_in_front_hides_the_other_one():
     model = replace(
         model,
         bodies={
-            name: replace(body, material=fo.Material(density=1.0))
+            name: replace(body, material=fo.fem.Material(density=1.0))
             for name, body in model.bodies.items()
         },
     )
@@ -254,8 +254,8 @@ def test_the_moved_body_in_front_hides_the_other_one():
 
 def test_body_forces_are_named_and_given_axes_must_be_in_space():
     model = SCENE.model()
-    weight = {"weight": [fo.BodyForce("punch", z=-1.0)]}
-    heavy = fo.ContactModel(model.bodies, model.supports, weight, model.contacts)
+    weight = {"weight": [fo.fem.BodyForce("punch", z=-1.0)]}
+    heavy = fo.fem.ContactModel(model.bodies, model.supports, weight, model.contacts)
     axes = plt.figure().add_subplot(projection="3d")
     assert heavy.plot(axes) is axes
     assert "load weight (body force)" in [text.get_text() for text in axes.get_legend().get_texts()]

@@ -25,18 +25,20 @@ def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
     It acts on all sides. Each pair carries its share of the area, as on linear faces, and the
     stress is uniform at all nodes. The whole model is turned.
     """
-    d, material = dimensions(kind), fo.Material(2.0, nu)
+    d, material = dimensions(kind), fo.fem.Material(2.0, nu)
     turn = (
         rotation(0.6) if d == 2 else np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     )
     bodies, up = two_boxes(kind, material, turn=turn), turn[:, -1]
     corner = [tuple(turn @ point) for point in np.eye(d)[:-1] - np.eye(d)[-1]]
     held = [
-        fo.Support("lower", tuple(-up), "xyz"[:d]),
-        fo.Support("lower", corner[0], "y" if d == 2 else "yz"),
+        fo.fem.Support("lower", tuple(-up), "xyz"[:d]),
+        fo.fem.Support("lower", corner[0], "y" if d == 2 else "yz"),
     ]
-    held += [fo.Support("lower", corner[1], "z")] if d == 3 else []
-    model = fo.ContactModel(bodies, held, {"P": [fo.Pressure(name, "outline") for name in bodies]})
+    held += [fo.fem.Support("lower", corner[1], "z")] if d == 3 else []
+    model = fo.fem.ContactModel(
+        bodies, held, {"P": [fo.fem.Pressure(name, "outline") for name in bodies]}
+    )
     system = model.condense()
     fields = model.recover({"P": 1.0}, np.zeros(system.nodes if d == 2 else (system.nodes, 2)))
     rounding = max(1e-12, 1e-15 / (1 - 2 * nu))  # forces have that of the bulk modulus
@@ -59,13 +61,13 @@ def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
     in balance with any load on it.
     """
     d = dimensions(kind)
-    bodies = two_boxes(kind, fo.Material(), bulge=arched)
+    bodies = two_boxes(kind, fo.fem.Material(), bulge=arched)
     pull = [
-        fo.Traction(
+        fo.fem.Traction(
             "upper", "far", x=0.3, y=lambda *x: -1 + x[0], **({"z": -0.2} if d == 3 else {})
         )
     ]
-    system = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"F": pull}).condense()
+    system = fo.fem.ContactModel(bodies, [fo.fem.Support("lower", "far")], {"F": pull}).condense()
     assert np.ptp(system.points[:, -1]) > 0.05
     arms = system.points
     turns = [(a, b) for a in range(d) for b in range(a)]
@@ -87,23 +89,25 @@ def bent(kind, nu, element):
 
     The boxes are 4 long and 1 high together, and couples bend them by the curvature 1.
     """
-    d, material = dimensions(kind), fo.Material(3.0, nu)
+    d, material = dimensions(kind), fo.fem.Material(3.0, nu)
     depth = [(0.0, 0.7)] * (d - 2)
     bodies = {
-        "left": fo.Body(box(kind, (0.0, 1.0), (-0.5, 0.5), *depth, linear=True), material, element),
-        "right": fo.Body(
+        "left": fo.fem.Body(
+            box(kind, (0.0, 1.0), (-0.5, 0.5), *depth, linear=True), material, element
+        ),
+        "right": fo.fem.Body(
             box(kind, (1.0, 4.0), (-0.5, 0.5), *depth, steps=(6, 2, 2)[:d], linear=True),
             material,
             element,
         ),
     }
     held = [
-        fo.Support("left", "x0", "x"),
-        fo.Support("left", (0.0, 0.0, 0.0)[:d], "y" if d == 2 else "yz"),
+        fo.fem.Support("left", "x0", "x"),
+        fo.fem.Support("left", (0.0, 0.0, 0.0)[:d], "y" if d == 2 else "yz"),
     ]
-    held += [fo.Support("left", (0.0, 0.5, 0.0), "z")] if d == 3 else []
-    bend = {"M": [fo.Traction("right", "x1", x=lambda x, y, *z: 3.0 * y)]}
-    model = fo.ContactModel(bodies, held, bend, [fo.Contact("right", "left", "x0", "x1")])
+    held += [fo.fem.Support("left", (0.0, 0.5, 0.0), "z")] if d == 3 else []
+    bend = {"M": [fo.fem.Traction("right", "x1", x=lambda x, y, *z: 3.0 * y)]}
+    model = fo.fem.ContactModel(bodies, held, bend, [fo.fem.Contact("right", "left", "x0", "x1")])
     return model, model.recover(
         {"M": 1.0}, np.zeros((model.condense().nodes, d - 1) if d == 3 else model.condense().nodes)
     )
@@ -163,9 +167,9 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
     """
     d = dimensions(kind)
     thick = 0.7 if d == 3 else 1.0
-    body = fo.Body(
+    body = fo.fem.Body(
         box(kind, (-1.0, 1.0), *[(0.0, 0.7)] * (d - 2), (0.0, 1.0), bulge=hump),
-        fo.Material(2.0, 0.3),
+        fo.fem.Material(2.0, 0.3),
     )
     x, up = body.mesh.p[0], body.mesh.p[-1]
     kinematics = "space" if d == 3 else "plane_strain"
@@ -180,28 +184,28 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
         return load._forces(body, kinematics)
 
     # Its normal lies along (2 c x, 1) dx.
-    pressed = forces(fo.Pressure("body", top, lambda x, *others: x**2))
+    pressed = forces(fo.fem.Pressure("body", top, lambda x, *others: x**2))
     assert pressed[-1].sum() == pytest.approx(-2 / 3 * thick, rel=1e-12)
     assert pressed[0] @ x == pytest.approx(-4 * c / 5 * thick, rel=1e-12)
-    pressed = forces(fo.Pressure("body", top))
+    pressed = forces(fo.fem.Pressure("body", top))
     assert pressed[0] @ up - pressed[-1] @ x == pytest.approx(0.0, abs=1e-12)
     assert pressed[0] @ x == pytest.approx(-4 * c / 3 * thick, rel=1e-12)
-    weight = forces(fo.BodyForce("body", **{name: -3.0}))
+    weight = forces(fo.fem.BodyForce("body", **{name: -3.0}))
     assert weight[-1].sum() == pytest.approx(-3 * area * thick, rel=1e-12)
     assert weight[-1] @ up == pytest.approx(-3 * high * thick, rel=1e-12)
     spin = forces(
-        fo.Centrifugal(
+        fo.fem.Centrifugal(
             "body", 2.0, 1.5, (0.0,) * d, axis=(0.0, 0.0, 2.0) if d == 2 else (0.0, 2.0, 0.0)
         )
     )
     assert d == 2 or np.abs(spin[1]).max() < 1e-12
     assert spin[-1].sum() == pytest.approx(4.5 * high * thick, rel=1e-12)
     assert spin[0] @ x == pytest.approx(4.5 * square * thick, rel=1e-10)
-    hot = forces(fo.Expansion("body", lambda x, *others: 0.01 * x**2))
+    hot = forces(fo.fem.Expansion("body", lambda x, *others: 0.01 * x**2))
     tension = 2.0 / (1 - 2 * 0.3) * 0.01  # E / (1 - 2 nu) times the strain
     assert hot[0] @ x == pytest.approx(tension * square * thick, rel=1e-10)
     assert np.abs(hot.sum(axis=1)).max() < 1e-14
-    pulled = forces(fo.Traction("body", "x1", x=lambda x, *others: others[-1]))
+    pulled = forces(fo.fem.Traction("body", "x1", x=lambda x, *others: others[-1]))
     assert pulled[0].sum() == pytest.approx(thick / 2, rel=1e-12)
     assert pulled[0] @ up == pytest.approx(thick / 3, rel=1e-12)
 
@@ -214,12 +218,12 @@ def test_a_curved_body_of_one_mesh_is_split_as_it_is():
     whole = box(MeshTri, (-1.0, 1.0), (0.0, 1.0), bulge=hump).with_subdomains(
         {"left": lambda x: x[0] < 0, "right": lambda x: x[0] > 0}
     )
-    bodies = fo.split_bodies(whole, {"left": fo.Material(), "right": fo.Material()})
+    bodies = fo.fem.split_bodies(whole, {"left": fo.fem.Material(), "right": fo.fem.Material()})
     kept = {tuple(point) for body in bodies.values() for point in body.mesh.p.T}
     assert kept == set(map(tuple, whole.p.T))
     assert {body.element for body in bodies.values()} == {"quadratic"}
     weights = [
-        fo.BodyForce(name, y=1.0)._forces(body, "plane_strain")[1].sum()
+        fo.fem.BodyForce(name, y=1.0)._forces(body, "plane_strain")[1].sum()
         for name, body in bodies.items()
     ]
     assert np.allclose(weights, 1 + 2 * HUMP / 3, rtol=1e-12)
@@ -238,21 +242,21 @@ FILED = {  # kind -> names of its elements, linear and quadratic, in files
 @pytest.mark.parametrize("kind", SECOND)
 def test_fields_go_to_vectors_and_to_files_with_all_nodes(kind, element, tmp_path):
     d = dimensions(kind)
-    material = fo.Material(2.0, 0.3)
+    material = fo.fem.Material(2.0, 0.3)
     far = ("far", "far")
     bodies = two_boxes(kind, material)
     if element == "linear":
         meshes = two_blocks((kind, kind), (2,) * (d - 1), (2,) * (d - 1))
         up = "xyz"[d - 1]
-        bodies = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}
+        bodies = {name: fo.fem.Body(mesh, material) for name, mesh in meshes.items()}
         far = (f"{up}-", f"{up}+")
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
-        [fo.Support("lower", far[0])],
-        {"P": [fo.Pressure("upper", far[1]), fo.Traction("upper", far[1], x=0.3)]},
+        [fo.fem.Support("lower", far[0])],
+        {"P": [fo.fem.Pressure("upper", far[1]), fo.fem.Traction("upper", far[1], x=0.3)]},
     )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
-    fo.write_paraview(tmp_path / "boxes.vtm", model, fields)
+    fo.fem.write_paraview(tmp_path / "boxes.vtm", model, fields)
     (file,) = (tmp_path / "boxes").glob("*_upper.vtu")
     read = meshio.read(file)
     mesh = bodies["upper"].mesh
@@ -279,28 +283,28 @@ def test_fields_go_to_vectors_and_to_files_with_all_nodes(kind, element, tmp_pat
 
 def off(by):
     """Two boxes of quadrilaterals, the midside nodes of the contact of the upper one moved."""
-    bodies = two_boxes(MeshQuad, fo.Material())
+    bodies = two_boxes(MeshQuad, fo.fem.Material())
     mesh = bodies["upper"].mesh
     points = mesh.p.copy()
     face = mesh.dofs.facet_dofs[0, mesh.boundaries["contact"]]
     points[:, face] += np.array(by)[:, None]
-    return bodies | {"upper": fo.Body(replace(mesh, doflocs=points))}
+    return bodies | {"upper": fo.fem.Body(replace(mesh, doflocs=points))}
 
 
 def test_what_a_contact_of_quadratic_bodies_cannot_be_is_named():
-    load = {"P": [fo.Pressure("upper", "far")]}
+    load = {"P": [fo.fem.Pressure("upper", "far")]}
     for by, distance in (((0.0, 0.06), "0.06"), ((0.07, 0.0), "0.07")):
         message = rf"contacts: body 'upper': the midside node at \(\S+, {by[1]:g}\) lies {distance} off the middle of its corners, which are 0.5"
         with pytest.raises(fo.ModelError, match=message):
-            fo.ContactModel(off(by), [fo.Support("lower", "far")], load)
-    fo.ContactModel(off((0.0, 0.04)), [fo.Support("lower", "far")], load)
+            fo.fem.ContactModel(off(by), [fo.fem.Support("lower", "far")], load)
+    fo.fem.ContactModel(off((0.0, 0.04)), [fo.fem.Support("lower", "far")], load)
     with pytest.raises(
         fo.ModelError,
         match="is a midside node of a contact face, which follows the corners; hold corners",
     ):
-        fo.ContactModel(
-            two_boxes(MeshTri, fo.Material()),
-            [fo.Support("lower", "far"), fo.Support("upper", (0.25, 0.0), "x")],
+        fo.fem.ContactModel(
+            two_boxes(MeshTri, fo.fem.Material()),
+            [fo.fem.Support("lower", "far"), fo.fem.Support("upper", (0.25, 0.0), "x")],
             load,
         )
     inside_out = box(MeshTri, (0.0, 1.0), (0.0, 1.0))
@@ -310,4 +314,4 @@ def test_what_a_contact_of_quadratic_bodies_cannot_be_is_named():
         fo.ModelError,
         match=r"elements that are not convex or have no area: .*; mesh finer, or with straight sides",
     ):
-        fo.Body(replace(inside_out, doflocs=points))
+        fo.fem.Body(replace(inside_out, doflocs=points))

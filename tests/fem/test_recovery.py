@@ -83,13 +83,13 @@ def test_without_loads_nothing_moves_where_the_bodies_are_apart():
     Without an argument the gap is the initial gap, of a function and of a mesh.
     """
     punch, block = (body.mesh for body in blocks().values())
-    bodies = {"punch": fo.Body(punch.translated([0.0, 0.25])), "block": fo.Body(block)}
+    bodies = {"punch": fo.fem.Body(punch.translated([0.0, 0.25])), "block": fo.fem.Body(block)}
     for model in (
         fo.scenes.RoundedPunch(
             radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0)
         ).model(),
-        fo.ContactModel(
-            bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", gap="measured")]
+        fo.fem.ContactModel(
+            bodies, hung(), uniform_loads(), [fo.fem.Contact("punch", "block", gap="measured")]
         ),
     ):
         n = model.condense().nodes
@@ -136,7 +136,7 @@ def test_stress_along_the_interface():
 
     A plate is pulled along its contact and is stuck to a soft plate.
     """
-    scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
+    scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.fem.Material(1e-6))
     fields = scene.model().recover({"sigma": 2.0}, np.zeros(9))
     stress, strain = fields.at_contact(2)
     assert np.allclose(stress[2:-2], 2.0, rtol=0.02)
@@ -173,7 +173,7 @@ def test_mean_dilatation_has_its_own_stress():
     In a punch of rubber div u times Lame's first constant would oscillate by hundreds of times the
     pressure.
     """
-    rubber = fo.Material(1.0, 0.49999)
+    rubber = fo.fem.Material(1.0, 0.49999)
     scene = fo.scenes.PunchOnHalfPlane(
         elements=8,
         growth=1.6,

@@ -22,7 +22,10 @@ from frictopt.fem.supports import normals_along
 from helpers.cases import ALL_CASES
 from helpers.meshes import around, extruded, turned
 
-STEEL, ALLOY = fo.Material(E=2.0, nu=0.3, density=0.5), fo.Material(E=0.7, nu=0.2, density=0.2)
+STEEL, ALLOY = (
+    fo.fem.Material(E=2.0, nu=0.3, density=0.5),
+    fo.fem.Material(E=0.7, nu=0.2, density=0.2),
+)
 FRICTION = 0.2
 FILES = Path(__file__).parents[2] / "docs" / "tutorial"
 
@@ -72,16 +75,16 @@ def joined(sectors, count, whole, turn, centre, axis, supports, loads, element="
     bodies = {}
     for (name, mesh), material in zip(sectors.items(), (STEEL, ALLOY), strict=True):
         ring_mesh = around(mesh, count, step) if whole else mesh
-        bodies[name] = fo.Body(
+        bodies[name] = fo.fem.Body(
             type(ring_mesh)(
                 turn @ ring_mesh.p + np.array(centre)[:, None], ring_mesh.t
             ).with_boundaries(ring_mesh.boundaries),
             material,
             element,
         )
-    tied = [] if whole else [fo.Cyclic(name, "low", "high", axis, centre) for name in sectors]
-    return fo.ContactModel(
-        bodies, [*supports, *tied], loads, [fo.Contact(*sectors, "contact", "contact")], **more
+    tied = [] if whole else [fo.fem.Cyclic(name, "low", "high", axis, centre) for name in sectors]
+    return fo.fem.ContactModel(
+        bodies, [*supports, *tied], loads, [fo.fem.Contact(*sectors, "contact", "contact")], **more
     )
 
 
@@ -108,7 +111,9 @@ def waves(count, turn, centre, body, face):
 
         return along
 
-    return [fo.Traction(body, face, **{"xyz"[axis]: traction(axis) for axis in range(len(turn))})]
+    return [
+        fo.fem.Traction(body, face, **{"xyz"[axis]: traction(axis) for axis in range(len(turn))})
+    ]
 
 
 def ring_model(count, whole, element="linear", centre=(0.3, -0.2), turn=None):
@@ -118,10 +123,10 @@ def ring_model(count, whole, element="linear", centre=(0.3, -0.2), turn=None):
         "hub": polar(MeshQuad, [1.0, 1.3, 1.8], count, 6, {"contact": 1.0, "outside": 1.8}),
     }
     loads = {
-        "fit": [fo.Interference("contact", 0.02)],
+        "fit": [fo.fem.Interference("contact", 0.02)],
         "waves": waves(count, turn, centre, "hub", "outside"),
     }
-    loads["squeeze"] = [fo.Pressure("hub", "outside", 0.02), fo.Expansion("shaft", 0.001)]
+    loads["squeeze"] = [fo.fem.Pressure("hub", "outside", 0.02), fo.fem.Expansion("shaft", 0.001)]
     return joined(
         sectors,
         count,
@@ -129,7 +134,7 @@ def ring_model(count, whole, element="linear", centre=(0.3, -0.2), turn=None):
         turn,
         centre,
         (0, 0, 1),
-        [fo.Support("shaft", "bore")],
+        [fo.fem.Support("shaft", "bore")],
         loads,
         element,
     )
@@ -142,14 +147,14 @@ def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
         "shaft": polar(MeshQuad, [0.4, 0.7, 1.0], count, 1, {"bore": 0.4, "contact": 1.0}),
         "hub": polar(MeshQuad, [1.0, 1.3, 1.8], count, 1, {"contact": 1.0, "outside": 1.8}),
     }
-    held = [fo.Support("shaft", "bore")]
-    load = {"P": [fo.Pressure("hub", "outside", 1.0)]}
+    held = [fo.fem.Support("shaft", "bore")]
+    load = {"P": [fo.fem.Pressure("hub", "outside", 1.0)]}
     model = joined(sectors, count, False, np.eye(2), centre, (0, 0, 1), held, load)
     system = model.condense()
     radial = np.asarray(system.points) - np.array(centre)
     assert len(radial) == 1 and np.allclose(np.abs(system.normals * radial).sum(), 1.0, atol=1e-12)
 
-    shaft = fo.Body(sectors["shaft"])
+    shaft = fo.fem.Body(sectors["shaft"])
     low, high = (
         shaft.mesh.facets[:, shaft.mesh.boundaries[name]].ravel() for name in ("low", "high")
     )
@@ -158,7 +163,7 @@ def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
     places = turn @ shaft.mesh.p[:, low]
     apart = np.linalg.norm(shaft.mesh.p[:, np.unique(high), None] - places[:, None], axis=0)
     high = np.unique(high)[apart.argmin(axis=0)]
-    bore = [fo.Support("shaft", "bore", normal=True)]
+    bore = [fo.fem.Support("shaft", "bore", normal=True)]
     ((nodes, normals),) = normals_along(shaft, bore, Planes(2), (high, low, turn))
     radial = shaft.mesh.p.T[nodes] / 0.4
     assert np.allclose(np.abs(np.sum(normals * radial, axis=1)), 1.0, rtol=0, atol=1e-12)
@@ -183,8 +188,8 @@ def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
     bore = facets[(mesh.facets[:, facets] < count).all(axis=0)]
     middles = mesh.p[:, mesh.facets[:, bore]].mean(axis=1)
     mesh = mesh.with_boundaries({"left": bore[middles[0] < 0], "right": bore[middles[0] > 0]})
-    supports = [fo.Support("drop", name, normal=True) for name in ("left", "right")]
-    for nodes, normals in normals_along(fo.Body(mesh), supports, Planes(2)):
+    supports = [fo.fem.Support("drop", name, normal=True) for name in ("left", "right")]
+    for nodes, normals in normals_along(fo.fem.Body(mesh), supports, Planes(2)):
         assert np.allclose(np.abs(normals[nodes == 0]), [0.0, 1.0], rtol=0, atol=1e-12)
         assert np.abs(normals[nodes == len(left)]).min() > 0.1
 
@@ -275,12 +280,15 @@ def thick_model(count, whole, element="linear"):
         )
     centre = (0.5, -0.1, 0.3)
     loads = {
-        "fit": [fo.Interference("contact", 0.05)],
+        "fit": [fo.fem.Interference("contact", 0.05)],
         "waves": waves(count, SPACE, centre, "hub", "outside"),
     }
     along = dict(zip("xyz", 0.01 * SPACE[:, 2], strict=True))
-    loads["squeeze"] = [fo.Traction("hub", "outside", **along), fo.Pressure("hub", "outside", 0.03)]
-    supports = [fo.Support("bush", "bore", normal=True), fo.Support("bush", "end")]
+    loads["squeeze"] = [
+        fo.fem.Traction("hub", "outside", **along),
+        fo.fem.Pressure("hub", "outside", 0.03),
+    ]
+    supports = [fo.fem.Support("bush", "bore", normal=True), fo.fem.Support("bush", "end")]
     return joined(
         sectors, count, whole, SPACE, centre, tuple(2 * SPACE[:, 2]), supports, loads, element
     )
@@ -372,34 +380,40 @@ def flange(whole):
 
     It is twisted and pulled.
     """
-    steel = fo.Material(210e3, 0.3)
+    steel = fo.fem.Material(210e3, 0.3)
     turn = Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round()
-    parts = fo.split_bodies(
-        fo.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel)
+    parts = fo.fem.split_bodies(
+        fo.readers.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel)
     )
     bodies = {name: parts[name] for name in ("upper", "lower")}
     bolts = {"bolt": parts["bolt"]}
-    supports = [fo.Support("lower", "bottom")]
+    supports = [fo.fem.Support("lower", "bottom")]
     if whole:
-        bodies = {name: fo.Body(around(body.mesh, 4, turn), steel) for name, body in bodies.items()}
+        bodies = {
+            name: fo.fem.Body(around(body.mesh, 4, turn), steel) for name, body in bodies.items()
+        }
         bolts = {
-            f"bolt {k}": fo.Body(turned(parts["bolt"].mesh, np.linalg.matrix_power(turn, k)), steel)
+            f"bolt {k}": fo.fem.Body(
+                turned(parts["bolt"].mesh, np.linalg.matrix_power(turn, k)), steel
+            )
             for k in range(4)
         }
     else:
-        supports += [fo.Cyclic(name, "low", "high") for name in bodies]
-    contacts = [fo.Contact("upper", "lower", "lower", "upper", name="flange")]
+        supports += [fo.fem.Cyclic(name, "low", "high") for name in bodies]
+    contacts = [fo.fem.Contact("upper", "lower", "lower", "upper", name="flange")]
     contacts += [
-        fo.Contact(bolt, side, side, "bolt", name=f"{bolt} {side}")
+        fo.fem.Contact(bolt, side, side, "bolt", name=f"{bolt} {side}")
         for bolt in bolts
         for side in bodies
     ]
     loads = {
-        "bolts": [fo.BoltPreload(bolt, "section", 25e3) for bolt in bolts],
-        "pull": [fo.Traction("upper", "top", z=1.0)],
-        "twist": [fo.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)],
+        "bolts": [fo.fem.BoltPreload(bolt, "section", 25e3) for bolt in bolts],
+        "pull": [fo.fem.Traction("upper", "top", z=1.0)],
+        "twist": [
+            fo.fem.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)
+        ],
     }
-    return fo.ContactModel(bodies | bolts, supports, loads, contacts), turn
+    return fo.fem.ContactModel(bodies | bolts, supports, loads, contacts), turn
 
 
 def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
@@ -474,16 +488,16 @@ def test_a_sector_may_reach_the_axis(height, turn):
     centre = (0.2, 0.1, -0.4)[: len(turn)]
     axis = tuple(turn[:, 2]) if height else (0, 0, 1)
     loads = {
-        "fit": [fo.Interference("contact", 0.02)],
+        "fit": [fo.fem.Interference("contact", 0.02)],
         "waves": waves(4, turn, centre, "hub", "outside"),
-        "squeeze": [fo.Expansion("shaft", 0.01)],
+        "squeeze": [fo.fem.Expansion("shaft", 0.01)],
     }
     if height:
         loads["squeeze"] = [
-            fo.Traction("shaft", "end", **dict(zip("xyz", 0.002 * turn[:, 2], strict=True)))
+            fo.fem.Traction("shaft", "end", **dict(zip("xyz", 0.002 * turn[:, 2], strict=True)))
         ]
     held = [
-        fo.Support(
+        fo.fem.Support(
             "hub",
             "end"
             if height
@@ -496,9 +510,9 @@ def test_a_sector_may_reach_the_axis(height, turn):
     )
     if not height:
         arms = np.array(centre) + 1.8 * np.array([[0, 1], [-1, 0], [0, -1]])
-        one = fo.ContactModel(
+        one = fo.fem.ContactModel(
             one.bodies,
-            [*held, *(fo.Support("hub", tuple(arm.tolist())) for arm in arms)],
+            [*held, *(fo.fem.Support("hub", tuple(arm.tolist())) for arm in arms)],
             loads,
             one.contacts,
         )
@@ -549,26 +563,28 @@ def padded(meshes, element="linear", held=None):
     The ring is held at its bore, or is free to turn but for a node.
     """
     bodies = {
-        name: fo.Body(mesh, material, element)
+        name: fo.fem.Body(mesh, material, element)
         for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)
     }
-    drag = fo.Traction("pad", "top", x=lambda x, y, *_: 0.3 * x - y, y=lambda x, y, *_: x + 0.3 * y)
+    drag = fo.fem.Traction(
+        "pad", "top", x=lambda x, y, *_: 0.3 * x - y, y=lambda x, y, *_: x + 0.3 * y
+    )
     loads = {
         "P": [
-            *(fo.Pressure("ring", name) for name in ("bore", "free")),
-            *(fo.Pressure("pad", name) for name in ("top", "sides")),
+            *(fo.fem.Pressure("ring", name) for name in ("bore", "free")),
+            *(fo.fem.Pressure("pad", name) for name in ("top", "sides")),
         ],
-        "E": [fo.Expansion(name, 0.1) for name in bodies],
+        "E": [fo.fem.Expansion(name, 0.1) for name in bodies],
         "drag": [drag],
     }
     supports = [
-        fo.Cyclic("ring", "low", "high"),
+        fo.fem.Cyclic("ring", "low", "high"),
         held
-        or fo.Support(
+        or fo.fem.Support(
             "ring", (1.0, 0.0, 0.0)[: meshes["ring"].dim()], "yz"[: meshes["ring"].dim() - 1]
         ),
     ]
-    return fo.ContactModel(bodies, supports, loads, [fo.Contact("pad", "ring")])
+    return fo.fem.ContactModel(bodies, supports, loads, [fo.fem.Contact("pad", "ring")])
 
 
 @pytest.mark.parametrize(("low", "high"), [(3, 3), (3, 4), (5, 2)])
@@ -604,7 +620,7 @@ def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high
 
 
 def test_cut_faces_that_do_not_match_converge_to_those_that_do():
-    bore, apart = fo.Support("ring", "bore"), []
+    bore, apart = fo.fem.Support("ring", "bore"), []
     for n in (3, 6, 12):
         same, other = (
             padded(unlike(*each, 4 * n), held=bore).condense().compliance[2, 2]
@@ -621,13 +637,13 @@ def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, cou
     """
     model = ring_model(count, False, centre=(0.0, 0.0))
     bodies = dict(model.bodies)
-    cuts = [support for support in model.supports if isinstance(support, fo.Cyclic)]
+    cuts = [support for support in model.supports if isinstance(support, fo.fem.Cyclic)]
     if hub:
-        bodies["hub"] = fo.Body(
+        bodies["hub"] = fo.fem.Body(
             bodies["hub"].mesh.with_boundaries(hub) if isinstance(hub, dict) else hub, ALLOY
         )
-    held = [fo.Support("shaft", "bore"), cuts[0], cut or cuts[1], *supports]
-    return fo.ContactModel(
+    held = [fo.fem.Support("shaft", "bore"), cuts[0], cut or cuts[1], *supports]
+    return fo.fem.ContactModel(
         bodies, held, {**model.loads, **loads}, contacts or model.contacts, kinematics
     )
 
@@ -648,66 +664,70 @@ def uneven():
 
 HUB = {"body": "hub", "low": "low", "high": "high"}
 REFUSED = {
-    "high: 'low' is `low` too": lambda: fo.Cyclic("hub", "low", "low"),
-    "axis: (0.0, 0.0, 0.0); give the direction": lambda: fo.Cyclic(
+    "high: 'low' is `low` too": lambda: fo.fem.Cyclic("hub", "low", "low"),
+    "axis: (0.0, 0.0, 0.0); give the direction": lambda: fo.fem.Cyclic(
         "hub", "low", "high", axis=(0, 0, 0)
     ),
-    "axis: (0.0, 0.0, 1e-200); give the direction": lambda: fo.Cyclic(
+    "axis: (0.0, 0.0, 1e-200); give the direction": lambda: fo.fem.Cyclic(
         "hub", "low", "high", axis=(0, 0, 1e-200)
     ),
-    "low: 3": lambda: fo.Cyclic("hub", 3, "high"),
-    "boundary 'left' is unknown": lambda: refused(cut=fo.Cyclic("hub", "left", "high")),
-    "body 'rim' of Cyclic(": lambda: refused(cut=fo.Cyclic("rim", "low", "high")),
-    "has another Cyclic": lambda: refused(cut=fo.Cyclic("shaft", "low", "high")),
-    "its axis a normal of the plane": lambda: refused(cut=fo.Cyclic(**HUB, axis=(1, 0, 0))),
-    "give the 2 coordinates of a point": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0, 0, 0))),
+    "low: 3": lambda: fo.fem.Cyclic("hub", 3, "high"),
+    "boundary 'left' is unknown": lambda: refused(cut=fo.fem.Cyclic("hub", "left", "high")),
+    "body 'rim' of Cyclic(": lambda: refused(cut=fo.fem.Cyclic("rim", "low", "high")),
+    "has another Cyclic": lambda: refused(cut=fo.fem.Cyclic("shaft", "low", "high")),
+    "its axis a normal of the plane": lambda: refused(cut=fo.fem.Cyclic(**HUB, axis=(1, 0, 0))),
+    "give the 2 coordinates of a point": lambda: refused(
+        cut=fo.fem.Cyclic(**HUB, centre=(0, 0, 0))
+    ),
     "the faces 'high' and 'low' of body 'hub' are not turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
         lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
     ),
-    "; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
+    "; their middles are": lambda: refused(cut=fo.fem.Cyclic(**HUB, centre=(0.1, 0.0))),
     "have different axes or angles": lambda: refused(
         polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})
     ),
     "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
     "is held, but not the node at (1.3, 0)": lambda: refused(
-        supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]
+        supports=[fo.fem.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]
     ),
     "is held, but not the node at (1, 0)": lambda: refused(
-        supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]
+        supports=[fo.fem.Support("hub", "high", "x"), fo.fem.Support("hub", "low", "y")]
     ),
     "differs from the turned displacement of the other face": lambda: refused(
-        move=[fo.Displacement("shaft", "bore", x=0.1)]
+        move=[fo.fem.Displacement("shaft", "bore", x=0.1)]
     ),
     "body 'hub' goes the long way round from 'low' to 'high', 240 of 360 degrees": lambda: refused(
         polar(MeshQuad, [1.0, 1.3, 1.8], 1.5, 8, {"contact": 1.0, "outside": 1.8})
     ),
     "loads['turn']: Centrifugal(": lambda: refused(
-        turn=[fo.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]
+        turn=[fo.fem.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]
     ),
     "beside a Cyclic; a coupling cannot include nodes of other sectors": lambda: refused(
-        supports=[fo.RigidCoupling("hub", "outside")]
+        supports=[fo.fem.RigidCoupling("hub", "outside")]
     ),
-    "loads['pull']: PointForce(": lambda: refused(pull=[fo.PointForce("hub", "outside", x=1.0)]),
+    "loads['pull']: PointForce(": lambda: refused(
+        pull=[fo.fem.PointForce("hub", "outside", x=1.0)]
+    ),
     "on the cut `high` of a sector, which is a copy of a node on `low`: leave nodes on `high` out": (
-        lambda: refused(pull=[fo.PointForce("hub", "high", x=1.0)])
+        lambda: refused(pull=[fo.fem.PointForce("hub", "high", x=1.0)])
     ),
-    "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),
+    "loads['fall']: BodyForce(": lambda: refused(fall=[fo.fem.BodyForce("hub", y=-1.0)]),
     "the gap of 'shim' at (-0.5, 0.866025) is 0.01, and 0.025": lambda: refused(
         contacts=[
-            fo.Contact(
+            fo.fem.Contact(
                 "shaft", "hub", "contact", "contact", gap=lambda x, y: 0.01 * (1.5 + x), name="shim"
             )
         ]
     ),
     "'contact' reaches the cut of the sector at": lambda: refused(
-        cut=fo.Cyclic("hub", "high", "low"), count=2
+        cut=fo.fem.Cyclic("hub", "high", "low"), count=2
     ),
     "'side' reaches the cut of the sector at": lambda: refused(
-        uneven(), contacts=[fo.Contact("hub", "shaft", name="side")]
+        uneven(), contacts=[fo.fem.Contact("hub", "shaft", name="side")]
     ),
     "'other' reaches the cut of the sector at": lambda: refused(
         polar(MeshQuad, [1.0, 1.3, 1.8], 3, 7, {"contact": 1.0, "outside": 1.8}),
-        contacts=[fo.Contact("hub", "shaft", name="other")],
+        contacts=[fo.fem.Contact("hub", "shaft", name="other")],
     ),
 }
 TURN = Rotation.from_rotvec([0, 0, 2 * np.pi / 3]).as_matrix()[:2, :2]
@@ -721,7 +741,9 @@ def test_what_is_no_sector_is_refused(message):
 
 def test_displacements_of_supports_may_repeat():
     """A bore that is moved around the axis: the ring turns as it is, and nothing is strained."""
-    turned_by = fo.Displacement("shaft", "bore", x=lambda x, y: -0.1 * y, y=lambda x, y: 0.1 * x)
+    turned_by = fo.fem.Displacement(
+        "shaft", "bore", x=lambda x, y: -0.1 * y, y=lambda x, y: 0.1 * x
+    )
     model = refused(turn=[turned_by])
     q, p = model.condense().bonded["turn"]
     assert max(np.abs(q).max(), np.abs(p).max()) < 1e-12
@@ -746,34 +768,34 @@ def test_a_bolt_is_not_cut_where_its_sector_is():
         sleeve.boundaries
     )
     supports = [
-        *(fo.Support(name, "end") for name in bodies),
-        *(fo.Cyclic(name, "low", "high") for name in bodies),
+        *(fo.fem.Support(name, "end") for name in bodies),
+        *(fo.fem.Cyclic(name, "low", "high") for name in bodies),
     ]
     with pytest.raises(
         fo.ModelError, match=r"bolt 'sleeve': its section at .* has nodes on a cut of a sector"
     ):
-        loads = {"bolt": [fo.BoltPreload("sleeve", "section")]}
-        fo.ContactModel(
-            {name: fo.Body(mesh) for name, mesh in bodies.items()},
+        loads = {"bolt": [fo.fem.BoltPreload("sleeve", "section")]}
+        fo.fem.ContactModel(
+            {name: fo.fem.Body(mesh) for name, mesh in bodies.items()},
             supports,
             loads,
-            [fo.Contact("sleeve", "base")],
+            [fo.fem.Contact("sleeve", "base")],
         )
 
 
 def test_either_cut_face_may_be_named_first():
     assert "sector      1 of 3" in str(refused())
     assert np.array_equal(
-        refused().condense().S, refused(cut=fo.Cyclic("hub", "high", "low")).condense().S
+        refused().condense().S, refused(cut=fo.fem.Cyclic("hub", "high", "low")).condense().S
     )
 
 
 def test_a_ring_that_nothing_holds_turns():
     model = refused()
     with pytest.raises(fo.ModelError, match="can still turn"):
-        fo.ContactModel(
+        fo.fem.ContactModel(
             model.bodies,
-            [support for support in model.supports if isinstance(support, fo.Cyclic)],
+            [support for support in model.supports if isinstance(support, fo.fem.Cyclic)],
             model.loads,
             model.contacts,
         ).condense()
@@ -786,7 +808,7 @@ def test_a_ring_that_nothing_holds_turns():
             (0, 0, 0),
             (0, 0, 1),
             [],
-            {"fit": [fo.Interference("contact", 0.02)]},
+            {"fit": [fo.fem.Interference("contact", 0.02)]},
         )
         part.condense()
 
@@ -802,11 +824,14 @@ def stacked(count, whole, element="linear"):
     )
     faces = {"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] < -0.49}
     lower = MeshTet(upper.p * [[1], [1], [-1]], upper.t).with_boundaries(cuts(count) | faces)
-    loads = {"fit": [fo.Pressure("upper", "top", 0.1)], "waves": [fo.Expansion("lower", 0.1)]}
+    loads = {
+        "fit": [fo.fem.Pressure("upper", "top", 0.1)],
+        "waves": [fo.fem.Expansion("lower", 0.1)],
+    }
     loads["squeeze"] = [
-        fo.Traction("upper", "top", x=lambda x, y, z: -0.05 * y, y=lambda x, y, z: 0.05 * x)
+        fo.fem.Traction("upper", "top", x=lambda x, y, z: -0.05 * y, y=lambda x, y, z: 0.05 * x)
     ]
-    held = [fo.Support("lower", "bottom")]
+    held = [fo.fem.Support("lower", "bottom")]
     return joined(
         {"upper": upper, "lower": lower},
         count,

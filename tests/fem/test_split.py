@@ -14,7 +14,7 @@ NAMED = {
     "right": lambda x: x[0] == 1.0,
 }
 UPPER, LOWER = (lambda x: x[1] > 0), (lambda x: x[1] < 0)
-ONE = fo.Material()
+ONE = fo.fem.Material()
 
 
 def whole(kind=MeshQuad, **subdomains):
@@ -25,16 +25,16 @@ def whole(kind=MeshQuad, **subdomains):
 
 
 def test_one_mesh_gives_the_same_contact_as_two():
-    two = fo.ContactModel(blocks(), hung(), uniform_loads()).condense()
-    bodies = fo.split_bodies(whole(), {"punch": ONE, "block": ONE})
+    two = fo.fem.ContactModel(blocks(), hung(), uniform_loads()).condense()
+    bodies = fo.fem.split_bodies(whole(), {"punch": ONE, "block": ONE})
     assert sorted(bodies["punch"].mesh.boundaries) == ["block", "left", "right", "top"]
     for body in bodies.values():
         assert np.all(body.mesh.p[0, body.boundary_nodes("left", "left")] == -1.0)
-    one = fo.ContactModel(
+    one = fo.fem.ContactModel(
         bodies,
         hung(),
         uniform_loads(),
-        [fo.Contact("punch", "block", "block", "punch", name="contact")],
+        [fo.fem.Contact("punch", "block", "block", "punch", name="contact")],
     ).condense()
     assert np.allclose(one.S, two.S, atol=1e-14)
     assert np.allclose(one.bonded["tau"], two.bonded["tau"], atol=1e-14)
@@ -49,8 +49,8 @@ def test_materials_elements_and_three_bodies():
     mesh = MeshTri.init_tensor(
         np.array([-1.0, -0.5, 0.1, 1.0]), np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
     ).with_subdomains(parts)
-    stiff = fo.Material(E=7.0)
-    bodies = fo.split_bodies(
+    stiff = fo.fem.Material(E=7.0)
+    bodies = fo.fem.split_bodies(
         mesh, {"left": stiff, "right": ONE, "block": ONE}, element="mean_dilatation"
     )
     assert bodies["left"].material == stiff
@@ -93,19 +93,19 @@ def test_parts_that_share_no_edge_are_bodies():
     row = row.with_subdomains(
         {"all": np.arange(4), "last": np.array([2, 3]), "half": np.array([2])}
     )
-    bodies = fo.split_bodies(row, ONE)
+    bodies = fo.fem.split_bodies(row, ONE)
     assert list(bodies) == ["body 1", "body 2", "last"]
     assert [body.mesh.p[0].min() for body in bodies.values()] == [0.0, 2.0, 4.0]
     assert [len(body.mesh.boundaries["low"]) for body in bodies.values()] == [1, 1, 2]
     assert {body.material for body in bodies.values()} == {ONE}
     # Elements that share a corner only are bodies of their own.
     hinge = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]).remove_elements([1, 2])
-    assert [b.mesh.p.shape for b in fo.split_bodies(hinge, ONE).values()] == [(2, 4)] * 2
+    assert [b.mesh.p.shape for b in fo.fem.split_bodies(hinge, ONE).values()] == [(2, 4)] * 2
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_meshes_that_do_not_split_are_refused(message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
-        fo.split_bodies(
+        fo.fem.split_bodies(
             **{"mesh": whole(), "materials": {"punch": ONE, "block": ONE}, **BAD[message]}
         )

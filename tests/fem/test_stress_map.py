@@ -14,7 +14,7 @@ MODELS = {
     "with springs": lambda: replace(
         PUNCH.model(),
         contacts=[
-            fo.Contact("punch", "block", tangential_stiffness=5.0, normal_stiffness=9.0),
+            fo.fem.Contact("punch", "block", tangential_stiffness=5.0, normal_stiffness=9.0),
         ],
     ),
     "axisymmetric": fo.scenes.PressFit(elements=4, growth=2.0).model,

@@ -7,7 +7,7 @@ from skfem import MeshHex, MeshQuad
 import frictopt as fo
 from helpers.meshes import box, ring
 
-STEEL = fo.Material(E=200.0, nu=0.3)
+STEEL = fo.fem.Material(E=200.0, nu=0.3)
 SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
@@ -20,7 +20,7 @@ def layer(kind, count, low, high, material=STEEL, **more):
         "high": lambda x: x[-1] == high,
         **{f"{'xyz'[a]}=0": lambda x, a=a: x[a] == 0 for a in range(len(across))},
     }
-    return fo.Body(mesh.with_boundaries(places), material, **more)
+    return fo.fem.Body(mesh.with_boundaries(places), material, **more)
 
 
 def stack(kind, counts, ties=None, shift=0.0, held=(), **more):
@@ -32,13 +32,13 @@ def stack(kind, counts, ties=None, shift=0.0, held=(), **more):
         )
     }
     axes = "x" if kind is MeshQuad else "xy"
-    supports = [fo.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes]
-    return fo.ContactModel(
+    supports = [fo.fem.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes]
+    return fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("top", "middle", "low", "high")],
-        supports=[*supports, *held, fo.Support("bottom", "low", "xyz"[len(axes)])],
-        loads={"P": [fo.Pressure("top", "high", 1.0)]},
-        ties=[fo.Tie("middle", "bottom", "low", "high")] if ties is None else ties,
+        contacts=[fo.fem.Contact("top", "middle", "low", "high")],
+        supports=[*supports, *held, fo.fem.Support("bottom", "low", "xyz"[len(axes)])],
+        loads={"P": [fo.fem.Pressure("top", "high", 1.0)]},
+        ties=[fo.fem.Tie("middle", "bottom", "low", "high")] if ties is None else ties,
     )
 
 
@@ -66,17 +66,17 @@ def test_tied_bodies_that_match_are_one_body(kind):
     places = {"low": lambda x: x[-1] == -1, "high": lambda x: x[-1] == 1}
     places |= {f"{axis}=0": lambda x, a=a: x[a] == 0 for a, axis in enumerate(axes)}
     bodies = {
-        "block": fo.Body(mesh.with_boundaries(places), STEEL),
+        "block": fo.fem.Body(mesh.with_boundaries(places), STEEL),
         "top": layer(kind, 3, 1.0, 2.0),
     }
-    one = fo.ContactModel(
+    one = fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("top", "block", "low", "high")],
+        contacts=[fo.fem.Contact("top", "block", "low", "high")],
         supports=[
-            *(fo.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes),
-            fo.Support("block", "low", "xyz"[len(axes)]),
+            *(fo.fem.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes),
+            fo.fem.Support("block", "low", "xyz"[len(axes)]),
         ],
-        loads={"P": [fo.Pressure("top", "high", 1.0)]},
+        loads={"P": [fo.fem.Pressure("top", "high", 1.0)]},
     ).condense(progress=False)
     np.testing.assert_allclose(tied.S, one.S, atol=1e-9 * np.abs(one.S).max())
     for of_tied, of_one in zip(tied.bonded["P"], one.bonded["P"], strict=True):
@@ -86,21 +86,21 @@ def test_tied_bodies_that_match_are_one_body(kind):
 def rings(faces=("rim", "bore"), **tie):
     """A disc that is tied to a ring and sits on a shaft; two forces twist the ring."""
     bodies = {
-        "ring": fo.Body(ring([1.5, 2.0], 20, "bore", "rim"), STEEL),
-        "disc": fo.Body(ring([1.0, 1.2, 1.5], 28, "bore", "rim"), STEEL),
-        "shaft": fo.Body(ring([0.5, 1.0], 28, "bore", "rim"), STEEL),
+        "ring": fo.fem.Body(ring([1.5, 2.0], 20, "bore", "rim"), STEEL),
+        "disc": fo.fem.Body(ring([1.0, 1.2, 1.5], 28, "bore", "rim"), STEEL),
+        "shaft": fo.fem.Body(ring([0.5, 1.0], 28, "bore", "rim"), STEEL),
     }
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("disc", "shaft", "bore", "rim")],
-        supports=[fo.Support("shaft", "bore")],
+        contacts=[fo.fem.Contact("disc", "shaft", "bore", "rim")],
+        supports=[fo.fem.Support("shaft", "bore")],
         loads={
             "T": [
-                fo.PointForce("ring", (2.0, 0.0), y=1.0),
-                fo.PointForce("ring", (-2.0, 0.0), y=-1.0),
+                fo.fem.PointForce("ring", (2.0, 0.0), y=1.0),
+                fo.fem.PointForce("ring", (-2.0, 0.0), y=-1.0),
             ]
         },
-        ties=[fo.Tie("disc", "ring", *faces, **tie)],
+        ties=[fo.fem.Tie("disc", "ring", *faces, **tie)],
     )
 
 
@@ -118,18 +118,18 @@ def test_a_round_tie_passes_the_whole_torque():
 
 def test_a_heated_column_presses_with_the_force_of_a_bar():
     """N = E alpha dT A of a bar between rigid walls; a tied column is one body as it slides."""
-    bar = fo.Material(E=210e3, nu=0.0)
+    bar = fo.fem.Material(E=210e3, nu=0.0)
     bodies = {
         "foot": layer(MeshHex, 3, -1.0, 0.0, bar),
         "head": layer(MeshHex, 2, 0.0, 1.0, bar),
         "wall": layer(MeshHex, 2, 1.0, 2.0, bar),
     }
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("head", "wall", "high", "low")],
-        supports=[fo.Support("foot", "low"), fo.Support("wall", lambda x, y, z: z >= 1.0)],
-        loads={"hot": [fo.Expansion(body, 1.2e-5 * 40.0) for body in ("foot", "head")]},
-        ties=[fo.Tie("head", "foot", "low", "high")],
+        contacts=[fo.fem.Contact("head", "wall", "high", "low")],
+        supports=[fo.fem.Support("foot", "low"), fo.fem.Support("wall", lambda x, y, z: z >= 1.0)],
+        loads={"hot": [fo.fem.Expansion(body, 1.2e-5 * 40.0) for body in ("foot", "head")]},
+        ties=[fo.fem.Tie("head", "foot", "low", "high")],
     )
     p = model.condense(progress=False).bonded["hot"][1]
     assert p.sum() == pytest.approx(210e3 * 1.2e-5 * 40.0, rel=1e-9)
@@ -139,18 +139,18 @@ def test_a_heated_column_presses_with_the_force_of_a_bar():
         "head": layer(MeshQuad, 4, 0.0, 1.0),
         "floor": layer(MeshQuad, 3, -2.0, -1.0),
     }
-    system = fo.ContactModel(
+    system = fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("foot", "floor", "low", "high")],
-        supports=[fo.Support("floor", "low")],
+        contacts=[fo.fem.Contact("foot", "floor", "low", "high")],
+        supports=[fo.fem.Support("floor", "low")],
         loads={
-            "P": [fo.Pressure("head", "high", 10.0)],
+            "P": [fo.fem.Pressure("head", "high", 10.0)],
             "Q": [
-                fo.Traction("head", "x=0", x=0.5),
-                fo.Traction("foot", "x=0", x=0.5),
+                fo.fem.Traction("head", "x=0", x=0.5),
+                fo.fem.Traction("foot", "x=0", x=0.5),
             ],
         },
-        ties=[fo.Tie("head", "foot", "low", "high")],
+        ties=[fo.fem.Tie("head", "foot", "low", "high")],
     ).condense(progress=False)
     slides = fo.gross_slip(system, SHEAR, friction=0.3, progress=False)
     assert slides.load_factor == pytest.approx(0.3 * 10.0, rel=1e-9)
@@ -170,26 +170,26 @@ def side_by_side(tied, joint=False):
     )
     left_part = {"left": lambda x: (x[1] == 0) & (x[0] < 1)}
     right_part = {"right": lambda x: (x[1] == 0) & (x[0] > 1)}
-    bodies = {"floor": fo.Body(floor, STEEL)}
-    supports = [fo.Support("floor", "low")]
+    bodies = {"floor": fo.fem.Body(floor, STEEL)}
+    supports = [fo.fem.Support("floor", "low")]
     if not tied:
-        bodies["both"] = fo.Body(both.with_boundaries({**left_part, **right_part}), STEEL)
-        contacts = [fo.Contact("both", "floor", side, "contact") for side in ("left", "right")]
-        loads = {"P": [fo.Pressure("both", "y+", 1.0)]}
-        return fo.ContactModel(bodies, supports, loads, contacts)
-    bodies["one"] = fo.Body(mesh.with_boundaries(left_part), STEEL)
-    bodies["two"] = fo.Body(right.with_boundaries(right_part), STEEL)
+        bodies["both"] = fo.fem.Body(both.with_boundaries({**left_part, **right_part}), STEEL)
+        contacts = [fo.fem.Contact("both", "floor", side, "contact") for side in ("left", "right")]
+        loads = {"P": [fo.fem.Pressure("both", "y+", 1.0)]}
+        return fo.fem.ContactModel(bodies, supports, loads, contacts)
+    bodies["one"] = fo.fem.Body(mesh.with_boundaries(left_part), STEEL)
+    bodies["two"] = fo.fem.Body(right.with_boundaries(right_part), STEEL)
     contacts = [
-        fo.Contact("one", "floor", "left", "contact"),
-        fo.Contact("two", "floor", "right", "contact"),
+        fo.fem.Contact("one", "floor", "left", "contact"),
+        fo.fem.Contact("two", "floor", "right", "contact"),
     ]
     face = "x+"
     if joint:
-        contacts.append(fo.Contact("one", "two", "lower", "x-", name="crack"))
+        contacts.append(fo.fem.Contact("one", "two", "lower", "x-", name="crack"))
         face = "upper"
-    loads = {"P": [fo.Pressure(body, "y+", 1.0) for body in ("one", "two")]}
-    ties = [fo.Tie("one", "two", face, "x-")]
-    return fo.ContactModel(bodies, supports, loads, contacts, ties=ties)
+    loads = {"P": [fo.fem.Pressure(body, "y+", 1.0) for body in ("one", "two")]}
+    ties = [fo.fem.Tie("one", "two", face, "x-")]
+    return fo.fem.ContactModel(bodies, supports, loads, contacts, ties=ties)
 
 
 def test_a_contact_may_reach_a_tie():
@@ -209,12 +209,15 @@ def test_ties_that_cannot_be_meant_are_refused():
     apart = r"no node of the face of body 'middle' lies within 0.\d+ of the other face"
     with pytest.raises(fo.ModelError, match=apart):
         stack(MeshQuad, (3, 4, 4), shift=0.1)
-    wide = fo.Tie("middle", "bottom", "low", "high", tolerance=0.2)
+    wide = fo.fem.Tie("middle", "bottom", "low", "high", tolerance=0.2)
     assert stack(MeshQuad, (4, 4, 4), [wide], shift=0.02).notes
-    circle = [fo.Tie("middle", "bottom", "low", "high"), fo.Tie("bottom", "middle", "high", "low")]
+    circle = [
+        fo.fem.Tie("middle", "bottom", "low", "high"),
+        fo.fem.Tie("bottom", "middle", "high", "low"),
+    ]
     with pytest.raises(fo.ModelError, match="in a circle"):
         stack(MeshQuad, (3, 3, 3), circle)
-    held = [fo.Support("middle", "low"), fo.Support("bottom", "low")]
+    held = [fo.fem.Support("middle", "low"), fo.fem.Support("bottom", "low")]
     with pytest.raises(fo.ModelError, match="is held where face 2 is not"):
         stack(MeshQuad, (3, 3, 3), held=held)
     for wrong, message in (
@@ -223,7 +226,9 @@ def test_ties_that_cannot_be_meant_are_refused():
         ({"body_1": 3}, "body_1"),
     ):
         with pytest.raises(fo.ModelError, match=message):
-            fo.Tie(**{"body_1": "a", "body_2": "b", "boundary_1": "c", "boundary_2": "d", **wrong})
+            fo.fem.Tie(
+                **{"body_1": "a", "body_2": "b", "boundary_1": "c", "boundary_2": "d", **wrong}
+            )
 
 
 def test_nodes_beyond_the_tolerance_are_free_and_counted():
@@ -231,16 +236,16 @@ def test_nodes_beyond_the_tolerance_are_free_and_counted():
     bottom = layer(MeshQuad, 4, -1.0, 0.0)
     mesh = layer(MeshQuad, 4, 0.0, 1.0).mesh
     raised = mesh.p + 0.1 * (mesh.p[1] == 0) * (mesh.p[0] > 0.5) * np.array([[0.0], [1.0]])
-    middle = fo.Body(MeshQuad(raised, mesh.t).with_boundaries(mesh.boundaries), STEEL)
+    middle = fo.fem.Body(MeshQuad(raised, mesh.t).with_boundaries(mesh.boundaries), STEEL)
     bodies = {"bottom": bottom, "middle": middle, "top": layer(MeshQuad, 4, 1.0, 2.0)}
     message = "tie of 'middle' and 'bottom': 2 nodes of the face of body 'middle' farther than"
     with pytest.warns(fo.ModelWarning, match=message):
-        model = fo.ContactModel(
+        model = fo.fem.ContactModel(
             bodies,
-            contacts=[fo.Contact("top", "middle", "low", "high")],
-            supports=[fo.Support("bottom", "low")],
-            loads={"P": [fo.Pressure("top", "high", 1.0)]},
-            ties=[fo.Tie("middle", "bottom", "low", "high")],
+            contacts=[fo.fem.Contact("top", "middle", "low", "high")],
+            supports=[fo.fem.Support("bottom", "low")],
+            loads={"P": [fo.fem.Pressure("top", "high", 1.0)]},
+            ties=[fo.fem.Tie("middle", "bottom", "low", "high")],
         )
     assert model.condense(progress=False).bonded["P"][1].sum() == pytest.approx(1.0, rel=1e-9)
 
@@ -253,7 +258,7 @@ def rectangle(x, y, count):
         "low": lambda z: z[1] == y[0],
         "high": lambda z: z[1] == y[1],
     }
-    return fo.Body(mesh.with_boundaries(places), STEEL)
+    return fo.fem.Body(mesh.with_boundaries(places), STEEL)
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -271,12 +276,17 @@ def test_a_node_may_follow_a_node_that_follows(order):
         "side": ("left", "low", "high"),
         "top": ("left", "right", "high"),
     }
-    ties = [fo.Tie("middle", "bottom", "low", "high"), fo.Tie("side", "middle", "right", "left")]
-    model = fo.ContactModel(
+    ties = [
+        fo.fem.Tie("middle", "bottom", "low", "high"),
+        fo.fem.Tie("side", "middle", "right", "left"),
+    ]
+    model = fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact("top", "middle", "low", "high")],
-        supports=[fo.Support("bottom", "low", "y"), fo.Support("bottom", (0.0, -1.0), "x")],
-        loads={"P": [fo.Pressure(body, face, 1.0) for body in pressed for face in pressed[body]]},
+        contacts=[fo.fem.Contact("top", "middle", "low", "high")],
+        supports=[fo.fem.Support("bottom", "low", "y"), fo.fem.Support("bottom", (0.0, -1.0), "x")],
+        loads={
+            "P": [fo.fem.Pressure(body, face, 1.0) for body in pressed for face in pressed[body]]
+        },
         ties=ties[::order],
     )
     nodes = model.condense(progress=False).nodes
@@ -290,19 +300,19 @@ def test_a_node_of_two_ties_follows_the_first():
     mesh = layer(MeshQuad, 4, 0.0, 1.0).mesh
     bodies = {
         "bottom": layer(MeshQuad, 4, -1.0, 0.0),
-        "middle": fo.Body(
+        "middle": fo.fem.Body(
             mesh.with_boundaries({"left": lambda x: (x[1] == 0) & (x[0] < 0.7)}), STEEL
         ),
         "top": layer(MeshQuad, 4, 1.0, 2.0),
     }
     parts = {
-        "contacts": [fo.Contact("top", "middle", "low", "high")],
-        "supports": [fo.Support("bottom", "low")],
-        "loads": {"P": [fo.Pressure("top", "high", 1.0)]},
+        "contacts": [fo.fem.Contact("top", "middle", "low", "high")],
+        "supports": [fo.fem.Support("bottom", "low")],
+        "loads": {"P": [fo.fem.Pressure("top", "high", 1.0)]},
     }
-    whole = fo.Tie("middle", "bottom", "low", "high")
-    left = fo.Tie("middle", "bottom", "left", "high")
-    one = fo.ContactModel(bodies, **parts, ties=[whole]).condense(progress=False)
+    whole = fo.fem.Tie("middle", "bottom", "low", "high")
+    left = fo.fem.Tie("middle", "bottom", "left", "high")
+    one = fo.fem.ContactModel(bodies, **parts, ties=[whole]).condense(progress=False)
     for ties in ([whole, left], [left, whole]):
-        both = fo.ContactModel(bodies, **parts, ties=ties).condense(progress=False)
+        both = fo.fem.ContactModel(bodies, **parts, ties=ties).condense(progress=False)
         np.testing.assert_allclose(both.S, one.S, atol=1e-9 * np.abs(one.S).max())

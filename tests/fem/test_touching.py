@@ -39,11 +39,11 @@ def bridge(feet=(0, 1, 2), angle=0.0, kind=MeshQuad, gap=None):
     block = kind.init_tensor(np.linspace(-15, 15, 14), np.array([-3.0, -1.0, 0.0])).with_boundaries(
         {"top": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -3}
     )
-    return fo.ContactModel(
-        {"pad": fo.Body(turned(pad, angle)), "block": fo.Body(turned(block, angle))},
-        [fo.Support("block", "bottom")],
-        {"P": [fo.Traction("pad", "top", y=-1.0)]},
-        [fo.Contact("pad", "block", f"foot {i}", "top", gap=gap) for i in feet],
+    return fo.fem.ContactModel(
+        {"pad": fo.fem.Body(turned(pad, angle)), "block": fo.fem.Body(turned(block, angle))},
+        [fo.fem.Support("block", "bottom")],
+        {"P": [fo.fem.Traction("pad", "top", y=-1.0)]},
+        [fo.fem.Contact("pad", "block", f"foot {i}", "top", gap=gap) for i in feet],
     )
 
 
@@ -86,23 +86,26 @@ def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
             "base": lambda x: x[1] == -1,
         }
     )
-    bodies = {"block": fo.Body(block), "corner": fo.Body(corner)}
-    load = {"P": [fo.Traction("block", "top", y=-1.0)]}
-    floor = fo.Contact("block", "corner", "below", "floor")
-    wall = fo.Contact("block", "corner", "left", "wall")
+    bodies = {"block": fo.fem.Body(block), "corner": fo.fem.Body(corner)}
+    load = {"P": [fo.fem.Traction("block", "top", y=-1.0)]}
+    floor = fo.fem.Contact("block", "corner", "below", "floor")
+    wall = fo.fem.Contact("block", "corner", "left", "wall")
     assert (
-        fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor, wall])
+        fo.fem.ContactModel(bodies, [fo.fem.Support("corner", "base")], load, [floor, wall])
         .condense()
         .nodes
         == 5
     )
     whole = block.with_boundaries({"left": lambda x: x[0] == 0})
-    system = fo.ContactModel(
-        {**bodies, "block": fo.Body(whole)}, [fo.Support("corner", "base")], load, [floor, wall]
+    system = fo.fem.ContactModel(
+        {**bodies, "block": fo.fem.Body(whole)},
+        [fo.fem.Support("corner", "base")],
+        load,
+        [floor, wall],
     ).condense()
     assert system.width == pytest.approx([0.5, 1.0, 0.5, 0.5, 1.5])
     with pytest.raises(fo.ModelError, match=r"touch around \(0, [.0-9]+\)"):
-        fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor])
+        fo.fem.ContactModel(bodies, [fo.fem.Support("corner", "base")], load, [floor])
 
 
 def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
@@ -114,9 +117,11 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
         [3.0, 0.0],
         [0.0, 0.0],
     ):
-        check_touching({"one": fo.Body(square), "two": fo.Body(square.translated(by))}, {})
+        check_touching({"one": fo.fem.Body(square), "two": fo.fem.Body(square.translated(by))}, {})
     with pytest.raises(fo.ModelError, match=r"around \(2, 1.5\)"):
-        check_touching({"one": fo.Body(square), "two": fo.Body(square.translated([2.0, 1.0]))}, {})
+        check_touching(
+            {"one": fo.fem.Body(square), "two": fo.fem.Body(square.translated([2.0, 1.0]))}, {}
+        )
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 55, 65, 80])
@@ -155,7 +160,7 @@ def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
     turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
     turn[0] *= np.linalg.det(turn)
     bodies = {
-        name: fo.Body(kind(turn @ mesh.p, mesh.t))
+        name: fo.fem.Body(kind(turn @ mesh.p, mesh.t))
         for name, mesh in (("upper", upper), ("lower", lower))
     }
     overlaps = all(
@@ -194,9 +199,9 @@ def test_a_facet_beside_a_contact_is_a_part_of_it_or_refused():
     bodies = blocks()
     part = bodies["punch"].mesh.with_boundaries({"part": lambda x: (x[1] == 0) & (x[0] < 0.1)})
     with pytest.raises(fo.ModelError, match="bodies 'punch' and 'block' touch around"):
-        fo.ContactModel(
-            {**bodies, "punch": fo.Body(part)},
+        fo.fem.ContactModel(
+            {**bodies, "punch": fo.fem.Body(part)},
             hung(),
             uniform_loads(),
-            [fo.Contact("punch", "block", "part")],
+            [fo.fem.Contact("punch", "block", "part")],
         )

@@ -46,7 +46,7 @@ def test_a_model_is_shown_by_its_meshes_and_its_contact():
 
 
 def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
-    model = column(units="N, mm", loads={"P": [fo.Pressure("a", "top", 3.0)]})
+    model = column(units="N, mm", loads={"P": [fo.fem.Pressure("a", "top", 3.0)]})
     fields = model.recover({"P": 1.0}, np.zeros((9, 2)))
     scene = model.view(fields, scale=0.1)
     assert title(scene) == "von Mises stress (MPa)"
@@ -62,11 +62,11 @@ def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
 
 def test_signs_of_markup_in_names_are_drawn_as_they_are():
     """VTK itself would draw `$x$` as mathematics."""
-    a, b = column(loads={"P": [fo.Pressure("a", "top", 3.0)]}).bodies.values()
+    a, b = column(loads={"P": [fo.fem.Pressure("a", "top", 3.0)]}).bodies.values()
     model = column(
         bodies={"$x$": a, "b": b},
-        contacts=[fo.Contact("$x$", "b", "b", "a")],
-        loads={"P": [fo.Pressure("$x$", "top", 3.0)]},
+        contacts=[fo.fem.Contact("$x$", "b", "b", "a")],
+        loads={"P": [fo.fem.Pressure("$x$", "top", 3.0)]},
         units="$N$, mm",
     )
     named = model.view().legend.GetEntryString(0)
@@ -92,7 +92,10 @@ def test_colours_of_all_bodies_are_from_the_least_to_the_largest_value():
 def test_fields_of_a_contact_are_seen_through_the_bodies():
     model = column(
         units="N, mm",
-        loads={"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=0.3, y=0.4)]},
+        loads={
+            "P": [fo.fem.Pressure("a", "top", 3.0)],
+            "Q": [fo.fem.Traction("a", "top", x=0.3, y=0.4)],
+        },
     )
     fields = model.recover({"P": 1.0, "Q": 1.0}, np.tile([0.06, -0.08], (9, 1)))
     for show, whole in (("pressure", 3.0), ("shear", 0.5), ("slip", 0.1), ("gap", 0.0)):

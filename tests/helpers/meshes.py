@@ -8,7 +8,7 @@ import frictopt as fo
 from frictopt.fem.elasticity import parts_of
 from frictopt.fem.mixed import places_among
 
-RUBBER = fo.Material(2.0, 0.45)
+RUBBER = fo.fem.Material(2.0, 0.45)
 # Thickness of strips of one element.
 THICK = 0.7
 
@@ -70,7 +70,7 @@ def extruded(mesh):
 
 
 def traction(angle, body, boundary, x=0.0, y=0.0):
-    return fo.Traction(body, boundary, *(rotation(angle) @ [x, y]))
+    return fo.fem.Traction(body, boundary, *(rotation(angle) @ [x, y]))
 
 
 def ring(radii, elements, inner, outer, start=0.0):
@@ -131,18 +131,21 @@ def wedge(angle=0.0, jaws=(4, 6), wedge_up=6, wedge_across=5, loads=None):
         (0.5, 2.0, 0.0), (0.5 + slope, 2.0, 1.0), jaws, {"left": "flank", "right": "wall"}
     )
     bodies = {"wedge": middle, "left jaw": left, "right jaw": right}
-    return fo.ContactModel(
-        bodies={name: fo.Body(turned(mesh, angle)) for name, mesh in bodies.items()},
+    return fo.fem.ContactModel(
+        bodies={name: fo.fem.Body(turned(mesh, angle)) for name, mesh in bodies.items()},
         contacts=[
-            fo.Contact("wedge", f"{side} jaw", f"{side} flank", "flank")
+            fo.fem.Contact("wedge", f"{side} jaw", f"{side} flank", "flank")
             for side in ("left", "right")
         ],
-        supports=[fo.Support(f"{side} jaw", "wall") for side in ("left", "right")],
+        supports=[fo.fem.Support(f"{side} jaw", "wall") for side in ("left", "right")],
         loads=loads
         or {
             "P": [traction(angle, "wedge", "top", y=-1.0)],
             "Q": [traction(angle, "wedge", "top", x=1.0)],
-            "fit": [fo.Interference("left flank", 0.01), fo.Interference("right flank", 0.02)],
+            "fit": [
+                fo.fem.Interference("left flank", 0.01),
+                fo.fem.Interference("right flank", 0.02),
+            ],
         },
     )
 
@@ -161,9 +164,9 @@ def blocks(kind=MeshQuad, x_punch=None, x_block=None, angle=0.0, material=None, 
     block = kind.init_tensor(x if x_block is None else x_block, -y[::-1]).with_boundaries(
         {**sides, "bottom": lambda x: x[1] == -1.0}
     )
-    material = material or fo.Material()
+    material = material or fo.fem.Material()
     return {
-        name: fo.Body(turned(mesh, angle), material, element)
+        name: fo.fem.Body(turned(mesh, angle), material, element)
         for name, mesh in (("punch", punch), ("block", block))
     }
 
@@ -190,8 +193,8 @@ def hung(angle=0.0):
         tuple(float(value) for value in rotation(angle) @ [x, -1.0]) for x in (-1.0, 1.0)
     )
     return [
-        fo.Support("block", left, "xy"),
-        fo.Support("block", right, "y" if abs(np.cos(angle)) > 0.5 else "x"),
+        fo.fem.Support("block", left, "xy"),
+        fo.fem.Support("block", right, "y" if abs(np.cos(angle)) > 0.5 else "x"),
     ]
 
 
@@ -202,12 +205,14 @@ def column(**options):
         {"top": lambda x: x[2] == 1, "bottom": lambda x: x[2] == -1}
     )
     parts = parts.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0})
-    bodies = fo.split_bodies(parts, {"a": fo.Material(nu=0.0), "b": fo.Material(nu=0.0)})
-    return fo.ContactModel(
+    bodies = fo.fem.split_bodies(
+        parts, {"a": fo.fem.Material(nu=0.0), "b": fo.fem.Material(nu=0.0)}
+    )
+    return fo.fem.ContactModel(
         **{
             "bodies": bodies,
-            "supports": [fo.Support("b", "bottom")],
-            "contacts": [fo.Contact("a", "b", "b", "a")],
+            "supports": [fo.fem.Support("b", "bottom")],
+            "contacts": [fo.fem.Contact("a", "b", "b", "a")],
         }
         | options
     )

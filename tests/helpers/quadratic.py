@@ -58,7 +58,9 @@ def two_boxes(kind, material, bulge=waves, turn=None):
             "far": mesh.boundaries[axis + far],
             "outline": np.setdiff1d(mesh.boundary_facets(), contact),
         }
-        bodies[name] = fo.Body(replace(mesh, doflocs=turn @ mesh.p, _boundaries=named), material)
+        bodies[name] = fo.fem.Body(
+            replace(mesh, doflocs=turn @ mesh.p, _boundaries=named), material
+        )
     return bodies
 
 

@@ -473,7 +473,7 @@ def test_constants_of_one_temperature_are_constants(tmp_path):
     """E and nu are followed by the temperature, the density too; 40 N press."""
     at_20 = MATERIAL.replace("1000., 0.3", "1000., 0.3, 20.").replace("2.\n", "2., 20.\n")
     joint = joint_of(tmp_path, deck(PRESS, material=at_20))
-    assert joint.model.bodies["BASE"].material == fo.Material(1000.0, 0.3, 2.0)
+    assert joint.model.bodies["BASE"].material == fo.fem.Material(1000.0, 0.3, 2.0)
     assert of_states(joint)["STEP 1"] == [0, -40]
 
 

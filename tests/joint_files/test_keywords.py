@@ -73,12 +73,12 @@ KEPT = {  # more of the model, more of the step, and what is then true
     "TIE": (
         f"{CAP}*TIE, POSITION TOLERANCE=.02\nSFOOT, STOP\n",
         "",
-        lambda joint: joint.model.ties == (fo.Tie("CAP", "SLIDER", "SFOOT", "STOP", 0.02),),
+        lambda joint: joint.model.ties == (fo.fem.Tie("CAP", "SLIDER", "SFOOT", "STOP", 0.02),),
     ),
     "RIGID BODY": (
         f"{POINT}*RIGID BODY, NSET=NTOP, REF NODE=99\n",
         "*CLOAD\n99, 1, 1.\n",
-        lambda joint: isinstance(joint.model.supports[-1], fo.RigidCoupling),
+        lambda joint: isinstance(joint.model.supports[-1], fo.fem.RigidCoupling),
     ),
 }
 
@@ -102,7 +102,7 @@ def test_a_kept_keyword_has_its_effect(tmp_path, name):
 def test_a_bolt_is_a_load_case(tmp_path):
     joint = fo.read_joint(DATA / "bolt.inp")
     (bolt,) = joint.model.loads["BOLT SECTION"]
-    assert bolt == fo.BoltPreload("BOLT", "SECTION", 8000.0, locked=True)
+    assert bolt == fo.fem.BoltPreload("BOLT", "SECTION", 8000.0, locked=True)
 
 
 @pytest.mark.parametrize("name", [name for name, effect in TABLE if effect == "refused"])

@@ -648,8 +648,10 @@ def test_the_load_of_a_mode():
     squares, modes = eigh(glue.T @ K @ glue, glue.T @ M @ glue)
     frequency = np.sqrt(squares[1]) / (2 * np.pi)
     mode = glue @ modes[:, 1]
-    load = fo.modal_load(M, -3.0 * mode)
-    by_stiffness = fo.modal_load(K, mode, natural_frequency=frequency, glued=[[0, 6], [1, 7]])
+    load = fo.readers.modal_load(M, -3.0 * mode)
+    by_stiffness = fo.readers.modal_load(
+        K, mode, natural_frequency=frequency, glued=[[0, 6], [1, 7]]
+    )
     inertia, apart = M @ mode, np.r_[2:6, 8:12]
     assert load == pytest.approx(-inertia) and by_stiffness[apart] == pytest.approx(inertia[apart])
     assert by_stiffness[:2] == pytest.approx((inertia[:2] + inertia[6:8]) / 2) == by_stiffness[6:8]
@@ -669,12 +671,12 @@ def test_the_load_of_a_mode():
         )
     for odd in (np.eye(3), np.zeros((n, n)), -M, "M", None):
         with pytest.raises(fo.ModelError, match=r"^(M|mode): "):
-            fo.modal_load(odd, mode)
+            fo.readers.modal_load(odd, mode)
     with pytest.raises(fo.ModelError, match="natural_frequency"):
-        fo.modal_load(K, mode, natural_frequency=0.0, glued=[[0, 6]])
+        fo.readers.modal_load(K, mode, natural_frequency=0.0, glued=[[0, 6]])
     for odd in (None, [[0, 12]], [[0, 1, 2]], [[0.5, 1]]):
         with pytest.raises(fo.ModelError, match="glued: "):
-            fo.modal_load(K, mode, natural_frequency=frequency, glued=odd)
+            fo.readers.modal_load(K, mode, natural_frequency=frequency, glued=odd)
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
@@ -685,10 +687,10 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
     Friction glues a pad to a pad of the same steel. The sheared face of the pad moves by the mean
     of its displacements, which `recover` finds.
     """
-    x, steel = np.linspace(0.0, 20.0, 9), fo.Material(E=210e3, nu=0.3)
+    x, steel = np.linspace(0.0, 20.0, 9), fo.fem.Material(E=210e3, nu=0.3)
     sides = {"low": lambda x: x[1] == x[1].min(), "high": lambda x: x[1] == x[1].max()}
     pad, base = (
-        fo.Body(
+        fo.fem.Body(
             MeshQuad.init_tensor(x, np.linspace(y, y + 10.0, 5)).with_boundaries(sides),
             steel,
             element,
@@ -696,11 +698,14 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
         for y in (0.0, -10.0)
     )
     loads = {
-        "P": [fo.Pressure("pad", "high", 100.0)],
-        "Q": [fo.Traction("pad", "high", x=3.0, y=4.0)],
+        "P": [fo.fem.Pressure("pad", "high", 100.0)],
+        "Q": [fo.fem.Traction("pad", "high", x=3.0, y=4.0)],
     }
-    contacts, supports = [fo.Contact("pad", "base", "low", "high")], [fo.Support("base", "low")]
-    model = fo.ContactModel(
+    contacts, supports = (
+        [fo.fem.Contact("pad", "base", "low", "high")],
+        [fo.fem.Support("base", "low")],
+    )
+    model = fo.fem.ContactModel(
         {"pad": pad, "base": base}, supports, loads, contacts, kinematics=kinematics, units="N, mm"
     )
     system = model.condense()

@@ -30,7 +30,7 @@ def job(folder, deck, labels, K=None):
             f"{i + 1} {j + 1} {float(K[i, j])!r}\n" for i in range(len(K)) for j in range(i + 1)
         )
     )
-    return fo.read_calculix(folder / "job")
+    return fo.readers.read_calculix(folder / "job")
 
 
 def on(found, forces):
@@ -176,7 +176,7 @@ def test_the_reference_of_a_rigid_part_has_its_rotation_in_abaqus(tmp_path):
             for j in range(1, i + 1)
         )
     )
-    found = fo.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
+    found = fo.readers.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
     assert found.generalised.tolist() == [3, 4, 5]
     # Node 5, half beside it both ways.
     assert on(found, found.force([4], nodal=[0.0, 0.0, 1.0])) == {
@@ -248,10 +248,10 @@ def test_matrices_of_abaqus_are_per_unit_depth_too(tmp_path):
         SQUARE + "*SOLID SECTION, ELSET=E, MATERIAL=M\n4.,\n*BOUNDARY\n1, PINNED\n"
     )
     (tmp_path / "a.mtx").write_text("2,1, 2,1, 8.\n2,1, 3,1, -4.\n3,1, 3,1, 8.\n1,1, 1,1, 1.e36\n")
-    found = fo.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
+    found = fo.readers.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
     assert found.K.toarray().tolist() == [[2.0, -1.0], [-1.0, 2.0]]
     assert found.unknowns.tolist() == [[-1, -1], [0, -2], [1, -2], [-2, -2]]
-    assert fo.read_abaqus(tmp_path / "a.mtx").K.max() == 8.0
+    assert fo.readers.read_abaqus(tmp_path / "a.mtx").K.max() == 8.0
 
 
 @pytest.mark.parametrize(

@@ -159,7 +159,7 @@ def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
     model = scene.model()
     strips = {
         f"P{i}": [
-            fo.Traction(
+            fo.fem.Traction(
                 "punch", "top", y=lambda x, _, i=i: -1.0 * ((ends[i] < x) & (x < ends[i + 1]))
             )
         ]

@@ -234,7 +234,7 @@ def test_what_has_no_forces_in_balance_is_asked_no_transients():
 
 @pytest.fixture(scope="module")
 def press_fit():
-    steel = fo.Material(E=210e3, nu=0.3)
+    steel = fo.fem.Material(E=210e3, nu=0.3)
     return fo.scenes.PressFit(
         shaft_radius=10.0,
         collar_radius=25.0,

@@ -265,7 +265,7 @@ def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so
     The contact is pulled on faces that only just lock themselves. Whether its mean load alone is
     safe depends on the last digits.
     """
-    blade = fo.Material(E=10.0, nu=0.3)
+    blade = fo.fem.Material(E=10.0, nu=0.3)
     contact = fo.scenes.Dovetail(
         angle=60, elements=40, grading=100, growth=1.8, blade_material=blade
     ).condense()

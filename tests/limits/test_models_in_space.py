@@ -43,16 +43,19 @@ FACES = {
 }
 LOADS = {
     "traction": [
-        fo.Traction("punch", "right", x=lambda x, y, z=0: x - y, y=lambda x, y, z=0: -1 - y / 2)
+        fo.fem.Traction("punch", "right", x=lambda x, y, z=0: x - y, y=lambda x, y, z=0: -1 - y / 2)
     ],
     "pressure": [
-        fo.Pressure("punch", "right", lambda x, y, z=0: 1 + y**2),
-        fo.Pressure("punch", "left", 0.3),
+        fo.fem.Pressure("punch", "right", lambda x, y, z=0: 1 + y**2),
+        fo.fem.Pressure("punch", "left", 0.3),
     ],
-    "weight": [fo.BodyForce("punch", x=0.2, y=lambda x, y, z=0: -y)],
-    "heat": [fo.Expansion("punch", lambda x, y, z=0: 0.01 * x), fo.Expansion("block", 0.02)],
-    "move": [fo.Displacement("block", "bottom", x=0.1, y=lambda x, y, z=0: 0.05 * x)],
-    "fit": [fo.Interference("joint", 0.01)],
+    "weight": [fo.fem.BodyForce("punch", x=0.2, y=lambda x, y, z=0: -y)],
+    "heat": [
+        fo.fem.Expansion("punch", lambda x, y, z=0: 0.01 * x),
+        fo.fem.Expansion("block", 0.02),
+    ],
+    "move": [fo.fem.Displacement("block", "bottom", x=0.1, y=lambda x, y, z=0: 0.05 * x)],
+    "fit": [fo.fem.Interference("joint", 0.01)],
 }
 
 
@@ -69,22 +72,22 @@ def models(element="linear", x_block=WIDE):
             "block": kind.init_tensor(x_block, DOWN, *depth),
         }
         bodies = {
-            name: fo.Body(mesh.with_boundaries(FACES), RUBBER, element)
+            name: fo.fem.Body(mesh.with_boundaries(FACES), RUBBER, element)
             for name, mesh in meshes.items()
         }
         across = [
-            fo.Support(name, tuple(at), "z")
+            fo.fem.Support(name, tuple(at), "z")
             for name, body in bodies.items()
             if depth
             for at in body.mesh.p[:, free_across(name, body.mesh)].T
         ]
         centre = (0.3, 0.1, 5.0) if depth else (0.3, 0.1)
-        loads = LOADS | {"spin": [fo.Centrifugal("punch", 2.0, 1.5, centre)]}
-        contact = fo.Contact("punch", "block", name="joint", gap=lambda x, y, z=0: 0.001 * x**2)
+        loads = LOADS | {"spin": [fo.fem.Centrifugal("punch", 2.0, 1.5, centre)]}
+        contact = fo.fem.Contact("punch", "block", name="joint", gap=lambda x, y, z=0: 0.001 * x**2)
         found.append(
-            fo.ContactModel(
+            fo.fem.ContactModel(
                 bodies,
-                [fo.Support("block", "bottom"), fo.Support("punch", "top", "y"), *across],
+                [fo.fem.Support("block", "bottom"), fo.fem.Support("punch", "top", "y"), *across],
                 loads,
                 [contact],
             )
@@ -213,7 +216,7 @@ def rotated(model, R):
     for name, parts in model.loads.items():
         turned = [(part, R @ [part.x, part.y, part.z]) for part in parts]
         loads[name] = [replace(part, x=x, y=y, z=z) for part, (x, y, z) in turned]
-    return fo.ContactModel(bodies, model.supports, loads)
+    return fo.fem.ContactModel(bodies, model.supports, loads)
 
 
 def test_the_whole_scene_may_be_turned(system):
@@ -271,10 +274,10 @@ def test_the_cube_of_another_code_has_its_known_limit(cube):
 
 
 SIDES = {"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1, "bottom": lambda x: x[1] == -1}
-PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries(SIDES))
+PLANE = fo.fem.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries(SIDES))
 TWO_SQUARES = {
     "punch": PLANE,
-    "block": fo.Body(MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0]).with_boundaries(SIDES)),
+    "block": fo.fem.Body(MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0]).with_boundaries(SIDES)),
 }
 
 
@@ -285,26 +288,26 @@ TWO_SQUARES = {
     ),
     ({"kinematics": "plane_stress"}, "kinematics: 'plane_stress' with bodies in space"),
     (
-        {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]},
+        {"bodies": TWO_SQUARES, "supports": [fo.fem.Support("block", "bottom")]},
         "Traction z: -1.0; body 'punch' is plane",
     ),
     (
-        {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom", "z")]},
+        {"bodies": TWO_SQUARES, "supports": [fo.fem.Support("block", "bottom", "z")]},
         "supports: directions 'z' of body 'block', which is plane",
     ),
     (
-        {"supports": [fo.Support("block", (0.0, 0.0))]},
+        {"supports": [fo.fem.Support("block", (0.0, 0.0))]},
         r"where: \(0.0, 0.0\); give the 3 coordinates",
     ),
     (
-        {"loads": {"S": [fo.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}},
+        {"loads": {"S": [fo.fem.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}},
         r"centre: \(0.0, 0.0\); give the 3 coordinates",
     ),
 )
 def test_models_that_make_no_sense_are_refused_by_name(change):
     model = SCENE.model()
     values = {name: getattr(model, name) for name in ("bodies", "supports", "loads")}
-    fo.ContactModel(**values | change).condense()
+    fo.fem.ContactModel(**values | change).condense()
 
 
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])
@@ -318,11 +321,11 @@ def test_a_body_of_pieces_that_share_no_face_is_refused(kind, by):
     other = cube.translated(by)
     apart = kind(np.hstack([cube.p, other.p]), np.hstack([cube.t, cube.p.shape[1] + other.t]))
     with pytest.raises(fo.ModelError, match="2 parts that share no face; give one connected body"):
-        fo.Body(apart)
+        fo.fem.Body(apart)
     points, number = np.unique(apart.p, axis=1, return_inverse=True)
     merged = kind(points, number.ravel()[apart.t])
     if by == [1.0, 0.0, 0.0]:
-        assert fo.Body(merged).mesh.p.shape[1] == 12
+        assert fo.fem.Body(merged).mesh.p.shape[1] == 12
     else:
         with pytest.raises(fo.ModelError, match="share no face"):
-            fo.Body(merged)
+            fo.fem.Body(merged)

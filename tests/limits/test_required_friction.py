@@ -176,7 +176,7 @@ def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
 @cache
 def graded(which):
     """A contact whose elements span decades, with its mean load and the loads that cycle."""
-    stiff, soft = fo.Material(E=10.0, nu=0.3), fo.Material(E=0.1, nu=0.3)
+    stiff, soft = fo.fem.Material(E=10.0, nu=0.3), fo.fem.Material(E=0.1, nu=0.3)
     scene, *loads = [
         (
             fo.scenes.Dovetail(
@@ -330,7 +330,7 @@ def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
     Hardly anything resists a roll. With all nodes closed, no program determines how far they are
     pressed; the nodes at rest determine enough.
     """
-    x, steel = np.linspace(-1.2, 1.2, 21), fo.Material(E=115e3, nu=0.33)
+    x, steel = np.linspace(-1.2, 1.2, 21), fo.fem.Material(E=115e3, nu=0.33)
     block = MeshQuad.init_tensor(
         np.r_[-6, -3, x, 3, 6], np.r_[-6, -3, -1, -0.3, 0]
     ).with_boundaries(
@@ -341,15 +341,15 @@ def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
     pad = MeshQuad(np.array([square.p[0], arc + 4 * square.p[1]]), square.t).with_boundaries(
         {"contact": lambda x: x[1] < 0.1, "top": lambda x: x[1] == 4}
     )
-    upright = fo.Pressure("pad", "top", lambda x, y: -48 * x / 2.4**3)
-    contact = fo.ContactModel(
-        {"pad": fo.Body(pad, steel), "block": fo.Body(block, steel)},
-        supports=[fo.Support("block", "bottom")],
+    upright = fo.fem.Pressure("pad", "top", lambda x, y: -48 * x / 2.4**3)
+    contact = fo.fem.ContactModel(
+        {"pad": fo.fem.Body(pad, steel), "block": fo.fem.Body(block, steel)},
+        supports=[fo.fem.Support("block", "bottom")],
         loads={
-            "P": [fo.Pressure("pad", "top", 500 / 2.4)],
-            "Q": [fo.Traction("pad", "top", x=1 / 2.4), upright],
+            "P": [fo.fem.Pressure("pad", "top", 500 / 2.4)],
+            "Q": [fo.fem.Traction("pad", "top", x=1 / 2.4), upright],
         },
-        contacts=[fo.Contact("pad", "block", gap="measured")],
+        contacts=[fo.fem.Contact("pad", "block", gap="measured")],
     ).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 100.0}, {"Q": -100.0}])
     required = fo.required_friction(contact, cycle, 2.0)

@@ -83,7 +83,7 @@ def test_the_papers_scene_on_coarse_meshes(punch, paper_cycle, elements):
 
 
 def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3, element="linear"):
-    material = fo.Material(E, nu)
+    material = fo.fem.Material(E, nu)
     sizes = {
         "half_width": size,
         "punch_height": 2 * size,

@@ -231,7 +231,9 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
 def test_hundreds_of_nodes_have_a_certified_limit_at_the_ends_of_the_range(
     elements, ratio, corners, f
 ):
-    system = fo.scenes.SquarePunch(elements=elements, punch_material=fo.Material(ratio)).condense()
+    system = fo.scenes.SquarePunch(
+        elements=elements, punch_material=fo.fem.Material(ratio)
+    ).condense()
     limit = fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, corners), f)
     assert system.nodes == (elements + 1) ** 2 and abs(limit.bound / limit.load_factor - 1) <= 1e-8
 

@@ -158,18 +158,18 @@ def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
     Node 6 is open and touches. It has half a percent of the largest motion, because the motion of
     an open node is in the unit of its gap.
     """
-    steel = dict.fromkeys(("upper", "lower", "bolt"), fo.Material(E=210e3, nu=0.3))
-    bodies = fo.split_bodies(fo.read_mesh(TUTORIAL / "flange.msh"), steel)
+    steel = dict.fromkeys(("upper", "lower", "bolt"), fo.fem.Material(E=210e3, nu=0.3))
+    bodies = fo.fem.split_bodies(fo.readers.read_mesh(TUTORIAL / "flange.msh"), steel)
     contacts = [
-        fo.Contact("upper", "lower", "lower", "upper", name="flange"),
-        fo.Contact("bolt", "upper", "upper", "bolt", name="head"),
-        fo.Contact("bolt", "lower", "lower", "bolt", name="nut"),
+        fo.fem.Contact("upper", "lower", "lower", "upper", name="flange"),
+        fo.fem.Contact("bolt", "upper", "upper", "bolt", name="head"),
+        fo.fem.Contact("bolt", "lower", "lower", "bolt", name="nut"),
     ]
-    supports = [fo.Support("lower", "bottom")]
-    supports += [fo.Cyclic(body, "low", "high") for body in ("upper", "lower")]
-    turn = fo.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)
-    loads = {"bolt": [fo.BoltPreload("bolt", "section", 25e3)], "twist": [turn]}
-    quarter = fo.ContactModel(bodies, supports, loads, contacts).condense()
+    supports = [fo.fem.Support("lower", "bottom")]
+    supports += [fo.fem.Cyclic(body, "low", "high") for body in ("upper", "lower")]
+    turn = fo.fem.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)
+    loads = {"bolt": [fo.fem.BoltPreload("bolt", "section", 25e3)], "twist": [turn]}
+    quarter = fo.fem.ContactModel(bodies, supports, loads, contacts).condense()
     cycle = fo.LoadCycle({"bolt": 1.0}, [{"twist": 1.0}, {"twist": -1.0}])
     limit = fo.shakedown_limit(quarter, cycle, 0.15)
     steady = fo.steady_state(

@@ -520,11 +520,13 @@ def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
         {"face": lambda x: x[-1] == 0, "low": lambda x: x[-1] == -1}
     )
     direction = np.array([2.0, 3.0, -6.0])[:d]
-    model = fo.ContactModel(
-        {"pad": fo.Body(pad, element=element), "base": fo.Body(base, element=element)},
-        contacts=[fo.Contact("pad", "base", "foot", "face")],
-        supports=[fo.Support("base", "low")],
-        loads={"pull": [fo.Traction("pad", "end", **dict(zip("xyz", direction, strict=False)))]},
+    model = fo.fem.ContactModel(
+        {"pad": fo.fem.Body(pad, element=element), "base": fo.fem.Body(base, element=element)},
+        contacts=[fo.fem.Contact("pad", "base", "foot", "face")],
+        supports=[fo.fem.Support("base", "low")],
+        loads={
+            "pull": [fo.fem.Traction("pad", "end", **dict(zip("xyz", direction, strict=False)))]
+        },
     )
     axes = model.plot()
     if d == 2:

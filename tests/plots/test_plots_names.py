@@ -79,10 +79,10 @@ def test_contacts_of_a_model_have_numbers_at_their_places_and_names_in_the_legen
         for name, x in zip(FEET, across, strict=True)
     }
     meshes = above | {"base": kind.init_tensor(np.unique(across), *depth, np.array([-1.0, 0.0]))}
-    bodies = {name: fo.Body(mesh.with_boundaries(sides)) for name, mesh in meshes.items()}
-    contacts = [fo.Contact(name, "base", "low", "top", name=name) for name in FEET]
-    model = fo.ContactModel(
-        bodies, [fo.Support("base", "low")], {"P": [fo.Pressure(FEET[0], "top")]}, contacts
+    bodies = {name: fo.fem.Body(mesh.with_boundaries(sides)) for name, mesh in meshes.items()}
+    contacts = [fo.fem.Contact(name, "base", "low", "top", name=name) for name in FEET]
+    model = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("base", "low")], {"P": [fo.fem.Pressure(FEET[0], "top")]}, contacts
     )
     axes = model.plot()
     numbers = {text.get_text(): text for text in axes.texts}
@@ -111,13 +111,15 @@ def marked():
 
 def marked_model():
     square = MeshQuad().with_boundaries(SIDES)
-    bodies = {name: fo.Body(square.translated((0.0, k))) for k, name in enumerate([BODY, "b", "c"])}
+    bodies = {
+        name: fo.fem.Body(square.translated((0.0, k))) for k, name in enumerate([BODY, "b", "c"])
+    }
     contacts = [
-        fo.Contact("b", BODY, "low", "top", name=LEFT),
-        fo.Contact("c", "b", "low", "top", name=RIGHT),
+        fo.fem.Contact("b", BODY, "low", "top", name=LEFT),
+        fo.fem.Contact("c", "b", "low", "top", name=RIGHT),
     ]
-    loads = {PRESSES: [fo.Pressure("c", "top")]}
-    return fo.ContactModel(bodies, [fo.Support(BODY, "low")], loads, contacts)
+    loads = {PRESSES: [fo.fem.Pressure("c", "top")]}
+    return fo.fem.ContactModel(bodies, [fo.fem.Support(BODY, "low")], loads, contacts)
 
 
 SIDES = {"low": lambda x: x[1] == x[1].min(), "top": lambda x: x[1] == x[1].max()}

@@ -19,7 +19,7 @@ FULL, DECK = examples.fullfile, examples.hexarchivefile
 
 @pytest.fixture(scope="module")
 def bar():
-    return fo.read_ansys(FULL, deck=DECK)
+    return fo.readers.read_ansys(FULL, deck=DECK)
 
 
 def forces(job, u):
@@ -39,7 +39,7 @@ def test_the_bar_is_held_at_its_foot_and_one_body(bar):
     assert bar.nodes("ncomp2").size > 90
     assert bar.deck.elements[0][0] == "C3D20"
     assert bar.deck.elements[0][2].shape == (40, 20)
-    assert fo.read_ansys(FULL).deck is None
+    assert fo.readers.read_ansys(FULL).deck is None
 
 
 def test_rigid_motions_and_uniform_tension_need_no_forces_inside(bar):
@@ -131,7 +131,7 @@ def test_other_files_are_refused(tmp_path, bar):
     ]
     for (path, *deck), message in bad:
         with pytest.raises(fo.ModelError, match=message):
-            fo.read_ansys(path, deck=deck[0] if deck else None)
+            fo.readers.read_ansys(path, deck=deck[0] if deck else None)
 
 
 def test_without_the_reader_the_extra_is_named(monkeypatch):
@@ -140,14 +140,14 @@ def test_without_the_reader_the_extra_is_named(monkeypatch):
         fo.ModelError,
         match=r"ansys-mapdl-reader: not installed; python -m pip install 'frictopt\[ansys\]'",
     ):
-        fo.read_ansys(FULL)
+        fo.readers.read_ansys(FULL)
 
 
 def deck_of(folder, change):
     """The archive of the bar after a change of its text."""
     text = Path(DECK).read_text()
     (folder / "b.cdb").write_text(change(text))
-    return fo.read_ansys(FULL, deck=folder / "b.cdb")
+    return fo.readers.read_ansys(FULL, deck=folder / "b.cdb")
 
 
 def test_elements_in_two_blocks_are_refused(tmp_path):
@@ -185,6 +185,6 @@ def test_a_cut_block_of_elements_is_refused(tmp_path):
 def test_reading_from_threads_leaves_the_warnings_of_the_process_as_they_are():
     before = list(warnings.filters)
     with ThreadPoolExecutor(8) as pool:
-        jobs = list(pool.map(fo.read_ansys, [FULL] * 24))
+        jobs = list(pool.map(fo.readers.read_ansys, [FULL] * 24))
     assert warnings.filters == before
     assert len({abs(job.K).sum() for job in jobs}) == 1

@@ -35,7 +35,7 @@ def test_forces_are_those_of_the_whole_circumference(tmp_path, load):
     """
     theirs, face, error = LOADS[load]
     text = QUADS if face else DECK
-    job = fo.read_calculix(run(tmp_path, text)[0])
+    job = fo.readers.read_calculix(run(tmp_path, text)[0])
     if face:
         force = job.force(face[0], **face[1])
     else:
@@ -49,7 +49,7 @@ def test_forces_are_those_of_the_whole_circumference(tmp_path, load):
 
 @pytest.mark.ccx
 def test_areas_and_totals_are_those_of_the_whole_circumference(tmp_path):
-    job = fo.read_calculix(run(tmp_path, DECK)[0])
+    job = fo.readers.read_calculix(run(tmp_path, DECK)[0])
     assert job.areas("TOP").sum() == pytest.approx(np.pi * (2.2**2 - 1), rel=1e-12)
     assert job.areas("BORE").tolist() == pytest.approx([0.7 * np.pi] * 2, rel=1e-12)
     force = job.force("TOP", total=[0.0, -5.0])
@@ -58,7 +58,7 @@ def test_areas_and_totals_are_those_of_the_whole_circumference(tmp_path):
     mixed = DECK.replace("TYPE=CAX3", "TYPE=CPE3")
     (tmp_path / "job.inp").write_text(mixed)
     with pytest.raises(fo.ModelError, match=r"elements CAX4, CPE3; give plane elements or axi"):
-        fo.read_calculix(tmp_path / "job")
+        fo.readers.read_calculix(tmp_path / "job")
 
 
 def test_a_negative_radius_is_named(tmp_path):
@@ -72,7 +72,7 @@ def test_a_negative_radius_is_named(tmp_path):
     ]
     (tmp_path / "job.mtx").write_text("\n".join(lines))
     (tmp_path / "job.inp").write_text(DECK.replace("\n4, 1, 0.7\n", "\n4, -0.25, 0.7\n"))
-    job = fo.read_abaqus(tmp_path / "job.mtx", deck=tmp_path / "job.inp")
+    job = fo.readers.read_abaqus(tmp_path / "job.mtx", deck=tmp_path / "job.inp")
     radius = r"x = -0.25 at node 4 of an axisymmetric element; x is its radius, >= 0"
     for question in (
         lambda: job.areas("TOP"),
@@ -112,7 +112,7 @@ def test_a_pre_tension_presses_what_it_clamps_with_its_force(tmp_path):
     The upper half is in balance: the force that pulls its bolt presses its flange. The nodes of the
     faces do not match, and the node of the section is an unknown of the matrix.
     """
-    job = fo.read_calculix(run(tmp_path, TIGHT)[0])
+    job = fo.readers.read_calculix(run(tmp_path, TIGHT)[0])
     load = np.where((job.labels == [99, 1]).all(axis=1), 4000.0, 0.0)
     assert load.any()
     system = fo.condense(

@@ -127,7 +127,7 @@ def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, 
     blocks, _, deck = scene()
     rules = rule(blocks[0].on(axis, 2), axis + 1)
     job, _ = run(tmp_path, deck + "".join(equation(*terms) for terms in rules))
-    system = agree(fo.read_calculix(job), blocks, rules, axis)
+    system = agree(fo.readers.read_calculix(job), blocks, rules, axis)
     assert rule is leaning or system.bonded["P"][1].sum() == pytest.approx(3.0 * axis)
     if rule is moves_as_one:
         # With T^T f by hand.
@@ -143,7 +143,7 @@ def test_nodes_that_follow_others_hold_no_body(tmp_path):
     """
     blocks, _, deck = plane()
     rules = "".join(equation(*terms) for terms in moves_as_one(blocks[0].on(1, 2), 2))
-    job = fo.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
     with pytest.raises(fo.ModelError, match=r"supports: the body at .* can still move along y;"):
         condensed(job)
 
@@ -152,7 +152,7 @@ def test_loads_that_the_deck_cannot_place_are_refused_by_name(tmp_path):
     blocks, _, deck = space()
     top = blocks[0].on(2, 2)
     (tmp_path / "plain.inp").write_text(deck)
-    job = fo.read_calculix(
+    job = fo.readers.read_calculix(
         run(tmp_path, deck + equation((top[0], 3, 1.0), (top[1], 3, -1.0)))[0],
         deck=tmp_path / "plain.inp",
     )
@@ -165,14 +165,16 @@ def test_loads_that_the_deck_cannot_place_are_refused_by_name(tmp_path):
     with pytest.raises(
         fo.ModelError, match=r"the code itself wrote nan, as CalculiX does for \*MPC"
     ):
-        fo.read_calculix(job)
+        fo.readers.read_calculix(job)
 
 
 def test_a_plane_job_is_per_unit_depth_whatever_its_thickness(tmp_path):
     answers = []
     for i, thickness in enumerate(("", "1.", "2.", "10.")):
         blocks, _, deck = plane(thickness=thickness)
-        system = agree(fo.read_calculix(run(tmp_path, deck, name=f"job{i}")[0]), blocks, [], 1)
+        system = agree(
+            fo.readers.read_calculix(run(tmp_path, deck, name=f"job{i}")[0]), blocks, [], 1
+        )
         gapped = system.with_gap([0.0, 1e-3, 1e-3, 0.0])
         limit = fo.shakedown_limit(system, CYCLE, 0.5)
         bounded = fo.shakedown_limit(system, CYCLE, 0.5, slip_bound=1e-3)
@@ -193,12 +195,12 @@ def test_plane_stress_is_refused_with_the_constants_that_give_it_in_plane_strain
         fo.ModelError,
         match=r"elements CPS4 have displacements along z.*E \(1 \+ 2 nu\) / \(1 \+ nu\)\^2 .* nu / \(1 \+ nu\)",
     ):
-        fo.read_calculix(job)
+        fo.readers.read_calculix(job)
     E, nu = 1000.0, 0.3
     block = Block(
         1, lines((0, 3, 3), (0, 2, 2)), E * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu), "B"
     )
-    found = fo.read_calculix(run(tmp_path, block.deck(), name="strain")[0])
+    found = fo.readers.read_calculix(run(tmp_path, block.deck(), name="strain")[0])
     # Uniform stress: forces of plane stress, by hand.
     u = np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T
     e = np.array([0.3, -0.4, 0.15])
@@ -217,14 +219,14 @@ def test_a_node_of_no_element_may_stand_anywhere(tmp_path, scene, last):
     blocks, _, deck = scene()
     start = deck.rindex("*ELEMENT") if last else 0
     job, _ = run(tmp_path, deck[:start] + "*NODE\n7777, 50., 50., 0.\n" + deck[start:])
-    agree(fo.read_calculix(job), blocks, [], 1 if scene is plane else 2)
+    agree(fo.readers.read_calculix(job), blocks, [], 1 if scene is plane else 2)
 
 
 def test_without_a_density_there_is_no_matrix(tmp_path):
     job, output = run(tmp_path, plane()[2].replace("*DENSITY\n1.\n", ""))
     assert "no density" in output
     with pytest.raises(fo.ModelError, match=r"no '.*job\.sti'; CalculiX writes it .*\*DENSITY"):
-        fo.read_calculix(job)
+        fo.readers.read_calculix(job)
 
 
 @pytest.mark.parametrize("rigid", ["", "2000, 1.5, 1.0, 3.0\n2001, 0.0, 0.0, 0.0\n"])
@@ -237,7 +239,7 @@ def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, 
     blocks, pairs, deck = space()
     deck = deck.replace("C3D8", "C3D8I").replace("*ELEMENT", f"{rigid}*ELEMENT", 1)
     deck += "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n" if rigid else ""
-    job = fo.read_calculix(run(tmp_path, deck)[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck)[0])
     assert len(job.generalised) == 9 * sum(len(block.elements) for block in blocks) + 3 * bool(
         rigid
     )
@@ -259,7 +261,7 @@ def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
     corners = [int(n) for n in upper.on(2, 2)[[0, 1, 5, 4]]]
     deck += f"*ELEMENT, TYPE=S4, ELSET=SKIN\n9000, {', '.join(map(str, corners))}\n*SHELL SECTION, ELSET=SKIN, MATERIAL=UP\n0.1\n"
     with pytest.raises(fo.ModelError, match="shells"):
-        condensed(fo.read_calculix(run(tmp_path, deck)[0]))
+        condensed(fo.readers.read_calculix(run(tmp_path, deck)[0]))
 
 
 REFERENCE, ROTATION = "2000, 1.5, 1., 3.\n", "2001, 0., 0., 0.\n"
@@ -309,7 +311,7 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
         + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
     )
     loaded = [int(top[-1]), 530, 520, 2000 if REFERENCE in nodes else 521]
-    job = fo.read_calculix(run(tmp_path, deck)[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck)[0])
     row = {int(n): i for i, n in enumerate(job.deck.numbers)}
     force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force(
         "TOP", pressure=0.7
@@ -357,7 +359,7 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
     else is used.
     """
     _, pairs, deck = plane(thickness=thickness)
-    job = fo.read_calculix(run(tmp_path, deck)[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck)[0])
     equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
     frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
     squares, modes = glued_modes(job, job.pairs("CU", "CL"))
@@ -367,7 +369,7 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
         [1.0] * 3, rel=1e-9
     )
     system, _ = condensed(job)
-    load = fo.modal_load(job.M, shapes[0])
+    load = fo.readers.modal_load(job.M, shapes[0])
     joint = fo.condense(
         job.K,
         {"P": job.force("TOP", pressure=1.0), "mode": load},
@@ -412,7 +414,7 @@ def test_a_rigid_tool_has_its_mass(tmp_path):
         deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1)
         + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
     )
-    job = fo.read_calculix(run(tmp_path, deck)[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck)[0])
     equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
     frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
     squares, modes = glued_modes(job, job.pairs("CU", "CL"))
@@ -423,7 +425,7 @@ def test_a_rigid_tool_has_its_mass(tmp_path):
 
 
 def test_a_mass_of_another_size_is_refused():
-    job = fo.read_calculix("tests/data/flat")
+    job = fo.readers.read_calculix("tests/data/flat")
     for odd in (job.M[:3, :3], "M"):
         with pytest.raises(fo.ModelError, match=r"^M: "):
-            fo.MatrixJob(job.K, job.labels, job.deck, odd)
+            fo.readers.MatrixJob(job.K, job.labels, job.deck, odd)

@@ -15,7 +15,7 @@ BASE = LOW.deck() + HIGH.deck() + FOOT
 @pytest.mark.ccx
 def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path):
     """The nodes of the upper block are 21 to 28; a set from 5 to 25 has those of 5 to 8 too."""
-    job = fo.read_calculix(
+    job = fo.readers.read_calculix(
         run(
             tmp_path,
             BASE + "*NSET, NSET=SOME, GENERATE\n5, 25\n*ELSET, ELSET=ALL, GENERATE\n1, 99\n",
@@ -39,7 +39,7 @@ def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
         ("named", "NSET=TOOL, REF NODE=100, ROT NODE=101"),
     ):
         deck = BASE + tool + node_set("TOOL", HIGH.numbers) + f"*RIGID BODY, {rigid}\n"
-        job = fo.read_calculix(run(tmp_path, deck, name=name)[0])
+        job = fo.readers.read_calculix(run(tmp_path, deck, name=name)[0])
         order = np.lexsort(job.labels.T[::-1])
         load = job.force(job.nodes("TOOL"), nodal=[1.0, 2.0, 3.0])
         found.append((job.labels[order].tolist(), job.K[order][:, order].toarray(), load[order]))
@@ -75,9 +75,9 @@ def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
             fo.ModelError,
             match=r"\*NODE has 4\.000000000000000083e-03, of which CalculiX reads 20 characters, .*such as %.12e",
         ):
-            fo.read_calculix(path)
+            fo.readers.read_calculix(path)
         return
-    job = fo.read_calculix(path)
+    job = fo.readers.read_calculix(path)
     u = np.linalg.solve(job.K.toarray(), job.force("END", traction=[1e6, 0.0, 0.0]))
     assert u[job.unknowns[job.nodes("END"), 0]] == pytest.approx(
         np.full(4, 1e6 * 0.008 / 210e9), rel=1e-9
@@ -108,7 +108,7 @@ def test_conditions_of_other_steps_hold_nothing_in_the_step_of_the_matrix(
     top = LOW.on(2, 1)
     rules = "".join(equation(*terms) for terms in chained(top, 3))
     deck = LOW.deck() + FOOT + node_set("TOP", top) + rules + condition
-    job = fo.read_calculix(run(tmp_path, deck, steps)[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck, steps)[0])
     force = job.force("TOP", pressure=1.0)
     assert job.labels[force != 0].tolist() == [[int(top[0]), 3]]
     assert force.sum() == pytest.approx(-1.0)
@@ -127,12 +127,12 @@ def test_included_files_are_those_that_calculix_reads(tmp_path):
     (tmp_path / "parts/all.inc").write_text("*INCLUDE, INPUT=low.inc\n")
     (tmp_path / "low.inc").write_text(text + "*NSET, NSET=RIGHT\n1\n")
     (tmp_path / "parts/low.inc").write_text(text.replace("1000.0", "1e4"))
-    job = fo.read_calculix(run(tmp_path, "*INCLUDE, INPUT=parts/all.inc\n")[0])
-    known = fo.read_calculix(run(tmp_path, text, name="known")[0])
+    job = fo.readers.read_calculix(run(tmp_path, "*INCLUDE, INPUT=parts/all.inc\n")[0])
+    known = fo.readers.read_calculix(run(tmp_path, text, name="known")[0])
     assert (job.K != known.K).nnz == 0 and job.deck.sets.keys() == {"ALL", "FOOT", "RIGHT"}
     # Other codes look for it beside the file that includes it.
     (tmp_path / "low.inc").unlink()
-    assert fo.read_calculix(tmp_path / "job").deck.sets.keys() == {"ALL", "FOOT"}
+    assert fo.readers.read_calculix(tmp_path / "job").deck.sets.keys() == {"ALL", "FOOT"}
 
 
 @pytest.mark.ccx
@@ -144,4 +144,4 @@ def test_nodes_that_calculix_makes_for_a_coupling_are_explained(tmp_path):
     )
     job, _ = run(tmp_path, LOW.deck() + FOOT + coupling)
     with pytest.raises(fo.ModelError, match=r"deck: node 101 .* and without a block \*KINEMATIC"):
-        _ = fo.read_calculix(job).unknowns
+        _ = fo.readers.read_calculix(job).unknowns

@@ -28,13 +28,13 @@ def condensed(job, load, direction):
 @pytest.mark.parametrize("kind", NODES)
 def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     """No lateral strain: the stress is uniform, though the bottom is held."""
-    d, material = dimensions(KINDS[kind]), fo.Material(2.0, 0.0)
+    d, material = dimensions(KINDS[kind]), fo.fem.Material(2.0, 0.0)
     bodies = two_boxes(KINDS[kind], material, bulge=None)
-    job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0])
+    job = fo.readers.read_calculix(run(tmp_path, deck(bodies, kind))[0])
     tied = job.with_linear_faces("CU", "CL")
     system = condensed(tied, lambda job: job.force("TOP", pressure=1.0), np.eye(d)[-1])
-    reference = fo.ContactModel(
-        bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
+    reference = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", "far")], {"P": [fo.fem.Pressure("upper", "far")]}
     ).condense()
     place = [np.linalg.norm(reference.points - point, axis=1).argmin() for point in system.points]
     q, p = system.bonded["P"]
@@ -60,14 +60,14 @@ def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
     from edges it goes to the corners, too.
     """
     d = dimensions(KINDS[kind])
-    bodies = two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
-    job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces()
+    bodies = two_boxes(KINDS[kind], fo.fem.Material(2.0, 0.3), bulge=None)
+    job = fo.readers.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces()
     load = dict(zip("xyz", [1.0, *[-0.5] * (d - 1)], strict=False))
     system = condensed(
         job, lambda job: job.force("TOP", traction=list(load.values())), np.eye(d)[-1]
     )
-    reference = fo.ContactModel(
-        bodies, [fo.Support("lower", "far")], {"P": [fo.Traction("upper", "far", **load)]}
+    reference = fo.fem.ContactModel(
+        bodies, [fo.fem.Support("lower", "far")], {"P": [fo.fem.Traction("upper", "far", **load)]}
     ).condense()
     place = np.array(
         [np.linalg.norm(reference.points - point, axis=1).argmin() for point in system.points]
@@ -89,9 +89,9 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     pressure P on element faces.
     """
     d = dimensions(KINDS[kind])
-    bodies = two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
+    bodies = two_boxes(KINDS[kind], fo.fem.Material(2.0, 0.3), bulge=None)
     text = deck(bodies, kind) + "*BOUNDARY\nCU, 1, 3\nCL, 1, 3\n"
-    job = fo.read_calculix(base := run(tmp_path, text)[0])
+    job = fo.readers.read_calculix(base := run(tmp_path, text)[0])
     found = spsolve(job.K.tocsc(), job.force("TOP", pressure=0.7))
     top = set(job.deck.numbers[job.nodes("TOP")].tolist())
     faces = {  # P-number -> corners, as the manual of CalculiX counts them
@@ -116,7 +116,7 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     (tmp_path / "faces.inp").write_text(
         text + "*SURFACE, NAME=Faces\n" + "".join(f"{i}, S{face}\n" for i, face in loads)
     )
-    by_faces = fo.read_calculix(base, deck=tmp_path / "faces.inp")
+    by_faces = fo.readers.read_calculix(base, deck=tmp_path / "faces.inp")
     assert np.array_equal(np.sort(by_faces.nodes("faces")), np.sort(job.nodes("TOP")))
     assert np.array_equal(by_faces.force("faces", pressure=0.7), job.force("TOP", pressure=0.7))
     known = displacements(
@@ -130,10 +130,10 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
 @pytest.mark.parametrize("kind", ["CPE6", "CPE8", "C3D10", "C3D20R"])
 def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
     d = dimensions(KINDS[kind])
-    bodies = two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=arched)
+    bodies = two_boxes(KINDS[kind], fo.fem.Material(2.0, 0.3), bulge=arched)
     file = run(tmp_path, deck(bodies, kind))[0]
     made = str(tmp_path / "made.npz")
-    job = fo.read_calculix(file).with_linear_faces("CU", "CL")
+    job = fo.readers.read_calculix(file).with_linear_faces("CU", "CL")
     pairs = job.pairs("CU", "CL")
     system = fo.condense(
         job.K,
@@ -164,8 +164,8 @@ def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
 
 
 def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
-    bodies = two_boxes(MeshTri, fo.Material(), bulge=None)
-    job = fo.read_calculix(run(tmp_path, deck(bodies, "CPE6"))[0])
+    bodies = two_boxes(MeshTri, fo.fem.Material(), bulge=None)
+    job = fo.readers.read_calculix(run(tmp_path, deck(bodies, "CPE6"))[0])
     message = r"node \d+, a midside node of a contact face, does not follow its corners; use job.with_linear_faces\(\)"
     for ask in (
         lambda: job.pairs("CU", "CL"),
@@ -182,7 +182,9 @@ def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
         fo.ModelError,
         match=r"node \d+, a midside node of a contact face, has no row in the matrix; retain such nodes",
     ):
-        fo.MatrixJob(job.K[corners][:, corners], job.labels[corners], job.deck).pairs("CU", "CL")
+        fo.readers.MatrixJob(job.K[corners][:, corners], job.labels[corners], job.deck).pairs(
+            "CU", "CL"
+        )
     with pytest.raises(
         fo.ModelError,
         match=re.escape(
@@ -193,7 +195,7 @@ def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
     corner = int(job.deck.numbers[job.nodes("CU")].min())
     rule = f"*EQUATION\n2\n{corner}, 1, 1., {job.deck.numbers[job.nodes('TOP')].max()}, 1, -1.\n"
     (tmp_path / "chained").mkdir()
-    chained = fo.read_calculix(run(tmp_path / "chained", deck(bodies, "CPE6") + rule)[0])
+    chained = fo.readers.read_calculix(run(tmp_path / "chained", deck(bodies, "CPE6") + rule)[0])
     with pytest.raises(
         fo.ModelError, match=rf"with_linear_faces: corner node {corner} follows others"
     ):

@@ -50,7 +50,7 @@ def job(folder, bulk, nodes=16):
             ]
     (folder / "k.pch").write_text("\n".join(lines) + "\n")
     (folder / "k.bdf").write_text(f"SOL 101\nCEND\nBEGIN BULK\n{bulk}ENDDATA\n")
-    return fo.read_nastran(folder / "k.pch", deck=folder / "k.bdf")
+    return fo.readers.read_nastran(folder / "k.pch", deck=folder / "k.bdf")
 
 
 def test_the_page_lists_the_cards_of_the_reader():
@@ -165,7 +165,7 @@ def test_a_punch_file_without_matrices_says_how_they_are_written(tmp_path):
         fo.ModelError,
         match=r"seven\.pch has no DMIG cards; write the matrix there with EXTSEOUT\(DMIGPCH\)",
     ):
-        fo.read_nastran(tmp_path / "seven.pch")
+        fo.readers.read_nastran(tmp_path / "seven.pch")
 
 
 @pytest.mark.parametrize(("one", "other", "kind"), [(186, 95, "C3D20")])
@@ -176,7 +176,7 @@ def test_older_names_of_elements_of_ansys_are_the_same_elements(tmp_path, one, o
         (tmp_path / "b.cdb").write_text(
             re.sub(rf"(?m)^ET,(\s*\d+),\s*{one}", rf"ET,\1,{number}", text)
         )
-        bar = fo.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
+        bar = fo.readers.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
         assert {block[0] for block in bar.deck.elements} == {kind}
         levels = np.unique(bar.points[:, 2].round(9))
         faces = [np.flatnonzero(np.isclose(bar.points[:, 2], level)) for level in levels[[-1, -3]]]
@@ -189,7 +189,7 @@ def test_older_names_of_elements_of_ansys_are_the_same_elements(tmp_path, one, o
 def test_elements_of_ansys_that_are_not_known_make_no_pairs(tmp_path):
     text = Path(examples.hexarchivefile).read_text()
     (tmp_path / "b.cdb").write_text(re.sub(r"(?m)^ET,(\s*\d+),\s*186", r"ET,\1,226", text))
-    bar = fo.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
+    bar = fo.readers.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
     end, middle = (np.flatnonzero(np.isclose(bar.points[:, 2], z)) for z in (5.0, 4.0))
     with pytest.raises(
         fo.ModelError,

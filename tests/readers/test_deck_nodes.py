@@ -20,7 +20,7 @@ CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 0.2}, {"Q": -0.2}])
 
 def job():
     labels = [[number, direction] for number in (70, 66, 12, 5) for direction in (1, 2)]
-    return fo.MatrixJob(block_diag(BAR, BAR + 5 * np.eye(4)), labels, DECK)
+    return fo.readers.MatrixJob(block_diag(BAR, BAR + 5 * np.eye(4)), labels, DECK)
 
 
 def condensed(**changes):
@@ -118,7 +118,7 @@ def test_a_number_in_the_deck_is_a_whole_number_for_each_node():
 
 def test_nodes_of_a_deck_of_calculix_are_at_their_places():
     """The deck is read again here, as plain text."""
-    of = fo.read_calculix("tests/data/flat")
+    of = fo.readers.read_calculix("tests/data/flat")
     pairs = of.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     system = fo.condense(
         of.K, {"P": of.force("N_TOP", pressure=1.0)}, pairs, [0.0, 1.0], of.unknowns, of.points

@@ -32,7 +32,7 @@ WITHOUT = re.findall(
 
 def mesh_of(folder, text):
     (folder / "a.inp").write_text(text)
-    return fo.read_mesh(folder / "a.inp")
+    return fo.readers.read_mesh(folder / "a.inp")
 
 
 def job_of(folder, text, directions=3):
@@ -48,7 +48,7 @@ def job_of(folder, text, directions=3):
     ]
     (folder / "a.dof").write_text("\n".join(labels) + "\n")
     (folder / "a.sti").write_text("\n".join(entries) + "\n")
-    return fo.read_calculix(folder / "a")
+    return fo.readers.read_calculix(folder / "a")
 
 
 def sides(mesh, name):

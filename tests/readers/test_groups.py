@@ -31,7 +31,7 @@ def plate(folder, groups, version=4.1, binary=0, save_all=0):
         gmsh.open(str(folder / "plate.geo"))
         gmsh.model.mesh.generate(2)
         gmsh.write(str(folder / "plate.msh"))
-    return fo.read_mesh(folder / "plate.msh")
+    return fo.readers.read_mesh(folder / "plate.msh")
 
 
 def lengths(mesh):
@@ -59,7 +59,7 @@ def test_reversed_curves_and_entities_of_two_groups_are_kept(tmp_path, version, 
     assert {name: len(members) for name, members in mesh.subdomains.items()} == dict.fromkeys(
         ["plate", "steel"], mesh.nelements
     )
-    fo.Body(mesh)
+    fo.fem.Body(mesh)
 
 
 @pytest.mark.parametrize("version", [4.1, 2.2])
@@ -72,7 +72,7 @@ def test_files_of_windows_have_the_same_groups(tmp_path, version):
     plate(tmp_path, groups, version)
     text = (tmp_path / "plate.msh").read_bytes()
     (tmp_path / "windows.msh").write_bytes(text.replace(b"\n", b"\r\n"))
-    mesh = fo.read_mesh(tmp_path / "windows.msh")
+    mesh = fo.readers.read_mesh(tmp_path / "windows.msh")
     assert lengths(mesh) == {"bottom": 4.0, "held": 6.0}
     assert area(mesh) == pytest.approx(4.0)
 
@@ -124,7 +124,7 @@ def test_groups_of_curves_in_space_are_without_effect(tmp_path):
     meshio.Mesh(points, cells, cell_data=data, field_data=names).write(
         tmp_path / "a.msh", file_format="gmsh22", binary=False
     )
-    mesh = fo.read_mesh(tmp_path / "a.msh")
+    mesh = fo.readers.read_mesh(tmp_path / "a.msh")
     assert list(mesh.boundaries) == ["side"] and list(mesh.subdomains) == ["body"]
 
 
@@ -160,7 +160,7 @@ def test_numbers_of_groups_with_a_minus_are_those_of_the_groups(tmp_path):
     (tmp_path / "a.msh").write_text(
         "\n".join([*text, "$Elements", "3", *rows, "$EndElements"]) + "\n"
     )
-    assert lengths(fo.read_mesh(tmp_path / "a.msh")) == {"7": 2.0}
+    assert lengths(fo.readers.read_mesh(tmp_path / "a.msh")) == {"7": 2.0}
 
 
 def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
@@ -179,7 +179,7 @@ def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
     mesh.cell_tags = {-1: ["high", "all"], -2: ["low", "all"], -3: ["side"]}
     mesh.point_tags = {1: ["wall"]}
     meshio.write(tmp_path / "two.med", mesh)
-    found = fo.read_mesh(tmp_path / "two.med")
+    found = fo.readers.read_mesh(tmp_path / "two.med")
     assert {name: members.tolist() for name, members in found.subdomains.items()} == {
         "high": [0],
         "low": [1],
@@ -201,7 +201,7 @@ def test_a_library_that_a_format_needs_is_named(tmp_path, monkeypatch):
     with pytest.raises(
         fo.ModelError, match=r"meshio needs h5py for .*a\.med'; python -m pip install h5py"
     ):
-        fo.read_mesh(tmp_path / "a.med")
+        fo.readers.read_mesh(tmp_path / "a.med")
 
 
 @pytest.mark.parametrize(
@@ -215,7 +215,7 @@ def test_numbers_of_groups_of_other_formats_are_names(tmp_path, ending, title):
     points = points if ending == "mesh" else np.pad(points, ((0, 0), (0, 1)))
     other = {"heat": [np.array([1.0, 2.0]), np.array([3.0, 4.0])]} if ending == "vtu" else {}
     meshio.Mesh(points, cells, cell_data={title: tags, **other}).write(tmp_path / f"a.{ending}")
-    mesh = fo.read_mesh(tmp_path / f"a.{ending}")
+    mesh = fo.readers.read_mesh(tmp_path / f"a.{ending}")
     assert lengths(mesh) == {"7": 2.0}
     assert {name: members.tolist() for name, members in mesh.subdomains.items()} == {
         "4": [0],
@@ -234,10 +234,10 @@ def test_quadratic_bricks_of_exodus_are_refused(name, tmp_path, monkeypatch):
     (tmp_path / name).touch()
     monkeypatch.setattr(meshio, "read", lambda file: brick)
     if name.endswith("vtu"):
-        assert fo.read_mesh(tmp_path / name).nelements == 1
+        assert fo.readers.read_mesh(tmp_path / name).nelements == 1
         return
     with pytest.raises(fo.ModelError, match=f"{name}: hexahedron20: .*; write the mesh in another"):
-        fo.read_mesh(tmp_path / name)
+        fo.readers.read_mesh(tmp_path / name)
 
 
 CUBE = [(x, y, z) for z in (0, 1) for x, y in ((1, 0), (2, 0), (2, 1), (1, 1))]
@@ -257,7 +257,7 @@ def bulk_data(system="", more="", continued="+"):
 
 def test_properties_of_nastran_are_names(tmp_path):
     (tmp_path / "a.bdf").write_text(bulk_data("0", "GRDSET                  \n"))
-    mesh = fo.read_mesh(tmp_path / "a.bdf")
+    mesh = fo.readers.read_mesh(tmp_path / "a.bdf")
     assert list(mesh.subdomains) == ["7"] and list(mesh.boundaries) == ["8"]
     assert np.all(mesh.p[:, mesh.facets[:, mesh.boundaries["8"]]][2] == 1)
 
@@ -274,7 +274,7 @@ def test_nastran_meshes_in_other_systems_are_refused(tmp_path, bulk, source):
     """Radii and angles of a cylindrical system would be taken for x and y."""
     (tmp_path / "a.nas").write_text(bulk)
     with pytest.raises(fo.ModelError, match=rf"a\.nas: .* in system 1, by its {source}; write all"):
-        fo.read_mesh(tmp_path / "a.nas")
+        fo.readers.read_mesh(tmp_path / "a.nas")
 
 
 def large(*fields):
@@ -304,7 +304,7 @@ WRITTEN = {
 def test_nastran_meshes_are_the_same_however_their_cards_are_written(tmp_path, how):
     (tmp_path / "a.bdf").write_text(WRITTEN[how])
     (tmp_path / "more.bdf").write_text("CHEXA" + bulk_data().split("CHEXA")[1])
-    mesh = fo.read_mesh(tmp_path / "a.bdf")
+    mesh = fo.readers.read_mesh(tmp_path / "a.bdf")
     assert mesh.p.T.tolist() == [list(map(float, x)) for x in CUBE]
     assert (mesh.nelements, list(mesh.subdomains)) == (1, ["7"])
     ((name, top),) = mesh.boundaries.items()
@@ -315,7 +315,7 @@ def test_nastran_meshes_are_the_same_however_their_cards_are_written(tmp_path, h
 def test_nastran_meshes_in_the_plane_have_lines_as_boundaries(tmp_path):
     grids = "".join(f"GRID,{i},,{x}.,{y}.,0.\n" for i, (x, y, _) in enumerate(CUBE[:4], 1))
     (tmp_path / "a.fem").write_text(f"{grids}CQUAD8,1,3,1,2,3,4\nCBAR,2,4,1,2\nCROD,3,,3,4\n")
-    mesh = fo.read_mesh(tmp_path / "a.fem")
+    mesh = fo.readers.read_mesh(tmp_path / "a.fem")
     assert list(mesh.subdomains) == ["3"]
     # The property of a card without one has the number of the element: the CROD is named 3.
     assert lengths(mesh) == {"3": 1.0, "4": 1.0}
@@ -327,7 +327,7 @@ def test_nastran_elements_whose_nodes_are_in_another_order_are_refused(tmp_path)
     with pytest.raises(
         fo.ModelError, match=r"a\.bdf: CTRIAX6 9 is not read; give a mesh of solids"
     ):
-        fo.read_mesh(tmp_path / "a.bdf")
+        fo.readers.read_mesh(tmp_path / "a.bdf")
 
 
 EDGES = {  # ends of the edges whose middles follow the corners, in the order of Nastran
@@ -350,7 +350,7 @@ def test_nastran_elements_need_all_of_their_midside_nodes_or_none(tmp_path, name
         fields = ["4", "1", *nodes, *more]
         lines = [",".join(["", *fields[i : i + 8]]) for i in range(0, len(fields), 8)]
         (tmp_path / "a.bdf").write_text(f"{grids}{name}" + "\n".join(lines) + "\n")
-        return fo.read_mesh(tmp_path / "a.bdf")
+        return fo.readers.read_mesh(tmp_path / "a.bdf")
 
     whole, linear = read(()), read(range(len(corners) + 1, count + 1))
     assert whole.nelements >= 1
@@ -406,7 +406,7 @@ def stray(folder, name):
 def test_elements_beside_the_solids_are_left_out_with_one_warning(tmp_path, name):
     """Of two triangles one is a face of the solid, of two lines one is an edge."""
     with pytest.warns(fo.ModelWarning) as warned:
-        mesh = fo.read_mesh(stray(tmp_path, name))
+        mesh = fo.readers.read_mesh(stray(tmp_path, name))
     assert mesh.p.shape == (3, 4)
     assert list(mesh.subdomains) == ["1"]
     assert {group: len(facets) for group, facets in mesh.boundaries.items()} == {"2": 1}
@@ -438,7 +438,7 @@ WAYS = {
 def test_formats_that_are_not_read_are_named_with_a_way_that_is(tmp_path, name):
     (tmp_path / name).write_text("    -1\n  2411\n    -1\n")
     with pytest.raises(fo.ModelError, match=rf"^mesh {name}: files .* not read; {WAYS[name]}"):
-        fo.read_mesh(tmp_path / name)
+        fo.readers.read_mesh(tmp_path / name)
 
 
 def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
@@ -451,8 +451,8 @@ def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
         gmsh.model.mesh.unpartition()
         gmsh.write(str(tmp_path / "whole.msh"))
     with pytest.raises(fo.ModelError, match=r"plate\.msh: it is partitioned; save the mesh before"):
-        fo.read_mesh(tmp_path / "plate.msh")
-    assert area(fo.read_mesh(tmp_path / "whole.msh")) == pytest.approx(4.0)
+        fo.readers.read_mesh(tmp_path / "plate.msh")
+    assert area(fo.readers.read_mesh(tmp_path / "whole.msh")) == pytest.approx(4.0)
 
 
 def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
@@ -476,14 +476,14 @@ def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
     (tmp_path / "old.med").write_bytes((tmp_path / "a.med").read_bytes()[:-1000])
     for name, remedy in remedies.items():
         with pytest.raises(fo.ModelError, match=rf"{name}.*{remedy}"):
-            fo.read_mesh(tmp_path / name)
+            fo.readers.read_mesh(tmp_path / name)
     for name in ("a.unv", "a.med"):
         with gmsh_with() as gmsh:
             gmsh.open(str(tmp_path / name))
             gmsh.write(str(tmp_path / "b.msh"))
-        mesh = fo.read_mesh(tmp_path / "b.msh")
+        mesh = fo.readers.read_mesh(tmp_path / "b.msh")
         assert list(mesh.subdomains) == ["plate"] and lengths(mesh) == {"bottom": 4.0}
-    assert area(fo.read_mesh(tmp_path / "a.bdf")) == pytest.approx(4.0, rel=1e-5)
+    assert area(fo.readers.read_mesh(tmp_path / "a.bdf")) == pytest.approx(4.0, rel=1e-5)
 
 
 TRIED = {  # rows of the page of formats, and the tests that try them

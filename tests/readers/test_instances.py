@@ -30,7 +30,7 @@ ASSEMBLY = (
 
 def read(folder, text):
     (folder / "a.inp").write_text(text)
-    return fo.read_mesh(folder / "a.inp")
+    return fo.readers.read_mesh(folder / "a.inp")
 
 
 def places(mesh, name):
@@ -59,12 +59,12 @@ def test_two_instances_of_a_part_are_two_bodies(tmp_path):
     assert places(mesh, "B-1.TOP")[:, 2].tolist() == [2.0] * 4
     assert places(mesh, "UNDER")[:, 2].tolist() == places(mesh, "A-1.TOP")[:, 2].tolist()
     assert len(mesh.boundaries["BOTH"]) == len(mesh.boundaries["JOINED"]) == 2
-    bodies = fo.split_bodies(mesh, dict.fromkeys(("A-1", "B-1"), fo.Material()))
-    system = fo.ContactModel(
+    bodies = fo.fem.split_bodies(mesh, dict.fromkeys(("A-1", "B-1"), fo.fem.Material()))
+    system = fo.fem.ContactModel(
         bodies,
-        [fo.Support("A-1", "A-1.LOW")],
-        {"P": [fo.Pressure("B-1", "B-1.TOP", 2.0)]},
-        [fo.Contact("B-1", "A-1", "UNDER", "A-1.TOP")],
+        [fo.fem.Support("A-1", "A-1.LOW")],
+        {"P": [fo.fem.Pressure("B-1", "B-1.TOP", 2.0)]},
+        [fo.fem.Contact("B-1", "A-1", "UNDER", "A-1.TOP")],
     ).condense()
     assert system.bonded["P"][1].sum() == pytest.approx(2.0)
 
@@ -108,14 +108,14 @@ def test_names_that_one_instance_has_are_short_too(tmp_path):
     labels = [(n, d) for n in range(1, 9) for d in (1, 2, 3)]
     job.write_text("".join(f"{n},{d},{n},{d},2.\n" for n, d in labels) + "".join(
         f"{a},{b},{c},{d},-1.\n" for (a, b), (c, d) in pairwise(labels)))  # fmt: skip
-    read_job = fo.read_abaqus(job, deck=tmp_path / "a.inp")
+    read_job = fo.readers.read_abaqus(job, deck=tmp_path / "a.inp")
     assert read_job.force("Top", pressure=3.0).sum() == pytest.approx(-3.0)
     assert sorted(read_job.nodes("Nodes").tolist()) == [0, 1, 2, 3, 4]
     (tmp_path / "a.inp").write_text(PART + ASSEMBLY.format(moved=""))
     with pytest.raises(
         fo.ModelError, match=r"2 instances, and Abaqus numbers the nodes.*flat deck"
     ):
-        fo.read_abaqus(job, deck=tmp_path / "a.inp")
+        fo.readers.read_abaqus(job, deck=tmp_path / "a.inp")
 
 
 BAD = {

@@ -93,7 +93,7 @@ def test_normals_of_a_round_face_point_outwards(tmp_path):
     ]
     lines += ["*Nset, nset=hole, generate", f"1, {n}, 1"]
     stiffness(tmp_path, 2 * 2 * n, lines)
-    job = fo.read_calculix(tmp_path / "job")
+    job = fo.readers.read_calculix(tmp_path / "job")
     assert np.allclose(job.normals("hole"), -inner, atol=1e-14)
     assert np.allclose(
         job.force("hole", pressure=1.0)[job.unknowns[:n]],
@@ -153,7 +153,7 @@ def squares(tmp_path):
 
 
 def test_decks_are_read_as_written(squares):
-    deck = fo.read_calculix(squares / "job").deck
+    deck = fo.readers.read_calculix(squares / "job").deck
     assert deck.numbers.tolist() == [10, 20, 30, 40, 50, 60]
     assert deck.points.tolist() == [
         [0, 0, 0],
@@ -186,7 +186,7 @@ def test_surfaces_name_their_nodes(squares):
     named = "*SURFACE, NAME=Side\nFIRST, S4\n*SURFACE, NAME=Nodes, TYPE=NODE\nRIGHT\n10\n*SURFACE, NAME=Right\n1, S4\n"
     named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*ELEMENT, TYPE=MASS, ELSET=HEAVY\n99, 10\n*SURFACE, NAME=Lost\nHEAVY, S1"
     (squares / "job.inp").write_text(SQUARES + named)
-    job = fo.read_calculix(squares / "job")
+    job = fo.readers.read_calculix(squares / "job")
     assert {
         name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")
     } == {
@@ -220,9 +220,9 @@ def test_decks_that_say_the_same_are_the_same(squares, old, new):
     (squares / "sub").mkdir()
     for place in (squares, squares / "sub"):
         (place / "ten.txt").write_text("** data of the block before\n10, 0., 0.\n")
-    plain = fo.read_calculix(squares / "job").deck
+    plain = fo.readers.read_calculix(squares / "job").deck
     (squares / "job.inp").write_text(SQUARES.replace(old, new))
-    deck = fo.read_calculix(squares / "job").deck
+    deck = fo.readers.read_calculix(squares / "job").deck
     assert deck.numbers.tolist() == plain.numbers.tolist()
     assert deck.points.tolist() == plain.points.tolist()
     assert {name: sorted(rows) for name, rows in deck.sets.items()} == {
@@ -248,7 +248,7 @@ UNUSED = [
 @pytest.mark.parametrize(("old", "new"), UNUSED)
 def test_what_says_nothing_of_the_mesh_is_passed_over(squares, old, new):
     (squares / "job.inp").write_text(SQUARES.replace(old, new))
-    assert fo.read_calculix(squares / "job").deck.sets.keys() == {"LEFT", "RIGHT", "BOTH"}
+    assert fo.readers.read_calculix(squares / "job").deck.sets.keys() == {"LEFT", "RIGHT", "BOTH"}
 
 
 # file, text, what stands in its place (None: of the whole file; no text: at its end; nothing: it is
@@ -358,7 +358,7 @@ def test_damaged_files_are_refused(squares, name, old, new, message):
             new if old is None else text.replace(old, new) if old else text + new
         )
     with pytest.raises(fo.ModelError, match=message):
-        fo.read_calculix(squares / "job")
+        fo.readers.read_calculix(squares / "job")
 
 
 LACKS = {
@@ -370,27 +370,27 @@ LACKS = {
     "node 10 is the nearest one to several": lambda job: job.pairs([0, 1], [2, 4]),
     "no facet of the outline": lambda job: job.force([0, 5], pressure=1.0),
     "node 60 lies on no facet": lambda job: job.normals([0, 1, 5]),
-    "this job has none": lambda job: fo.MatrixJob(job.K, job.labels).points,
+    "this job has none": lambda job: fo.readers.MatrixJob(job.K, job.labels).points,
     r"node 70 .*is not in it": lambda job: (
-        fo.MatrixJob(job.K, job.labels + [[10, 0]], job.deck).unknowns
+        fo.readers.MatrixJob(job.K, job.labels + [[10, 0]], job.deck).unknowns
     ),
 }
 
 
 @pytest.mark.parametrize("message", LACKS)
 def test_what_the_deck_lacks_is_named(squares, message):
-    job = fo.read_calculix(squares / "job")
+    job = fo.readers.read_calculix(squares / "job")
     with pytest.raises(fo.ModelError, match=message):
         LACKS[message](job)
 
 
 def test_a_job_without_a_deck_has_its_matrix(squares):
     (squares / "job.inp").rename(squares / "other.inp")
-    job = fo.read_calculix(squares / "job")
+    job = fo.readers.read_calculix(squares / "job")
     assert job.deck is None and job.K.shape == (12, 12)
-    assert fo.read_calculix(squares / "job", deck=squares / "other.inp").deck.sets
+    assert fo.readers.read_calculix(squares / "job", deck=squares / "other.inp").deck.sets
     with pytest.raises(fo.ModelError, match=r"deck: .*job\.inp"):
-        fo.read_calculix(squares / "job", deck=squares / "job.inp")
+        fo.readers.read_calculix(squares / "job", deck=squares / "job.inp")
 
 
 def test_compressed_or_binary_files_are_refused(tmp_path):
@@ -398,7 +398,7 @@ def test_compressed_or_binary_files_are_refused(tmp_path):
         shutil.copy(DATA / name, tmp_path)
     (tmp_path / "flat.sti").write_bytes(gzip.compress((DATA / "flat.sti").read_bytes()))
     with pytest.raises(fo.ModelError, match="stiffness: "):
-        fo.read_calculix(tmp_path / "flat")
+        fo.readers.read_calculix(tmp_path / "flat")
 
 
 def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
@@ -410,20 +410,20 @@ def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
-    mesh = fo.read_mesh(DATA / "flat.inp")
-    material = fo.Material(E=210_000.0, nu=0.3)
+    mesh = fo.readers.read_mesh(DATA / "flat.inp")
+    material = fo.fem.Material(E=210_000.0, nu=0.3)
     upper = mesh.p[1, mesh.t].mean(axis=0) > 0
     bodies = {
-        name: fo.Body(mesh.restrict(np.flatnonzero(part)), material)
+        name: fo.fem.Body(mesh.restrict(np.flatnonzero(part)), material)
         for name, part in (("punch", upper), ("block", ~upper))
     }
-    here = fo.ContactModel(
+    here = fo.fem.ContactModel(
         bodies=bodies,
-        contacts=[fo.Contact("punch", "block", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK")],
-        supports=[fo.Support("block", "N_BOTTOM")],
+        contacts=[fo.fem.Contact("punch", "block", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK")],
+        supports=[fo.fem.Support("block", "N_BOTTOM")],
         loads={
-            "P": [fo.Traction("punch", "N_TOP", y=-1.0)],
-            "Q": [fo.Traction("punch", "N_TOP", x=1.0)],
+            "P": [fo.fem.Traction("punch", "N_TOP", y=-1.0)],
+            "Q": [fo.fem.Traction("punch", "N_TOP", x=1.0)],
         },
     ).condense()
     assert np.abs(read.S - here.S).max() < 1e-10 * np.abs(here.S).max()

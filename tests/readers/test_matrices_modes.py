@@ -33,7 +33,7 @@ MODE = """
 
 def test_modes_stand_in_the_order_of_the_rows(tmp_path):
     (tmp_path / "job.dat").write_text(MODE)
-    job = fo.MatrixJob(
+    job = fo.readers.MatrixJob(
         csr_matrix(np.eye(4)), [[9, 2], [7, 1], [9, 1], [7, 2]], {7: (0.0, 0.0), 9: (1.0, 0.0)}
     )
     frequencies, shapes = job.modes(tmp_path / "job.dat")
@@ -55,6 +55,6 @@ def test_modes_stand_in_the_order_of_the_rows(tmp_path):
 def test_files_without_modes_are_refused(text, labels, tmp_path):
     if text is not None:
         (tmp_path / "job.dat").write_text(text)
-    fo.MatrixJob(csr_matrix(np.eye(len(labels))), labels, {7: (0.0, 0.0), 8: (1.0, 0.0)}).modes(
-        tmp_path / "job.dat"
-    )
+    fo.readers.MatrixJob(
+        csr_matrix(np.eye(len(labels))), labels, {7: (0.0, 0.0), 8: (1.0, 0.0)}
+    ).modes(tmp_path / "job.dat")

@@ -27,9 +27,9 @@ def test_quadratic_elements_become_quadratic_tetrahedra(tmp_path, shapes):
     sides = node_set("RIGHT", points, lambda x: abs(x[0] - 3.125) < 1e-9)
     sets = "*ELSET, ELSET=FIRST\n1,\n*SURFACE, NAME=S\nFIRST, S1\n"
     (tmp_path / "a.inp").write_text(deck(points, elements) + sides + sets)
-    mesh = fo.read_mesh(tmp_path / "a.inp")
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
     assert isinstance(mesh, MeshTet2) == (order == 2)
-    body = fo.Body(mesh.with_boundaries({}))
+    body = fo.fem.Body(mesh.with_boundaries({}))
     assert body.element == ("quadratic" if order == 2 else "linear")
     if order == 2:
         assert volume(mesh) == pytest.approx(3.125 * 1.5, rel=1e-12)
@@ -50,7 +50,7 @@ def test_quadratic_plane_elements_become_quadratic_triangles(tmp_path):
         "*NODE\n" + "".join(f"{i}, {x}, {y}\n" for i, (x, y) in enumerate(PLANE, 1))
         + "*ELEMENT, TYPE=CPE8, ELSET=Q\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*ELEMENT, TYPE=CPE6, ELSET=T\n2, 2, 9, 3, 10, 11, 6\n*NSET, NSET=LOW\n1, 5, 2, 10, 9\n"
     )  # fmt: skip
-    mesh = fo.read_mesh(tmp_path / "a.inp")
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
     assert isinstance(mesh, MeshTri2)
     assert mesh.nelements == 3
     assert volume(mesh) == pytest.approx(1.5)
@@ -65,8 +65,8 @@ def test_linear_elements_beside_quadratic_ones_become_quadratic(tmp_path):
     low = box(["hexahedron"] * 2, LINES, 2)
     high = box(["hexahedron"] * 2, [*LINES[:2], [1.0, 2.0]], 1)
     (tmp_path / "a.inp").write_text(deck(*low, "LOW") + deck(*high, "HIGH", 1001))
-    mesh = fo.read_mesh(tmp_path / "a.inp")
-    bodies = fo.split_bodies(mesh, fo.Material())
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
+    bodies = fo.fem.split_bodies(mesh, fo.fem.Material())
     assert {name: body.element for name, body in bodies.items()} == {
         "HIGH": "quadratic",
         "LOW": "quadratic",
@@ -84,7 +84,7 @@ def test_forces_on_triangles_and_quadrilaterals_are_those_of_calculix(tmp_path, 
     )
     text = deck(points, elements) + sets + "*NSET, NSET=ALL\nNBODY,\n*SURFACE, NAME=TOP\nBODY, S2\n"
     text += "*MATERIAL, NAME=M\n*ELASTIC\n2.1, 0.3\n*DENSITY\n1.\n*SOLID SECTION, ELSET=BODY, MATERIAL=M\n*BOUNDARY\nLOW, 1, 3\n"
-    job = fo.read_calculix(run(tmp_path, text)[0])
+    job = fo.readers.read_calculix(run(tmp_path, text)[0])
     theirs = displacements(tmp_path, text, "*DLOAD\nBODY, P2, 0.4\n")
     for where in ("HIGH", "TOP"):
         force = job.force(where, pressure=0.4)
@@ -110,7 +110,7 @@ def test_contacts_of_wedges_and_hexahedra_pass_pressure_on(tmp_path, order):
     text += "*NODE\n9001, 0., 0., 9.\n9002, 0., 0., 10.\n*ELEMENT, TYPE=B31, ELSET=BEAM\n9001, 9001, 9002\n"
     text += "*BEAM SECTION, ELSET=BEAM, MATERIAL=M, SECTION=RECT\n0.1, 0.1\n0., 1., 0.\n*BOUNDARY\n9001, 1, 6\n"
     text += "*MATERIAL, NAME=M\n*ELASTIC\n2.1, 0.\n*DENSITY\n1.\n*BOUNDARY\nLOW0, 1, 3\n"
-    job = fo.read_calculix(run(tmp_path, text)[0])
+    job = fo.readers.read_calculix(run(tmp_path, text)[0])
     assert len(job.generalised) > 0
     assert (job.unknowns[np.isin(job.deck.numbers, (9001, 9002))] < 0).all()
     if order == 2:
@@ -143,11 +143,11 @@ def test_elements_of_unknown_kind_disturb_only_their_own_faces(tmp_path):
     labels = [f"{n}.{d}" for n in range(1, 9) for d in (1, 2, 3)]
     (tmp_path / "a.dof").write_text("\n".join(labels) + "\n")
     (tmp_path / "a.sti").write_text("".join(f"{i} {i} 1.0\n" for i in range(1, 25)))
-    job = fo.read_calculix(tmp_path / "a")
+    job = fo.readers.read_calculix(tmp_path / "a")
     assert job.force("LOW", pressure=1.0).sum() == pytest.approx(1.0)
     with pytest.raises(fo.ModelError, match="type C3D13 have node 5 of the face, and their faces"):
         job.force("HIGH", pressure=1.0)
     with pytest.raises(
         fo.ModelError, match=r"elements of type C3D13; give solids.*read the matrix"
     ):
-        fo.read_mesh(tmp_path / "a.inp")
+        fo.readers.read_mesh(tmp_path / "a.inp")

@@ -9,7 +9,7 @@ import pytest
 import frictopt as fo
 
 DATA = Path(__file__).parents[1] / "data"
-PLAIN = fo.read_nastran(DATA / "joint.pch", deck=DATA / "joint.bdf")
+PLAIN = fo.readers.read_nastran(DATA / "joint.pch", deck=DATA / "joint.bdf")
 POINTS = dict(zip(PLAIN.deck.numbers.tolist(), PLAIN.deck.points.tolist(), strict=True))
 NODES = {
     int(name): PLAIN.deck.numbers[nodes].tolist()
@@ -43,7 +43,7 @@ def deck(grid=grid, brick=brick):
 
 def read(folder, bulk):
     (folder / "j.bdf").write_text(f"SOL 101\nCEND\nBEGIN BULK\n{bulk}ENDDATA\n")
-    return fo.read_nastran(DATA / "joint.pch", deck=folder / "j.bdf")
+    return fo.readers.read_nastran(DATA / "joint.pch", deck=folder / "j.bdf")
 
 
 def agrees(job):
@@ -159,14 +159,14 @@ def test_matrices_in_other_forms(tmp_path, form, has_header_first):
         columns += column(form, head, rows)
     header = "DMIG,KAAX,0,6,2,0\n"
     (tmp_path / "k.pch").write_text(header + columns if has_header_first else columns + header)
-    agrees(fo.read_nastran(tmp_path / "k.pch", deck=DATA / "joint.bdf"))
+    agrees(fo.readers.read_nastran(tmp_path / "k.pch", deck=DATA / "joint.bdf"))
 
 
 def test_matrices_of_two_jobs_in_one_file_are_refused(tmp_path):
     text = (DATA / "joint.pch").read_text()
     (tmp_path / "k.pch").write_text(text + text)
     with pytest.raises(fo.ModelError, match=r"k\.pch has KAAX 2 times; give a file of one job"):
-        fo.read_nastran(tmp_path / "k.pch")
+        fo.readers.read_nastran(tmp_path / "k.pch")
 
 
 def test_results_behind_the_matrix_are_left_out(tmp_path):
@@ -179,4 +179,4 @@ def test_results_behind_the_matrix_are_left_out(tmp_path):
     text = (DATA / "joint.pch").read_text()
     assert re.search(r"\n\*.*\n$", text)
     (tmp_path / "k.pch").write_text(text + results)
-    agrees(fo.read_nastran(tmp_path / "k.pch", deck=DATA / "joint.bdf"))
+    agrees(fo.readers.read_nastran(tmp_path / "k.pch", deck=DATA / "joint.bdf"))

@@ -39,7 +39,7 @@ def elements(mesh):
 
 
 def test_a_file_of_gmsh_names_only_the_groups_of_its_author_and_is_read_in_silence(capfd):
-    mesh = fo.read_mesh("docs/tutorial/foot.msh")
+    mesh = fo.readers.read_mesh("docs/tutorial/foot.msh")
     assert sorted(mesh.subdomains) == ["block", "foot"]
     assert sorted(mesh.boundaries) == [
         "bottom",
@@ -56,7 +56,7 @@ def test_sets_of_a_deck_become_boundaries_and_subdomains(tmp_path):
     (tmp_path / "a.inp").write_text(
         deck + "*NSET, NSET=Bottom\n1, 2, 3\n*NSET, NSET=ONE\n4\n*ELSET, ELSET=UPPER\n2, 4\n"
     )
-    mesh = fo.read_mesh(tmp_path / "a.inp")
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
     assert isinstance(mesh, MeshTri)
     assert mesh.p.shape == (2, 6)
     assert list(mesh.boundaries) == ["BOTTOM"]
@@ -71,7 +71,7 @@ def test_a_node_that_a_deck_lists_twice_at_one_place_is_one_node(tmp_path):
     (tmp_path / "a.inp").write_text(
         f"{nodes}{again}*ELEMENT, TYPE=CPE3, ELSET=A\n1, 1, 2, 3\n{again}"
     )
-    mesh = fo.read_mesh(tmp_path / "a.inp")
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
     assert mesh.p.T.tolist() == [[0, 0], [1, 0], [0, 1]]
     assert mesh.t.tolist() == [[0], [1], [2]]
     assert middles(mesh) == {"LOW": [[0.5, 0]]}
@@ -129,7 +129,7 @@ def test_meshes_that_are_mixed_or_none_are_refused(tmp_path, name, points, cells
     else:
         meshio.Mesh(points, cells).write(tmp_path / name)
     with pytest.raises(fo.ModelError, match=message):
-        fo.read_mesh(tmp_path / name)
+        fo.readers.read_mesh(tmp_path / name)
 
 
 # nodes of one element, and the middles of its faces S1, S2, ... as the manuals of CalculiX and
@@ -183,7 +183,7 @@ def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
         deck
         + "*SURFACE, TYPE=ELEMENT, NAME=BOTH\nALL, S1\nALL, S2\n*SURFACE, NAME=SKIN\nALL, S1\nALL,\n"
     )
-    mesh = fo.read_mesh(tmp_path / "a.inp")
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
     found = middles(mesh)
     assert sorted(found) == sorted(
         ["BOTH", "SKIN", *(f"FACE{i}" for i in range(1, 1 + len(places)))]
@@ -201,24 +201,24 @@ def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
     }
     (tmp_path / "b.inp").write_text(deck + "*SURFACE, NAME=NONE\n*SURFACE, NAME=SKIN\nALL,\n")
     with pytest.warns(fo.ModelWarning, match="surfaces without lines are left out: NONE; to use"):
-        assert "NONE" not in fo.read_mesh(tmp_path / "b.inp").boundaries
+        assert "NONE" not in fo.readers.read_mesh(tmp_path / "b.inp").boundaries
     for odd, message in bad.items():  # no part of a surface that cannot be read
         (tmp_path / "b.inp").write_text(deck + f"*SURFACE, NAME=BAD\n{odd}\n")
         with pytest.raises(fo.ModelError, match=f"surface BAD.*{message}"):
-            fo.read_mesh(tmp_path / "b.inp")
+            fo.readers.read_mesh(tmp_path / "b.inp")
     (tmp_path / "b.inp").write_text(
         deck
         + "*SURFACE, NAME=BAD\n"
         + (f"ALL, S{len(places) + 1}\n" if len(places) < 6 else "NONE, S1\n")
     )
     with pytest.raises(fo.ModelError, match=r"surface BAD: face S|a surface names 'NONE'"):
-        fo.read_mesh(tmp_path / "b.inp")
+        fo.readers.read_mesh(tmp_path / "b.inp")
 
 
 @pytest.mark.parametrize("name", ["none.msh", "none.inp", "none.xyz"])
 def test_missing_files_are_named(tmp_path, name, capsys):
     with pytest.raises(fo.ModelError, match=name):
-        fo.read_mesh(tmp_path / name)
+        fo.readers.read_mesh(tmp_path / name)
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_missing_files_are_named(tmp_path, name, capsys):
 def test_damaged_files_do_not_end_the_process(tmp_path, name, text, capsys):
     (tmp_path / name).write_text(text)
     with pytest.raises(fo.ModelError, match=rf"meshio cannot read .*{name}"):
-        fo.read_mesh(tmp_path / name)
+        fo.readers.read_mesh(tmp_path / name)
 
 
 def test_without_meshio_all_but_mesh_files_works():
@@ -237,7 +237,7 @@ def test_without_meshio_all_but_mesh_files_works():
         "import sys; sys.modules['meshio'] = None\n"
         "import frictopt as fo, studies.__main__\n"
         "print(fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0).condense().nodes)\n"
-        "try:\n    fo.read_mesh('tests/data/pin.msh')\nexcept fo.ModelError as error:\n    print(error)"
+        "try:\n    fo.readers.read_mesh('tests/data/pin.msh')\nexcept fo.ModelError as error:\n    print(error)"
     )
     output = subprocess.run(
         [sys.executable, "-c", code],
@@ -259,7 +259,7 @@ OF_GMSH += "*ELSET,ELSET=bottom\n1,\n*ELSET,ELSET=between\n2,\n*ELSET,ELSET=uppe
 @pytest.mark.parametrize("mark", ["", "\ufeff"])
 def test_named_curves_of_a_deck_of_gmsh_are_boundaries_within_the_mesh_too(tmp_path, mark):
     (tmp_path / "a.inp").write_text(mark + OF_GMSH, encoding="utf-8")
-    mesh = fo.read_mesh(tmp_path / "a.inp")
+    mesh = fo.readers.read_mesh(tmp_path / "a.inp")
     assert middles(mesh) == {
         "BOTTOM": [[0.5, 0]],
         "BETWEEN": [[0.5, 1]],
@@ -290,7 +290,7 @@ def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, versi
         )
         mesh.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
         mesh.write(tmp_path / "a.vtu")  # which has no names
-        numbered = fo.read_mesh(tmp_path / "a.vtu")
+        numbered = fo.readers.read_mesh(tmp_path / "a.vtu")
         assert middles(numbered) == {"1": [[0.5, 0]], "2": [[1, 0.5]]}
         assert elements(numbered) == {
             "1": [0],
@@ -298,7 +298,7 @@ def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, versi
         }
     else:
         shutil.copy(DATA / "curves.msh", tmp_path / "a.msh")
-    mesh = fo.read_mesh(tmp_path / "a.msh")
+    mesh = fo.readers.read_mesh(tmp_path / "a.msh")
     # The node of no element is left out.
     assert isinstance(mesh, MeshQuad)
     assert mesh.p.shape == (

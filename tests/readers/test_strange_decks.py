@@ -22,7 +22,7 @@ def test_a_strange_deck_is_refused(name, tmp_path):
     (tmp_path / "8.inc").write_text("*HEADING\nline\n")
     (tmp_path / "a.inp").write_text(text, encoding="latin-1")
     with pytest.raises(fo.ModelError, match=why) as refused:
-        fo.read_mesh(tmp_path / "a.inp")
+        fo.readers.read_mesh(tmp_path / "a.inp")
     assert "SECRET" not in str(refused.value)
 
 
@@ -30,7 +30,7 @@ def test_a_strange_deck_is_refused(name, tmp_path):
 def test_a_range_beyond_all_numbers_is_that_of_the_deck(kind, tmp_path):
     block = f"*{kind}, {kind}=A, GENERATE\n1, 1000000000000000, 2\n"
     (tmp_path / "a.inp").write_text(MESH + block)
-    assert fo.read_mesh(tmp_path / "a.inp").p.shape == (2, 4)
+    assert fo.readers.read_mesh(tmp_path / "a.inp").p.shape == (2, 4)
 
 
 def test_bulk_data_that_include_many_files_are_refused(tmp_path):
@@ -38,4 +38,4 @@ def test_bulk_data_that_include_many_files_are_refused(tmp_path):
         (tmp_path / f"{number}.bdf").write_text(f"INCLUDE '{number + 1}.bdf'\n" * 12)
     (tmp_path / "8.bdf").write_text("GRID,1\n")
     with pytest.raises(fo.ModelError, match="more than 1000 INCLUDE"):
-        fo.read_mesh(tmp_path / "0.bdf")
+        fo.readers.read_mesh(tmp_path / "0.bdf")

@@ -53,7 +53,7 @@ import frictopt as fo
 def test_by_a_reader(tmp_path):
     (tmp_path / "mesh.vtu").touch()
     with pytest.raises(fo.ModelError, match="cannot read"):
-        fo.read_mesh(tmp_path / "mesh.vtu")
+        fo.readers.read_mesh(tmp_path / "mesh.vtu")
 
 
 def test_itself():

@@ -110,7 +110,7 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
 def test_accuracy_that_is_lost_is_said():
     with pytest.raises(fo.ModelError, match="equilibrium of the bodies"):
         fo.scenes.PunchOnHalfPlane(
-            elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(1e11)
+            elements=6, growth=2.5, grading=3.0, punch_material=fo.fem.Material(1e11)
         ).condense()
 
 

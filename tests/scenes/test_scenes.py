@@ -117,9 +117,9 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
         }
     )
     shear = [
-        fo.Traction("punch", "top", x=1.0),
-        fo.Traction("punch", "two", y=2 * height),
-        fo.Traction("punch", "one", y=-2 * height),
+        fo.fem.Traction("punch", "top", x=1.0),
+        fo.fem.Traction("punch", "two", y=2 * height),
+        fo.fem.Traction("punch", "one", y=-2 * height),
     ]
     model = replace(
         model,

@@ -239,7 +239,7 @@ def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_
 
 
 def test_under_a_stiff_punch_no_step_spoils_more_of_the_multipliers_than_it_mends():
-    punch = fo.scenes.SquarePunch(elements=9, punch_material=fo.Material(1e2))
+    punch = fo.scenes.SquarePunch(elements=9, punch_material=fo.fem.Material(1e2))
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
     limit = fo.shakedown_limit(
         punch.condense(), turning, 0.5, simplify=False, solver="INTERIOR_POINT"

@@ -60,9 +60,9 @@ def test_the_forces_on_both_flanks_of_a_wedge_balance_its_loads(angle):
 
 def test_the_forces_on_a_cube_in_space_balance_its_loads():
     loads = {
-        "P": [fo.Pressure("a", "top")],
-        "X": [fo.Traction("a", "top", x=1.0)],
-        "Y": [fo.Traction("a", "top", y=1.0)],
+        "P": [fo.fem.Pressure("a", "top")],
+        "X": [fo.fem.Traction("a", "top", x=1.0)],
+        "Y": [fo.fem.Traction("a", "top", y=1.0)],
     }
     system = column(loads=loads).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 0.3, "Y": 0.4}, {"X": -0.3, "P": 0.2}])

@@ -35,17 +35,17 @@ def rolling():
     )
     block = MeshQuad.init_tensor(np.r_[-15, -10, across, 10, 15], -10 * up[::-1])
     block = block.with_boundaries({"top": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -10})
-    steel = fo.Material(E=210e3)
+    steel = fo.fem.Material(E=210e3)
     loads = {
-        "P": [fo.Traction("pad", "top", y=-200 / 12)],
-        "Q": [fo.Traction("pad", "top", x=10 / 12)],
+        "P": [fo.fem.Traction("pad", "top", y=-200 / 12)],
+        "Q": [fo.fem.Traction("pad", "top", x=10 / 12)],
     }
-    bodies = {"pad": fo.Body(pad, steel), "block": fo.Body(block, steel)}
-    return fo.ContactModel(
+    bodies = {"pad": fo.fem.Body(pad, steel), "block": fo.fem.Body(block, steel)}
+    return fo.fem.ContactModel(
         bodies,
-        [fo.Support("block", "bottom")],
+        [fo.fem.Support("block", "bottom")],
         loads,
-        [fo.Contact("pad", "block", "arc", "top", gap="measured")],
+        [fo.fem.Contact("pad", "block", "arc", "top", gap="measured")],
     ).condense()
 
 

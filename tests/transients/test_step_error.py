@@ -75,17 +75,19 @@ def test_the_estimated_errors_of_random_contacts_are_two_to_three_times_the_true
 
 
 def test_the_estimated_error_of_the_bolted_lap_joint_is_not_below_the_true_error():
-    steel, plates = fo.Material(E=210e3, nu=0.3), ("upper", "lower")
-    bodies = fo.split_bodies(fo.read_mesh(LAP), dict.fromkeys([*plates, "bolt"], steel))
+    steel, plates = fo.fem.Material(E=210e3, nu=0.3), ("upper", "lower")
+    bodies = fo.fem.split_bodies(fo.readers.read_mesh(LAP), dict.fromkeys([*plates, "bolt"], steel))
     pairs = {"lap": plates, "head": ("bolt", "upper"), "nut": ("bolt", "lower")}
-    model = fo.ContactModel(
+    model = fo.fem.ContactModel(
         bodies,
-        contacts=[fo.Contact(one, two, two, one, name=name) for name, (one, two) in pairs.items()],
-        supports=[fo.Support("lower", "left")],
+        contacts=[
+            fo.fem.Contact(one, two, two, one, name=name) for name, (one, two) in pairs.items()
+        ],
+        supports=[fo.fem.Support("lower", "left")],
         loads={
-            "preload": [fo.BoltPreload("bolt", "section", 20e3)],
-            "pull": [fo.Traction("upper", "right", x=5.0)],
-            "side": [fo.Traction("upper", "right", y=0.5)],
+            "preload": [fo.fem.BoltPreload("bolt", "section", 20e3)],
+            "pull": [fo.fem.Traction("upper", "right", x=5.0)],
+            "side": [fo.fem.Traction("upper", "right", y=0.5)],
         },
     )
     loads = fo.LoadCycle(

@@ -74,7 +74,7 @@ def _contact(mesh: Any) -> Any:
     return nodes[np.argsort(mesh.p[0, nodes])]
 
 
-def _stiffness(body: fo.Body) -> tuple[Any, Any]:
+def _stiffness(body: fo.fem.Body) -> tuple[Any, Any]:
     """The basis and the stiffness of a body."""
     basis = Basis(body.mesh, ElementVector(ElementQuad1()))
     form = linear_elasticity(*lame_parameters(body.material.E, body.material.nu))

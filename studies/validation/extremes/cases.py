@@ -198,7 +198,7 @@ def _scene_probes(
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
     for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
         scene = fo.scenes.PunchOnHalfPlane(
-            elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio)
+            elements=sizes.elements, growth=1.3, punch_material=fo.fem.Material(ratio)
         )
         yield from _scene_probes(
             "stiffness of the punch over that of the block",
@@ -225,7 +225,7 @@ def _surface(sizes: Sizes) -> Iterator[Probe]:
 
 def _poisson(sizes: Sizes) -> Iterator[Probe]:
     def scene(nu: float, element: Any) -> fo.scenes.PunchOnHalfPlane:
-        material = fo.Material(nu=nu)
+        material = fo.fem.Material(nu=nu)
         return fo.scenes.PunchOnHalfPlane(
             elements=sizes.elements,
             growth=1.3,

@@ -102,7 +102,7 @@ def punch_in_units(
     force: float, length: float, elements: int = 8
 ) -> tuple[fo.ContactSystem, fo.LoadCycle]:
     """A small punch whose mesh and material are in other units, and its load cycle."""
-    material, pressure = fo.Material(force / length), force / length
+    material, pressure = fo.fem.Material(force / length), force / length
     sizes = length, 2 * length, 12 * length, 12 * length
     scene = fo.scenes.PunchOnHalfPlane(
         elements, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0

@@ -24,11 +24,11 @@ def space_probes(sizes: Sizes) -> Iterator[Probe]:
         yield from _limits(
             "stiffness of punch over block, 3-D",
             f"{ratio:g}",
-            replace(scene, punch_material=fo.Material(ratio)),
+            replace(scene, punch_material=fo.fem.Material(ratio)),
             0.5,
         )
     for nu in (0.0, 0.4999):
-        material = fo.Material(1.0, nu)
+        material = fo.fem.Material(1.0, nu)
         mean = replace(
             scene, punch_material=material, block_material=material, element="mean_dilatation"
         )

@@ -102,7 +102,7 @@ def _stiffness(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, Any]:
 
 # Contacts of so many nodes may be the paper's scene on a coarse mesh.
 _MESHED = 3, 5
-MATERIALS = fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45)
+MATERIALS = fo.fem.Material(), fo.fem.Material(100.0, 0.1), fo.fem.Material(1e-2, 0.45)
 """Materials of the punch of the paper's scene."""
 
 

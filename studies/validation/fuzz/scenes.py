@@ -178,7 +178,7 @@ def _condensed(elements: int, material: int) -> fo.ContactSystem:
     tilted = replace(
         model,
         bodies={**model.bodies, "punch": replace(model.bodies["punch"], mesh=mesh)},
-        loads={"half": [fo.Traction("punch", "half", y=-1.0)]},
+        loads={"half": [fo.fem.Traction("punch", "half", y=-1.0)]},
     ).condense()
     loads = {
         "mean": system.bonded["P"],

@@ -75,23 +75,30 @@ def block_of_frictopt(elements: int) -> fo.ContactSystem:
         "left": lambda x: (x[0] == 0.0) & (x[1] >= 0.0),
         "right": lambda x: (x[0] == 1.0) & (x[1] >= 0.0),
     }
-    block = fo.Body(
+    block = fo.fem.Body(
         MeshQuad.init_tensor(along, along).with_boundaries(edges),
-        fo.Material(2 * SHEAR_MODULUS, 0.0),
+        fo.fem.Material(2 * SHEAR_MODULUS, 0.0),
     )
-    ground = fo.Body(
+    ground = fo.fem.Body(
         MeshQuad.init_tensor(along, np.array([-1.0 / elements, 0.0])).with_boundaries(
             {"contact": lambda x: x[1] == 0.0, "base": lambda x: x[1] < 0.0}
         ),
-        fo.Material(2 * SHEAR_MODULUS, 0.0),
+        fo.fem.Material(2 * SHEAR_MODULUS, 0.0),
     )
-    return fo.ContactModel(
+    return fo.fem.ContactModel(
         {"block": block, "ground": ground},
-        [fo.Support("block", "top"), fo.Support("ground", "base"), fo.Support("ground", "contact")],
+        [
+            fo.fem.Support("block", "top"),
+            fo.fem.Support("ground", "base"),
+            fo.fem.Support("ground", "contact"),
+        ],
         {
-            "down": [fo.Displacement("block", "top", y=-1.0)],
-            "x": [fo.Displacement("block", "top", x=1.0)],
-            "side": [fo.Traction("block", "right", y=1.0), fo.Traction("block", "left", y=-1.0)],
+            "down": [fo.fem.Displacement("block", "top", y=-1.0)],
+            "x": [fo.fem.Displacement("block", "top", x=1.0)],
+            "side": [
+                fo.fem.Traction("block", "right", y=1.0),
+                fo.fem.Traction("block", "left", y=-1.0),
+            ],
         },
     ).condense(progress=False)
 

@@ -2,8 +2,9 @@
 
 A new public function or class has an entry in:
 
-- `frictopt/__init__.pyi`: the import and `__all__`. A result has its entry in `frictopt/results.py`
-  instead, a scene in `frictopt/scenes/__init__.py`;
+- `frictopt/__init__.pyi`: the import and `__all__`. A part of a finite-element model has its entry
+  in `frictopt/fem/__init__.pyi` instead, a reader in `frictopt/readers/__init__.pyi`, a result in
+  `frictopt/results.py`, a scene in `frictopt/scenes/__init__.py`;
 - one page of `docs/api`;
 - `called.py`: a good call with all its arguments. Tests replace them by odd values and contacts.
 

@@ -36,7 +36,7 @@ ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
 STEADY = {**ASKED, "load_factor": 0.5}
 SCENE = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
-WEIGHTY = dict.fromkeys(("punch_material", "block_material"), fo.Material(density=1.0))
+WEIGHTY = dict.fromkeys(("punch_material", "block_material"), fo.fem.Material(density=1.0))
 HEAVY = fo.scenes.PunchOnHalfPlane(
     elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0, **WEIGHTY
 ).model()
@@ -60,7 +60,7 @@ STEP = fo.starts.LoadStep({"mean": 0.5})
 def written(model, result):
     """Files for ParaView of a result, in a folder that is removed again."""
     with TemporaryDirectory() as folder:
-        fo.write_paraview(f"{folder}/odd.vtm", model, result)
+        fo.fem.write_paraview(f"{folder}/odd.vtm", model, result)
 
 
 BLOCKS, PLACED = (
@@ -74,7 +74,7 @@ SPRINGS = {
     "points": 2 * [[0.0, 0.0], [1.0, 0.0]],
 }
 FLAT = Path(__file__).parents[2] / "data" / "flat"
-JOB = fo.read_calculix(FLAT)
+JOB = fo.readers.read_calculix(FLAT)
 
 
 def condensed(scene):
@@ -97,19 +97,22 @@ BOLTED = fo.ContactSystem.from_blocks(
     bolts={"bolt": (2.0, 0.1)},
 )
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-    "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
-    "Contact": (fo.Contact, {"body_1": "punch", "body_2": "block"}),
-    "BoltPreload": (fo.BoltPreload, {"body": "punch", "section": "top", "force": 1.0}),
-    "BodyForce": (fo.BodyForce, {"body": "punch", "y": -1.0}),
-    "Centrifugal": (fo.Centrifugal, {"body": "punch", "density": 1.0}),
+    "Body": (fo.fem.Body, {"mesh": MODEL.bodies["punch"].mesh}),
+    "Contact": (fo.fem.Contact, {"body_1": "punch", "body_2": "block"}),
+    "BoltPreload": (fo.fem.BoltPreload, {"body": "punch", "section": "top", "force": 1.0}),
+    "BodyForce": (fo.fem.BodyForce, {"body": "punch", "y": -1.0}),
+    "Centrifugal": (fo.fem.Centrifugal, {"body": "punch", "density": 1.0}),
     "ContactModel.recover": (
         MODEL.recover,
         {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)},
     ),
     "ContactModel.modes": (HEAVY.modes, {"n": 1, "open_nodes": [True, False, False]}),
-    "ContactModel.with_loads": (MODEL.with_loads, {"loads": {"P": [fo.Pressure("punch", "top")]}}),
+    "ContactModel.with_loads": (
+        MODEL.with_loads,
+        {"loads": {"P": [fo.fem.Pressure("punch", "top")]}},
+    ),
     "Cyclic": (
-        fo.Cyclic,
+        fo.fem.Cyclic,
         {
             "body": "punch",
             "low": "left",
@@ -118,9 +121,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "centre": (0.0, 0.0),
         },
     ),
-    "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
+    "Displacement": (fo.fem.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
     "DistributingCoupling": (
-        fo.DistributingCoupling,
+        fo.fem.DistributingCoupling,
         {
             "body": "punch",
             "where": "top",
@@ -129,10 +132,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "point": (0.0, 1.0),
         },
     ),
-    "Expansion": (fo.Expansion, {"body": "punch"}),
-    "PointForce": (fo.PointForce, {"body": "punch", "where": "top", "x": 1.0, "y": 1.0}),
+    "Expansion": (fo.fem.Expansion, {"body": "punch"}),
+    "PointForce": (fo.fem.PointForce, {"body": "punch", "where": "top", "x": 1.0, "y": 1.0}),
     "RemoteForce": (
-        fo.RemoteForce,
+        fo.fem.RemoteForce,
         {
             "body": "punch",
             "where": "top",
@@ -144,7 +147,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         },
     ),
     "RigidCoupling": (
-        fo.RigidCoupling,
+        fo.fem.RigidCoupling,
         {
             "body": "punch",
             "where": "top",
@@ -154,19 +157,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         },
     ),
     "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),
-    "Pressure": (fo.Pressure, {"body": "punch", "boundary": "top"}),
+    "Pressure": (fo.fem.Pressure, {"body": "punch", "boundary": "top"}),
     "ContactModel": (
-        fo.ContactModel,
+        fo.fem.ContactModel,
         {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")},
     ),
     "ContactState": (
         fo.ContactState,
         {"slip": [0.0, 0.0], "gap": [0.0, 0.1], "bonded_q": [0.0, 0.0], "bonded_p": [1.0, 1.0]},
     ),
-    "Body in space": (fo.Body, {"mesh": MODEL_3D.bodies["punch"].mesh}),
-    "Support in space": (fo.Support, {"body": "punch", "where": (0.0, 0.0, 1.0)}),
+    "Body in space": (fo.fem.Body, {"mesh": MODEL_3D.bodies["punch"].mesh}),
+    "Support in space": (fo.fem.Support, {"body": "punch", "where": (0.0, 0.0, 1.0)}),
     "ContactModel in space": (
-        fo.ContactModel,
+        fo.fem.ContactModel,
         {name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")},
     ),
     "ContactSystem": (
@@ -212,8 +215,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         lambda mean, loads: fo.LoadCycle.vertices(mean, loads),
         {"mean": {"mean": 1.0}, "loads": {"cyclic": (0.0, 1.0)}},
     ),
-    "Material": (fo.Material, {"density": 1.0}),
-    "MatrixJob": (fo.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
+    "Material": (fo.fem.Material, {"density": 1.0}),
+    "MatrixJob": (fo.readers.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
     "MatrixJob.force": (JOB.force, {"where": "N_TOP", "nodal": [1.0, 0.0]}),
     "MatrixJob.areas": (JOB.areas, {"face": "N_TOP"}),
     "MatrixJob.mortar": (
@@ -248,14 +251,14 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.condense,
         {"K": np.diag([2.0, 3.0, 2.0, 3.0]), "loads": {"P": [0.1, -1.0, 0.1, -1.0]}, **SPRINGS},
     ),
-    "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
-    "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
-    "Support": (fo.Support, {"body": "punch", "where": "top"}),
+    "split_bodies": (fo.fem.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.fem.Material()}}),
+    "Interference": (fo.fem.Interference, {"contact": "contact", "amount": 0.1}),
+    "Support": (fo.fem.Support, {"body": "punch", "where": "top"}),
     "Tie": (
-        fo.Tie,
+        fo.fem.Tie,
         {"body_1": "rib", "body_2": "plate", "boundary_1": "foot", "boundary_2": "top"},
     ),
-    "Traction": (fo.Traction, {"body": "punch", "boundary": "top", "y": -1.0}),
+    "Traction": (fo.fem.Traction, {"body": "punch", "boundary": "top", "y": -1.0}),
     "assembled_slip": (fo.starts.assembled_slip, ASKED),
     "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.1}),
     "dissipation_study": (
@@ -281,16 +284,16 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.reference.check_contact_law,
         {"system": CONTACT, "bonded": BONDED, "friction": FRICTION, **CLAIMED, "force_scale": 1.0},
     ),
-    "read_abaqus": (fo.read_abaqus, {"path": "none"}),
-    "read_ansys": (fo.read_ansys, {"path": "none"}),
-    "read_nastran": (fo.read_nastran, {"path": "none"}),
+    "read_abaqus": (fo.readers.read_abaqus, {"path": "none"}),
+    "read_ansys": (fo.readers.read_ansys, {"path": "none"}),
+    "read_nastran": (fo.readers.read_nastran, {"path": "none"}),
     "write_paraview": (
         written,
         {"model": MODEL, "result": MODEL.recover({"P": 1.0}, np.zeros(3), np.zeros(3))},
     ),
-    "read_calculix": (fo.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
+    "read_calculix": (fo.readers.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_joint": (fo.read_joint, {"path": f"{FLAT.parent}/block.inp", "elastic": True}),
-    "read_mesh": (fo.read_mesh, {"path": "none"}),
+    "read_mesh": (fo.readers.read_mesh, {"path": "none"}),
     "read_store": (fo.results.read_store, {"path": "none"}),
     "merge_stores": (fo.results.merge_stores, {"into": "all.sqlite", "parts": []}),
     "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
@@ -395,10 +398,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ForcedResponse.at": (CURVE.response([0.1], damping=0.01).at, {"frequencies": [1.0]}),
     "Modes.force": (
         HEAVY.modes(1).force,
-        {"k": 0, "loads": [fo.BodyForce("punch", y=1.0)], "acceleration": [0.0, 1.0]},
+        {"k": 0, "loads": [fo.fem.BodyForce("punch", y=1.0)], "acceleration": [0.0, 1.0]},
     ),
     "modal_load": (
-        fo.modal_load,
+        fo.readers.modal_load,
         {"M": np.eye(2), "mode": [1.0, 0.5], "natural_frequency": 1.0, "glued": [[0, 1]]},
     ),
     "wear": (

@@ -3,8 +3,8 @@
 CITED = {
     "ContactSystem": "reactions",
     "condense": "condensation",
-    "BoltPreload": "bolt",
-    "ContactModel.modes": "modes",
+    "fem.BoltPreload": "bolt",
+    "fem.ContactModel.modes": "modes",
     "ContactSystem.tension": "bolt",
     "ContactSystem.with_shear_strength": "strength",
     "ContactSystem.with_orthotropic_friction": "ellipse",

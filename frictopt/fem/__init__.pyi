@@ -1,0 +1,36 @@
+from .bodies import Body, split_bodies
+from .bolts import BoltPreload
+from .contacts import Contact, Interference
+from .couplings import DistributingCoupling, RigidCoupling
+from .cyclic import Cyclic
+from .elasticity import Material
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
+from .model import ContactModel
+from .node_forces import PointForce, RemoteForce
+from .paraview import write_paraview
+from .supports import Support
+from .ties import Tie
+
+__all__ = [
+    "Body",
+    "BodyForce",
+    "BoltPreload",
+    "Centrifugal",
+    "Contact",
+    "ContactModel",
+    "Cyclic",
+    "Displacement",
+    "DistributingCoupling",
+    "Expansion",
+    "Interference",
+    "Material",
+    "PointForce",
+    "Pressure",
+    "RemoteForce",
+    "RigidCoupling",
+    "Support",
+    "Tie",
+    "Traction",
+    "split_bodies",
+    "write_paraview",
+]
