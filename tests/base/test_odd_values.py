@@ -97,7 +97,7 @@ def arguments(function):
 
 def public():
     """Names of all public functions and constructors that take an argument."""
-    for room in (fo, fo.scenes):
+    for room in (fo, fo.fem, fo.readers, fo.scenes):
         for name in room.__all__:
             thing = getattr(room, name)
             made = (
@@ -140,7 +140,7 @@ def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkey
                     and label == "nan in a list"
                 )
                 meant = (argument == "contact" and label in NAMES) or (argument, label) == (
-                    "open",
+                    "open_nodes",
                     "truths",
                 )
                 if label in NEVER and not wrong_state and not meant:
