@@ -51,6 +51,8 @@ def _shakedown_limit(limit: ShakedownLimit, ax: AnyAxes = None) -> AnyAxes:
     name = r"shakedown limit $\lambda_2$"
     if limit.objective is not None:
         name = r"load factor $\lambda$ that the objective chooses"
+    if limit.gap is not None:
+        name = r"lower bound of $\lambda_2$"
     axes = _at_corners(limit, ax, equals(name, limit.load_factor))
     share = limit.open_share
     partly = (share > 0) & (share < 1)

@@ -179,6 +179,10 @@ def test_without_a_limit_the_exact_program_proves_it():
     pulled = fo.LoadCycle({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     limit = fo.shakedown_limit(NODE, pulled, 0.5, gap=GAP, open_nodes=[False])
     assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
+    # Load factors below -1 would be safe, but they are not negative.
+    lifted = fo.LoadCycle({"P": -1.0}, [{"N": -1.0}, {"N": -1.0, "Q": 0.1}])
+    limit = fo.shakedown_limit(NODE, lifted, 0.5, gap=GAP, open_nodes=[False])
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
     sheared = fo.LoadCycle({"P": 1.0}, [{"P": -1.0}, {"P": 1.0}])
     assert fo.shakedown_limit(NODE, sheared, 0.5, gap=GAP).bound == pytest.approx(1.0, rel=GAP)
 

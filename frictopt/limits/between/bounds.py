@@ -25,6 +25,8 @@ from .cones import Cones, Point, towards
 # Shares of the way from the best point to the first one at which a search of a better begins. At
 # the best point itself, the rows that limit it may forbid every step.
 _BACK = (0.5, 0.1, 0.01, 0.0)
+# A load factor above so many units seems to grow without end; the exact program decides it.
+_FAR = 1e4
 
 
 class SafePoints:
@@ -54,7 +56,6 @@ class SafePoints:
         for share in _BACK:
             base = towards(start, self._first, share)
             length = _reach(base.rows, rough.rows - base.rows)
-            self.grows |= np.isinf(length) and rough.load_factor > base.load_factor
             # Beyond the rough point nothing is known to be better.
             self._rise(towards(base, rough, min(length, 1.0)))
 
@@ -62,7 +63,7 @@ class SafePoints:
         """Keep the point of the same residual shear with the largest load factor, if it is best."""
         rate = self._cones.rate
         more = _reach(point.rows, rate)
-        self.grows |= np.isinf(more)
+        self.grows |= point.load_factor + more > _FAR
         if np.isfinite(more) and point.load_factor + more > self.load_factor:
             self.best = Point(point.load_factor + more, point.shear, point.rows + more * rate)
 
@@ -94,11 +95,11 @@ def raised(moves: Array) -> Array:
     return np.concatenate([moves[:, :-1], lifts[:, None]], axis=1)
 
 
-def mechanism(cones: Cones, moves: Array, rounds: int, enough: float) -> Multipliers:
+def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: float) -> Multipliers:
     """Rough multipliers as a mechanism, by at most so many products.
 
-    `enough` is the sum of the stresses, relative to the largest move, at which the rounds end. The
-    bound holds for residual shear up to `Question.force` at each node.
+    `enough` is the sum of the stresses, relative to the largest move, at which the rounds end. With
+    more than `usable` they prove nothing, because residual shear may be larger than its unit.
     """
     closed = cones.sheared_parts[0]
     node = cones.node[closed]
@@ -110,6 +111,9 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float) -> Multipl
         moves[:, :-1, closed] -= stress[:, node] / len(moves)
         moves = raised(moves)
         stress = cones.stress(moves)
+    if np.abs(stress).sum() > usable * np.abs(moves).max():
+        return Multipliers(moves, np.inf)
+    # The stress does work on residual shear of up to `Question.force` at each node.
     value = float((moves * cones.start).sum() + np.abs(stress).sum())
     drive = -float((moves * cones.rate).sum())
     if drive > 0:

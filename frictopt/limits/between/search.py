@@ -35,14 +35,16 @@ class StepSettings:
     short: int = 60
     # Size of the column of the load factor, relative to the norm of the other columns.
     load: float = 0.3
+    # Largest weight of unknowns to multipliers, and the inverse of the least one.
+    heaviest: float = 1e6
     # Step relative to the largest one that converges.
     step: float = 0.95
     # Power steps for the norm, and the factor by which they may fall short.
     powers: int = 8
     short_by: float = 1.1
-    # Rounds, and enough stress, of multipliers that guide, and of those that prove.
-    guide: tuple[int, float] = (8, 1e-5)
-    proof: tuple[int, float] = (300, 1e-12)
+    # Rounds, enough and usable stress of multipliers that guide, and of those that prove.
+    guide: tuple[int, float, float] = (8, 1e-5, 1e-3)
+    proof: tuple[int, float, float] = (300, 1e-12, 1e-10)
 
 
 STEPS = StepSettings()
@@ -69,17 +71,17 @@ def search(cones: Cones, gap: float) -> Method:
 
 
 def _with_most_room(cones: Cones, first: Point) -> Array:
-    """(t, N) residual shear that is safe without cyclic load; `first` if none is found.
+    """(t, N) residual shear that is safe without cyclic load, if the steps suffice to find one.
 
-    The same method finds it: the unknown besides the shear is the least room of a row.
+    The same method finds it: in place of the load factor stands the least room of a row, counted
+    from one unit below that of the first state.
     """
-    taken = np.zeros_like(cones.rate)
-    taken[:, -1] = -1.0
-    of_room = replace(cones, rate=taken)
-    # One unit below the room of the first state, it is safe in spite of rounding.
     least = float(margins(first.rows).min()) - 1.0
-    room = Method(of_room, of_room.at(least, first.shear), 0.0)
-    _run(room, 0.0)
+    rate, raised = np.zeros_like(cones.rate), cones.start.copy()
+    rate[:, -1] = -1.0
+    raised[:, -1] -= least
+    of_room = replace(cones, rate=rate, start=raised)
+    room = _run(Method(of_room, of_room.at(0.0, first.shear), 0.0), -least)
     assert room.safe.best is not None
     return room.safe.best.shear
 
@@ -90,7 +92,8 @@ def _run(method: Method, enough: float) -> Method:
         while not method.done and method.steps < STEPS.most and method.safe.load_factor <= enough:
             method.advance()
             bar.update()
-    method.prove()
+    if not method.done:
+        method.prove()
     return method
 
 
@@ -145,7 +148,7 @@ class Method:
         cones = self._rough
         along, against = self._step / self._weight, self._step * self._weight
         shear = state.shear + along * state.stress
-        load = state.load + along * self._load_scale**2 * (1 + state.drive)
+        load = max(state.load + along * self._load_scale**2 * (1 + state.drive), 0.0)
         rows = cones.at(load, shear).rows
         moves = _in_cones(state.moves - against * (2 * rows - state.rows))
         drive = float((moves * cones.rate).sum())
@@ -171,7 +174,8 @@ class Method:
         unknowns = np.hypot(by_shear, by_load)
         moves = np.linalg.norm(new.moves - self._anchor.moves)
         if unknowns > 0 and moves > 0:
-            self._weight = float(np.sqrt(self._weight * moves / unknowns))
+            weight = np.sqrt(self._weight * moves / unknowns)
+            self._weight = float(weight.clip(1 / STEPS.heaviest, STEPS.heaviest))
         self._begin(new)
 
     def _check(self, new: State) -> None:
