@@ -238,7 +238,10 @@ def _on_required_friction(answer: RequiredFriction) -> Iterator[str]:
     """Advice on the friction that would keep the contact stuck, as far as it is practical."""
     required = answer.required
     if float(f"{required:.3g}") <= _ADVICE.practical_friction:
-        yield f"With friction of {_rounded_up(answer)} or more, some residual slip keeps it stuck."
+        yield (
+            f"With friction of {_rounded_up(answer)} or more, some residual slip keeps it stuck; "
+            "from others it may still slip in every cycle."
+        )
     else:
         yield (
             f"No practical friction keeps it stuck: it needs {required:.3g}. Press the contact "
