@@ -13,6 +13,7 @@ from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, Sol
 from .fem.condense import condense
 from .joint_files.read_joint import read_joint
 from .joints.backbone import backbone_curve
+from .joints.compare import compare
 from .joints.report import report
 from .joints.tightening import tightened
 from .joints.wear import wear
@@ -64,6 +65,7 @@ __all__ = [
     "StoreError",
     "after_overload",
     "backbone_curve",
+    "compare",
     "condense",
     "dissipation_range",
     "dissipation_study",

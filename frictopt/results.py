@@ -6,6 +6,7 @@ from typing import Any
 from .base import Attempt, SolveRecord, archive
 from .contact import StressMap, Verdict
 from .joints.backbone import BackboneCurve
+from .joints.compare import Comparison
 from .joints.forced_response import ForcedResponse
 from .joints.report import Report
 from .joints.wear import WearHistory
@@ -21,6 +22,7 @@ from .limits import (
     SafeRegion,
     SafeSlip,
     ShakedownLimit,
+    ShakedownProbability,
 )
 from .study.dissipation_range import DissipationRange
 from .study.protocols import FrictionAfterProtocol, LimitAfterProtocol
@@ -30,6 +32,7 @@ from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 __all__ = [
     "Attempt",
     "BackboneCurve",
+    "Comparison",
     "DamagedRows",
     "Design",
     "DissipationRange",
@@ -50,6 +53,7 @@ __all__ = [
     "SafeRegion",
     "SafeSlip",
     "ShakedownLimit",
+    "ShakedownProbability",
     "SolveRecord",
     "SteadyState",
     "StressMap",

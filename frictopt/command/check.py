@@ -1,4 +1,4 @@
-"""The command `check`: a file is read and proven again."""
+"""The commands `check` and `compare`: files are read and proven again, or compared."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
+from .answers import add_outputs, give
 from .options import Command, public
 
 
@@ -15,7 +16,19 @@ def _add_check(check: argparse.ArgumentParser) -> None:
     check.set_defaults(run=_check)
 
 
+def _add_compare(compare: argparse.ArgumentParser) -> None:
+    compare.add_argument("files", nargs="+", help="JSON reports; differences are from the first")
+    add_outputs(compare, picture=True)
+    compare.set_defaults(run=_compare)
+
+
 COMMANDS = (
+    Command(
+        "compare",
+        "the numbers of several reports in one table, with their differences and the best",
+        "today.json M12.json --picture variants.png",
+        _add_compare,
+    ),
     Command(
         "check",
         "read a file and prove it again; say which version wrote it, when, for which input",
@@ -23,6 +36,12 @@ COMMANDS = (
         _add_check,
     ),
 )
+
+
+def _compare(options: argparse.Namespace) -> int:
+    answer = public("compare")({file.removesuffix(".json"): file for file in options.files})
+    request = {"command": "compare", "files": options.files}
+    return give(options, answer, {"numbers": answer.table}, request, ())
 
 
 def _check(options: argparse.Namespace) -> None:

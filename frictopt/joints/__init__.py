@@ -5,6 +5,7 @@ In come a contact, its load cycle and its friction. Out go:
 - `report.py`: all answers about a joint, asked page by page in `report_pages.py`, from
   `report_parts.py` (the answers), `report_tables.py` (numbers with units), `advice.py` and
   `motion_names.py` (sentences); `report_text.py` prints them, `report_files.py` saves them
+- `compare.py`: reports on variants of a joint in one table
 - `faces.py`: the faces of a joint, one by one
 - `safety.py`: safety factors and verdicts, from `scatter.py` (ranges of friction and preload),
   `thresholds.py` (what is judged) and `load_search.py` (the load that reaches a threshold)

@@ -30,6 +30,7 @@ from ..plots.style import (
     unit,
 )
 from .backbone import BackboneCurve
+from .compare import Comparison
 from .curve_load import load_size
 from .forced_response import ForcedResponse
 from .wear import WearHistory
@@ -53,6 +54,21 @@ _CURVE = CurveSettings()
 
 _DEPTH = "depth worn off (length)"
 _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
+
+
+@picture.register
+def comparison(of: Comparison, ax: AnyAxes = None) -> AnyAxes:
+    """Each number of each variant, divided by that of the first one."""
+    table, count = of.table, len(of.names)
+    (axes,) = new_axes(ax, size=(6.4, 1.2 + 0.3 * len(table)))
+    for number, name in enumerate(of.names):
+        look: Look = series(number, count) | {"linestyle": "none"}
+        axes.plot(table[name] / table[of.names[0]], table.index, label=as_is(name), **look)
+    axes.set(yticks=table.index, yticklabels=table["number"])
+    axes.invert_yaxis()
+    axes.set_xlabel(f"divided by {as_is(of.names[0])}")
+    legend(axes)
+    return axes
 
 
 @picture.register

@@ -75,7 +75,7 @@ class Report(Kept, ReportParts):
         The ranges of friction and preloads in words; "" if there is no scatter.
     probability
         DataFrame with a row for each probability that slip stops at load factor 1, if the friction
-        has a distribution: columns number, value and meaning, which has the method.
+        or a preload has a distribution: columns number, value and meaning, which has the method.
     title, notes, origin
         The input; notes are facts that the model leaves out. The origin is the version of frictopt,
         the day and a checksum of the input.
@@ -167,7 +167,7 @@ def report(
     friction: Any,
     load_factors: ArrayLike | None = None,
     *,
-    preload: Mapping[str, tuple[float, float]] | None = None,
+    preload: Mapping[str, Any] | None = None,
     limits: Mapping[str, float] | None = None,
     pages: int = 3,
     mesh_limits: bool = False,
@@ -215,7 +215,8 @@ def report(
         (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to
         end there.
     preload
-        Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
+        Load case of the mean load -> (least, most) amplitude, or its distribution, for the scatter
+        of tightening. At
         most four load cases. Bolts with the same scatter belong in one load case. Each corner of
         the scatter needs its own steady states.
     limits

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any, Generic, TypeVar
@@ -246,8 +246,9 @@ class Pages(Generic[Parts]):
             self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
         self.ask("limit as assembled", self._limit_as_assembled)
         self.ask("friction as assembled", self._friction_as_assembled)
-        if self.scatter.distribution is not None:
-            self.known["probability"] = self._probability(self.scatter.distribution)
+        self._keep("probability")
+        rows = self._probabilities()
+        self.known["probability"] = pd.DataFrame(rows, columns=["number", "value", "meaning"])
 
     def _limit_as_assembled(self) -> LimitAfterProtocol:
         """The load factor up to which the contact comes to rest from no slip, by bisection."""
@@ -281,24 +282,28 @@ class Pages(Generic[Parts]):
             **self._from_no_slip(),
         )
 
-    def _probability(self, friction: Any) -> pd.DataFrame:
-        """A row for each known probability: its name, its value, and its source."""
-        rows = list[tuple[str, float, str]]()
+    def _probabilities(self) -> Iterator[tuple[str, float, str]]:
+        """The known probabilities, each with its source; none if nothing has a distribution."""
+        law, preloads = self.scatter.friction_law, self.scatter.preload_laws
+        some_start = "probability that some start stops"
+        limit: ShakedownLimit | None = self.known.get("limit")
         required: RequiredFriction | None = self.known.get("required")
+        assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
+        if preloads and limit is not None:
+            answer = limit.probability(friction=law, preload=preloads)
+            yield some_start, answer.probability, answer.method
+        if law is None or preloads:
+            return
         if required is not None:
             source = "exact: the probability of more than the required friction"
-            rows.append(
-                ("probability that some start stops", required.probability(friction), source)
-            )
-        assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
+            yield some_start, required.probability(law), source
         if assembled is not None and assembled.required < np.inf:
             source = (
                 "from no slip: the probability of more than the friction as assembled, if the "
                 "contact stops with all frictions between those tried"
             )
-            value = float(friction.sf(assembled.required))
-            rows.append(("probability that it stops as assembled", value, source))
-        return pd.DataFrame(rows, columns=["number", "value", "meaning"])
+            value = float(law.sf(assembled.required))
+            yield "probability that it stops as assembled", value, source
 
     def _from_no_slip(self) -> dict[str, Any]:
         """Options of a search by transients from no slip."""

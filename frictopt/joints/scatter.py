@@ -17,7 +17,7 @@ from ..errors import ModelError
 NOMINAL = "the nominal input"
 """Name of the corner of the nominal input."""
 QUANTILES = (0.025, 0.5, 0.975)
-"""The least, the nominal and the most friction of a distribution: 95 % of it is between them."""
+"""The least, the nominal and the most of a distribution: 95 % of it is between the ends."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Scatter:
     """The nominal input of a report, and the ranges of its friction and its preloads.
 
     Frictions are (N,); `least_friction` and `most_friction` are None if the friction has no range.
-    `preload` maps a load case of the mean load to its least and largest amplitude. `distribution`
-    is that of the friction, if its range comes from one.
+    `preload` maps a load case of the mean load to its least and largest amplitude. `friction_law`
+    and `preload_laws` are the distributions of ranges that come from one.
     """
 
     cycle: LoadCycle
@@ -43,7 +43,8 @@ class Scatter:
     least_friction: Array | None = None
     most_friction: Array | None = None
     preload: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    distribution: Any = None
+    friction_law: Any = None
+    preload_laws: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def exists(self) -> bool:
@@ -92,16 +93,21 @@ class Scatter:
             text = (
                 f"friction of {_range_of(self.least_friction)} to {_range_of(self.most_friction)}"
             )
-            random = self.distribution
-            if random is not None:
-                text += (
-                    f" in 95 % of all joints ({random.dist.name}, mean {random.mean():.3g}, "
-                    f"standard deviation {random.std():.3g})"
-                )
-            texts.append(text)
+            texts.append(text + _in_words(self.friction_law))
         for case, (least, most) in self.preload.items():
-            texts.append(f"{case} of {least:g} to {most:g}")
+            law = _in_words(self.preload_laws.get(case))
+            texts.append(f"{case} of {least:g} to {most:g}{law}")
         return ", ".join(texts)
+
+
+def _in_words(law: Any) -> str:
+    """A distribution in words; "" if it is None."""
+    if law is None:
+        return ""
+    return (
+        f" in 95 % of all joints ({law.dist.name}, mean {law.mean():.3g}, standard deviation "
+        f"{law.std():.3g})"
+    )
 
 
 def _range_of(friction: Array) -> str:
@@ -113,20 +119,27 @@ def checked_scatter(
     system: ContactSystem, cycle: LoadCycle, friction: object, preload: object
 ) -> Scatter:
     """Check the friction of a report, a tuple of three or a distribution, and the preloads."""
-    preloads = _checked_preload(cycle, preload)
-    random = None
+    given: Any = dict(preload) if isinstance(preload, Mapping) else preload
+    laws = dict[str, Any]()
+    for case, law in given.items() if isinstance(given, dict) else ():
+        if hasattr(law, "dist"):
+            laws[case] = distribution(f"preload[{case!r}]", law)
+            given[case] = tuple(law.ppf(QUANTILES[::2]))
+    preloads = _checked_preload(cycle, given)
+    friction_law = None
     if hasattr(friction, "dist"):
-        random = distribution("friction", friction)
-        friction = tuple(random.ppf(QUANTILES))
+        friction_law = distribution("friction", friction)
+        friction = tuple(friction_law.ppf(QUANTILES))
     if not isinstance(friction, tuple) or len(friction) != 3:
-        return Scatter(cycle, _coefficients(friction, system), preload=preloads)
+        friction = _coefficients(friction, system)
+        return Scatter(cycle, friction, preload=preloads, preload_laws=laws)
     least, nominal, most = (_coefficients(part, system) for part in friction)
     if (least > nominal).any() or (nominal > most).any():
         raise ModelError(
             f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
             "not fall; give one coefficient per node as a list or an array"
         )
-    return Scatter(cycle, nominal, least, most, preloads, random)
+    return Scatter(cycle, nominal, least, most, preloads, friction_law, laws)
 
 
 def _coefficients(friction: Any, system: ContactSystem) -> Array:

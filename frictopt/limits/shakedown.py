@@ -50,6 +50,7 @@ from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
 from .gross_slip import statics_alone
 from .moving.moving_areas import moving_areas
+from .probability import ShakedownProbability, probability_of
 from .program import assembled
 from .program.mean_load import is_safe_at_mean_load, open_under_mean
 from .program.mechanism import Mechanism
@@ -722,6 +723,69 @@ class ShakedownLimit(ShakedownAnswer):
         """
         question = pose(self.system, self.cycle, self.friction)
         return frozen(rest_intervals.all_intervals(question, ShakedownLimits()))
+
+    def probability(
+        self,
+        *,
+        friction: Any = None,
+        preload: Mapping[str, Any] | None = None,
+        load: Any = 1.0,
+        correlation_length: float | None = None,
+        draws: int = 200,
+        seed: int = 0,
+    ) -> ShakedownProbability:
+        """Probability that some start stops slipping, with random friction, preloads and load.
+
+        FORM finds it with the rates of some five limits, and a sample of limits checks it. All
+        inputs are independent. If only the friction of all nodes is random,
+        `RequiredFriction.probability` is exact and cheaper. Nodes are open and closed as in this
+        limit. With other open nodes more joints may come to rest, so it is a lower bound.
+
+        Parameters
+        ----------
+        friction
+            Frozen distribution of `scipy.stats`, such as `lognorm(0.1, scale=0.3)`, or one for each
+            contact by its name. None: the friction of the limit.
+        preload
+            Load case of the mean load -> distribution of its amplitude.
+        load
+            Load factor, or its distribution.
+        correlation_length
+            Length over which the friction of a face varies from node to node. The correlation of
+            two nodes is `exp(-distance / correlation_length)`; 0 makes nodes independent. None: a
+            face has one coefficient. The scatter of nodes lowers the limit itself.
+        draws, seed
+            Number of limits of the sample, at least 10, and the seed of its random numbers. A
+            smaller probability of failure than `1 / draws` is known from FORM alone.
+
+        Returns
+        -------
+        ShakedownProbability
+            The probability, its method, and the share of each input in the scatter.
+
+        Raises
+        ------
+        ModelError, SolverError
+            Bad input; a limit that is not found.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> from scipy.stats import lognorm, norm
+        >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+        >>> cycle = fo.LoadCycle({"P": 2.0}, [{"Q": -0.4}, {"Q": 0.4}])
+        >>> limit = fo.shakedown_limit(node, cycle, friction=0.3)
+        >>> laws = {"friction": lognorm(0.2, scale=0.3), "preload": {"P": norm(2, 0.2)}}
+        >>> random = limit.probability(**laws, draws=50)
+        >>> round(random.form, 3), {name: round(x, 2) for name, x in random.importance.items()}
+        (0.964, {'friction': 0.77, 'P': 0.23})
+        """
+
+        def ask(cycle: LoadCycle, friction: Array) -> ShakedownLimit:
+            return shakedown_limit(self.system, cycle, friction, open_nodes=self.open)
+
+        return probability_of(self, ask, friction, preload, load, correlation_length, draws, seed)
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.

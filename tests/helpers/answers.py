@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from scipy.stats import lognorm
 
 import frictopt as fo
 from helpers.systems import CYCLE, FIRST_PAIR, stresses_of, system
@@ -27,6 +28,12 @@ QUESTIONS = {
     "Onset": lambda: fo.onset(*ASKED),
     "OnsetEvent": lambda: answer("Onset").slip,
     "ShakedownLimit": lambda: fo.shakedown_limit(*ASKED),
+    "ShakedownProbability": lambda: answer("ShakedownLimit").probability(
+        friction=lognorm(0.1, scale=0.6), draws=10
+    ),
+    "Comparison": lambda: fo.compare(
+        {str(f): fo.report(PAIR, CYCLE, f, pages=1) for f in (0.5, 0.6)}
+    ),
     "LeastSlip": lambda: answer("ShakedownLimit").least_slip(1.0),
     "SafeSlip": lambda: fo.safe_slip(*ASKED, 0.3),
     "GuaranteedLimit": lambda: fo.guaranteed_limit(*ASKED),

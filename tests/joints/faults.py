@@ -4,6 +4,20 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "joints/compare.py",
+        "less is always better",
+        old="unit.isin(_MORE_IS_BETTER) * 2 - 1",
+        new="unit.isin(_MORE_IS_BETTER) * 0 - 1",
+        tests="compare",
+    ),
+    Fault(
+        "joints/compare.py",
+        "other units are compared",
+        old="(units.nunique(axis=1) > 1).any()",
+        new="False",
+        tests="compare",
+    ),
+    Fault(
         "joints/backbone.py",
         "the motion of a load is its work",
         old="load_size(self.system, self.cycle)",

@@ -11,7 +11,8 @@ from datetime import UTC, datetime
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import lognorm, uniform
+from scipy.integrate import quad
+from scipy.stats import lognorm, norm, uniform
 
 import frictopt as fo
 from frictopt.base import files
@@ -598,3 +599,15 @@ def test_as_assembled_a_joint_stops_with_the_frictions_that_count():
     stops = [fo.steady_state(contact, CYCLE, f, 1.0).outcome is fo.Outcome.SHAKEDOWN for f in drawn]
     error = np.sqrt(assembled * (1 - assembled) / len(drawn))
     assert abs(np.mean(stops) - assembled) <= 3 * error + 1 / 64
+
+
+def test_random_preload_and_friction_have_a_probability_by_two_methods():
+    """A force of 1 is held if friction times pressure is at least 1."""
+    friction, preload = lognorm(0.1, scale=1.05), norm(1.0, 0.05)
+    exact = quad(lambda p: friction.sf(1 / p) * preload.pdf(p), 0.7, 1.3)[0]
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], preload={"N": preload})
+    ((name, value, method),) = joint.probability.itertuples(index=False)
+    assert name == "probability that some start stops" and "FORM" in method
+    assert value == pytest.approx(exact, abs=0.1)
+    least, most = preload.ppf([0.025, 0.975])
+    assert f"N of {least:g} to {most:g} in 95 % of all joints (norm, mean 1" in joint.scatter

@@ -279,6 +279,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             **{"protocol": [STEP], "start": SLIP, "up_to": 1.0, "scan": 2, "tolerance": 0.1},
         },
     ),
+    "compare": (fo.compare, {"reports": {"one": "none", "two": "none"}}),
     "onset": (fo.onset, ASKED),
     "check_contact_law": (
         fo.reference.check_contact_law,

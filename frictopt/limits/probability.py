@@ -1,0 +1,213 @@
+"""The probability that a contact can stop slipping, if its friction and its loads are random.
+
+FORM (the first-order reliability method): each input is a function of standard normal numbers u.
+The design point is the point next to u = 0 at which the limit equals the load. The rates of the
+limit lead to it. A plane there instead of the limit gives the probability Phi(|u|), so a sample of
+limits checks it. Hasofer and Lind (1974), Rackwitz and Fiessler (1978).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import ndtr
+
+from ..base import (
+    Array,
+    Kept,
+    checked_cases,
+    distribution,
+    finite_number,
+    frozen,
+    progress_bar,
+    whole_number,
+)
+from ..base.checks import LARGEST_SEED, by_contact, is_named
+from ..contact import LoadCycle
+from ..errors import ModelError
+from .answers.shakedown_answer import ShakedownAnswer
+
+AskLimit = Callable[[LoadCycle, Array], ShakedownAnswer]
+"""The limit of a load cycle with a friction, with the open nodes of the given limit."""
+_LOAD = "the load factor"
+# Distance of two points, in standard deviations, that counts as none.
+_SAME = 1e-3
+# Largest number of limits in the search for the design point; some five are usual.
+_MOST = 50
+# Standard errors of the sample by which FORM may differ from it.
+_ERRORS = 3.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownProbability(Kept):
+    """The probability that some start stops slipping, see `ShakedownLimit.probability`.
+
+    Attributes
+    ----------
+    probability, method
+        The probability, and its method in words: FORM if the sample confirms it up to three
+        standard errors, and the sample otherwise.
+    form, sampled, standard_error
+        The probability by FORM, NaN if no design point is found; the share of the sample, and its
+        standard error.
+    importance
+        Random input -> its share in the variance of the limit at the design point; empty without
+        such a point.
+    limits
+        (draws,) limits of the sample.
+    """
+
+    _shown_names = ("probability", "form", "sampled", "standard_error", "method")
+    probability: float
+    form: float
+    sampled: float
+    standard_error: float
+    method: str
+    importance: dict[str, float] = field(repr=False)
+    limits: Array = field(repr=False)
+
+
+class RandomLimit:
+    """The limit and the load factor as functions of standard normal numbers.
+
+    Nodes are open and closed as in the given limit: the search for better sets takes long.
+    """
+
+    def __init__(self, limit: ShakedownAnswer, ask: AskLimit, load: Any) -> None:
+        self.limit = limit
+        self._ask = ask
+        self.load = load
+        self.names = list[str]()  # of the input of each normal number
+        self.mixing = np.zeros((0, 0))
+        self._values = list[tuple[Any, int | str]]()  # law, and node, load case or `_LOAD`
+
+    def add(self, name: str, law: Any, places: list[Any], mixing: Array) -> None:
+        """Add an input with a value at each place; `mixing` correlates the values."""
+        distribution(name, law)
+        self.names += [name] * mixing.shape[1]
+        self.mixing = block_diag(self.mixing, mixing)
+        self._values += [(law, place) for place in places]
+
+    def at(self, u: Array) -> tuple[ShakedownAnswer, float, Array]:
+        """The limit, the load factor, and the derivatives of the inputs."""
+        normal = self.mixing @ u
+        density = np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi)
+        friction = self.limit.friction.copy()
+        inputs = {**self.limit.cycle.mean, _LOAD: self.load}
+        slopes = np.empty_like(normal)
+        for k, (law, place) in enumerate(self._values):
+            value = float(law.ppf(ndtr(normal[k])))
+            slopes[k] = density[k] / law.pdf(value)
+            if isinstance(place, str):
+                inputs[place] = value
+            else:
+                friction[place] = max(value, 0.0)
+        load = inputs.pop(_LOAD)
+        cycle = replace(self.limit.cycle, mean=inputs)
+        return self._ask(cycle, friction), load, slopes
+
+    def derivative(self, limit: ShakedownAnswer, slopes: Array) -> Array:
+        """The derivative of the limit minus the load factor."""
+        mean = limit.load_rates.query("part == 'mean'").set_index("load")["rate"]
+        rates: dict[Any, float] = {_LOAD: -1.0, **mean, **dict(enumerate(limit.friction_rate))}
+        return np.array([rates[place] for _, place in self._values] * slopes) @ self.mixing
+
+    def design_point(self) -> tuple[float, Array] | None:
+        """The margin at u = 0 in standard deviations, and the direction to the design point.
+
+        The margin is negative if the load is above the limit there. None if it is not found.
+        """
+        u = np.zeros(len(self.names))
+        for _ in range(_MOST):
+            limit, load, slopes = self.at(u)
+            derivative = self.derivative(limit, slopes)
+            size = float(np.linalg.norm(derivative))
+            margin = limit.load_factor - load
+            if not (size > 0 and np.isfinite(margin)):
+                return None
+            distance = float(margin - derivative @ u) / size
+            # On the plane through the limit here, this is the point next to u = 0.
+            nearest = -distance * derivative / size
+            if np.linalg.norm(nearest - u) <= _SAME:
+                return distance, derivative / size
+            u = nearest
+        return None
+
+
+def probability_of(
+    limit: ShakedownAnswer,
+    ask: AskLimit,
+    friction: Any,
+    preload: Any,
+    load: Any,
+    correlation_length: Any,
+    draws: Any,
+    seed: Any,
+) -> ShakedownProbability:
+    """The probability that the load factor has a safe slip, by FORM and by a sample."""
+    draws = whole_number("draws", draws, least=10)
+    numbers = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
+    random = RandomLimit(limit, ask, load)
+    if friction is not None:
+        _add_friction(random, friction, correlation_length)
+    one = np.ones((1, 1))
+    for case, law in checked_cases("preload", preload or {}, "distribution").items():
+        if case not in limit.cycle.mean:
+            raise ModelError(f"preload[{case!r}]: the mean load has no such load case")
+        random.add(case, law, [case], one)
+    if hasattr(load, "ppf"):
+        random.add(_LOAD, load, [_LOAD], one)
+    else:
+        finite_number("load", load, least=0.0)
+    if not random.names:
+        raise ModelError("friction, preload, load: none is a distribution of scipy.stats; give one")
+
+    form, importance = np.nan, dict[str, float]()
+    design = random.design_point()
+    if design is not None:
+        form = float(ndtr(design[0]))
+        for name, share in zip(random.names, design[1] ** 2, strict=True):
+            importance[name] = importance.get(name, 0.0) + float(share)
+    limits = list[float]()
+    safe = 0
+    with progress_bar(True, "probability", "draw", total=draws) as bar:
+        for u in numbers.standard_normal((draws, len(random.names))):
+            drawn, factor, _ = random.at(u)
+            limits.append(drawn.load_factor)
+            safe += bool(drawn.least <= factor <= drawn.load_factor)
+            bar.update()
+    sampled = safe / draws
+    # One more of both keeps the error above 0.
+    share = (safe + 1) / (draws + 2)
+    error = float(np.sqrt(share * (1 - share) / draws))
+    agrees = abs(form - sampled) <= _ERRORS * error
+    method = f"by FORM; {draws} draws: {sampled:.3g}, standard error {error:.2g}"
+    if not agrees:
+        method = f"by {draws} draws, standard error {error:.2g}; FORM: {form:.3g}"
+    probability = form if agrees else sampled
+    return ShakedownProbability(
+        probability, form, sampled, error, method, importance, frozen(limits)
+    )
+
+
+def _add_friction(random: RandomLimit, friction: Any, correlation_length: Any) -> None:
+    """Add the random friction of all nodes, or of each contact; a field if it has a length."""
+    system = random.limit.system
+    laws, faces = {"friction": friction}, np.full(system.nodes, "friction")
+    if is_named(friction):
+        laws = dict(friction)
+        faces = np.array(by_contact("friction", {name: name for name in laws}, system))
+    for name, law in laws.items():
+        nodes = np.flatnonzero(faces == name)
+        mixing = np.ones((len(nodes), 1))
+        if correlation_length is not None:
+            length = finite_number("correlation_length", correlation_length, least=0.0)
+            distance = np.linalg.norm(system.points[nodes][:, None] - system.points[nodes], axis=-1)
+            # Rounding must not make the matrix indefinite, and a length of 0 not divide by 0.
+            correlation = np.exp(-distance / max(length, 1e-300)) + 1e-9 * np.eye(len(nodes))
+            mixing = np.linalg.cholesky(correlation)
+        random.add(f"friction of {name}" if is_named(friction) else name, law, list(nodes), mixing)
