@@ -19,7 +19,7 @@ ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT))
 from paper_figures.__main__ import make  # noqa: E402  of the repository, which is not installed
 
-NAMES = ("lift-off", "guaranteed-in-space", "paper")
+NAMES = ("lift-off", "guaranteed-in-space", "fatigue-band", "paper")
 LOOK = {
     "papersize": "a4",
     "fontsize": "9.5pt",

@@ -197,8 +197,7 @@ def _check_mean(cycle: LoadCycle) -> None:
     """ModelError if the mean load is no mean of the loads at the corners."""
     names = sorted({name for corner in cycle.corners for name in corner})
     corners = np.array([[corner.get(name, 0.0) for name in names] for corner in cycle.corners])
-    sizes = np.abs(corners).max(axis=0, initial=0.0)
-    relative = corners / np.where(sizes > 0, sizes, 1.0)
+    relative = corners / np.abs(corners).max(axis=0, initial=np.finfo(float).tiny)
     sums = np.vstack([relative.T, np.ones(len(corners))])
     _, off = nnls(sums, np.eye(len(sums))[-1])
     if off > ROUNDING:

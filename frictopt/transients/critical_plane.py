@@ -69,15 +69,22 @@ def critical_planes(
     }
     values = dict[str, float]()
     for name, weight in weights.items():
-        plane = planes_of(name, sigma, epsilon, weight)
-        values[name] = float(parameter_on(name, sigma, epsilon, weight, plane)[0].max())
-        if name in NOT_NEGATIVE:
-            values[name] = max(values[name], 0.0)
+        values[name], plane = largest(name, sigma, epsilon, weight)
         if name == "SWT":
             normal_stress = _normal(sigma, plane)
             values["from"] = float(normal_stress.min())
             values["to"] = float(normal_stress.max())
     return values
+
+
+def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[float, Array]:
+    """The largest value of a parameter over all planes, and the normals of its planes.
+
+    It is 0 if it is negative and the parameter is not, see `planes_of`.
+    """
+    normals = planes_of(name, sigma, epsilon, weight)
+    values, _ = parameter_on(name, sigma, epsilon, weight, normals)
+    return float(values.max(initial=0.0 if name in NOT_NEGATIVE else -np.inf)), normals
 
 
 def parameter_on(

@@ -20,14 +20,14 @@ FAULTS = (
     Fault(
         "limits/search/stress_crossing.py",
         "the first tangent of a parameter with the load factor is the last",
-        old="self._name in NOT_NEGATIVE and short",
+        old="self.name in NOT_NEGATIVE and short",
         new="False",
         tests="fatigue_limit",
     ),
     Fault(
         "limits/search/stress_crossing.py",
         "the planes of the first crossing are not searched",
-        old="self._name in SEARCHED",
+        old="self.name in SEARCHED",
         new="False",
         tests="fatigue_limit",
     ),

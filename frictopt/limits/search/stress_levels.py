@@ -14,7 +14,7 @@ band").
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,8 +29,8 @@ from ...transients.critical_plane import (
     NOT_NEGATIVE,
     SEARCHED,
     half_sphere,
+    largest,
     parameter_on,
-    planes_of,
 )
 from ..program.assembled import wedging
 from ..program.question import Question
@@ -43,8 +43,6 @@ from ..program.solution import Judged, Solution, solve
 class LevelSettings:
     """The numbers of the search for the ends."""
 
-    # Planes of each point in the first program of the least value.
-    first_planes: int = 12
     # Distance of the proven bound from the least value, relative to the value.
     agreed: float = 1e-7
     # The same for the least value of a single point, which is drawn only.
@@ -133,11 +131,6 @@ class Stresses:
         # (t N, P, 3, 3) stress due to unit slips of the closed nodes.
         self.rates = (closed[:, None] * rates[:slips]).reshape(slips, *by_motion.shape[1:])
 
-    @property
-    def across(self) -> bool:
-        """Whether there is shear across the section x, y, as in bodies in space."""
-        return bool(self.sigma[..., :2, 2].any() or self.rates[..., :2, 2].any())
-
     def on(self, point: int, normals: Array) -> tuple[Array, Array]:
         """(planes,) values without slip, and (planes, t N) their rates with it."""
         states = self.sigma[point], self.epsilon[point]
@@ -147,14 +140,7 @@ class Stresses:
     def critical(self, point: int, slip: Array) -> tuple[float, Array]:
         """The parameter of a point with a slip, and the normals (planes, 3) of its planes."""
         added = np.tensordot(slip.T.ravel(), self.rates[:, point], 1)
-        states = self.sigma[point] + added, self.epsilon[point]
-        normals = planes_of(self.name, *states, self.weight)
-        values, _ = parameter_on(self.name, *states, self.weight, normals)
-        return self.clipped(float(values.max())), normals
-
-    def clipped(self, value: float) -> float:
-        """A value, or 0 if it is negative and the parameter is not."""
-        return max(value, 0.0) if self.name in NOT_NEGATIVE else value
+        return largest(self.name, self.sigma[point] + added, self.epsilon[point], self.weight)
 
     def values(self, slip: Array) -> Array:
         """(P,) the parameter of all points with a slip."""
@@ -173,7 +159,8 @@ class StressLevels:
         system = slips.question.system
         self._none = np.zeros(system.slip_shape)
         self._grid = half_sphere(planes)
-        if not stresses.across:
+        # Without shear across the section x, y the planes of the search are normal to it.
+        if not (stresses.sigma[..., :2, 2].any() or stresses.rates[..., :2, 2].any()):
             angles = np.pi * np.arange(planes) / planes
             in_section = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(planes)])
             self._grid = np.vstack([in_section, np.eye(3)[2:]])
@@ -192,8 +179,7 @@ class StressLevels:
         The value is -inf if friction wedges and pressure lowers it without end.
         """
         stresses = self._stresses
-        grid = half_sphere(SETTINGS.first_planes)
-        planes = {point: self.planes_of(point, grid) for point in points}
+        planes = {point: self.planes_of(point) for point in points}
         size = max(float(np.abs(stresses.on(point, planes[point])[0]).max()) for point in points)
         size = size or 1.0
         best = Level(np.inf, -np.inf, self._none, 0.0)
@@ -217,10 +203,10 @@ class StressLevels:
                     planes[point] = np.vstack([planes[point], normals])
         return best
 
-    def planes_of(self, point: int, grid: Array | None = None) -> Array:
-        """The planes of a grid, or those that the parameter has in all states."""
+    def planes_of(self, point: int) -> Array:
+        """The planes with which a search begins, or those that the parameter has in all states."""
         if self._stresses.name in SEARCHED:
-            return self._grid if grid is None else grid
+            return self._grid
         return self._stresses.critical(point, self._none)[1]
 
     def _level(self, planes: dict[int, Array], size: float) -> Level:
@@ -249,6 +235,7 @@ class StressLevels:
     def most(self, point: int) -> End:
         """The largest value of a point over all slips; inf if friction wedges."""
         stresses = self._stresses
+        not_negative = stresses.name in NOT_NEGATIVE
         ends = self._ends(point, self.planes_of(point))
         tried = sorted(ends, key=_value, reverse=True)
         best = tried[0]
@@ -256,30 +243,32 @@ class StressLevels:
         for end in turning if np.isfinite(best.value) else []:
             for _ in range(SETTINGS.turns):
                 before = end
-                (end,) = self._ends(point, stresses.critical(point, before.slip)[1])
+                [end] = self._ends(point, stresses.critical(point, before.slip)[1])
                 if end.value - before.value <= SETTINGS.gain * abs(before.value):
                     break
             best = max(best, before, end, key=_value)
-        return best._replace(value=stresses.clipped(best.value))
+        return best._replace(value=max(best.value, 0.0)) if not_negative else best
 
-    def _ends(self, point: int, normals: Array) -> Iterator[End]:
+    def _ends(self, point: int, normals: Array) -> list[End]:
         """The largest value on each plane."""
         values, rates = self._stresses.on(point, normals)
-        slips = self._along(rates)
-        for slip, value, rate, normal in zip(slips, values, rates, normals, strict=True):
-            added = np.inf if slip is None else float(rate @ slip.T.ravel())
-            nowhere = np.full_like(self._none, np.nan)
-            yield End(float(value) + added, nowhere if slip is None else slip, normal)
+        ends = zip(values.tolist(), self._along(rates), normals, strict=True)
+        return [End(value + added, slip, normal) for value, (added, slip), normal in ends]
 
-    def _along(self, rates: Array) -> list[Array | None]:
-        """The slip that goes furthest along each rate; None only if friction wedges."""
-        slips = furthest(self._slips, rates)
-        if not self.wedges and any(slip is None for slip in slips):
-            raise SolverError(
-                "fatigue band: no solver found an end of the slips, which friction bounds; give a "
-                "`slip_bound`"
-            )
-        return slips
+    def _along(self, rates: Array) -> list[tuple[float, Array]]:
+        """The most that each rate adds, and the slip with it; inf and NaN if friction wedges."""
+        ends = []
+        for rate, slip in zip(rates, furthest(self._slips, rates), strict=True):
+            if slip is not None:
+                ends.append((float(rate @ slip.T.ravel()), slip))
+            elif self.wedges:
+                ends.append((np.inf, np.full_like(self._none, np.nan)))
+            else:
+                raise SolverError(
+                    "fatigue band: no solver found an end of the slips, which friction bounds; "
+                    "give a `slip_bound`"
+                )
+        return ends
 
     def on_plane(self, point: int, normal: Array) -> dict[str, float]:
         """The state with the largest normal stress on a plane, and its range in both ends."""
@@ -287,9 +276,8 @@ class StressLevels:
         along = np.einsum("ij,kij->k", square, self._stresses.sigma[point])
         rate = np.einsum("ij,vij->v", square, self._stresses.rates[:, point])
         row = {"corner": float(along.argmax())}
-        ends = self._along(np.array([-rate, rate]))
-        for name, sign, slip in zip(("least", "most"), (-1, 1), ends, strict=True):
-            added = sign * np.inf if slip is None else float(rate @ slip.T.ravel())
+        (less, _), (more, _) = self._along(np.array([-rate, rate]))
+        for name, added in (("least", -less), ("most", more)):
             row[f"from_{name}"] = float(along.min()) + added
             row[f"to_{name}"] = float(along.max()) + added
         return row
