@@ -28,6 +28,15 @@ class Comparison(Kept, Plotted):
         probability, or with the least value of other numbers; "" if all are equal.
     names
         Names of the variants.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> variants = {f: fo.report(rod, cycle, float(f), pages=1) for f in ("0.5", "0.6")}
+    >>> fo.compare(variants).names
+    ('0.5', '0.6')
     """
 
     table: pd.DataFrame
@@ -73,9 +82,11 @@ def compare(reports: Mapping[str, Report | str | Path]) -> Comparison:
         name: _numbers_of(name, report).set_index("number")
         for name, report in checked_cases("reports", reports, "report").items()
     }
+    if len(tables) < 2:
+        raise ModelError(f"reports: {list(tables)}; give two or more")
     units = pd.concat({name: table["unit"] for name, table in tables.items()}, axis=1)
-    if len(tables) < 2 or (units.nunique(axis=1) > 1).any():
-        raise ModelError(f"reports: {list(tables)}; give two or more with the same units")
+    if (units.nunique(axis=1) > 1).any():
+        raise ModelError(f"reports: {list(tables)}; give reports with the same units")
     values = pd.concat({name: table["value"] for name, table in tables.items()}, axis=1)
     unit = units.bfill(axis=1).iloc[:, 0]
     rising = values.mul(unit.isin(_MORE_IS_BETTER) * 2 - 1, axis=0)

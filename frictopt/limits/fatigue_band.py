@@ -264,8 +264,8 @@ def fatigue_band(
         Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van).
         Fatemi and Socie: 1 / stress. SWT has none.
     initial_slip
-        Slip (N,) or (N, 2) from which a transient starts, length, see `steady_state`. None: the
-        band of the states of rest.
+        Slip (N,) or (N, 2) of the start of a transient, length, see `steady_state`. None: the band
+        of the states of rest.
     planes
         Number of planes at which the search for the largest value begins, in the plane at equal
         angles.

@@ -122,7 +122,7 @@ def fatigue_limit(
 ) -> FatigueLimit:
     """The largest load factor up to which states of rest have at most an allowable parameter.
 
-    Theory, eq. (38). The open nodes are those of the shakedown limit.
+    Theory, eq. (38). The nodes that are open at the shakedown limit stay open.
 
     Parameters
     ----------

@@ -59,6 +59,16 @@ class ShakedownProbability(Kept):
         such a point.
     limits
         (draws,) limits of the sample.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> from scipy.stats import norm
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.8}, {"force": -0.8}])
+    >>> limit = fo.shakedown_limit(rod, cycle, friction=0.5)
+    >>> limit.probability(friction=norm(0.4, 0.1), draws=20).limits.shape
+    (20,)
     """
 
     _shown_names = ("probability", "form", "sampled", "standard_error", "method")

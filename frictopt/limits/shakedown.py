@@ -120,9 +120,9 @@ def shakedown_limit(
         the limit itself, proven to 1e-9. With a gap, `ShakedownLimit.load_factor` is proven from
         below and `ShakedownLimit.bound` from above, by a first-order method that needs products
         alone: in space it takes a fraction of the time from some hundred nodes on (theory, "A
-        limit between two proven numbers"). Open nodes are those of `open_nodes`, or those that the
-        mean load opens; they are not searched, so `programs` is refused, like `events`,
-        `slip_bound` and `solver`. A node without friction is refused, too. If the method ends with
+        limit between two proven numbers"). `open_nodes` stay open, or the nodes that the mean load
+        opens; no others are searched, so `programs` is refused, like `events`, `slip_bound` and
+        `solver`. A node without friction is refused, too. If the method ends with
         a wider gap, a `ModelWarning` and the reason say so.
     progress
         Whether to show the progress after two seconds, as a bar or in lines without a terminal.
@@ -607,7 +607,7 @@ class ShakedownLimit(ShakedownAnswer):
     bound
         Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
         with user constraints also from their multipliers. It equals `load_factor` up to `residual`,
-        or, if you asked for a gap, up to `gap`.
+        or up to `gap` if this is given.
         Inf if nodes open or close while fixed and scaled loads both vary: the program is then not
         convex, and proves no bound.
     record

@@ -362,7 +362,8 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
         for shown in (False, True):
             screen = Terminal()
             monkeypatch.setattr(sys, "stderr", screen)
-            vars(model).pop("_recovery", None)
+            for kept in ("_condensed", "_recovery"):
+                vars(model).pop(kept, None)
             ask(progress=shown)
             assert (
                 re.search(

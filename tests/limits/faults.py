@@ -1006,8 +1006,8 @@ FAULTS = (
     Fault(
         "limits/program/solution.py",
         "what multipliers do not balance is no error",
-        old="others @ np.maximum(np.abs(self.x), 1.0)",
-        new="0.0 * others.sum()",
+        old="np.abs(rates) * np.maximum(np.abs(self.x), 1.0)",
+        new="0.0 * np.abs(rates)",
         tests="limit_checks guaranteed",
     ),
     Fault(

@@ -579,7 +579,7 @@ DRAWN = {
     "scene": lambda: SCENES["punch"],
     "BodyFields": lambda: SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)),
 }
-for kind in ("OnsetEvent", "Increment", "ContactState", "Verdict"):
+for kind in ("OnsetEvent", "Increment", "ContactState", "Verdict", "ShakedownProbability"):
     del DRAWN[kind]  # which have no picture
 
 

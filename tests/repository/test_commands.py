@@ -68,6 +68,7 @@ NOT_RUN = {
     "bash docs/findings/NAME.sh": "each script installs packages of its own",
     "bash .ci/run": "runs these tests; a job runs it",
     "python -m pytest studies/benchmarks/test_limits.py -k plain -s": "a part of `pytest studies/benchmarks`",
+    "pytest studies/benchmarks/test_within_gap.py": "a part of `pytest studies/benchmarks`",
     "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",
 }
 BY_JOBS = {  # command -> how a job has it, with what only its machine needs
@@ -266,6 +267,8 @@ def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
     punch.save(tmp_path / "punch.npz")
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     fo.shakedown_limit(punch, cycle, 0.4).save(tmp_path / "limit.npz")
+    for name, friction in (("today", 0.4), ("thicker", 0.5)):
+        fo.report(punch, cycle, friction, pages=1).save(tmp_path / f"{name}.json")
     (tmp_path / "loads.csv").write_text("time,P,sigma\n0,1,-1\n1,1,1\n2,1,-1\n")
     (tmp_path / "study.toml").write_text(
         re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8"

@@ -1,4 +1,4 @@
-"""What rough states and rough multipliers prove of the limit, each by a few products.
+"""Bounds of the limit that rough states and rough multipliers prove, by a few products each.
 
 From below: the safe points (load factor, residual shear) are convex. On the way from a safe point
 to a rough one, the last safe point is found row by row.

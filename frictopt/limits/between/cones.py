@@ -38,7 +38,7 @@ P = TypeVar("P", bound=tuple[Any, ...])
 
 
 def towards(start: P, end: P, share: float) -> P:
-    """What is at this share of the way between two tuples, all of whose parts are linear."""
+    """The tuple at this share of the way between two tuples, all of whose parts are linear."""
     return type(start)(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
 
 
@@ -82,7 +82,7 @@ class Cones:
         return [part for label, part in self.labels.items() if label in ROWS]
 
     def single(self) -> Cones:
-        """The same in single precision, in which products take half the time."""
+        """These cones in single precision, in which products take half the time."""
         names = ("slope", "start", "rate", "pressing", "slides")
         return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
 

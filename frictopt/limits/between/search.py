@@ -133,7 +133,7 @@ class Method:
         self._since = 0
 
     def advance(self) -> None:
-        """One step, and a look at its error and at the bounds if they are due."""
+        """Make a step, and look at its error and at the bounds if they are due."""
         new = self._stepped(self._state)
         self.steps += 1
         self._since += 1

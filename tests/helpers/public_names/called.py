@@ -54,6 +54,7 @@ INCREMENT = {"slip": SLIP, "bonded": BONDED}
 # These values may be nan. The error of the state is then infinite.
 CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
 CURVE = fo.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
+REPORT = fo.report(CONTACT, CYCLE, FRICTION, pages=1, progress=False)
 STEP = fo.starts.LoadStep({"mean": 0.5})
 
 
@@ -279,7 +280,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             **{"protocol": [STEP], "start": SLIP, "up_to": 1.0, "scan": 2, "tolerance": 0.1},
         },
     ),
-    "compare": (fo.compare, {"reports": {"one": "none", "two": "none"}}),
+    "compare": (fo.compare, {"reports": {"one": REPORT, "two": REPORT}}),
     "onset": (fo.onset, ASKED),
     "check_contact_law": (
         fo.reference.check_contact_law,
