@@ -229,7 +229,8 @@ def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
         f"start above {assembled.shakedown_limit:.3g}."
     )
     for name, value, _ in parts.probability.tail(1).itertuples(index=False):
-        yield f"At your load, the {name} is {value:.3g}."
+        which = name.removeprefix("probability ")
+        yield f"At your load, slip stops {which} with the probability {value:.3g}."
     if not assembled.monotonic:
         yield f"It also stops at some load factors above {assembled.upper:.3g}, where it slips."
 

@@ -58,14 +58,18 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 
 @picture.register
 def comparison(of: Comparison, ax: AnyAxes = None) -> AnyAxes:
-    """Each number of each variant, divided by that of the first one."""
-    table, count = of.table, len(of.names)
-    (axes,) = new_axes(ax, size=(6.4, 1.2 + 0.3 * len(table)))
-    for number, name in enumerate(of.names):
-        look: Look = series(number, count) | {"linestyle": "none"}
-        axes.plot(table[name] / table[of.names[0]], table.index, label=as_is(name), **look)
-    axes.set(yticks=table.index, yticklabels=table["number"])
-    axes.invert_yaxis()
+    """Each number of each variant, divided by that of the first one, if all are finite."""
+    names = list(of.names)
+    numbers = of.table.set_index("number")[names]
+    ratios = numbers.div(numbers[names[0]], axis=0)
+    ratios = ratios[np.isfinite(ratios).all(axis=1)]
+    (axes,) = new_axes(ax, size=(6.4, 1.2 + 0.3 * len(ratios)))
+    rows = np.arange(len(ratios))
+    for number, name in enumerate(names):
+        look: Look = series(number, len(names)) | {"linestyle": "none"}
+        axes.plot(ratios[name], rows, label=as_is(name), **look)
+    axes.set(yticks=rows, yticklabels=ratios.index)
+    axes.set_ylim(len(ratios) - 0.5, -0.5)
     axes.set_xlabel(f"divided by {as_is(of.names[0])}")
     legend(axes)
     return axes

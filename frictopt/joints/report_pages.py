@@ -285,7 +285,7 @@ class Pages(Generic[Parts]):
     def _probabilities(self) -> Iterator[tuple[str, float, str]]:
         """The known probabilities, each with its source; none if nothing has a distribution."""
         law, preloads = self.scatter.friction_law, self.scatter.preload_laws
-        some_start = "probability that some start stops"
+        some_start = "probability for some start"
         limit: ShakedownLimit | None = self.known.get("limit")
         required: RequiredFriction | None = self.known.get("required")
         assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
@@ -303,7 +303,7 @@ class Pages(Generic[Parts]):
                 "contact stops with all frictions between those tried"
             )
             value = float(law.sf(assembled.required))
-            yield "probability that it stops as assembled", value, source
+            yield "probability as assembled", value, source
 
     def _from_no_slip(self) -> dict[str, Any]:
         """Options of a search by transients from no slip."""

@@ -577,13 +577,13 @@ def test_the_probability_of_a_block_is_that_of_its_friction():
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], limits={"gross slip": 1.0})
     assert joint.friction == pytest.approx([0.97])
     rows = joint.numbers.set_index("number")
-    for name in ("probability that some start stops", "probability that it stops as assembled"):
+    for name in ("probability for some start", "probability as assembled"):
         assert rows.loc[name, "value"] == pytest.approx(friction.sf(1.0), rel=0.1)
-    assert "exact" in rows.loc["probability that some start stops", "meaning"]
+    assert "exact" in rows.loc["probability for some start", "meaning"]
     least, most = friction.ppf([0.025, 0.975])
     assert f"friction of {least:g} to {most:g} in 95 % of all joints (lognorm" in joint.scatter
     assert any(
-        "probability that it stops as assembled is 0.3" in sentence for sentence in joint.advice
+        "slip stops as assembled with the probability 0.3" in sentence for sentence in joint.advice
     )
     assert fo.report(BLOCK, PUSHED_AND_PULLED, 0.97).probability.empty
 
@@ -607,7 +607,7 @@ def test_random_preload_and_friction_have_a_probability_by_two_methods():
     exact = quad(lambda p: friction.sf(1 / p) * preload.pdf(p), 0.7, 1.3)[0]
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], preload={"N": preload})
     ((name, value, method),) = joint.probability.itertuples(index=False)
-    assert name == "probability that some start stops" and "FORM" in method
+    assert name == "probability for some start" and "FORM" in method
     assert value == pytest.approx(exact, abs=0.1)
     least, most = preload.ppf([0.025, 0.975])
     assert f"N of {least:g} to {most:g} in 95 % of all joints (norm, mean 1" in joint.scatter
