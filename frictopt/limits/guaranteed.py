@@ -327,7 +327,8 @@ def _of_node(limit: GuaranteedLimit, best: NodeClaim, solved: Solved) -> Guarant
     """The limit with the load factor, slip and proof of its critical node."""
     return replace(
         limit,
-        load_factor=best.load_factor,
+        # Rounding may leave it just above the shakedown limit.
+        load_factor=min(best.load_factor, limit.load_factor),
         kind=LimitKind.FINITE,
         slip=frozen(best.slip),
         node=best.state.node,
