@@ -399,3 +399,20 @@ def test_a_corner_in_space_whose_fixed_part_alone_is_outside_of_the_hull_of_the_
     )
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {}], [{}, {}, {"X": 2.0}])
     assert fo.shakedown_limit(node, cycle, 0.5).load_factor == pytest.approx(1.0)
+
+
+def test_a_corner_between_others_counts_with_its_own_fixed_part():
+    """One node of stiffness 1 and friction 0.5 under a pressure of 1.
+
+    Its slip has to be -0.4 or less, because 0.9 of shear may leave at most 0.5 at the corner
+    between the others. So 0.1 is left for the cyclic shear.
+    """
+    node = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+    cycle = fo.LoadCycle(
+        {"P": 1.0}, [{"Q": -1.0}, {"Q": 0.0}, {"Q": 1.0}], fixed=[{}, {"Q": 0.9}, {}]
+    )
+    limit = fo.shakedown_limit(node, cycle, 0.5)
+    assert limit.load_factor == pytest.approx(0.1)
+    assert not limit.record.left_out

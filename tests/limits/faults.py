@@ -236,13 +236,6 @@ FAULTS = (
         tests="rest_intervals",
     ),
     Fault(
-        "limits/program/rest_program.py",
-        "the free slides of moving areas are those of the limit before",
-        old='b"" if question.compliance is None else question.open_nodes.tobytes()',
-        new="question.open_nodes.tobytes()",
-        tests="claims",
-    ),
-    Fault(
         "limits/moving/moving_areas.py",
         "a rim that slips at a load factor is not seen",
         old="off.max(initial=0.0) > RESIDUAL * size",
@@ -331,7 +324,7 @@ FAULTS = (
         "corners of the hull by the cyclic loads alone",
         old="(cycle.corners, *([] if cycle.fixed is None else [cycle.fixed]))",
         new="(cycle.corners,)",
-        tests="fixed_part",
+        tests="fixed_part::test_a_corner_between_others_counts_with_its_own_fixed_part",
     ),
     Fault(
         "limits/program/units.py",
