@@ -34,7 +34,8 @@ class SearchSettings:
     # Largest number of programs times unknown slips, in a search of orders; up to it, a search of
     # sets climbs from a second start.
     work: int = 20_000
-    # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
+    # In a closed contact of at most `few` nodes, pressed nodes are tried, too. In space, more than
+    # `few` governing nodes are flipped in groups of `group` nodes.
     few: int = 16
     group: int = 4
 
@@ -108,15 +109,16 @@ def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
 def governing(limit: ShakedownAnswer) -> Integers:
     """Nodes that govern a limit and may change, largest motion first.
 
-    In a closed contact without gaps, only nodes that tend to open govern: each pressed node would
-    cost a program, and in the large contacts measured it gains nothing.
+    In a large closed contact without gaps, only nodes that tend to open govern: each pressed node
+    would cost a program, and in the large contacts measured it gains nothing.
     """
     question = limit._question
     motion = motion_of(limit)
     share = np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)
     governs = motion > share * motion.max()
     has_gaps = bool((question.system.gap > TOUCHES * question.clearance).any())
-    if not (question.open_nodes.any() or has_gaps):
+    large = question.system.nodes > SEARCH.few
+    if large and not (question.open_nodes.any() or has_gaps):
         governs = tends_to_open(limit)
     order = np.argsort(-motion, kind="stable")
     return np.asarray(order[governs[order]])

@@ -10,7 +10,7 @@ import numpy as np
 import frictopt as fo
 from frictopt.transients.increments import ExactIncrement
 from studies.validation.fuzz.cases import random_case
-from studies.validation.fuzz.known import NotApplicable, Subject, Wrong, same
+from studies.validation.fuzz.known import Missed, NotApplicable, Subject, Wrong, same
 from studies.validation.fuzz.searches import EVERY
 
 T = TypeVar("T")
@@ -70,6 +70,11 @@ class Embedded(Subject):
         """The limit of the plane contact."""
         return in_plane(fo.shakedown_limit, *self.args)
 
+    @cached_property
+    def limit_in_space(self) -> fo.results.ShakedownLimit:
+        """The limit of the contact in space."""
+        return fo.shakedown_limit(self.solid, *self.args[1:])
+
 
 def in_plane(question: Callable[..., T], *arguments: Any, **options: Any) -> T:
     """The answer of the plane contact; NotApplicable if it has no answer."""
@@ -96,6 +101,18 @@ def alike(
     solid = getattr(fo, question)(subject.solid, *arguments)
     for name in values:
         same(f"{name} is", getattr(solid, name), getattr(plane, name), relative, absolute)
+    return solid.residual, True
+
+
+def limit(subject: Embedded) -> Answered:
+    """Compare the limits; with other open nodes, those for the open nodes of the plane, too."""
+    plane, solid = subject.answered_limit, subject.limit_in_space
+    if solid.load_factor < plane.load_factor and (solid.open != plane.open).any():
+        opened = fo.shakedown_limit(subject.solid, *subject.args[1:], open_nodes=plane.open)
+        same("load_factor is", opened.load_factor, plane.load_factor, _SAME, _SAME)
+        raise Missed(f"{plane.load_factor!r} with {plane.open} open is above {solid.load_factor!r}")
+    for name in ("load_factor", "least"):
+        same(f"{name} is", getattr(solid, name), getattr(plane, name), _SAME, _SAME)
     return solid.residual, True
 
 
@@ -171,11 +188,10 @@ def least_slip(subject: Embedded) -> Answered:
 
     The mechanism of each limit proves its sum, so they may differ by the gap of the limit in space.
     """
-    if not subject.finite:
+    limit = subject.limit_in_space
+    if not subject.finite or (limit.open != subject.answered_limit.open).any():
         raise NotApplicable
-    case = subject.case
     factor = 1.5 * subject.answered_limit.load_factor
-    limit = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
     solid = limit.least_slip(factor)
     plane = subject.answered_limit.least_slip(factor)
     # The bound is proportional to the excess over the limit, which is half the limit. An error of

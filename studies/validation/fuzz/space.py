@@ -292,9 +292,7 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "steady state from a safe slip, 3-D": _safe_start,
 }
 _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
-    "limit, plane in 3-D": partial(
-        embedded.alike, question="shakedown_limit", values=("load_factor", "least")
-    ),
+    "limit, plane in 3-D": embedded.limit,
     "guaranteed limit, plane in 3-D": partial(
         embedded.alike, question="guaranteed_limit", values=("load_factor",)
     ),
