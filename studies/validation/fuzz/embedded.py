@@ -125,6 +125,8 @@ def safe_slip(subject: Embedded) -> Answered:
     arguments = *subject.args[1:], subject.load_factor
     plane = in_plane(fo.safe_slip, subject.case.system, *arguments)
     solid = fo.safe_slip(subject.solid, *arguments)
+    if plane.exists and not solid.exists and (plane.open != solid.open).any():
+        raise Missed(f"with {plane.open} open a slip is safe; {solid.reason}")
     if plane.exists != solid.exists:
         raise Wrong(f"{solid.reason}; in the plane {plane.reason}")
     if not plane.exists:
