@@ -60,7 +60,7 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 def comparison(of: Comparison, ax: AnyAxes = None) -> AnyAxes:
     """Each number of each variant, divided by that of the first one, if all are finite."""
     names = list(of.names)
-    numbers = of.table.set_index("number")[names]
+    numbers = of.table.set_index("number")[names].astype(float)
     ratios = numbers.div(numbers[names[0]], axis=0)
     ratios = ratios[np.isfinite(ratios).all(axis=1)]
     (axes,) = new_axes(ax, size=(6.4, 1.2 + 0.3 * len(ratios)))

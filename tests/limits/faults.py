@@ -675,7 +675,7 @@ FAULTS = (
         "nodes that govern are not moved",
         old="motion > share * motion.max()",
         new="motion > np.inf",
-        tests="set_search",
+        tests="touching_nodes::test_pressed_nodes_of_a_small_contact_are_opened set_search",
     ),
     Fault(
         "limits/search/loose_nodes.py",

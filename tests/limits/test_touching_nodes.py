@@ -83,8 +83,10 @@ def test_pressed_nodes_of_a_small_contact_are_opened(seed, monkeypatch):
     limit = fo.shakedown_limit(contact, cycle, friction)
     assert limit.residual < 1e-9
     assert better_set(contact, cycle, friction, limit) == limit.load_factor
+    # The search near the closed nodes finds them, too, in a contact of few nodes.
     monkeypatch.setattr(set_search, "COMPARE", replace(set_search.COMPARE, small=(0, 0)))
-    assert fo.shakedown_limit(contact, cycle, friction).load_factor < 0.95 * limit.load_factor
+    searched = fo.shakedown_limit(contact, cycle, friction)
+    assert searched.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
 
 
 def test_pressed_nodes_are_opened_where_nodes_have_gaps():
@@ -94,9 +96,7 @@ def test_pressed_nodes_are_opened_where_nodes_have_gaps():
     best = fo.shakedown_limit(contact, cycle, friction).load_factor
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(set_search, "COMPARE", replace(set_search.COMPARE, small=(0, 0)))
-        closed = fo.shakedown_limit(contact, cycle, friction).load_factor
         opened = fo.shakedown_limit(with_gap, cycle, friction).load_factor
-    assert closed < 0.9 * best
     assert opened == pytest.approx(best, rel=1e-2)
 
 
