@@ -1036,7 +1036,7 @@ FAULTS = (
         "the bound is below what it bounds",
         old="bound + defect",
         new="bound - defect",
-        tests="shakedown limit_checks",
+        tests="limit_checks::test_a_bound_with_its_error_is_not_below_what_it_bounds",
     ),
     Fault(
         "limits/shakedown.py",

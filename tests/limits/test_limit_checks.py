@@ -549,3 +549,11 @@ def test_little_friction_in_space_has_the_limit_by_hand(friction, coupling):
     assert limit.load_factor == pytest.approx(
         friction * (1.5 - coupling * q0) / (1 - friction**2 * coupling * p1), rel=1e-8
     )
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.7])
+def test_a_bound_with_its_error_is_not_below_what_it_bounds(friction):
+    punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    limit = fo.shakedown_limit(punch, cycle, friction)
+    assert limit.load_factor <= limit.bound < limit.load_factor * (1 + 1e-12)
