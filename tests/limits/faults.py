@@ -1370,7 +1370,7 @@ FAULTS = (
         "the multipliers of open nodes are those of closed ones",
         old="lifts / question.clearance",
         new="lifts / question.force",
-        tests="within_gap",
+        tests="within_gap::test_an_open_node_that_touches_limits_the_load_together_with_friction",
     ),
     Fault(
         "limits/shakedown.py",
