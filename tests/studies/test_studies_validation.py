@@ -181,6 +181,7 @@ def test_a_repeated_transient_with_another_bit_is_different():
             "load_factor": [1.0, 1.0, 2.0],
             "start": ["given 0", "given 1", "given 0"],
             "dissipation": [0.0, np.nan, 3.0],
+            "residual": [0.0, 1e-16, 0.0],
             "seconds": [1.0, 2.0, 3.0],
         }
     )
