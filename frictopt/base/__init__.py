@@ -40,6 +40,7 @@ from .checks import (
     flag,
     for_each,
     frozen,
+    is_distribution,
     listed,
     number_of,
     place,

@@ -255,13 +255,17 @@ def flags(name: str, values: object, n: int) -> Booleans:
     return np.array(entries, dtype=bool)
 
 
-def distribution(name: str, value: object) -> Any:
-    """Check a frozen distribution of `scipy.stats` of one random number.
+def is_distribution(value: object) -> bool:
+    """Whether a value is a frozen distribution of `scipy.stats`.
 
     It is known by its methods, because scipy.stats is slow to import.
     """
-    is_frozen = hasattr(value, "dist") and hasattr(value, "ppf")
-    median = value.ppf(0.5) if is_frozen else np.nan  # type: ignore[attr-defined]
+    return hasattr(value, "dist") and hasattr(value, "ppf")
+
+
+def distribution(name: str, value: Any) -> Any:
+    """Check a frozen distribution of `scipy.stats` of one random number."""
+    median = value.ppf(0.5) if is_distribution(value) else np.nan
     if np.ndim(median) or not np.isfinite(median):
         raise ModelError(
             f"{name}: {shown(value)}; give a frozen distribution of scipy.stats with parameters of "

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import ROUNDING, Array, distribution, finite_number, listed, shown
+from ..base import ROUNDING, Array, distribution, finite_number, is_distribution, listed, shown
 from ..base.checks import checked_cases
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..errors import ModelError
@@ -122,12 +122,12 @@ def checked_scatter(
     given: Any = dict(preload) if isinstance(preload, Mapping) else preload
     laws = dict[str, Any]()
     for case, law in given.items() if isinstance(given, dict) else ():
-        if hasattr(law, "dist"):
+        if is_distribution(law):
             laws[case] = distribution(f"preload[{case!r}]", law)
             given[case] = tuple(law.ppf(QUANTILES[::2]))
     preloads = _checked_preload(cycle, given)
     friction_law = None
-    if hasattr(friction, "dist"):
+    if is_distribution(friction):
         friction_law = distribution("friction", friction)
         friction = tuple(friction_law.ppf(QUANTILES))
     if not isinstance(friction, tuple) or len(friction) != 3:

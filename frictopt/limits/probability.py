@@ -23,6 +23,7 @@ from ..base import (
     distribution,
     finite_number,
     frozen,
+    is_distribution,
     progress_bar,
     whole_number,
 )
@@ -160,36 +161,10 @@ def probability_of(
 ) -> ShakedownProbability:
     """The probability that the load factor has a safe slip, by FORM and by a sample."""
     draws = whole_number("draws", draws, least=10)
-    numbers = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
-    random = RandomLimit(limit, ask, load)
-    if friction is not None:
-        _add_friction(random, friction, correlation_length)
-    one = np.ones((1, 1))
-    for case, law in checked_cases("preload", preload or {}, "distribution").items():
-        if case not in limit.cycle.mean:
-            raise ModelError(f"preload[{case!r}]: the mean load has no such load case")
-        random.add(case, law, [case], one)
-    if hasattr(load, "ppf"):
-        random.add(_LOAD, load, [_LOAD], one)
-    else:
-        finite_number("load", load, least=0.0)
-    if not random.names:
-        raise ModelError("friction, preload, load: none is a distribution of scipy.stats; give one")
-
-    form, importance = np.nan, dict[str, float]()
-    design = random.design_point()
-    if design is not None:
-        form = float(ndtr(design[0]))
-        for name, share in zip(random.names, design[1] ** 2, strict=True):
-            importance[name] = importance.get(name, 0.0) + float(share)
-    limits = list[float]()
-    safe = 0
-    with progress_bar(True, "probability", "draw", total=draws) as bar:
-        for u in numbers.standard_normal((draws, len(random.names))):
-            drawn, factor, _ = random.at(u)
-            limits.append(drawn.load_factor)
-            safe += bool(drawn.least <= factor <= drawn.load_factor)
-            bar.update()
+    seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
+    random = _random_limit(RandomLimit(limit, ask, load), friction, preload, correlation_length)
+    form, importance = _by_form(random)
+    limits, safe = _by_sample(random, draws, seed)
     sampled = safe / draws
     # One more of both keeps the error above 0.
     share = (safe + 1) / (draws + 2)
@@ -199,9 +174,53 @@ def probability_of(
     if not agrees:
         method = f"by {draws} draws, standard error {error:.2g}; FORM: {form:.3g}"
     probability = form if agrees else sampled
-    return ShakedownProbability(
-        probability, form, sampled, error, method, importance, frozen(limits)
-    )
+    return ShakedownProbability(probability, form, sampled, error, method, importance, limits)
+
+
+def _random_limit(
+    random: RandomLimit, friction: Any, preload: Any, correlation_length: Any
+) -> RandomLimit:
+    """The random limit with all its inputs; ModelError if none is random."""
+    one = np.ones((1, 1))
+    if friction is not None:
+        _add_friction(random, friction, correlation_length)
+    for case, law in checked_cases("preload", preload or {}, "distribution").items():
+        if case not in random.limit.cycle.mean:
+            raise ModelError(f"preload[{case!r}]: the mean load has no such load case")
+        random.add(case, law, [case], one)
+    if is_distribution(random.load):
+        random.add(_LOAD, random.load, [_LOAD], one)
+    else:
+        finite_number("load", random.load, least=0.0)
+    if not random.names:
+        raise ModelError("friction, preload, load: none is a distribution of scipy.stats; give one")
+    return random
+
+
+def _by_form(random: RandomLimit) -> tuple[float, dict[str, float]]:
+    """The probability by FORM, NaN without a design point, and the share of each input."""
+    design = random.design_point()
+    if design is None:
+        return np.nan, {}
+    distance, direction = design
+    importance = dict[str, float]()
+    for name, share in zip(random.names, direction**2, strict=True):
+        importance[name] = importance.get(name, 0.0) + float(share)
+    return float(ndtr(distance)), importance
+
+
+def _by_sample(random: RandomLimit, draws: int, seed: int) -> tuple[Array, int]:
+    """The limits of a sample, and the number of draws whose load factor has a safe slip."""
+    numbers = np.random.default_rng(seed).standard_normal((draws, len(random.names)))
+    limits = list[float]()
+    safe = 0
+    with progress_bar(True, "probability", "draw", total=draws) as bar:
+        for u in numbers:
+            drawn, factor, _ = random.at(u)
+            limits.append(drawn.load_factor)
+            safe += bool(drawn.least <= factor <= drawn.load_factor)
+            bar.update()
+    return frozen(limits), safe
 
 
 def _add_friction(random: RandomLimit, friction: Any, correlation_length: Any) -> None:

@@ -392,8 +392,9 @@ def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLi
             f"{_NO_GAP}"
         )
     moves = found.multipliers.moves
-    first = solution_of(question, cones, found.first, moves)
-    solution = solution_of(question, cones, safe, moves)
+    program = assembled.stuck(assembled.at_corners(question), every=True)
+    first = solution_of(program, cones, found.first, moves)
+    solution = solution_of(program, cones, safe, moves)
     limit = _between(question, solution, gap, found.steps)
     at_rest = is_safe_at_mean_load(question, first.slip_of_nodes)
     return replace(limit, least=0.0 if at_rest else np.nan)

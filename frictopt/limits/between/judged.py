@@ -6,19 +6,19 @@ import numpy as np
 
 from ...base import Array
 from ...solve.rows import CONE, Rows
-from ..program import assembled
 from ..program.question import Question
+from ..program.rest_program import RestProgram
 from ..program.solution import Solution
 from .bounds import raised
 from .cones import Cones, Point
 
 
-def solution_of(question: Question, cones: Cones, safe: Point, moves: Array) -> Solution:
+def solution_of(program: RestProgram, cones: Cones, safe: Point, moves: Array) -> Solution:
     """The solution of the exact program, which evaluates it on stiffness, loads and contact law.
 
-    `moves` (K, t + 1, R) are the multipliers of the cones.
+    The program has the rows of all corners. `moves` (K, t + 1, R) are the multipliers of the cones.
     """
-    program = assembled.stuck(assembled.at_corners(question), every=True)
+    question = program.question
     unknowns = program.slips[0]
     slips = unknowns.elastic.slips
     x = np.zeros(program.width)
