@@ -117,7 +117,7 @@ def test_both_limits_of_crossland_are_linear_programs_in_load_factor_and_slip(se
     rows, right = np.vstack(rows), np.concatenate(right)
     points = np.column_stack([by_load, by_slip])
     bounds = [(0, None), *([(None, None)] * 3)]
-    allowable = 1.2 * start.max()
+    allowable = 1.2 * max(start.max(), 0.1)
     firsts = [
         linprog(
             [1, 0, 0, 0], np.vstack([rows, -point]), np.r_[right, at - allowable], bounds=bounds
