@@ -255,12 +255,6 @@ CLAIMS = (
         tests="test_design_mean_load::test_random_designs_are_safe_under_the_mean_load_if_any_is",
     ),
     Claim(
-        "answers.sentences.LARGER_DESIGNS_OPEN",
-        by="`Design`",
-        source="`bound`: multipliers; where others open: a search",
-        tests="test_design_search::test_a_design_that_would_open_other_nodes_counts_with_its_own_limit",
-    ),
-    Claim(
         "",
         also="no design is safe at any load factor with all nodes closed; no design is safe at any load factor above 0 with all nodes closed",
         by="`DesignModel`",

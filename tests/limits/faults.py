@@ -525,8 +525,8 @@ FAULTS = (
     Fault(
         "limits/best_design/search.py",
         "the search never begins without a design",
-        old="not np.any(open_nodes)",
-        new="True",
+        old="self.alternate(open_nodes)",
+        new="None",
         tests="design_search",
         within="DesignSearch.from_no_design",
     ),

@@ -9,22 +9,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.cases import few
 from helpers.systems import CYCLE, random_system
 
 A = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, -0.5], [0.0, -0.5, 2.0]])
 B = 0.2 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-
-
-def pulled_open(seed):
-    """A contact of three nodes, of which the mean load pulls the middle node open."""
-    rng = np.random.default_rng(seed)
-    p = np.array([1.0, -0.3, 1.0]) * rng.uniform(0.5, 1.5, 3)
-    loads = {
-        "mean": (np.zeros(3), p),
-        "cyclic": (rng.uniform(0.2, 0.6, 3), rng.uniform(-0.2, 0.2, 3)),
-    }
-    return fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], loads)
 
 
 def with_a_bolt(seed, nodes):
@@ -38,33 +26,35 @@ def with_a_bolt(seed, nodes):
     return system.with_bonded({"mean": (q, p), "bolt": bolt}), float(rng.uniform(0.3, 0.8))
 
 
-@pytest.mark.parametrize("seed", few([4, 6, 7], 1))
-def test_the_search_begins_without_a_design_too(seed):
-    """The search also begins with the nodes that are open without a design.
+def test_the_search_begins_without_a_design_too():
+    """A node that a bolt can close is better left open, because the bolt unloads the other nodes.
 
-    With all nodes closed there is a worse design. The best design never gets worse with a larger
-    bound of the preload, and the contact with the design built in has its load factor.
+    By hand: the mean load pulls node 0 by 1 and presses 19 nodes by 1, which carry the shear force
+    `load factor`. The bolt presses node 0 by .5 and pulls the others by .02. With all nodes closed
+    it needs the preload 2, and they carry .5 * .96; without a preload node 0 is open, and they
+    carry .5. A search that begins with the nodes that are open under the largest preload is not
+    told of that. There are too many nodes to compare all sets.
     """
-    system = pulled_open(seed)
-    model = fo.DesignModel(system, CYCLE, preloads=["cyclic"])
-    least = fo.shakedown_limit(system, CYCLE, 0.5).load_factor
-    for most in (0.01, 1.0, 100.0):
-        design = model.solve(0.5, [cp.abs(model.preload) <= most])
-        assert design.load_factor >= least * (1 - 1e-6)
-        least = design.load_factor
-        built = fo.shakedown_limit(
-            system,
-            fo.LoadCycle({"mean": 1.0, "cyclic": design.preload["cyclic"]}, CYCLE.corners),
-            0.5,
-        )
-        assert built.load_factor >= least * (1 - 1e-6)
+    none, others = np.zeros(20), np.r_[0.0, np.ones(19)]
+    loads = {
+        "P": (none, np.r_[-1.0, np.ones(19)]),
+        "bolt": (none, np.r_[0.5, np.full(19, -0.02)]),
+        "Q": (others, none),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(20), np.zeros((20, 20)), np.eye(20), np.arange(20.0), loads
+    )
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    model = fo.DesignModel(contact, cycle, preloads=["bolt"])
+    design = model.solve(0.5, [model.preload >= 0, model.preload <= 10.0])
+    assert design.load_factor == pytest.approx(0.5)
+    assert design.open.tolist() == [True, *[False] * 19]
 
 
 def test_a_design_that_would_open_other_nodes_counts_with_its_own_limit():
     """The load factor of a design is the limit of the contact that is built.
 
-    `shakedown_limit` of this contact agrees, from the mean load of the design on. If none of the
-    larger designs counts, `reason` says so, and `bound` is their bound.
+    `shakedown_limit` of this contact agrees, from the mean load of the design on.
     """
     system, friction = with_a_bolt(10008, 3)
     model = fo.DesignModel(system, CYCLE, preloads=["cyclic"])
@@ -77,9 +67,6 @@ def test_a_design_that_would_open_other_nodes_counts_with_its_own_limit():
         ).load_factor
 
     assert wide.load_factor > 2 * narrow.load_factor
-    assert ("the search stops before them" in wide.reason) == (
-        wide.bound > wide.load_factor * (1 + 1e-6)
-    )
     assert built(wide.preload["cyclic"]) == pytest.approx(wide.load_factor, rel=1e-6)
 
 

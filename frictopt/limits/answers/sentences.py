@@ -335,12 +335,6 @@ NO_OTHER_DESIGNS_OPEN = Sentence(
     ", and none with other nodes open",
     assumes="branch and bound has compared all sets of nodes that stay open",
 )
-LARGER_DESIGNS_OPEN = Sentence(
-    "{opened}larger designs are better{node_states}, but under their mean load other nodes open: "
-    "the search stops before them",
-    assumes="the nodes of `opens` stay open in each scenario, all others closed; `bound` is the "
-    "bound of the larger designs",
-)
 
 # Gross slip
 

@@ -7,7 +7,7 @@ solves for it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -20,7 +20,6 @@ from ..answers.answered import Answered
 from ..answers.sentences import (
     BEST_DESIGN,
     BEST_SAFE_DESIGN,
-    LARGER_DESIGNS_OPEN,
     NO_OTHER_DESIGNS_OPEN,
     OTHER_DESIGNS_OPEN,
     START_UNKNOWN,
@@ -66,8 +65,7 @@ class Design(Answered, Explained):
         `least` no slip is safe with the same nodes open. NaN if rounding hides it.
     bound
         Upper bound of the load factor (or objective), from the multipliers, for all designs with
-        the same open nodes that satisfy the constraints. It equals the value up to `residual`. The
-        exception is a search that ends because larger designs open other nodes (see `reason`).
+        the same open nodes that satisfy the constraints. It equals the value up to `residual`.
     preload
         Series: amplitude that the design adds to the mean load, for each load case of `preloads`.
     profile
@@ -112,8 +110,6 @@ class Design(Answered, Explained):
     problem: Any = None
     # What the printed problem needs; None once it is listed.
     _found: Found | None = None
-    # Whether larger designs would be better, but open other nodes under their mean load.
-    _stops: bool = False
     # Whether no design with other open nodes is better.
     _is_best_of_all: bool = False
     # Whether the design had to be safe under the mean load, too.
@@ -149,15 +145,12 @@ class Design(Answered, Explained):
     def reason(self) -> str:
         """Explanation that no design is better, and the open nodes for which this holds."""
         node_states = self._question.node_states
-        if self._stops:
-            reason = LARGER_DESIGNS_OPEN(opened=self._opened, node_states=node_states)
-        else:
-            sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
-            reason = sentence(opened=self._opened, node_states=node_states)
-            if self._is_best_of_all:
-                reason += NO_OTHER_DESIGNS_OPEN()
-            elif any(nodes.any() for nodes in self.opens):
-                reason += OTHER_DESIGNS_OPEN()
+        sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
+        reason = sentence(opened=self._opened, node_states=node_states)
+        if self._is_best_of_all:
+            reason += NO_OTHER_DESIGNS_OPEN()
+        elif any(nodes.any() for nodes in self.opens):
+            reason += OTHER_DESIGNS_OPEN()
         if np.isnan(self.least):
             reason += START_UNKNOWN()
         elif self.least > 0:
@@ -181,9 +174,6 @@ class Design(Answered, Explained):
         for question in self._questions:
             least.append(ShakedownLimits().of_set(question).least)
         return float(np.max(least))
-
-    def _before(self, larger: Design) -> Design:
-        return replace(self, bound=larger.bound, _stops=True)
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each node: node, its place, its slip, and the profile if there is one."""

@@ -241,22 +241,19 @@ class DesignModel(SafeModel):
         scenarios: Sequence[Scenario],
         user: UserRows | None,
         open_nodes: OpenNodes,
-        share: float = 1.0,
-        larger: Design | None = None,
     ) -> Design:
         """The best design with given nodes open in each scenario.
 
-        If `larger` is given, preloads are at most `share` times the largest preload of that design,
-        and the profile at most `share` times its largest depth. If the best design is not safe
-        under the mean load, it is replaced by the best design that is, if there is one.
+        If the best design is not safe under the mean load, it is replaced by the best design that
+        is, if there is one.
         """
-        design = self._solved(scenarios, user, open_nodes, share, larger)
+        design = self._solved(scenarios, user, open_nodes)
         if design._is_safe_at_mean_load:
             return design
         at_mean_load = [under_mean_load(scenario) for scenario in scenarios]
         both = [*scenarios, *at_mean_load]
         try:
-            safe = self._solved(both, user, [*open_nodes, *open_nodes], share, larger)
+            safe = self._solved(both, user, [*open_nodes, *open_nodes])
         except (NoneSafeError, SolverError):
             return design
         count = len(scenarios)
@@ -272,8 +269,6 @@ class DesignModel(SafeModel):
         scenarios: Sequence[Scenario],
         user: UserRows | None,
         open_nodes: OpenNodes,
-        share: float,
-        larger: Design | None,
     ) -> Design:
         """The solution of the program of a design, see `_best_with`."""
         opened = []
@@ -282,7 +277,7 @@ class DesignModel(SafeModel):
             if question is None:
                 raise NoneSafeError("design: the closed nodes do not hold the open ones")
             opened.append(Scenario(question, scenario.shares))
-        program = design_program(self._choice, opened, share, larger)
+        program = design_program(self._choice, opened)
         goal = "load_factor"
         if user is not None:
             goal = user.add_to(program)

@@ -22,7 +22,6 @@ from ...base import CONDENSATION, GROWN, Array, Integers, checked_loads, frozen,
 from ...contact import ContactSystem, LoadCycle, joined
 from ...errors import ModelError
 from ...solve.problem import Problem
-from ...solve.rows import LINEAR
 from ..printed import models
 from ..printed.listing import fill, rest_rows, state_rows
 from ..printed.models import Row, Unknowns, constant, defines, unknowns
@@ -337,24 +336,16 @@ def _with_profile(
 def design_program(
     choice: Choice,
     scenarios: Sequence[Scenario],
-    share: float = 1.0,
-    larger: Any = None,
     loose: Integers | None = None,
 ) -> RestProgram:
     """The load factors and designs under which all scenarios rest; their nodes are open as given.
 
-    The nodes `loose`, which are closed in all scenarios, are neither open nor closed. If `larger`
-    is given, preloads are at most `share` times the largest preload of that design, and the profile
-    at most `share` times its largest depth.
+    The nodes `loose`, which are closed in all scenarios, are neither open nor closed.
     """
     program = _of_scenarios(choice, scenarios, loose)
     for number, question in enumerate(program.questions):
         here = (program.response_of == number)[:, None]
         law_rows(program, question, here & ~question.open_nodes, here & question.open_nodes)
-    if larger is not None:
-        sizes = {"preload": larger.preload.to_numpy(), "profile": larger.profile}
-        for name in choice.components:
-            _no_larger(program, name, share * float(np.abs(sizes[name]).max()))
     return program
 
 
@@ -392,16 +383,6 @@ def _of_scenarios(
     for number in range(len(questions) if loose is None else 0):
         within_slip_bound(program, number)
     return program
-
-
-def _no_larger(program: RestProgram, name: str, size: float) -> None:
-    """Rows that bound the size of all entries of a named unknown."""
-    count = program.named[name].stop - program.named[name].start
-    entries = program.unknown(name) + np.arange(count)
-    unit = program.named_units[program.named[name]]
-    for sign in (1.0, -1.0):
-        term = entries, np.full(count, -sign)
-        program.add(f"size_{name}", LINEAR, [[term]], np.full(count, size), unit)
 
 
 def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:

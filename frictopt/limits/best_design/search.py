@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -33,13 +32,6 @@ class NoneSafeError(ModelError):
     """No design is safe with the given nodes open. With other nodes open, one may be safe."""
 
 
-class Size(NamedTuple):
-    """A share of the size of the largest design, and the value of the best design of that size."""
-
-    share: float
-    value: float
-
-
 @dataclass(frozen=True)
 class SearchSettings:
     """Numbers of the search for the open nodes of a design."""
@@ -48,11 +40,6 @@ class SearchSettings:
     most_sets: int = 8
     # Smallest relative difference of two values, or of two load factors, that counts.
     gain: float = 1e-7
-    # Factor by which the size shrinks until a design counts, and the largest number of times.
-    shrink: float = 0.25
-    most_shrinks: int = 8
-    # Number of bisections between a size that counts and one that does not.
-    halves: int = 24
 
 
 SEARCH = SearchSettings()
@@ -64,8 +51,7 @@ class DesignSearch:
     Parameters
     ----------
     best_with
-        Function that returns the best design with given open nodes. If it is also called with a
-        share and a larger design, the size is at most this share of the larger one.
+        Function that returns the best design with given open nodes.
     listed
         Function that adds its printed problem to a design.
     goal
@@ -78,7 +64,7 @@ class DesignSearch:
 
     def __init__(
         self,
-        best_with: Callable[..., Design],
+        best_with: Callable[[OpenNodes], Design],
         listed: Callable[[Design], Design],
         goal: str,
         solver: str | None,
@@ -119,22 +105,13 @@ class DesignSearch:
             open_nodes = self._nodes_that_open(open_nodes)
 
     def from_no_design(self, open_nodes: OpenNodes) -> None:
-        """Start from the nodes that are open without a design, with smaller designs if necessary.
-
-        Very small designs leave the same nodes open. So if the best design with these open nodes
-        opens other nodes, some smaller design counts.
-        """
-        if not np.any(open_nodes):
-            return
+        """Start from the nodes that are open without a design."""
         try:
             self.alternate(open_nodes)
         # With these open nodes the design grows without end.
         except ModelError:
             if not self.counted:
                 raise
-        largest = self._uncounted.get(_key(open_nodes))
-        if largest is not None and not self._reaches(largest.value):
-            self._largest_that_counts(open_nodes, largest)
 
     def compare(self, loose: LooseNodes, scenarios: int) -> None:
         """Bound the designs of all sets of open nodes, until no other set may have a better one."""
@@ -187,41 +164,6 @@ class DesignSearch:
             self._refused.insert(0, SolverError(why))
         return [limit.open for limit in limits]
 
-    def _largest_that_counts(self, open_nodes: OpenNodes, largest: Design) -> None:
-        """Find the largest size at which the best design counts, by bisection.
-
-        A size at which no design obeys the constraints is too small.
-        """
-        low = Size(0.0, -np.inf)
-        high = Size(1.0, largest.value)
-        share = SEARCH.shrink
-        for _ in range(SEARCH.most_shrinks + SEARCH.halves):
-            self._bar.update()
-            design = self._smaller(open_nodes, largest, share)
-            if design is None:
-                low = Size(share, -np.inf)
-            elif _counts(design, open_nodes, self._limits(design, open_nodes)):
-                low = Size(share, design.value)
-                self._keep(design._before(largest))
-            else:
-                high = Size(share, design.value)
-            if _settled(low, high) or self._reaches(high.value):
-                return
-            if low.share > 0:
-                share = (low.share + high.share) / 2
-            else:
-                share = high.share * SEARCH.shrink
-
-    def _smaller(self, open_nodes: OpenNodes, largest: Design, share: float) -> Design | None:
-        """The best design whose size is at most a share of the size of another design.
-
-        None if no such design exists.
-        """
-        try:
-            return self._best_with(open_nodes, share, largest)
-        except (ModelError, SolverError):
-            return None
-
     def _limits(self, design: Design, open_nodes: OpenNodes) -> list[ShakedownLimit]:
         """The limits with a design built in; empty if all nodes are closed and stay closed."""
         if np.any(open_nodes) or design.touches:
@@ -265,13 +207,6 @@ def _counts(design: Design, open_nodes: OpenNodes, limits: Sequence[ShakedownLim
         return True
     promised = design.load_factor * (1 - SEARCH.gain)
     return bool(limits) and all(limit.load_factor >= promised for limit in limits)
-
-
-def _settled(low: Size, high: Size) -> bool:
-    """Whether the two values are close to each other, or the size is nearly zero."""
-    if high.share < SEARCH.shrink**SEARCH.most_shrinks:
-        return True
-    return bool(np.isfinite(low.value)) and high.value - low.value <= SEARCH.gain * abs(low.value)
 
 
 def _key(open_nodes: OpenNodes) -> bytes:
