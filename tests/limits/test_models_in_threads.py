@@ -6,7 +6,11 @@ Copies of a model are independent of it.
 import copy
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from itertools import groupby
+from threading import get_ident
+from time import sleep
 
+import cvxpy as cp
 import numpy as np
 import pytest
 
@@ -43,6 +47,36 @@ def test_threads_that_ask_one_model_each_get_the_answer_to_their_friction(name):
     for f, answer in zip(frictions, answers, strict=True):
         assert answer.friction == pytest.approx(f)
         assert numbers(answer) == pytest.approx(right[f], rel=1e-7, abs=1e-9)
+
+
+class Watched(cp.Parameter):
+    """A parameter that notes which thread reads it, and lets the others work meanwhile."""
+
+    @property
+    def value(self):
+        self.readers.append(get_ident())
+        sleep(0.002)
+        return cp.Parameter.value.fget(self)
+
+    @value.setter
+    def value(self, given):
+        cp.Parameter.value.fset(self, given)
+
+
+@pytest.mark.parametrize("name", ["shakedown", "guaranteed", "safe slip"])
+def test_a_thread_reads_the_rows_of_the_user_only_after_another_has_its_answer(name):
+    """Both answers are put into the same rows, so that their multipliers would be mixed up."""
+    kind, options, _ = MODELS[name]
+    model = kind(SYSTEM, CYCLE, **options)
+    most = Watched(nonneg=True)
+    most.readers = []
+    most.value = 1.0
+    given = (0.3,) if name == "safe slip" else ()
+    row = cp.abs(model.slip) <= most
+    with ThreadPoolExecutor(2) as threads:
+        list(threads.map(lambda f: model.solve(f, *given, constraints=[row]), (0.5, 0.6)))
+    turns = [thread for thread, _ in groupby(most.readers)]
+    assert len(turns) == len(set(turns)) <= 2 < len(most.readers)
 
 
 @pytest.mark.parametrize("name", MODELS)
