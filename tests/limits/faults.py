@@ -885,9 +885,7 @@ FAULTS = (
         "sets beside that of least friction are not looked at",
         old="self._climb(starts[-1])",
         new="None",
-        tests=(
-            "required_friction::test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit"
-        ),
+        tests="set_search",
     ),
     Fault(
         "limits/search/likely_sets.py",

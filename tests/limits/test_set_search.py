@@ -20,6 +20,7 @@ from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, NODE, explained, random_system, system
 from studies.validation.blocks import block
 from studies.validation.open_sets import largest_with_open
+from studies.validation.stays_open import interval_of_set
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),
@@ -474,3 +475,16 @@ def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction
         == fo.march(pair, CYCLE, 0.7, 0.0, cycles=1).gap.max()
     )
     assert [False, True] in starts
+
+
+def test_the_search_looks_beside_the_set_that_the_mean_load_opens_with_least_friction():
+    """A plain program with 19 nodes of a block open has a limit that the search has to reach.
+
+    The best of the sets that the mean load opens has .441 at most, and so have sets beside it.
+    """
+    contact, cycle, friction = block(6, 30)
+    opened = np.ones(30, dtype=bool)
+    opened[[15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 27]] = False
+    _, largest = interval_of_set(contact, cycle, friction, opened)
+    assert largest > 0.5
+    assert fo.shakedown_limit(contact, cycle, friction).load_factor >= largest * (1 - 1e-7)
