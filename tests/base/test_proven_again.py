@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.__main__ import main
+from helpers.command import main
 from helpers.systems import CYCLE, block, random_system, uncoupled
 
 SYSTEM = random_system(np.random.default_rng(3), 3)

@@ -12,7 +12,7 @@ import openpyxl
 import pytest
 
 import frictopt as fo
-from frictopt.__main__ import main
+from helpers.command import main
 from helpers.systems import CYCLE, random_system
 
 resource = pytest.importorskip("resource")  # of Unix

@@ -18,7 +18,7 @@ import pytest
 from scipy import stats
 
 import frictopt as fo
-from frictopt.__main__ import main
+from helpers.command import main
 from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 4)

@@ -16,11 +16,11 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.__main__ import main
 from frictopt.base import Bar, strict_json
 from frictopt.command import main as run
 from frictopt.command import options, questions
 from frictopt.study import dissipation
+from helpers.command import main
 from helpers.systems import CYCLE, random_system, system
 
 ROOT = Path(__file__).parents[2]

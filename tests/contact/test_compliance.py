@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from skfem import MeshQuad
 
 import frictopt as fo
-from frictopt.contact import joined
+from helpers.components import joined
 from helpers.meshes import box
 
 PAPER = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])

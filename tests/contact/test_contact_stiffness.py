@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
+from helpers.components import joined
 from helpers.meshes import wedge
 from helpers.motions import free_motions
 from helpers.springs import punch

@@ -14,7 +14,7 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.contact import joined, parted
+from helpers.components import joined, parted
 from helpers.refused import refused
 from helpers.spatial import random_contact
 from helpers.systems import (

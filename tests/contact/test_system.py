@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined, parted
+from helpers.components import joined, parted
 from helpers.spatial import random_contact
 from helpers.systems import random_system
 

@@ -9,8 +9,8 @@ import pytest
 from skfem import MeshHex, MeshTet
 
 import frictopt as fo
-from frictopt.__main__ import main
 from helpers.calculix import Block, deck, node_set, run
+from helpers.command import main
 from helpers.quadratic import arched, two_boxes
 
 GRID = [0.0, 0.2, 0.7, 1.0], [0.0, 0.5, 2.0]

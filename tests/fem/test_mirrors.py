@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
 from frictopt.limits import pose
 from helpers.cases import few
+from helpers.components import joined
 
 SEEDS = pytest.mark.parametrize("seed", few(range(6)))
 BOTH = pytest.mark.parametrize("tangents", [1, 2])

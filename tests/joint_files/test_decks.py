@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.__main__ import main
+from helpers.command import main
 from helpers.joint_decks import (
     CAP,
     HELD,

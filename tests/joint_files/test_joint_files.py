@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.__main__ import main
+from helpers.command import main
 
 DATA = Path(__file__).parents[1] / "data"
 PAGE = (Path(__file__).parents[2] / "docs" / "command.md").read_text(encoding="utf-8")

@@ -16,7 +16,6 @@ from scipy.sparse import csr_matrix
 from skfem import MeshQuad
 
 import frictopt as fo
-from frictopt.reference import half_plane_contact
 from helpers.paths import WALKING
 from helpers.systems import linprog_limit
 from helpers.worn import sphere
@@ -253,7 +252,7 @@ def test_a_published_oscillator(monkeypatch):
 
 
 def test_the_cylinder_of_cattaneo_and_mindlin():
-    arrays = half_plane_contact(nodes=160, half_length=1.2, E_star=1.0, R=1.0)
+    arrays = fo.reference.half_plane_contact(nodes=160, half_length=1.2, E_star=1.0, R=1.0)
     system = fo.ContactSystem.from_blocks(**arrays)
     P, f = np.pi / 4, 0.4
     x = np.array([0.35, 0.5, 0.7, 0.9])

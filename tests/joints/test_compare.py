@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.__main__ import main
+from helpers.command import main
 from helpers.systems import BLOCK, PUSHED_AND_PULLED
 
 

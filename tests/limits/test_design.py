@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
 from helpers.cases import few
+from helpers.components import joined
 from helpers.oracle import TIGHT
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
 from helpers.cases import few
+from helpers.components import joined
 from helpers.oracle import TIGHT
 from helpers.systems import random_system
 

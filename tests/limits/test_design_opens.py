@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
 from helpers.cases import few
+from helpers.components import joined
 from helpers.designs import CYCLE, pulled
 from helpers.oracle import TIGHT
 from studies.validation.blocks import block

@@ -13,10 +13,10 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.contact import joined
 from frictopt.transients.balance import self_stress
 from frictopt.transients.statics import nodal_motions, rigid_motions
 from helpers.cases import few
+from helpers.components import joined
 from helpers.liars import is_excess, lying, misread, unpolished
 from helpers.systems import TO_AND_FRO, block, body, rigid
 from studies.validation.fuzz.embedded import embedded

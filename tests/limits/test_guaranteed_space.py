@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits.guarantee.critical_state import smallest_discs
-from frictopt.reference import smallest_circle
 from helpers.cases import few
 from helpers.guaranteed import check
 from helpers.spatial import random_contact
@@ -151,7 +150,7 @@ def test_the_smallest_disc_around_discs(corners, apart):
         :: 1 if apart == 0 else 8
     ]:
         if apart == 0 and corners < 8:
-            known = smallest_circle(one)
+            known = fo.reference.smallest_circle(one)
             assert radius == pytest.approx(known[1], abs=1e-12)
             assert found == pytest.approx(known[0], abs=1e-9)
         elif apart > 0:

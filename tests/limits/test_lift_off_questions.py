@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import SafeSlipModel
 from helpers.cases import few
 from helpers.liars import misread
 from helpers.orders import every_order, largest_in_order
@@ -205,7 +204,7 @@ def test_a_plane_contact_has_the_same_safe_slip_in_space():
 
 
 def test_questions_without_events_are_refused(pin):
-    model = SafeSlipModel(pin, PIN)
+    model = fo.SafeSlipModel(pin, PIN)
     for question, why in (
         (
             lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import LimitKind
 from helpers.cases import few
 from helpers.systems import CYCLE, explained, random_system, system
 from studies.validation.fuzz.embedded import embedded
@@ -45,84 +44,84 @@ FOLLOWS = [
     "pass slip_bound",
 ]
 CASES = {  # contact, cycle, options, kind, texts
-    "finite": (COUPLED, CYCLE, {}, LimitKind.FINITE, ["is safe above it"]),
+    "finite": (COUPLED, CYCLE, {}, fo.LimitKind.FINITE, ["is safe above it"]),
     "pressing": (
         COUPLED,
         PRESSING,
         {},
-        LimitKind.UNBOUNDED,
+        fo.LimitKind.UNBOUNDED,
         ["the shakedown limit is infinite: " + ENDLESS + NO_GROWTH],
     ),
-    "pressed as much as sheared": (HELD, ONE_WAY, {}, LimitKind.UNBOUNDED, [STAYS]),
+    "pressed as much as sheared": (HELD, ONE_WAY, {}, fo.LimitKind.UNBOUNDED, [STAYS]),
     "pressed within a slip bound": (
         HELD,
         ONE_WAY,
         WITHIN,
-        LimitKind.UNBOUNDED,
+        fo.LimitKind.UNBOUNDED,
         ["within the slip bound; ", STAYS],
     ),
-    "following": (ALONE, ONE_WAY, {}, LimitKind.UNBOUNDED, FOLLOWS),
+    "following": (ALONE, ONE_WAY, {}, fo.LimitKind.UNBOUNDED, FOLLOWS),
     "still": (
         COUPLED,
         fo.LoadCycle({"mean": 1.0}, [{}]),
         {},
-        LimitKind.UNBOUNDED,
+        fo.LimitKind.UNBOUNDED,
         ["the corners carry no load"],
     ),
     "still at the contact": (
         plain(2, 0.0, 1.0, 0.0, 0.0),
         CYCLE,
         {},
-        LimitKind.UNBOUNDED,
+        fo.LimitKind.UNBOUNDED,
         ["the corners carry no load"],
     ),
     "pulled": (
         plain(2, 0.0, -1.0, 1.0, 0.0, B=0.1),
         CYCLE,
         {},
-        LimitKind.NO_SAFE_SLIP,
+        fo.LimitKind.NO_SAFE_SLIP,
         ["compression must be positive", "sum to -2"],
     ),
     "pulled alone": (
         plain(1, 0.0, -1.0, 1.0, 0.0),
         CYCLE,
         {},
-        LimitKind.NO_SAFE_SLIP,
+        fo.LimitKind.NO_SAFE_SLIP,
         ["compression must be positive", "sum to -1"],
     ),
     "half open": (
         plain(2, 0.0, [1.0, -0.5], 1.0, 0.0),
         CYCLE,
         {},
-        LimitKind.FINITE,
+        fo.LimitKind.FINITE,
         ["with 1 of 2 nodes open: "],
     ),
     "unloaded": (
         COUPLED,
         UNLOADED,
         {},
-        LimitKind.FINITE,
+        fo.LimitKind.FINITE,
         ["any load factor above 0", "the mean load is zero"],
     ),
     "unloaded within a slip bound": (
         COUPLED,
         UNLOADED,
         WITHIN,
-        LimitKind.FINITE,
+        fo.LimitKind.FINITE,
         ["the mean load is zero"],
     ),
     "pressed by the corner alone": (
         COUPLED,
         PRESSED,
         {},
-        LimitKind.UNBOUNDED,
+        fo.LimitKind.UNBOUNDED,
         ["every load factor"],
     ),
     "bounded": (
         SHEARED,
         CYCLE,
         WITHIN,
-        LimitKind.NO_SAFE_SLIP,
+        fo.LimitKind.NO_SAFE_SLIP,
         ["within the slip bound", "larger slip_bound", "exceed"],
     ),
 }
@@ -138,16 +137,16 @@ def test_every_limit_says_its_kind_and_why(ask, name, simplify, place):
     number = limit.load_factor
     assert limit.kind is kind
     assert {
-        LimitKind.FINITE: np.isfinite,
-        LimitKind.UNBOUNDED: np.isposinf,
-        LimitKind.NO_SAFE_SLIP: np.isnan,
+        fo.LimitKind.FINITE: np.isfinite,
+        fo.LimitKind.UNBOUNDED: np.isposinf,
+        fo.LimitKind.NO_SAFE_SLIP: np.isnan,
     }[kind](number)
     assert (number == 0) == name.startswith("unloaded") and limit.residual <= 1e-9
-    if kind is not LimitKind.FINITE:
+    if kind is not fo.LimitKind.FINITE:
         rates = (limit if ask is fo.shakedown_limit else limit.shakedown).friction_rate
         assert all(np.isnan(values).all() for values in (limit.slip, *limit.reactions, rates))
         assert (
-            kind is LimitKind.UNBOUNDED
+            kind is fo.LimitKind.UNBOUNDED
             or ask is fo.guaranteed_limit
             or set(limit.mechanism.node) == set(range(contact.nodes))
         )
@@ -167,10 +166,10 @@ def test_a_contact_that_locks_itself_says_so(place):
     """
     wedge = place(system(np.eye(1), [[2.5]], 0.0, 1.0, 1.0, 0.0))
     locked = fo.shakedown_limit(wedge, CYCLE, 0.5)
-    assert locked.kind is LimitKind.UNBOUNDED
+    assert locked.kind is fo.LimitKind.UNBOUNDED
     assert "wedges the contact tighter (self-locking with f = 0.5)" in locked.reason
     assert "pass slip_bound" in locked.reason
-    assert fo.shakedown_limit(wedge, CYCLE, 0.3).kind is LimitKind.FINITE
+    assert fo.shakedown_limit(wedge, CYCLE, 0.3).kind is fo.LimitKind.FINITE
     bounded = fo.shakedown_limit(wedge, CYCLE, 0.5, slip_bound=0.4)
     assert bounded.load_factor == pytest.approx(0.5 * (1 + 2.5 * 0.4) - 0.4)
     assert bounded.largest_slip == pytest.approx(0.4)
@@ -207,7 +206,7 @@ def test_a_static_bulk_stress_of_any_size_has_a_safe_slip(ask, scene, stress):
     assert left <= 1e-12 * np.abs(np.r_[q, p]).max()
 
     limit = ask(contact, fo.LoadCycle({"P": 1.0}, [{"sigma": stress}]), 0.3)
-    assert limit.kind is LimitKind.UNBOUNDED
+    assert limit.kind is fo.LimitKind.UNBOUNDED
     assert limit.load_factor == np.inf
 
 

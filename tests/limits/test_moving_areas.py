@@ -13,7 +13,6 @@ from numpy.testing import assert_allclose
 
 import frictopt as fo
 from frictopt.limits import NoPath, moving_areas, normal_path, pose
-from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_areas import compared, contact, works
@@ -24,7 +23,9 @@ P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
 
 def cylinder(cells, half_length):
     """A cylinder on a half-plane, with a load case that rolls it by its amplitude."""
-    system = fo.ContactSystem.from_blocks(**half_plane_contact(cells, half_length, 1.0, R=1.0))
+    system = fo.ContactSystem.from_blocks(
+        **fo.reference.half_plane_contact(cells, half_length, 1.0, R=1.0)
+    )
     return system.with_bonded({**system.bonded, "roll": (0 * system.x, system.C @ system.x)})
 
 
@@ -288,7 +289,7 @@ def test_the_referee_of_all_instants_refuses_a_rim_that_moves_otherwise():
 
 
 def test_closed_and_constantly_open_areas_keep_the_ordinary_limit_and_cover_all_states():
-    flat = fo.ContactSystem.from_blocks(**half_plane_contact(8, 1.0, 1.0))
+    flat = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(8, 1.0, 1.0))
     static = fo.LoadCycle({"P": P}, [{"Q": -1.0}, {"Q": 1.0}])
     for system in (flat, cylinder(20, 1.6)):
         limit = fo.shakedown_limit(system, static, F)
@@ -360,6 +361,6 @@ def test_of_two_nodes_that_lose_their_pressure_at_once_one_opens():
 def test_a_free_body_that_lifts_off_has_no_path():
     with pytest.raises(NoPath):
         normal_path(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[1.0, 1.0], [-2.0, -1.0]]))
-    system = fo.ContactSystem.from_blocks(**half_plane_contact(6, 1.0, 1.0))
+    system = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(6, 1.0, 1.0))
     lifted = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}] * 2, fixed=[{"P": -3.0}, {"P": 1.0}])
     assert np.isnan(fo.shakedown_limit(system, lifted, F).load_factor)

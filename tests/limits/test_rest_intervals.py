@@ -23,7 +23,6 @@ from frictopt.limits import (
     rest_intervals,
 )
 from frictopt.limits.moving import path_pieces
-from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_areas import Case, ends
@@ -47,7 +46,7 @@ LOOP = path((0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0))
 
 
 def cylinder(cells):
-    return fo.ContactSystem.from_blocks(**half_plane_contact(cells, 1.6, 1.0, R=1.0))
+    return fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(cells, 1.6, 1.0, R=1.0))
 
 
 def harmonic(phase, shear=0.1, corners=8):
@@ -314,7 +313,7 @@ def test_the_events_are_those_at_the_limit():
 
 
 def test_closed_contacts_keep_their_limit():
-    flat = fo.ContactSystem.from_blocks(**half_plane_contact(8, 1.0, 1.0))
+    flat = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(8, 1.0, 1.0))
     cycle = fo.LoadCycle({"P": P}, [{"Q": -0.3, "P": 0.1}, {"Q": 0.3, "P": -0.2}])
     limit = fo.shakedown_limit(flat, cycle, F)
     closed = fo.shakedown_limit(flat, cycle, F, open_nodes=np.zeros(8, dtype=bool))

@@ -10,7 +10,6 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
-from frictopt.contact import joined
 from helpers.calculix import (
     Block,
     chained,
@@ -22,6 +21,7 @@ from helpers.calculix import (
     run,
 )
 from helpers.cases import few
+from helpers.components import joined
 
 pytestmark = pytest.mark.ccx
 

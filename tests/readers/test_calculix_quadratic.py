@@ -12,9 +12,9 @@ from scipy.sparse.linalg import spsolve
 from skfem import MeshTri
 
 import frictopt as fo
-from frictopt.__main__ import main
-from frictopt.contact import joined
 from helpers.calculix import KINDS, NODES, deck, displacements, elements, run
+from helpers.command import main
+from helpers.components import joined
 from helpers.quadratic import arched, dimensions, two_boxes
 
 pytestmark = pytest.mark.ccx

@@ -14,9 +14,9 @@ from scipy.sparse import block_array, csr_matrix, diags, identity, kron
 from skfem import MeshHex, MeshTri
 
 import frictopt as fo
-from frictopt.contact import joined
 from frictopt.fem import schur
 from helpers.cases import few
+from helpers.components import joined
 from helpers.motions import free_motions
 from helpers.multipliers import by_multipliers, problem
 

@@ -6,10 +6,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from frictopt.reference import bonded_corner, sliding_corner_exponent
+import frictopt as fo
 
 HALF_ANGLE, INTERFACE = 3 * np.pi / 4, np.pi / 4
-MODES = pytest.mark.parametrize("mode", bonded_corner(), ids=("symmetric", "antisymmetric"))
+MODES = pytest.mark.parametrize(
+    "mode", fo.reference.bonded_corner(), ids=("symmetric", "antisymmetric")
+)
 
 
 def potentials(exponent, theta, kolosov=1.8):
@@ -101,8 +103,8 @@ def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
     dips = exponents[1:-1][
         (values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]) & (values[1:-1] < 1e-2)
     ]
-    assert dips == pytest.approx([mode.exponent for mode in bonded_corner()], abs=5e-4)
-    for mode in bonded_corner():
+    assert dips == pytest.approx([mode.exponent for mode in fo.reference.bonded_corner()], abs=5e-4)
+    for mode in fo.reference.bonded_corner():
         matrix = bonded_matrix(mode.exponent)
         assert least_singular_value(matrix) < 1e-12
         s_tt, s_rt = (potentials(mode.exponent, INTERFACE) @ np.linalg.svd(matrix)[2][-1])[:2]
@@ -123,7 +125,7 @@ def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
 )
 def test_sliding_exponent_is_the_leading_root_of_the_eight_conditions(f, slip):
     ratio = f if slip == "outward" else -f
-    exponent = sliding_corner_exponent(f, slip=slip)
+    exponent = fo.reference.sliding_corner_exponent(f, slip=slip)
     for kolosov in (1.0, 1.8, 3.0):  # Poisson's ratio of one half, 0.3 in plane strain, zero
         assert least_singular_value(sliding_matrix(exponent, ratio, kolosov)) < 1e-12
     smaller = np.linspace(0.01, exponent - 0.005, 300)
@@ -131,5 +133,5 @@ def test_sliding_exponent_is_the_leading_root_of_the_eight_conditions(f, slip):
 
 
 def test_friction_beyond_which_no_mode_is_singular():
-    assert 0 < sliding_corner_exponent(3 * np.pi / 4 - 1 / np.pi - 1e-6) < 1e-5
-    assert 1 - 1e-5 < sliding_corner_exponent(1 / np.pi - 1e-6, slip="inward") < 1
+    assert 0 < fo.reference.sliding_corner_exponent(3 * np.pi / 4 - 1 / np.pi - 1e-6) < 1e-5
+    assert 1 - 1e-5 < fo.reference.sliding_corner_exponent(1 / np.pi - 1e-6, slip="inward") < 1

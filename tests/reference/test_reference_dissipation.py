@@ -5,14 +5,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.errors import ModelError
-from frictopt.reference import (
-    foundation_rod,
-    masing_dissipation,
-    rod_dissipation,
-    single_node_dissipation,
-    single_node_limit,
-)
 from helpers.systems import CYCLE, system
 
 F = 0.3
@@ -46,7 +38,7 @@ def random_nodes(rng, count):
         }
         if (
             abs(node["q1"]) > f * abs(node["p1"])
-            and lift_off(node) > 1.1 * single_node_limit(**node) > 0
+            and lift_off(node) > 1.1 * fo.reference.single_node_limit(**node) > 0
         ):
             nodes.append(node)
     return nodes
@@ -54,7 +46,7 @@ def random_nodes(rng, count):
 
 def between(node, share):
     """Load factor between the limit and lift-off, at a share of the way of at most three limits."""
-    limit = single_node_limit(**node)
+    limit = fo.reference.single_node_limit(**node)
     return limit + share * (min(3 * limit, lift_off(node)) - limit)
 
 
@@ -68,20 +60,20 @@ def test_single_node_dissipation_is_that_of_the_exact_path_from_every_start():
             for start in (-3.0, -0.2, 0.4, 5.0)
         ]
         assert work == pytest.approx(
-            [single_node_dissipation(**node, load_factor=lam)] * 4, rel=1e-9
+            [fo.reference.single_node_dissipation(**node, load_factor=lam)] * 4, rel=1e-9
         )
 
 
 def test_a_node_dissipates_nothing_up_to_its_limit_and_starts_from_zero():
     for node in random_nodes(np.random.default_rng(3), 30):
-        limit = single_node_limit(**node)
+        limit = fo.reference.single_node_limit(**node)
         assert (
-            single_node_dissipation(**node, load_factor=0)
-            == single_node_dissipation(**node, load_factor=0.999999 * limit)
+            fo.reference.single_node_dissipation(**node, load_factor=0)
+            == fo.reference.single_node_dissipation(**node, load_factor=0.999999 * limit)
             == 0
         )
         little, more = (
-            single_node_dissipation(**node, load_factor=between(node, share))
+            fo.reference.single_node_dissipation(**node, load_factor=between(node, share))
             for share in (1e-6, 2e-6)
         )
         assert little > 0
@@ -95,20 +87,24 @@ def test_lift_off_ends_the_closed_form_where_the_exact_path_opens():
             fo.steady_state(contact_of(node), CYCLE, node["f"], factor * lift).open.any()
             for factor in (0.999, 1.001)
         )
-        assert above and not below and single_node_dissipation(**node, load_factor=0.999 * lift) > 0
+        assert (
+            above
+            and not below
+            and fo.reference.single_node_dissipation(**node, load_factor=0.999 * lift) > 0
+        )
         with pytest.raises(
-            ModelError, match=r"load_factor: .*lifts off at one corner; give at most"
+            fo.ModelError, match=r"load_factor: .*lifts off at one corner; give at most"
         ):
-            single_node_dissipation(**node, load_factor=1.001 * lift)
+            fo.reference.single_node_dissipation(**node, load_factor=1.001 * lift)
 
 
 def test_a_node_whose_shear_is_small_lifts_off_at_its_limit():
     node = FIRST | {"q1": 0.1, "p1": 1.0}
-    limit = single_node_limit(**node)
+    limit = fo.reference.single_node_limit(**node)
     assert limit == pytest.approx(lift_off(node), rel=1e-12)
-    assert single_node_dissipation(**node, load_factor=(1 - 1e-9) * limit) == 0
-    with pytest.raises(ModelError, match=f"load_factor: .*give at most {limit:g}"):
-        single_node_dissipation(**node, load_factor=1.01 * limit)
+    assert fo.reference.single_node_dissipation(**node, load_factor=(1 - 1e-9) * limit) == 0
+    with pytest.raises(fo.ModelError, match=f"load_factor: .*give at most {limit:g}"):
+        fo.reference.single_node_dissipation(**node, load_factor=1.01 * limit)
 
 
 def test_a_node_between_slip_and_lift_off_never_dissipates():
@@ -121,10 +117,10 @@ def test_a_node_between_slip_and_lift_off_never_dissipates():
         "p1": 1.0,
         "f": 0.5,
     }  # |q1| = f |p1|
-    assert single_node_limit(**node) == lift_off(node) == 1
+    assert fo.reference.single_node_limit(**node) == lift_off(node) == 1
     assert (
-        single_node_dissipation(**node, load_factor=1.0)
-        == single_node_dissipation(**node, load_factor=1 + 1e-14)
+        fo.reference.single_node_dissipation(**node, load_factor=1.0)
+        == fo.reference.single_node_dissipation(**node, load_factor=1 + 1e-14)
         == 0
     )
 
@@ -136,7 +132,8 @@ def test_masing_dissipation_is_that_of_the_exact_path():
     for start in rng.uniform(-1, 1, size=(4, 3)):
         steady = fo.steady_state(sliders, CYCLE, F, X, initial_slip=start)
         assert (
-            steady.dissipation == pytest.approx(masing_dissipation(k, bound, X), rel=1e-12)
+            steady.dissipation
+            == pytest.approx(fo.reference.masing_dissipation(k, bound, X), rel=1e-12)
             and steady.dissipation > 0
         )
 
@@ -145,14 +142,14 @@ def test_masing_dissipation_is_that_of_the_exact_path():
 def test_rod_closed_forms_equal_the_exact_path_for_any_number_of_nodes(n):
     EA, tau, h = 2.0, 0.7, 0.4
     rod, cycle = (
-        fo.ContactSystem.from_blocks(**foundation_rod(5, EA, h)),
+        fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(5, EA, h)),
         fo.LoadCycle({"pressure": tau / F}, [{"force": -1.0}, {"force": 1.0}]),
     )
     F0 = n * tau * h
     for start in (np.zeros(5), *np.random.default_rng(9).uniform(-0.4, 0.4, size=(2, 5))):
         path = fo.march(rod, cycle, F, F0, initial_slip=start, cycles=6)
         assert path.cycle_work[-1].sum() == pytest.approx(
-            rod_dissipation(F0, EA, tau, h), rel=1e-12, abs=1e-12
+            fo.reference.rod_dissipation(F0, EA, tau, h), rel=1e-12, abs=1e-12
         )
         if not start.any():
             forces = F0 - tau * h * np.arange(
@@ -165,6 +162,9 @@ def test_rod_approaches_the_continuum_at_second_order():
     F0, EA, tau = 1.3, 2.0, 0.7
     n = np.array([8, 64, 512])
     works = [
-        1 - rod_dissipation(F0, EA, tau, F0 / (tau * k)) / rod_dissipation(F0, EA, tau) for k in n
+        1
+        - fo.reference.rod_dissipation(F0, EA, tau, F0 / (tau * k))
+        / fo.reference.rod_dissipation(F0, EA, tau)
+        for k in n
     ]
     assert works == pytest.approx(1 / n**2, rel=1e-8)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.reference import bonded_corner
 
 
 def test_numbers_of_any_kind_make_the_same_scene():
@@ -90,7 +89,7 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
     traction ratios; with its ratios, the symmetric part of the tractions must fall with the closed
     form's exponent.
     """
-    modes = bonded_corner()
+    modes = fo.reference.bonded_corner()
     system = fo.scenes.PunchOnHalfPlane(elements=124, grading=200.0).condense()
     edges = np.r_[system.x[0], (system.x[1:] + system.x[:-1]) / 2, system.x[-1]]
     q, p = (force / np.diff(edges) for force in system.bonded["P"])

@@ -13,7 +13,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.transients.increments import FrozenBoundIncrement
 from helpers.cases import few
 from studies.validation import oracles
 from studies.validation.fuzz import study as fuzz
@@ -398,14 +397,14 @@ def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen(monkeypat
 
 
 def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
-    honest = FrozenBoundIncrement.solve
+    honest = fo.increments.FrozenBoundIncrement.solve
     seed = next(
         s
         for s in range(0, 400, 8)
         if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"]))
     )
     monkeypatch.setattr(
-        FrozenBoundIncrement,
+        fo.increments.FrozenBoundIncrement,
         "solve",
         lambda *args: replace(honest(*args), q=2 * honest(*args).q + np.abs(honest(*args).p).max()),
     )

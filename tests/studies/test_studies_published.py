@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import quad
 
 import frictopt as fo
-from frictopt.reference import LineContact
 from helpers.two_nodes import two_node_limits
 from studies import guaranteed
 from studies.published import half_planes, nodes, spheres, study
@@ -99,7 +98,7 @@ def test_the_work_of_a_node_out_of_phase_is_that_of_small_steps(phase):
 
 
 def test_a_normal_force_that_hardly_varies_is_a_constant_one_and_one_that_varies_much_leaves_less_work():
-    cylinder = LineContact(P=pi / 4, R=1.0, E_star=1.0, f=0.4)
+    cylinder = fo.reference.LineContact(P=pi / 4, R=1.0, E_star=1.0, f=0.4)
     for share in (0.3, 0.7):
         gross = 0.4 * cylinder.P
         assert half_planes.work_of_both(1e-5, share) == pytest.approx(

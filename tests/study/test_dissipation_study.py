@@ -15,7 +15,6 @@ from scipy import stats
 
 import frictopt as fo
 from frictopt.study import dissipation, runs
-from frictopt.study.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from frictopt.study.store import DamagedRows, Store, merge_stores
 from helpers.foreign import Foreign
 from helpers.refused import refused
@@ -30,11 +29,11 @@ def contact():
 @pytest.fixture(scope="module")
 def starts(contact):
     return (
-        no_slip()
-        + safe_slips([1.0, -2.0])
-        + random_slips(contact, [0.3, 3.0], 3)
-        + overloads([2.0])
-        + given_slips(np.eye(4))
+        fo.starts.no_slip()
+        + fo.starts.safe_slips([1.0, -2.0])
+        + fo.starts.random_slips(contact, [0.3, 3.0], 3)
+        + fo.starts.overloads([2.0])
+        + fo.starts.given_slips(np.eye(4))
     )
 
 
@@ -179,7 +178,7 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(
     monkeypatch.setattr("frictopt.study.starts.safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
     table = fo.dissipation_study(
-        contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), limits=True
+        contact, CYCLE, 0.4, factors[:1], fo.starts.no_slip() + fo.starts.safe_slips(), limits=True
     )
     assert table.error.tolist() == ["", "SolverError: no solver answered"]
     assert table.load_ratio.isna().all()
@@ -208,19 +207,22 @@ def test_a_study_started_again_runs_only_what_is_missing(
     pd.testing.assert_frame_equal(study(), study(), check_exact=True)
     assert not followed
     assert len(fo.results.read_store(store)) == len(table)
-    study(starts=no_slip(), friction=0.41)
+    study(starts=fo.starts.no_slip(), friction=0.41)
     assert len(followed) == len(factors)
     for change in (
         {"system": contact.with_gap(0.01 * np.ones(4))},
         {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])},
     ):
         with pytest.warns(fo.results.OtherRows):
-            study(starts=no_slip(), **change)
+            study(starts=fo.starts.no_slip(), **change)
         assert len(followed) == len(factors)
 
 
 def test_equal_runs_are_followed_once(contact, factors, followed):
-    twins = [Start("a", "one", slip=np.ones(4)), Start("b", "other", slip=np.ones(4))]
+    twins = [
+        fo.starts.Start("a", "one", slip=np.ones(4)),
+        fo.starts.Start("b", "other", slip=np.ones(4)),
+    ]
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins)
     assert len(followed) == 1
     assert table.start.tolist() == ["one", "other"]
@@ -341,7 +343,9 @@ def test_a_limit_is_computed_only_for_a_column_or_a_start_that_needs_it(
     frictions = np.c_[[0.4, 0.6]]
     plain = fo.dissipation_study(contact, CYCLE, frictions, factors)
     assert not limits_asked and not {"load_ratio", "shakedown_limit"} & set(plain.columns)
-    fo.dissipation_study(contact, CYCLE, frictions, factors, no_slip() + safe_slips())
+    fo.dissipation_study(
+        contact, CYCLE, frictions, factors, fo.starts.no_slip() + fo.starts.safe_slips()
+    )
     assert limits_asked == [0.4, 0.6]
     limits_asked.clear()
     table = fo.dissipation_study(contact, CYCLE, frictions, factors, limits=True)
@@ -408,9 +412,9 @@ def test_progress_of_a_short_study_is_silent_but_on_a_terminal(
 
 @refused(
     ({"load_factors": [0.5, 0.5]}, "load_factors"),
-    ({"starts": given_slips(np.zeros((1, 3)))}, "start 'given 0' has a slip of shape"),
-    ({"starts": no_slip() + no_slip()}, "two starts are called 'none'"),
-    ({"starts": [*no_slip(), 1.0]}, "a float among starts"),
+    ({"starts": fo.starts.given_slips(np.zeros((1, 3)))}, "start 'given 0' has a slip of shape"),
+    ({"starts": fo.starts.no_slip() + fo.starts.no_slip()}, "two starts are called 'none'"),
+    ({"starts": [*fo.starts.no_slip(), 1.0]}, "a float among starts"),
     ({"friction": np.full(4, 0.4)}, "friction: 4 numbers for 4 nodes"),
     ({"friction": []}, "friction: empty"),
     ({"friction": [stats.norm(-5, 1)], "seed": 0}, "friction: a distribution draws -.*truncnorm"),

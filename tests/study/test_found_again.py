@@ -11,7 +11,6 @@ import pytest
 
 import frictopt as fo
 from frictopt.study import runs, store
-from frictopt.study.starts import given_slips, no_slip, random_slips, safe_slips
 from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -34,8 +33,10 @@ def rounded(contact, size, seed=0):
 
 
 def study(contact, file, **options):
-    starts = no_slip() + random_slips(contact, [0.1], 1) + safe_slips()
-    starts += given_slips([[0.1, 0.0, -0.2]])
+    starts = (
+        fo.starts.no_slip() + fo.starts.random_slips(contact, [0.1], 1) + fo.starts.safe_slips()
+    )
+    starts += fo.starts.given_slips([[0.1, 0.0, -0.2]])
     asked = {"friction": [0.4, 0.5], "load_factors": [0.5, 1.0], "starts": starts} | options
     return fo.dissipation_study(contact, CYCLE, **asked, store=file, limits=True, progress=False)
 
@@ -60,7 +61,7 @@ def test_a_contact_of_other_rounding_is_the_same_contact(tmp_path, followed):
         again = study(rounded(CONTACT, 1e-12, seed), tmp_path / "a")
         assert not followed and again.dissipation.tolist() == first.dissipation.tolist()
     slip = [[0.1 * (1 + 1e-12), -1e-14, -0.2]]
-    study(CONTACT, tmp_path / "a", starts=given_slips(slip), load_factors=[0.5 + 1e-13])
+    study(CONTACT, tmp_path / "a", starts=fo.starts.given_slips(slip), load_factors=[0.5 + 1e-13])
     assert not followed
 
 
@@ -107,7 +108,7 @@ def beside_a_soft_body(soft):
 def test_a_contact_that_differs_in_small_numbers_finds_nothing(tmp_path, contact, other):
     def works(system, file):
         return fo.dissipation_study(
-            system, CYCLE, [0.5], [0.8], no_slip(), store=file, progress=False
+            system, CYCLE, [0.5], [0.8], fo.starts.no_slip(), store=file, progress=False
         ).dissipation.tolist()
 
     alone = works(other, tmp_path / "b")
@@ -121,8 +122,11 @@ def test_a_contact_that_differs_in_small_numbers_finds_nothing(tmp_path, contact
     [
         {"friction": [0.4 + 1e-7, 0.5 + 1e-7]},
         {"load_factors": [0.5 + 1e-7, 1.0 + 1e-7]},
-        {"starts": random_slips(CONTACT, [0.1], 1, seed=2) + random_slips(CONTACT, [0.1001], 1)},
-        {"starts": given_slips([[0.1, 0.0, -0.2 + 1e-7]])},
+        {
+            "starts": fo.starts.random_slips(CONTACT, [0.1], 1, seed=2)
+            + fo.starts.random_slips(CONTACT, [0.1001], 1)
+        },
+        {"starts": fo.starts.given_slips([[0.1, 0.0, -0.2 + 1e-7]])},
     ],
     ids=["friction", "load factor", "seed", "slip"],
 )

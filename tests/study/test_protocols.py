@@ -10,16 +10,15 @@ import pytest
 import frictopt as fo
 from frictopt.study import range_starts
 from frictopt.study.protocols import REST, SLIP, TransientsAfter
-from frictopt.study.starts import LoadStep
 from helpers.cases import few
 from helpers.systems import BLOCK, CYCLE, FIRST_PAIR, PULL, random_system, system
 from studies.validation.fuzz.embedded import embedded
 
-UNLOADED = [LoadStep({"P": 0.2})]
+UNLOADED = [fo.starts.LoadStep({"P": 0.2})]
 AT_CORNER = [
-    LoadStep({"P": 1.0}, {"sigma": 1.0}),
-    LoadStep({"P": 0.3}, {"sigma": 1.0}),
-    LoadStep({"P": 1.0}, {"sigma": 1.0}),
+    fo.starts.LoadStep({"P": 1.0}, {"sigma": 1.0}),
+    fo.starts.LoadStep({"P": 0.3}, {"sigma": 1.0}),
+    fo.starts.LoadStep({"P": 1.0}, {"sigma": 1.0}),
 ]
 # Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done,
 # assembled, unloaded, at the corner, overload to 2 lambda_2
@@ -34,7 +33,7 @@ def test_the_table_of_protocols(case, paper_punch):
     (elements, friction), wanted = case, TABLE[case]
     contact = paper_punch(elements)
     limit = fo.shakedown_limit(contact, PULL, friction).load_factor
-    overload = [LoadStep({"P": 1.0, "sigma": 2 * limit})]
+    overload = [fo.starts.LoadStep({"P": 1.0, "sigma": 2 * limit})]
     option_sets = [
         {"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)
     ]
@@ -129,7 +128,7 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
 
 def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch):
     """The more it is loaded, the more this contact is unloaded before."""
-    steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
+    steps = [fo.starts.LoadStep({"P": 1.25}, {"P": -0.82})]
     one = fo.limit_after_protocol(
         paper_punch(16),
         PULL,
@@ -181,7 +180,12 @@ def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
         [[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
     )
     one = fo.limit_after_protocol(
-        free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3
+        free,
+        CYCLE,
+        0.5,
+        protocol=[fo.starts.LoadStep({"mean": 1.0}, {"pull": 3.0})],
+        scan=5,
+        tolerance=1e-3,
     )
     tried = one.to_frame()
     assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3)
@@ -193,7 +197,7 @@ def test_a_protocol_that_slides_the_body_off_is_named_as_the_reason():
     """Friction holds 4 nodes x 0.5 x 1 = 2, and 5 slides the rod off at any load factor."""
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    slide = [LoadStep({"pressure": 1.0, "force": 5.0})]
+    slide = [fo.starts.LoadStep({"pressure": 1.0, "force": 5.0})]
     one = fo.limit_after_protocol(rod, cycle, 0.5, protocol=slide, scan=2, tolerance=0.1)
     assert one.load_factor == 0.0 and "may slide" in one.note and one.note in repr(one)
     held = fo.limit_after_protocol(rod, cycle, 0.5, scan=2, up_to=1.0, tolerance=0.1)

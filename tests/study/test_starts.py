@@ -10,12 +10,11 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.study.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from helpers.refused import refused
 from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
-STARTS = no_slip() + overloads([2.0])
+STARTS = fo.starts.no_slip() + fo.starts.overloads([2.0])
 
 
 def study(starts, contact=CONTACT, cycle=CYCLE, factors=(0.5,)):
@@ -34,20 +33,26 @@ def test_starts_come_in_any_row(make):
 def test_slips_come_in_any_row(make):
     slips = [[0.0, 0.0, 0.0], [1.0, 2.0, 4.0]]
     assert study(make(slips)).amplitude.tolist() == pytest.approx([0.0, np.sqrt(7.0)])
-    assert [start.slip.tolist() for start in given_slips(make(slips))] == slips
+    assert [start.slip.tolist() for start in fo.starts.given_slips(make(slips))] == slips
 
 
 @refused(
-    (lambda: study(no_slip()[0]), "starts: Start"),
-    (lambda: study([*no_slip(), overloads([2.0])]), "a list among starts; .* join lists by"),
+    (lambda: study(fo.starts.no_slip()[0]), "starts: Start"),
+    (
+        lambda: study([*fo.starts.no_slip(), fo.starts.overloads([2.0])]),
+        "a list among starts; .* join lists by",
+    ),
     (lambda: study([[0.0, 0.0, 0.0], [0.0]]), r"starts: \[\[0.0, 0.0, 0.0\], \[0.0\]\]"),
     (lambda: study(iter([])), "starts: empty"),
-    (lambda: Start("a", "b", seed=2**63), "seed of start 'b': 9223372036854775808"),
-    (lambda: random_slips(CONTACT, [1.0], 2**63), "count: 9223372036854775808"),
-    (lambda: random_slips(random_system(np.random.default_rng(0), 1), [1.0], 1), "one node"),
-    (lambda: Start("", "name"), "family"),
-    (lambda: Start("family", "\ud800"), r"name of a start: '\\ud800'"),
-    (lambda: Start("mine", "name", slip=[1.0], safe_multiple=1.0), "give one of them"),
+    (lambda: fo.starts.Start("a", "b", seed=2**63), "seed of start 'b': 9223372036854775808"),
+    (lambda: fo.starts.random_slips(CONTACT, [1.0], 2**63), "count: 9223372036854775808"),
+    (
+        lambda: fo.starts.random_slips(random_system(np.random.default_rng(0), 1), [1.0], 1),
+        "one node",
+    ),
+    (lambda: fo.starts.Start("", "name"), "family"),
+    (lambda: fo.starts.Start("family", "\ud800"), r"name of a start: '\\ud800'"),
+    (lambda: fo.starts.Start("mine", "name", slip=[1.0], safe_multiple=1.0), "give one of them"),
 )
 def test_what_is_refused(make):
     make()
@@ -68,7 +73,7 @@ def test_a_force_too_small_for_the_scale_of_the_dissipation_does_not_cost_the_ta
 
 def test_safe_starts_are_multiples_of_the_safe_slip_and_above_the_limit_of_the_one_at_it():
     limit = fo.shakedown_limit(CONTACT, CYCLE, 0.4)
-    (start,) = safe_slips([-2.0])
+    (start,) = fo.starts.safe_slips([-2.0])
     below, above = 0.5 * limit.load_factor, 1.2 * limit.load_factor
     for load_factor, slip in (
         (below, fo.safe_slip(CONTACT, CYCLE, 0.4, below).slip),
@@ -77,12 +82,12 @@ def test_safe_starts_are_multiples_of_the_safe_slip_and_above_the_limit_of_the_o
         assert start.slip_at(CONTACT, CYCLE, 0.4, load_factor) == pytest.approx(
             -2.0 * slip, rel=1e-9
         )
-    assert no_slip()[0].slip_at(CONTACT, CYCLE, 0.4, 1.0) is None
+    assert fo.starts.no_slip()[0].slip_at(CONTACT, CYCLE, 0.4, 1.0) is None
 
 
 def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
     scene = punch(16)
-    starts = random_slips(scene, [0.1, 20.0], 4, seed=5)
+    starts = fo.starts.random_slips(scene, [0.1, 20.0], 4, seed=5)
     assert [start.family for start in starts] == 2 * (4 * ["smooth"] + 4 * ["rough"])
     assert [start.seed for start in starts] == list(range(5, 21))
     for start, amplitude in zip(starts, 8 * [0.1] + 8 * [20.0], strict=True):
@@ -91,7 +96,7 @@ def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
         left = np.polynomial.Chebyshev.fit(scene.x, start.slip, 6)(scene.x) - start.slip
         assert (np.abs(left).max() < 1e-10 * amplitude) == (start.family == "smooth")
     assert len({start.slip.tobytes() for start in starts}) == 16
-    again = random_slips(scene, [0.1, 20.0], 4, seed=5)
+    again = fo.starts.random_slips(scene, [0.1, 20.0], 4, seed=5)
     assert all((one.slip == other.slip).all() for one, other in zip(starts, again, strict=True))
 
 

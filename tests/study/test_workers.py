@@ -14,11 +14,10 @@ import pytest
 
 import frictopt as fo
 from frictopt.study import runs
-from frictopt.study.starts import given_slips, no_slip
 from helpers.foreign import Foreign
 from helpers.lost import Fills, Kills, study
 
-OTHERS = given_slips([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])
+OTHERS = fo.starts.given_slips([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])
 # A study of which one run never ends, in two processes of a process that the test ends.
 PARENT = """
 import signal
@@ -74,7 +73,7 @@ def test_a_run_that_kills_twice_is_named_and_the_others_have_results(tmp_path):
 def test_a_lost_task_is_halved_until_the_run_that_loses_it_is_alone(times, monkeypatch):
     """One of seven runs in one task loses its task, once or always."""
     monkeypatch.setattr(runs, "SETTINGS", runs.TaskSettings(most_tasks=1, seconds=1e9))
-    starts = no_slip() + OTHERS + given_slips(np.eye(3), family="more")
+    starts = fo.starts.no_slip() + OTHERS + fo.starts.given_slips(np.eye(3), family="more")
     lost = []
 
     def lose(future, rows):

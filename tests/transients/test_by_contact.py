@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.reference import half_plane_contact
 from helpers.meshes import column, rotation, traction, wedge
 from helpers.paths import ASKED, ROUND
 
@@ -125,7 +124,7 @@ def test_the_share_of_a_cylinder_that_slips_is_that_of_partial_slip():
     P)); the nodes beyond a are open.
     """
     cylinder = fo.ContactSystem.from_blocks(
-        **half_plane_contact(nodes=400, half_length=1.25, E_star=1.0, R=1.0)
+        **fo.reference.half_plane_contact(nodes=400, half_length=1.25, E_star=1.0, R=1.0)
     )
     P, f, share = np.pi / 4, 0.5, 0.64
     steady = fo.steady_state(

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
+from helpers.components import joined
 from helpers.paths import ROCKING, WALKING
 from helpers.refused import refused
 from helpers.spatial import thick

@@ -8,22 +8,23 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.contact import joined, parted
-from frictopt.errors import NoContinuation
-from frictopt.transients.increments import (
-    ExactIncrement,
-    FrozenBoundIncrement,
-    NewtonIncrement,
-    by_newton,
-)
+from frictopt.transients.increments import by_newton
 from frictopt.transients.increments.newton import State, newton
 from frictopt.transients.increments.sweeps import increment, sweep
 from helpers.cases import few
+from helpers.components import joined, parted
 from helpers.enumeration import random_increment
 from helpers.spatial import random_contact
 from helpers.systems import SEEDS, random_system
 
-ENGINES = pytest.mark.parametrize("engine", [NewtonIncrement, ExactIncrement, FrozenBoundIncrement])
+ENGINES = pytest.mark.parametrize(
+    "engine",
+    [
+        fo.increments.NewtonIncrement,
+        fo.increments.ExactIncrement,
+        fo.increments.FrozenBoundIncrement,
+    ],
+)
 
 
 @settings(max_examples=few(30))
@@ -46,7 +47,7 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
         if in_space
         else random_system(rng, nodes, coupling=0.2)
     )
-    law = NewtonIncrement(contact, 0.2).law
+    law = fo.increments.NewtonIncrement(contact, 0.2).law
     loads = list(contact.bonded)
     trial = joined(
         *contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})
@@ -72,7 +73,7 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
     gap = 0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4)
     contact = fo.ContactSystem(contact.S * np.outer(units, units), contact.points, bonded, gap=gap)
     pressed = joined(*contact.reaction({next(iter(contact.bonded)): 1.0}))
-    return NewtonIncrement(
+    return fo.increments.NewtonIncrement(
         contact, friction
     ), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
 
@@ -153,7 +154,7 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
         state, r = swept(u, r, law)
         return replace(state, error=np.inf), r
 
-    one_by_one = NewtonIncrement(contact, friction)
+    one_by_one = fo.increments.NewtonIncrement(contact, friction)
     if hard:
         engine._swept = failing
     slip = np.zeros(contact.slip_shape)
@@ -186,7 +187,7 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     """Gaps of ten thousand times the slip have rounding far above the least error it asks for."""
     rng, steps = np.random.default_rng(1), []
     contact = random_contact(rng, 20).with_gap(np.where(np.arange(20) < 5, 0.0, 1e4))
-    engine = NewtonIncrement(contact, 0.4)
+    engine = fo.increments.NewtonIncrement(contact, 0.4)
     by_newton = engine._by_newton
     load = joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
     engine._swept = lambda u, r, law: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
@@ -229,8 +230,8 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
         {"P": np.ones(len(last))},
         gap=np.where(far, 0.3, 0.0),
     )
-    engine = NewtonIncrement(contact, 0.3)
-    newton = NewtonIncrement._by_newton
+    engine = fo.increments.NewtonIncrement(contact, 0.3)
+    newton = fo.increments.NewtonIncrement._by_newton
     newton_calls = []
     long = []
     engine._swept = lambda u, r, law: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
@@ -244,7 +245,7 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
         for scale, p in ((0.1, press), (0.4, press), (-0.4, press), (0.2, lower), (0.3, lower))
     ]
     for load, (u, r, status) in zip(loads, engine.along(np.zeros(len(last)), loads), strict=True):
-        one = NewtonIncrement(contact, 0.3).solve(slip, parted(load, axes))
+        one = fo.increments.NewtonIncrement(contact, 0.3).solve(slip, parted(load, axes))
         off = joined(one.slip, one.gap) - u - joined(0 * slip, contact.gap)
         assert np.abs(np.where(last & (free != "no motion"), 0.0, off)).max() < 1e-12
         assert (one.status == status).all()
@@ -271,7 +272,7 @@ def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
         lambda rest, *arguments: made.append(arguments) or honest(rest, *arguments),
     )
     monkeypatch.setattr(
-        NewtonIncrement,
+        fo.increments.NewtonIncrement,
         "_swept",
         lambda engine, u, r, law: (State(u, r, np.zeros(36, np.int8), 0, np.inf), r),
     )
@@ -300,7 +301,7 @@ def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_co
     )
     problem = punch, around, 0.8, 2.0 * fo.shakedown_limit(punch, around, 0.8).load_factor
     path = fo.march(*problem, cycles=2, steps=3)
-    monkeypatch.setattr(NewtonIncrement, "_without_open", lambda *problem: None)
+    monkeypatch.setattr(fo.increments.NewtonIncrement, "_without_open", lambda *problem: None)
     whole = fo.march(*problem, cycles=2, steps=3)
     assert np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max()
     assert np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
@@ -335,7 +336,7 @@ def test_programs_with_frozen_bounds_give_the_same_states(in_space):
         slip = 0.3 * rng.normal(size=contact.slip_shape)
         load = parted(drawn(), contact.tangents + 1)
         one = engine.solve(slip, load)
-        other = FrozenBoundIncrement(contact, 0.3).solve(slip, load)
+        other = fo.increments.FrozenBoundIncrement(contact, 0.3).solve(slip, load)
         assert np.abs(one.slip - other.slip).max() < 1e-8
         assert np.abs(one.q - other.q).max() < 1e-8
         assert other.problem.is_dpp()
@@ -350,13 +351,13 @@ def test_a_wedged_node_stays_and_its_other_state_is_found():
     contact = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.5]], [[1.0]], [0.0], {"load": ([0.0], [1.0])}
     )
-    for engine in (ExactIncrement, FrozenBoundIncrement):
+    for engine in (fo.increments.ExactIncrement, fo.increments.FrozenBoundIncrement):
         found = engine(contact, 3.0).solve([1.0], ([0.0], [0.0]))
         assert found.slip.tolist() == [1.0]
         assert found.q == pytest.approx([1.0])
         assert found.p == pytest.approx([0.5])
         assert found.residual < 1e-9 and found.status.tolist() == [0]
-    unloaded = ExactIncrement(contact, 3.0).solve([0.0], ([0.0], [0.0]))
+    unloaded = fo.increments.ExactIncrement(contact, 3.0).solve([0.0], ([0.0], [0.0]))
     assert unloaded.slip.tolist() == [0.0] and not unloaded.q.any() and not unloaded.p.any()
 
 
@@ -377,7 +378,12 @@ def test_below_onset_nothing_moves(engine):
 def test_all_engines_agree_on_the_paper_s_scene(punch, elements):
     contact = punch(elements)
     exact, frozen, newton = (
-        engine(contact, 0.7) for engine in (ExactIncrement, FrozenBoundIncrement, NewtonIncrement)
+        engine(contact, 0.7)
+        for engine in (
+            fo.increments.ExactIncrement,
+            fo.increments.FrozenBoundIncrement,
+            fo.increments.NewtonIncrement,
+        )
     )
     slip = np.zeros(contact.nodes)
     for sigma, shear in ((2.5, 0.0), (-2.5, 0.0), (4.0, 0.0), (-4.0, 0.1), (0.0, 0.35)):
@@ -435,9 +441,13 @@ def test_a_body_that_slides_away_has_no_state(punch):
     contact = punch(16)
     for loads in ({"P": 1.0, "Q": 0.5}, {"P": -1.0}):  # friction 0.4 holds 0.4 of the pressure
         load = contact.reaction(loads)
-        for engine in (NewtonIncrement, FrozenBoundIncrement, ExactIncrement):
+        for engine in (
+            fo.increments.NewtonIncrement,
+            fo.increments.FrozenBoundIncrement,
+            fo.increments.ExactIncrement,
+        ):
             with pytest.raises(
-                NoContinuation,
+                fo.NoContinuation,
                 match=r"^the body (lifts off or turns over|slides as a whole): .*the load",
             ):
                 engine(contact, 0.4).solve(np.zeros(17), load)

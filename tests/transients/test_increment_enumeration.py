@@ -5,13 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frictopt.errors import NoContinuation, SolverError
-from frictopt.transients.increments import (
-    ExactIncrement,
-    FrozenBoundIncrement,
-    NewtonIncrement,
-    by_booleans,
-)
+import frictopt as fo
+from frictopt.transients.increments import by_booleans
 from frictopt.transients.increments.newton import newton
 from helpers.cases import few
 from helpers.enumeration import admissible_states, distance, random_increment
@@ -50,7 +45,11 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
             engines = {
                 id(contact): [
                     engine(contact, friction)
-                    for engine in (ExactIncrement, NewtonIncrement, FrozenBoundIncrement)
+                    for engine in (
+                        fo.increments.ExactIncrement,
+                        fo.increments.NewtonIncrement,
+                        fo.increments.FrozenBoundIncrement,
+                    )
                 ]
             }
         exact, newton, frozen = engines[id(contact)]
@@ -62,7 +61,7 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
         slipped = slipped + (np.abs(found.status) == 1).any()
         try:
             by_sweeps = frozen.solve(slip, load)
-        except SolverError as error:
+        except fo.SolverError as error:
             assert "did not converge" in str(error)
             failed += 1
         else:
@@ -84,7 +83,7 @@ def test_the_program_decides_and_not_the_guess(monkeypatch):
 
     monkeypatch.setattr(by_booleans, "newton", wrong)
     for contact, friction, slip, load in cases(2, 20, 0.6):
-        found = ExactIncrement(contact, friction).solve(slip, load)
+        found = fo.increments.ExactIncrement(contact, friction).solve(slip, load)
         assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
@@ -92,7 +91,7 @@ def test_one_of_several_states_is_found():
     several = one = 0
     for contact, friction, slip, load in cases(3, 60, 8.0):
         states = admissible_states(contact, friction, slip, load)
-        found = ExactIncrement(contact, friction).solve(slip, load)
+        found = fo.increments.ExactIncrement(contact, friction).solve(slip, load)
         assert distance(states, found) < 1e-9
         several, one = several + (len(states) > 1), one + (len(states) == 1)
     assert several >= 3 and one >= 30
@@ -113,8 +112,8 @@ def test_bodies_that_only_their_load_holds(rigid, count):
     for contact, friction, slip, load in cases(4, count, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)
         try:
-            state = ExactIncrement(contact, friction).solve(slip, load)
-        except (NoContinuation, SolverError):
+            state = fo.increments.ExactIncrement(contact, friction).solve(slip, load)
+        except (fo.NoContinuation, fo.SolverError):
             assert len(states) == 0
             none += 1
         else:

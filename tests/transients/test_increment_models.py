@@ -21,14 +21,7 @@ from frictopt.base import SolveRecord
 from frictopt.solve import by_cvxpy
 from frictopt.solve import solvers as policy
 from frictopt.solve.problem import Problem, printed_as
-from frictopt.transients.increments import (
-    ExactIncrement,
-    FrozenBoundIncrement,
-    NewtonIncrement,
-    by_booleans,
-    complementarity_problem,
-    programs,
-)
+from frictopt.transients.increments import by_booleans, programs
 from frictopt.transients.increments import (
     programs as listings,
 )
@@ -50,12 +43,15 @@ def names(problem):
 
 def test_problems_are_dpp_and_named():
     contact = random_system(np.random.default_rng(0), 3)
-    frozen, exact = FrozenBoundIncrement(contact, 0.5).problem, ExactIncrement(contact, 0.5).problem
+    frozen, exact = (
+        fo.increments.FrozenBoundIncrement(contact, 0.5).problem,
+        fo.increments.ExactIncrement(contact, 0.5).problem,
+    )
     load = np.zeros(3), np.ones(3)
-    pairs = complementarity_problem(contact, 0.5, np.zeros(3), load).problem
+    pairs = fo.increments.complementarity_problem(contact, 0.5, np.zeros(3), load).problem
     space = random_contact(np.random.default_rng(0), 3)
     assert frozen.is_dpp() and exact.is_dpp()
-    for problem in (frozen, exact, pairs, FrozenBoundIncrement(space, 0.5).problem):
+    for problem in (frozen, exact, pairs, fo.increments.FrozenBoundIncrement(space, 0.5).problem):
         assert all(constraint.label for constraint in problem.constraints)
         # It prints names, and not the atoms of cvxpy.
         printed = str(problem)
@@ -81,7 +77,7 @@ def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
     load = (unit * LOAD[0], unit * LOAD[1])
     found, frozen = (
         engine(contact, FRICTION).solve(SLIP, load)
-        for engine in (ExactIncrement, FrozenBoundIncrement)
+        for engine in (fo.increments.ExactIncrement, fo.increments.FrozenBoundIncrement)
     )
     motions = np.concatenate([frozen.slip - SLIP, frozen.gap])
     for problem, state in ((found.problem, found), (frozen.problem, frozen)):
@@ -102,7 +98,7 @@ def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
 
 
 def test_the_record_names_newtons_steps():
-    record = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).record
+    record = fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).record
     assert [attempt.solver for attempt in record.attempts] == [
         "OSQP",
         "NEWTON",
@@ -134,7 +130,7 @@ def test_osqp_alone_finds_the_state(punch, sigma):
         solver.update(q=np.concatenate([q, p, bound]))
         u = solver.solve(raise_error=True).x[: 2 * n]
         bound = f * np.maximum(p + contact.S[n:] @ u, 0.0)
-    found = FrozenBoundIncrement(contact, f).solve(np.zeros(n), (q, p))
+    found = fo.increments.FrozenBoundIncrement(contact, f).solve(np.zeros(n), (q, p))
     assert u == pytest.approx(np.r_[found.slip, found.gap], abs=1e-7 * np.abs(u).max())
     assert 0 < np.count_nonzero(found.status) < n
 
@@ -157,7 +153,7 @@ def test_listings_run_in_a_bare_script(punch):
             listings.complementarity(system, friction),
         )
     )
-    state = NewtonIncrement(system, friction).solve(np.zeros(9), load)
+    state = fo.increments.NewtonIncrement(system, friction).solve(np.zeros(9), load)
     script = {
         "cp": cp,
         "np": np,
@@ -207,7 +203,7 @@ def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
     """
     for seed in range(8):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
-        posed = complementarity_problem(contact, friction, slip, load)
+        posed = fo.increments.complementarity_problem(contact, friction, slip, load)
         motions, slacks = (row.args[1] for row in posed.problem.constraints)
         moves = cp.Variable(9, boolean=True)
         cp.Problem(
@@ -223,7 +219,7 @@ def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
 
 def test_the_next_solver_answers_where_one_fails(monkeypatch):
     lying(monkeypatch, lambda _, name: "stopped" if name in {"OSQP", "CLARABEL_DIRECT"} else None)
-    found = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
+    found = fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
     assert [attempt.solver for attempt in found.record.attempts[:3]] == [
         "OSQP",
         "CLARABEL_DIRECT",
@@ -235,7 +231,7 @@ def test_the_next_solver_answers_where_one_fails(monkeypatch):
 def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
     # The first of these that needs more than two.
     contact, friction, slip, load = random_increment(np.random.default_rng(245), 3, 0.8)
-    found = FrozenBoundIncrement(contact, friction).solve(slip, load)
+    found = fo.increments.FrozenBoundIncrement(contact, friction).solve(slip, load)
     assert found.steps > 1
     assert found.residual < 1e-9
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
@@ -244,7 +240,7 @@ def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
         fo.SolverError,
         match=r"did not converge in 1 sweeps.*bound still changes by .*most at node \d.*try",
     ):
-        FrozenBoundIncrement(contact, friction).solve(slip, load)
+        fo.increments.FrozenBoundIncrement(contact, friction).solve(slip, load)
 
 
 def test_slip_along_its_friction_is_no_state():
@@ -255,7 +251,7 @@ def test_slip_along_its_friction_is_no_state():
     contact = fo.ContactSystem.from_blocks(
         [[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])}
     )
-    posed = Posed(NewtonIncrement(contact, 0.4), [5.0], ([1.0 - 10.0], [1.0]))
+    posed = Posed(fo.increments.NewtonIncrement(contact, 0.4), [5.0], ([1.0 - 10.0], [1.0]))
     right = newton(posed.owner.law, posed.trial, np.zeros(2))
     q = -right.r[0]
     dv = (q - posed.trial[0]) / posed.owner.law.S[0, 0]
@@ -281,7 +277,7 @@ def assert_a_state_by_newton():
 
     The problem holds it, too, and the answer says that Newton's method found it.
     """
-    found = ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
+    found = fo.increments.ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
     states = admissible_states(CONTACT, FRICTION, SLIP, LOAD)
     assert len(states) == 1 and distance(states, found) < 1e-9 and found.record.solver == "NEWTON"
     assert max(constraint.violation().max() for constraint in found.problem.constraints) < 1e-9
@@ -317,12 +313,12 @@ def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
         "newton",
         lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0),
     )
-    monkeypatch.setattr(NewtonIncrement, "_solved", failing)
+    monkeypatch.setattr(fo.increments.NewtonIncrement, "_solved", failing)
     with pytest.raises(
         fo.SolverError,
         match=r"find no state with slip increments .*, and Newton's method finds no state either; a state may still exist",
     ):
-        ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], ([1.5], [1.0]))
+        fo.increments.ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], ([1.5], [1.0]))
 
 
 @pytest.mark.parametrize("reach", [1e2, 1e7, 1e9])
@@ -337,7 +333,9 @@ def test_large_motions_and_a_large_reach_hide_no_state(reach):
     )
     push = np.array([-85368.67112905, 1.48125721])
     node = fo.ContactSystem(S, [[0.0, 0.0]], {"P": [0.0, 1.0]})
-    far = ExactIncrement(node, 1.6078499510582633, reach=reach).solve([0.0], (push[:1], push[1:]))
+    far = fo.increments.ExactIncrement(node, 1.6078499510582633, reach=reach).solve(
+        [0.0], (push[:1], push[1:])
+    )
     # Open: no force.
     assert np.r_[far.slip, far.gap] == pytest.approx(np.linalg.solve(S, -push))
     assert far.gap[0] > 0
@@ -353,14 +351,14 @@ def test_large_motions_and_a_large_reach_hide_no_state(reach):
         np.c_[np.arange(float(n)), np.zeros(n)],
         {"P": np.r_[np.zeros(n), np.ones(n)]},
     )
-    found = ExactIncrement(three, friction, reach=reach).solve(np.zeros(n), (q, p))
+    found = fo.increments.ExactIncrement(three, friction, reach=reach).solve(np.zeros(n), (q, p))
     assert distance(admissible_states(three, friction, np.zeros(n), (q, p)), found) < 1e-9
 
 
 def test_a_solver_that_stops_is_no_proof(monkeypatch):
     lying(monkeypatch, lambda problem, name: "stopped")
     with pytest.raises(fo.SolverError, match=r"mixed-integer program: no answer.*stopped"):
-        ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
+        fo.increments.ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
 
 
 @pytest.mark.parametrize("push", [1.5, 15.0])
@@ -377,15 +375,15 @@ def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
         lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0),
     )
     load = ([push], [1.0])
-    found = ExactIncrement(contact, 1.0).solve([0.0], load)
+    found = fo.increments.ExactIncrement(contact, 1.0).solve([0.0], load)
     assert found.slip == pytest.approx([-100 * (push - 1)])
-    assert ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], load).slip == pytest.approx(
-        found.slip
-    )
+    assert fo.increments.ExactIncrement(contact, 1.0, reach=10.0).solve(
+        [0.0], load
+    ).slip == pytest.approx(found.slip)
     needed = 100 * (push - 1) * contact.stiffness_scale / push
     with pytest.raises(fo.SolverError, match="give a larger reach than"):
-        ExactIncrement(contact, 1.0, reach=needed * (1 + 1e-6)).solve([0.0], load)
-    assert ExactIncrement(contact, 1.0, reach=1.01 * needed).solve(
+        fo.increments.ExactIncrement(contact, 1.0, reach=needed * (1 + 1e-6)).solve([0.0], load)
+    assert fo.increments.ExactIncrement(contact, 1.0, reach=1.01 * needed).solve(
         [0.0], load
     ).slip == pytest.approx(found.slip)
 
@@ -393,7 +391,9 @@ def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
 @pytest.mark.parametrize("coupling", [0.0, 0.4])
 def test_complementarity_is_refused_where_it_is_not_convex(coupling):
     contact = random_system(np.random.default_rng(0), 3, coupling=coupling)
-    posed = complementarity_problem(contact, 0.5, np.zeros(3), ([1.0, 0.0, -1.0], [1.0, 1.0, 1.0]))
+    posed = fo.increments.complementarity_problem(
+        contact, 0.5, np.zeros(3), ([1.0, 0.0, -1.0], [1.0, 1.0, 1.0])
+    )
     assert np.linalg.eigvalsh(posed.matrix + posed.matrix.T)[0] < -1e-3
     assert not posed.problem.is_dcp()
     with pytest.raises(cp.DCPError):
@@ -407,7 +407,7 @@ def test_complementarity_matrix_is_the_law():
     """
     for seed in range(20):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
-        posed = complementarity_problem(contact, friction, slip, load)
+        posed = fo.increments.complementarity_problem(contact, friction, slip, load)
         v, w, _, _ = admissible_states(contact, friction, slip, load)[0]
         dv = v - slip
         z = np.r_[np.maximum(dv, 0), np.maximum(-dv, 0), w]
@@ -427,8 +427,8 @@ def test_complementarity_matrix_is_the_law():
 
 
 def test_explain():
-    frozen = FrozenBoundIncrement(CONTACT, FRICTION)
-    exact = ExactIncrement(CONTACT, FRICTION)
+    frozen = fo.increments.FrozenBoundIncrement(CONTACT, FRICTION)
+    exact = fo.increments.ExactIncrement(CONTACT, FRICTION)
     printed = explained(frozen.solve(SLIP, LOAD))
     assert all(
         part in printed
@@ -455,9 +455,9 @@ def test_explain():
             "rows bind",
         )
     )
-    posed = complementarity_problem(CONTACT, FRICTION, SLIP, LOAD)
+    posed = fo.increments.complementarity_problem(CONTACT, FRICTION, SLIP, LOAD)
     assert all(part in str(posed.problem) for part in ("motions", "slacks"))
-    assert NewtonIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem is None
+    assert fo.increments.NewtonIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem is None
 
 
 def test_cvxpy_is_asked_with_every_option_accepted():

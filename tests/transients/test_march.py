@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients import steady_state
 from helpers.systems import CYCLE, random_system, system
 
 IN_THREADS = """
@@ -42,7 +41,7 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
     assert stuck.any() and np.allclose(path.slip[0][stuck], start[stuck], rtol=0, atol=1e-12)
     assert path.residual < 1e-9 and np.abs(path.energy_error).max() < 1e-10
     assert path.cycle_work.shape == (6, 17) and (path.cycle_work >= 0).all()
-    steady = steady_state(contact, paper_cycle, 0.7, 2.2, initial_slip=start)
+    steady = fo.steady_state(contact, paper_cycle, 0.7, 2.2, initial_slip=start)
     assert path.cycle_work[-1].sum() == pytest.approx(steady.dissipation, rel=1e-6)
     q, p = contact.reaction({"P": 1.0, "sigma": 2.2})
     assert np.allclose(path.bonded_q[-1], q) and np.allclose(path.bonded_p[-1], p)

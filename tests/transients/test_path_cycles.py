@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import PERIODIC, Outcome
+from frictopt.base import PERIODIC
 from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
 from frictopt.transients.extrapolation import AffineLimit
@@ -27,12 +27,12 @@ def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
     works = iter([4.0, 2.0, 3.0, 5.0, 0.0])
     cycle_on = path.cycle_on
     path.cycle_on = lambda count: replace(cycle_on(count), work=np.array([next(works)]))
-    assert settled(path, 50)[0] is Outcome.SHAKEDOWN and not list(works)
+    assert settled(path, 50)[0] is fo.Outcome.SHAKEDOWN and not list(works)
 
 
 def test_a_slow_affine_map_is_extrapolated():
     outcome, limit, run = settled(Mapped(lambda x: 3.0 + 0.999 * (x - 3.0), 10.0), 20)
-    assert outcome is Outcome.CYCLIC_SLIP
+    assert outcome is fo.Outcome.CYCLIC_SLIP
     assert limit == pytest.approx(3.0, abs=1e-9)
     assert run.cycles < 12
 
@@ -48,7 +48,7 @@ def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
             return super().at(place) if abs(place[0] - 3.0) < 1e-12 else None
 
     outcome, limit, run = settled(Alone(lambda x: 3.0 + 0.7 * (x - 3.0), 10.0), 100)
-    assert outcome is Outcome.CYCLIC_SLIP
+    assert outcome is fo.Outcome.CYCLIC_SLIP
     assert limit == pytest.approx(3.0, abs=1e-8)
     assert not run.extrapolated
 
@@ -172,7 +172,7 @@ def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit
         return 0.8 * x if x > 1 else 0.5 + 0.6 * (x - 0.5) if x > 0.5 else x
 
     outcome, limit, _ = settled(Mapped(resting, 50.0, loads=(0.5, 0.0)), 200)
-    assert outcome is Outcome.SHAKEDOWN and limit == pytest.approx(0.5, abs=1e-8)
+    assert outcome is fo.Outcome.SHAKEDOWN and limit == pytest.approx(0.5, abs=1e-8)
 
 
 def test_a_fixed_point_that_cycles_leave_is_not_their_limit():

@@ -4,8 +4,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.base import Outcome
-from frictopt.transients import steady_state
 from helpers.cases import few
 from helpers.paths import followed, judged
 from helpers.systems import CYCLE, random_system, system
@@ -83,7 +81,7 @@ def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):
         limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
         for ratio in (0.5, 1.05, 3.0):
             try:
-                steady = steady_state(
+                steady = fo.steady_state(
                     contact,
                     paper_cycle,
                     friction,
@@ -112,20 +110,22 @@ def test_wedging_has_no_or_two_continuations():
         fo.NoContinuation,
         match=r"the segment to the corner \(push = \+5\): at 0\.6 of it no rates obey the law; nodes \[0\]",
     ):
-        steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 5.0}]), 3.0, 1.0)
+        fo.steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 5.0}]), 3.0, 1.0)
     with pytest.raises(
         fo.NoContinuation,
         match=r"two sets of rates obey the law: nodes \[0\] may take the statuses \[0\] or \[-1\]",
     ):
-        steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 3.0}, {"push": 0.0}]), 3.0, 1.0)
-    below = steady_state(
+        fo.steady_state(
+            contact, fo.LoadCycle({"mean": 1.0}, [{"push": 3.0}, {"push": 0.0}]), 3.0, 1.0
+        )
+    below = fo.steady_state(
         contact, fo.LoadCycle({"mean": 1.0}, [{"push": 2.0}, {"push": -2.0}]), 1.5, 1.0
     )
-    assert below.outcome is Outcome.CYCLIC_SLIP
+    assert below.outcome is fo.Outcome.CYCLIC_SLIP
 
 
 def test_too_few_cycles_are_said(punch, paper_cycle):
     with pytest.raises(fo.NoContinuation, match=r"none proven within . of most_cycles = 1 cycles"):
-        steady_state(
+        fo.steady_state(
             punch(16), paper_cycle, 0.7, 2.2, initial_slip=np.sin(9 * punch(16).x), most_cycles=1
         )

@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.base import Outcome
-from frictopt.transients import steady_state
 from helpers.cases import few
 from helpers.paths import followed
 from helpers.systems import CYCLE, random_system
@@ -42,14 +40,14 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
         [{"a": float(a), "b": float(b)} for a, b in rng.integers(-2, 3, size=(corners, 2)) / 2],
     )
     start = rng.normal(size=nodes)
-    steady = steady_state(contact, cycle, friction, size, initial_slip=start)
+    steady = fo.steady_state(contact, cycle, friction, size, initial_slip=start)
     path = followed(contact, cycle, friction, size, start, cycles=100)
     path.state.work[:] = 0.0
     path.follow(path.legs)
     scale = path.force**2 / contact.stiffness_scale * max(1.0, size) ** 2
     assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-8, abs=1e-9 * scale)
     assert steady.residual < 1e-9
-    assert (steady.outcome is Outcome.SHAKEDOWN) == (steady.dissipation == 0.0)
+    assert (steady.outcome is fo.Outcome.SHAKEDOWN) == (steady.dissipation == 0.0)
     assert np.allclose(
         path.state.u[:nodes], steady.slip, atol=1e-7 * max(1.0, np.abs(steady.slip).max())
     )
@@ -66,10 +64,10 @@ def test_a_first_cycle_without_work_is_no_shakedown():
     A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on.
     """
     cycle = fo.LoadCycle({"N": 1.0}, [{"N": -2.0}, {"N": -2.0, "T": 0.3}, {"T": 0.3}, {}])
-    steady = steady_state(NODE, cycle, 0.5, 1.0)
+    steady = fo.steady_state(NODE, cycle, 0.5, 1.0)
     work = fo.march(NODE, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
     assert work[0] == 0.0 and work[-1] == pytest.approx(0.045)
-    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(0.045)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(0.045)
 
 
 def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
@@ -78,12 +76,12 @@ def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
     From the mean load a node lifts off at once. From the last corner, where it is sheared, it slips
     first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`.
     """
-    steady = steady_state(
+    steady = fo.steady_state(
         NODE, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0
     )
     begin, end = 0.4 / 0.65, 0.8  # of slip: at the bound, and without pressure
     work = 0.65 * ((end - 0.625 * end**2) - (begin - 0.625 * begin**2))
-    assert steady.outcome is Outcome.CYCLIC_SLIP
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert steady.first_cycle == 0
     assert steady.dissipation == pytest.approx(work)
 
@@ -95,7 +93,7 @@ def test_dissipation_does_not_drown_in_that_of_a_far_start():
     )
     cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.0}, {"L": -1.0}])
     near, far = (
-        steady_state(contact, cycle, 0.4, 1.0, initial_slip=[v, -v / 3]).dissipation
+        fo.steady_state(contact, cycle, 0.4, 1.0, initial_slip=[v, -v / 3]).dissipation
         for v in (1e3, 1e7)
     )
     assert near == pytest.approx(0.64067927, rel=1e-7) and far == pytest.approx(near, rel=1e-8)
@@ -109,7 +107,7 @@ def test_bodies_that_nothing_holds_slide_away(friction):
         contact = fo.ContactSystem.from_blocks(A, np.zeros((n, n)), np.eye(n), np.arange(n), loads)
         cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.2}, {"L": -1.2}])
         with pytest.raises(fo.NoContinuation, match=r"as a whole|slides or opens freely"):
-            steady_state(contact, cycle, friction, 1.0)
+            fo.steady_state(contact, cycle, friction, 1.0)
 
 
 def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper_cycle):
@@ -124,7 +122,7 @@ def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper
     rng = np.random.default_rng(40)
     outcomes = set()
     for _ in range(40):
-        steady = steady_state(
+        steady = fo.steady_state(
             contact,
             paper_cycle,
             1.5,
@@ -133,7 +131,7 @@ def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper
         )
         assert steady.dissipation == 0.0 or steady.dissipation > 1e-9
         outcomes.add(steady.outcome)
-    assert Outcome.SHAKEDOWN in outcomes
+    assert fo.Outcome.SHAKEDOWN in outcomes
 
 
 @pytest.mark.parametrize("seed", few(range(4)))

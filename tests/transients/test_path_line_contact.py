@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.reference import LineContact, half_plane_contact
 
-CONTACT = LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 1
+CONTACT = fo.reference.LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 1
 SHARE = 0.75  # of gross sliding: the stick zone ends at half the half-width, on an edge of cells
 CYCLE = fo.LoadCycle({"P": CONTACT.P}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def cylinder(nodes):
     return fo.ContactSystem.from_blocks(
-        **half_plane_contact(nodes, 1.25, CONTACT.E_star, R=CONTACT.R)
+        **fo.reference.half_plane_contact(nodes, 1.25, CONTACT.E_star, R=CONTACT.R)
     )
 
 

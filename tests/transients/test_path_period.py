@@ -8,7 +8,6 @@ import pytest
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.base import Outcome
 from frictopt.transients.classify import returns_after
 from helpers.paths import ASKED, ROUND, TWICE
 from helpers.return_maps import Mapped, settled
@@ -33,7 +32,7 @@ def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, ex
     # By the transient itself.
     assert np.abs(ends[2:] - ends[:2]).max() < exact / 100
     assert np.abs(ends[1:] - ends[:-1]).max() > 0.01
-    assert steady.outcome is Outcome.CYCLIC_SLIP
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert steady.period == 2
     assert steady.cycles < 30
     assert steady.work_error < 1e-9
@@ -88,7 +87,7 @@ def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
 
     path = Mapped(swaps, 2.4)
     outcome, limit, run = settled(path, 200)
-    assert outcome is Outcome.CYCLIC_SLIP
+    assert outcome is fo.Outcome.CYCLIC_SLIP
     assert run.period == 2
     assert run.cycles < 100
     assert returns_after(path, run.last[-1]) == 2
@@ -99,7 +98,7 @@ def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
 def test_a_map_that_turns_to_and_fro_around_its_fixed_point_has_period_one():
     path = Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0)
     outcome, limit, run = settled(path, 200)
-    assert outcome is Outcome.CYCLIC_SLIP
+    assert outcome is fo.Outcome.CYCLIC_SLIP
     assert limit == pytest.approx(3.0, abs=1e-8)
     assert run.cycles < 60
     assert run.period == 2 and returns_after(path, run.last[-1]) == 1
@@ -179,6 +178,6 @@ def test_a_little_work_is_not_that_of_slips_that_still_die_out(seed):
     """
     problem, start, work = with_little_work(seed)
     steady = fo.steady_state(*problem, initial_slip=start)
-    assert steady.outcome is Outcome.CYCLIC_SLIP
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert steady.dissipation == pytest.approx(work, rel=4e-7, abs=0)
     assert steady.slipping.tolist() == [False] * 4 + [True]

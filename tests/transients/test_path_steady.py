@@ -2,9 +2,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import Outcome
-from frictopt.reference import single_node_dissipation
-from frictopt.transients import steady_state
 from helpers.cases import few
 from helpers.paths import followed
 from helpers.systems import CYCLE, ONE_NODE, THREE, random_system, system
@@ -27,10 +24,10 @@ def limit_of(contact, friction):
 def test_published_dissipation(data, friction, factor, expected):
     contact = system(*data)
     for start in (None, 0.3 * np.ones(contact.nodes), np.linspace(-2, 1, contact.nodes)):
-        steady = steady_state(
+        steady = fo.steady_state(
             contact, CYCLE, friction, factor * limit_of(contact, friction), initial_slip=start
         )
-        assert steady.outcome is Outcome.CYCLIC_SLIP
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP
         assert steady.dissipation == pytest.approx(expected, rel=1e-9, abs=5e-13)
         assert steady.dissipation_per_node.sum() == pytest.approx(steady.dissipation, rel=1e-14)
 
@@ -42,15 +39,15 @@ def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_ab
     contact = punch(40)
     limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
     safe = fo.safe_slip(contact, paper_cycle, friction, 0.999 * limit).slip
-    steady = steady_state(contact, paper_cycle, friction, 0.999 * limit, initial_slip=safe)
-    assert steady.outcome is Outcome.SHAKEDOWN
+    steady = fo.steady_state(contact, paper_cycle, friction, 0.999 * limit, initial_slip=safe)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
     assert steady.dissipation == 0.0
     assert steady.first_cycle == 0.0
     assert np.array_equal(steady.slip, safe)
     rng = np.random.default_rng(0)
     for start in (None, safe, *rng.normal(size=(5, 41))):
         assert (
-            steady_state(
+            fo.steady_state(
                 contact, paper_cycle, friction, 1.001 * limit, initial_slip=start
             ).dissipation
             > 1e-9
@@ -70,7 +67,7 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
         for corner in corners:
             path.follow_to(corner, "")
         work.append(path.state.work.sum() - before)
-    steady = steady_state(contact, CYCLE, 0.5, factor, initial_slip=start, overload=2.5 * factor)
+    steady = fo.steady_state(contact, CYCLE, 0.5, factor, initial_slip=start, overload=2.5 * factor)
     assert steady.first_cycle == pytest.approx(work[0], abs=1e-12)
     assert steady.dissipation == pytest.approx(work[-1], abs=1e-9)
     assert np.abs(steady.slip - path.state.u[:3]).max() < 1e-8
@@ -83,9 +80,9 @@ def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
     neighbour does not open.
     """
     contact = system(np.eye(2), np.zeros((2, 2)), 0, (1, 1), 0, (2, 0), C=np.eye(2))
-    steady = steady_state(contact, CYCLE, 0.5, 1.0)
+    steady = fo.steady_state(contact, CYCLE, 0.5, 1.0)
     assert steady.open.tolist() == [True, False]
-    assert not steady_state(contact, CYCLE, 0.5, 0.4).open.any()
+    assert not fo.steady_state(contact, CYCLE, 0.5, 0.4).open.any()
 
 
 def test_slip_too_small_to_tell_is_said():
@@ -100,7 +97,7 @@ def test_slip_too_small_to_tell_is_said():
         fo.NoContinuation,
         match=r"too small .* to distinguish slip from shakedown: choose a load factor further from the limit",
     ):
-        steady_state(
+        fo.steady_state(
             contact,
             CYCLE,
             0.4,
@@ -118,9 +115,9 @@ def test_little_friction_still_dissipates():
     contact = system(2.0, 0.5, 0.0, 1.0, 1.0, 0.2)
     for friction, distance in ((1e-3, 1e-6), (1e-3, 1e-2), (1e-5, 1e-4)):
         factor = fo.shakedown_limit(contact, CYCLE, friction).load_factor * (1 + distance)
-        steady = steady_state(contact, CYCLE, friction, factor)
-        work = single_node_dissipation(2.0, 0.5, 0.0, 1.0, 1.0, 0.2, friction, factor)
-        assert steady.outcome is Outcome.CYCLIC_SLIP
+        steady = fo.steady_state(contact, CYCLE, friction, factor)
+        work = fo.reference.single_node_dissipation(2.0, 0.5, 0.0, 1.0, 1.0, 0.2, friction, factor)
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP
         assert steady.dissipation == pytest.approx(work, rel=1e-8)
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact import joined
 from frictopt.contact.frames import frames_of
 from frictopt.transients.statics import check_sliding, rigid_motions
 from helpers.cases import few
+from helpers.components import joined
 
 SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.contact import joined, parted
 from frictopt.limits import ShakedownLimits, pose
 from helpers.cases import few
+from helpers.components import joined, parted
 from helpers.spatial import cycle, random_contact, vectors
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.polygons import polygon_limit

@@ -14,7 +14,7 @@ import frictopt as fo
 from frictopt.limits import pose
 from frictopt.study.ascent import _tangents, increment_map
 from frictopt.study.range_search import Search, SearchSettings
-from frictopt.study.starts import LoadStep, smooth_modes
+from frictopt.study.starts import smooth_modes
 from frictopt.transients.march import path_of
 from helpers.cases import few
 from helpers.paths import settled
@@ -81,7 +81,8 @@ def in_both(ask, *arguments, **options):
 
 
 @pytest.mark.parametrize(
-    ("start", "steps"), [("worst", ()), ("worst", [LoadStep({"mean": 0.2})]), ("assembled", ())]
+    ("start", "steps"),
+    [("worst", ()), ("worst", [fo.starts.LoadStep({"mean": 0.2})]), ("assembled", ())],
 )
 def test_limits_after_protocols_are_those_of_the_plane(start, steps):
     plane, space = in_both(

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.reference import SphereContact, half_space_contact, single_node_dissipation
 from helpers.refused import refused
 from helpers.spatial import cycle, random_contact, single
 
@@ -19,7 +18,7 @@ TO_AND_FRO = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
 
 @pytest.mark.parametrize("load_factor", [0.3, 0.7, 1.5])
 def test_one_node_dissipates_as_in_closed_form(load_factor):
-    known = single_node_dissipation(
+    known = fo.reference.single_node_dissipation(
         A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=load_factor
     )
     steady = fo.steady_state(single(), TO_AND_FRO, 0.5, load_factor, steps=2)
@@ -34,7 +33,9 @@ def sphere(cells, shear, nu=0.0):
     The shear force is about `shear` times f P.
     """
     R, E, f = 5.0, 1.0, 0.5
-    system = fo.ContactSystem(**half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu))
+    system = fo.ContactSystem(
+        **fo.reference.half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu)
+    )
     P, G = E / (1.5 * R * (1 - nu**2)), E / (2 * (1 + nu))
     shift = 3 * f * P / 16 * 2 * (2 - nu) / G * (1 - (1 - shear) ** (2 / 3))
     path = fo.march(
@@ -46,7 +47,7 @@ def sphere(cells, shear, nu=0.0):
         steps=2,
     )
     at = int(np.flatnonzero(path.time == 1)[0])
-    ball = SphereContact(float(path.p[at].sum()), R, E, nu, f)
+    ball = fo.reference.SphereContact(float(path.p[at].sum()), R, E, nu, f)
     # Towards +x, as the load case says.
     assert ball.half_width == pytest.approx(1.0, rel=5e-3)
     assert path.slip[at, :, 0].sum() > 0
@@ -67,7 +68,7 @@ def test_a_sphere_dissipates_as_mindlin_and_deresiewicz_say():
 
 
 def test_small_shear_goes_with_its_third_power():
-    ball = SphereContact(1.0, 1.0, 1.0, 0.3, 0.5)
+    ball = fo.reference.SphereContact(1.0, 1.0, 1.0, 0.3, 0.5)
     ratio = [ball.dissipation(0.5 * x) / x**3 for x in (1e-6, 1e-3, 0.099999, 0.100001)]
     assert ratio[0] == pytest.approx(2 * 1.7 / (1 / 2.6) * 0.25 / (36 * ball.half_width), rel=1e-5)
     assert ratio[2] == pytest.approx(ratio[3], rel=1e-5)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.reference import half_plane_contact
 
 F = 0.5
 P = np.pi / 4  # the half-width of the contact is 1
@@ -19,7 +18,9 @@ def cylinder(cells, half_length=1.6):
 
     The load case "roll" moves its lowest point by a unit length.
     """
-    contact = fo.ContactSystem.from_blocks(**half_plane_contact(cells, half_length, 1.0, R=1.0))
+    contact = fo.ContactSystem.from_blocks(
+        **fo.reference.half_plane_contact(cells, half_length, 1.0, R=1.0)
+    )
     return contact.with_bonded({"roll": (np.zeros(cells), contact.C @ contact.x)})
 
 
@@ -105,7 +106,7 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
         # The edge of the contact, at 1, is a quarter of a cell outside of its last cell.
         size = 1 / (half + 0.25)
         contact = fo.ContactSystem.from_blocks(
-            **half_plane_contact(2 * half + 8, (half + 4) * size, 1.0, R=1.0)
+            **fo.reference.half_plane_contact(2 * half + 8, (half + 4) * size, 1.0, R=1.0)
         )
         limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": P}, [{"Q": -P}, {"Q": P}]), F)
         node = limit.mechanism["node"].iloc[0]
@@ -128,7 +129,7 @@ def test_an_edge_beside_open_nodes_has_a_limit_of_its_own():
 
     A flat punch is beside a gap that stays open, and its pressure is highest at its edges.
     """
-    flat = fo.ContactSystem.from_blocks(**half_plane_contact(24, 1.5, 1.0))
+    flat = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(24, 1.5, 1.0))
     punch = flat.with_gap(np.where(np.abs(flat.x) < 1, 0.0, 9.0))
     limit = fo.shakedown_limit(punch, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), F)
     assert limit.load_factor == pytest.approx(F, rel=1e-9)
