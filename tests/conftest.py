@@ -165,17 +165,6 @@ def cube(tmp_path_factory):
     return fo.readers.read_calculix(folder / "cube")
 
 
-@pytest.fixture
-def followed(monkeypatch):
-    """The load factors of the runs of studies that are followed from now on."""
-    seen = []
-    monkeypatch.setattr(
-        "frictopt.study.runs.steady_state",
-        lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options),
-    )
-    return seen
-
-
 @pytest.fixture(scope="module")
 def few_starts():
     """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask

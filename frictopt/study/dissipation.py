@@ -274,9 +274,9 @@ class _Study:
         for row in rows:
             self._add(row)
         bar.keep("table", self.table, self._note())
-        bar.count = len(self.rows)
         if self.file is not None and rows:
             self.file.write(rows)
+        bar.update(len(self.rows) - bar.count)
 
     def _note(self) -> str:
         """How many runs are left, for an interrupt."""

@@ -17,9 +17,11 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import Bar, progress, progress_bar
+from frictopt.base import progress, progress_bar
 from helpers.designs import CYCLE as TURNS
 from helpers.designs import pulled
+from helpers.interrupts import interrupted
+from helpers.screens import Terminal, seen, soon
 from helpers.systems import CYCLE, FIRST_PAIR, system
 from helpers.worn import cylinder
 from studies.progress import each
@@ -31,16 +33,11 @@ class Nothing:
     """No parameters."""
 
 
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
 @pytest.fixture
-def log(monkeypatch):
+def log():
     """A file for standard error; lines come soon."""
-    monkeypatch.setattr(progress, "PACE", progress.Pace(first=0.01, line=0.01, look=0.01))
-    return io.StringIO()
+    with soon():
+        yield io.StringIO()
 
 
 def until(log, line):
@@ -104,12 +101,10 @@ def test_a_log_that_nobody_reads_ends_nothing(log):
         time.sleep(0.05)
 
 
-def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_best_so_far(
-    log, monkeypatch
-):
+@pytest.mark.usefixtures("log")
+def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_best_so_far():
     screen = Terminal()
-    monkeypatch.setattr(sys, "stderr", screen)
-    with progress_bar(True, "search", "program") as bar:
+    with redirect_stderr(screen), progress_bar(True, "search", "program") as bar:
         until(screen, "\rsearch: 0 programs, 00:00")
         bar.keep("limit", 0.2, "the best limit", best="at least 0.2 so far")
         until(screen, "00:00, at least 0.2 so far")
@@ -303,43 +298,23 @@ CALLS = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, monkeypatch):
+def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call):
     ask, what, most, name, holds, said = CALLS[call]
-    count, tell_of = Bar.update, progress._draw
-
-    def stops(bar, more=1):
-        count(bar, more)
-        if bar.what == what and bar.count >= most:
-            raise KeyboardInterrupt
-
-    with (
-        monkeypatch.context() as patch,
-        pytest.raises(KeyboardInterrupt, match=f"attribute `{name}`") as stopped,
-    ):
-        patch.setattr(Bar, "update", stops)
+    with interrupted(what, most) as stopped:
         ask(progress=False)
     assert holds(getattr(stopped.value, name)) and len(stopped.value.__notes__) == 1
-    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
-    for shown in (True, False):
-        screen = Terminal()
-        monkeypatch.setattr(sys, "stderr", screen)
-        ask(progress=shown)
-        assert re.search(said, screen.getvalue()) if shown else not screen.getvalue(), (
-            screen.getvalue()
-        )
+    assert f"attribute `{name}`" in stopped.value.__notes__[0]
+    assert re.search(said, shown := seen(lambda: ask(progress=True))), shown
+    assert not seen(lambda: ask(progress=False))
     with pytest.raises(fo.ModelError, match="progress: 'yes'"):
         ask(progress="yes")
 
 
-def test_tightening_shows_its_progress_unless_it_is_switched_off(monkeypatch):
-    tell_of, cycle = progress._draw, fo.LoadCycle({"bolt": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
-    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
-    for shown in (False, True):
-        screen = Terminal()
-        monkeypatch.setattr(sys, "stderr", screen)
-        fo.tightened(bolted(), cycle, 0.3, progress=shown)
-        said = re.search(r"tightening: \d+ transients?, 00:\d\d", screen.getvalue())
-        assert said if shown else not screen.getvalue()
+def test_tightening_shows_its_progress_unless_it_is_switched_off():
+    cycle = fo.LoadCycle({"bolt": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    shown = seen(lambda: fo.tightened(bolted(), cycle, 0.3))
+    assert re.search(r"tightening: \d+ transients?, 00:\d\d", shown)
+    assert not seen(lambda: fo.tightened(bolted(), cycle, 0.3, progress=False))
 
 
 def test_every_question_about_a_contact_or_a_limit_has_a_switch_for_its_progress():
@@ -352,26 +327,16 @@ def test_every_question_about_a_contact_or_a_limit_has_a_switch_for_its_progress
     assert not lacking
 
 
-def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
-    model, tell_of = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._draw
-    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
+@pytest.mark.parametrize("progress", [True, False])
+def test_condensation_and_recovery_show_how_far_they_are(progress):
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
     for what, ask in (
-        ("condensation", model.condense),
-        ("recovery", lambda **options: model.recover({"P": 1.0}, slip=[0.0] * 5, **options)),
+        ("condensation", lambda: model.condense(progress=progress)),
+        ("recovery", lambda: model.recover({"P": 1.0}, slip=[0.0] * 5, progress=progress)),
     ):
-        for shown in (False, True):
-            screen = Terminal()
-            monkeypatch.setattr(sys, "stderr", screen)
-            for kept in ("_condensed", "_recovery"):
-                vars(model).pop(kept, None)
-            ask(progress=shown)
-            assert (
-                re.search(
-                    rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL
-                )
-                if shown
-                else not screen.getvalue()
-            )
+        steps = rf"{what}: 00:.*elimination: 100%.*{what}: 00:"
+        shown = seen(ask)
+        assert re.search(steps, shown, re.DOTALL) if progress else not shown
 
 
 def test_a_unit_is_counted_by_the_whole():
@@ -403,23 +368,11 @@ def test_studies_count_their_limits(log):
     assert re.search(r"limits: 2 of 3 limits, 00:0\d", log.getvalue())
 
 
-def test_scenes_show_the_progress_of_their_condensation(monkeypatch):
-    tell_of = progress._draw
-    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
-    scenes = (
+def test_scenes_show_the_progress_of_their_condensation():
+    for scene in (
         fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0),
         fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0)),
         fo.scenes.PressFit(elements=2, growth=3.0),
-    )
-    for scene in scenes:
-        for shown in (False, True):
-            screen = Terminal()
-            monkeypatch.setattr(sys, "stderr", screen)
-            scene.condense(progress=shown)
-            assert ("condensation: " in screen.getvalue()) is shown
-
-
-def test_a_count_that_is_a_number_of_numpy_is_told(log):
-    with redirect_stderr(log), progress_bar(True, "work", "piece") as bar:
-        bar.update(np.int64(2))
-        until(log, r"work: 2 pieces, ")
+    ):
+        assert "condensation: " in seen(scene.condense)
+        assert not seen(lambda scene=scene: scene.condense(progress=False))

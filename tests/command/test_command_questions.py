@@ -16,11 +16,11 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.base import Bar, strict_json
+from frictopt.base import strict_json
 from frictopt.command import main as run
 from frictopt.command import options, questions
-from frictopt.study import dissipation
 from helpers.command import main
+from helpers.interrupts import stops
 from helpers.systems import CYCLE, random_system, system
 
 ROOT = Path(__file__).parents[2]
@@ -325,20 +325,14 @@ def test_an_option_of_another_kind_is_refused(capsys):
         assert end.value.code == 2
 
 
-def test_an_interrupted_question_prints_what_it_knows(monkeypatch, capsys):
-    count = Bar.update
-
-    def stops(bar, more=1):
-        count(bar, more)
-        if bar.what == "backbone curve" and bar.count >= 2:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Bar, "update", stops)
+def test_an_interrupted_question_prints_what_it_knows(capsys):
     words = [*PULL, *F, *"--load-factors 1.1 1.2 1.3".split()]
-    assert main(["backbone", "punch.npz", *words]) == 130
+    with stops("backbone curve", 2):
+        assert main(["backbone", "punch.npz", *words]) == 130
     said = capsys.readouterr()
     assert said.out.startswith("BackboneCurve\n") and "frictopt: interrupted\ncurve: " in said.err
-    assert main(["backbone", "punch.npz", *words, "--json"]) == 130
+    with stops("backbone curve", 2):
+        assert main(["backbone", "punch.npz", *words, "--json"]) == 130
     told = strict(capsys.readouterr().out)
     assert told["interrupted"] is True and told["curve"]["load_factors"] >= 1
 
@@ -357,26 +351,10 @@ random_slips = { amplitudes = [AMPLITUDE], count = 2 }
 
 
 @pytest.mark.parametrize(("what", "most", "runs"), [("transients", 5, 5), ("limits", 2, 20)])
-def test_an_interrupted_study_says_how_many_runs_its_store_keeps(
-    what, most, runs, monkeypatch, capsys
-):
+def test_an_interrupted_study_says_how_many_runs_its_store_keeps(what, most, runs, capsys):
     """The same command goes on from there."""
     Path("study.toml").write_text("limits = true\n" + STUDY.replace("AMPLITUDE", "0.1"))
-    keep, update = dissipation._Study.keep, Bar.update
-
-    def stops(study, bar, rows):
-        keep(study, bar, rows)
-        if what == "transients" and len(study.rows) >= most:
-            raise KeyboardInterrupt
-
-    def counts(bar, more=1):
-        update(bar, more)
-        if bar.what == what == "limits" and bar.count >= most:
-            raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(dissipation._Study, "keep", stops)
-        patch.setattr(Bar, "update", counts)
+    with stops(what, most):
         assert main(["study", "study.toml"]) == 130
     line = f"frictopt: interrupted\n{runs} of 20 runs kept in study.sqlite; the same command continues\n"
     assert capsys.readouterr().err.endswith(line)

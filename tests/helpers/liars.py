@@ -1,9 +1,14 @@
 """Solvers with wrong answers, for tests of the checks of answers."""
 
+from contextlib import contextmanager
+from dataclasses import replace
+
 import cvxpy as cp
 import numpy as np
+import pytest
 from scipy.optimize import nnls
 
+import frictopt as fo
 from frictopt.errors import SolverError
 from frictopt.limits.printed import last_resort
 from frictopt.solve import answer, by_cvxpy
@@ -33,6 +38,27 @@ def lying(monkeypatch, lie, plain=False):
         )
 
     monkeypatch.setattr(answer, "run", run)
+
+
+@contextmanager
+def told(name, lie, of=fo, where=lambda *_: True):
+    """Let each answer of a public question pass through `lie`, where the contact is like that."""
+    honest = getattr(of, name)
+
+    def ask(*args, **options):
+        answer = honest(*args, **options)
+        return lie(answer) if where(*args) else answer
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(of, name, ask)
+        yield
+
+
+def changed(**changes):
+    """A lie that changes fields of an answer, each by a function of its value."""
+    return lambda answer: replace(
+        answer, **{name: change(getattr(answer, name)) for name, change in changes.items()}
+    )
 
 
 def without_plain_cvxpy(monkeypatch):

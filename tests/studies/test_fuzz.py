@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from helpers.cases import few
+from helpers.liars import changed, told
 from studies.validation import oracles
 from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
@@ -71,20 +72,16 @@ def test_a_block_on_a_slope_that_it_almost_slides_down_has_an_answer(seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("axes", [2, 3])
-def test_a_body_that_slides_off_elsewhere_is_seen(kind, axes, monkeypatch):
-    honest, check = fo.gross_slip, f"slides off, {kind}{', 3-D' * (axes == 3)}"
+def test_a_body_that_slides_off_elsewhere_is_seen(kind, axes):
+    check = f"slides off, {kind}{', 3-D' * (axes == 3)}"
     seed = next(
         seed
         for seed in range(9)
         if kind != "slope"
         or body(seed, kind, axes).sliding_off == body(seed, kind, axes).sliding_off
     )
-    monkeypatch.setattr(
-        fo,
-        "gross_slip",
-        lambda *args: replace(slide := honest(*args), load_factor=slide.load_factor * (1 + 1e-5)),
-    )
-    assert [finding.result for finding in sliding_findings(seed, [check])] == ["wrong"]
+    with told("gross_slip", changed(load_factor=lambda value: value * (1 + 1e-5))):
+        assert [finding.result for finding in sliding_findings(seed, [check])] == ["wrong"]
 
 
 def all_right(found):
@@ -246,50 +243,46 @@ LIES = {
 
 
 @pytest.mark.parametrize("check", LIES)
-def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
+def test_the_oracles_see_a_wrong_answer(check):
     """Of cases whose answers are changed by a little at least two must be called wrong, where none
     was before."""
     name, lie = LIES[check]
-    honest, calls = getattr(fo, name), count()
-    monkeypatch.setattr(
-        fo, name, lambda *args, **options: lie(honest(*args, **options), next(calls))
-    )
-    wrong = 0
-    for seed in range(20, 80):
-        wrong += any(finding.result == "wrong" for finding in findings(random_case(seed), [check]))
-        if wrong == 2:
-            return
+    calls, wrong = count(), 0
+    with told(name, lambda answer: lie(answer, next(calls))):
+        for seed in range(20, 80):
+            found = findings(random_case(seed), [check])
+            wrong += any(finding.result == "wrong" for finding in found)
+            if wrong == 2:
+                return
     raise AssertionError(f"only {wrong} of 60 are called wrong")
 
 
 MOVING = {
     "shakedown limit": (
         "shakedown_limit",
-        lambda limit: replace(limit, load_factor=1.05 * limit.load_factor),
+        changed(load_factor=lambda value: 1.05 * value),
     ),
     "guaranteed limit": (
         "guaranteed_limit",
-        lambda limit: replace(limit, load_factor=0.99 * limit.load_factor),
+        changed(load_factor=lambda value: 0.99 * value),
     ),
     "safe slip": ("safe_slip", lambda safe: replace(safe, margin=-safe.margin)),
 }
 
 
 @pytest.mark.parametrize("check", MOVING)
-def test_wrong_answers_are_seen_where_nodes_come_and_go(check, monkeypatch):
-    name, lie = MOVING[check]
-    honest = getattr(fo, name)
+def test_wrong_answers_are_seen_where_nodes_come_and_go(check):
     case = random_case(5002186)
     assert len(fo.shakedown_limit(case.system, case.cycle, case.friction).events)
     assert [finding.result for finding in findings(case, [check])] == ["answer"]
-    monkeypatch.setattr(fo, name, lambda *args, **options: lie(honest(*args, **options)))
-    assert [finding.result for finding in findings(case, [check])] == ["wrong"]
+    with told(*MOVING[check]):
+        assert [finding.result for finding in findings(case, [check])] == ["wrong"]
 
 
 IN_SPACE = {
     "limit, 3-D": (
         "shakedown_limit",
-        lambda limit: replace(limit, load_factor=1.001 * limit.load_factor),
+        changed(load_factor=lambda value: 1.001 * value),
     ),
     "least safe load, 3-D": (
         "shakedown_limit",
@@ -297,11 +290,11 @@ IN_SPACE = {
     ),
     "limit, plane in 3-D": (
         "shakedown_limit",
-        lambda limit: replace(limit, load_factor=1.001 * limit.load_factor),
+        changed(load_factor=lambda value: 1.001 * value),
     ),
     "guaranteed limit, 3-D": (
         "guaranteed_limit",
-        lambda limit: replace(limit, load_factor=1.001 * limit.load_factor),
+        changed(load_factor=lambda value: 1.001 * value),
     ),
     "safe region, plane in 3-D": (
         "safe_region",
@@ -309,27 +302,20 @@ IN_SPACE = {
     ),
     "guaranteed limit, plane in 3-D": (
         "guaranteed_limit",
-        lambda limit: replace(limit, load_factor=1.001 * limit.load_factor),
+        changed(load_factor=lambda value: 1.001 * value),
     ),
     "safe slip, plane in 3-D": ("safe_slip", lambda safe: replace(safe, margin=safe.margin + 1e-3)),
 }
 
 
 @pytest.mark.parametrize("check", IN_SPACE)
-def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
-    name, lie = IN_SPACE[check]
-    honest = getattr(fo, name)
-
-    def told(system, *args, **options):
-        found = honest(system, *args, **options)
-        return lie(found) if system.tangents == 2 else found
-
+def test_the_oracles_in_space_see_a_wrong_answer(check):
+    """Answers of the plane are changed; those in space are compared with them."""
     for seed in [5, 14, 6, 4, 3, *range(7, 14)]:  # the first ones tell of most
-        monkeypatch.setattr(fo, name, honest)
         assert all(finding.result != "wrong" for finding in space_findings(seed, [check]))
-        monkeypatch.setattr(fo, name, told)
-        if any(finding.result == "wrong" for finding in space_findings(seed, [check])):
-            return
+        with told(*IN_SPACE[check], where=lambda system, *_: system.tangents == 2):
+            if any(finding.result == "wrong" for finding in space_findings(seed, [check])):
+                return
     raise AssertionError("none of 12 is called wrong")
 
 
@@ -341,43 +327,28 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
     ],
     ids=["plane", "space"],
 )
-def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask, monkeypatch):
-    honest, seeds = (
-        fo.DesignModel.solve,
-        [
-            seed
-            for seed in few([0, 8, 16, 28, 32, 44, 4, 20], 6)  # the last two search for long
-            if next(ask(seed)).result == "answer"
-        ],
-    )
-
-    def none(model, f, given):
-        return honest(model, f, [*given, model.profile == 0, model.preload == 0])
-
-    monkeypatch.setattr(fo.DesignModel, "solve", none)
-    assert [next(ask(seed)).result for seed in seeds].count("wrong") >= 2
-    monkeypatch.setattr(
-        fo.DesignModel,
-        "solve",
-        lambda *args: replace(
-            design := honest(*args), load_factor=0.01 + 1.01 * design.load_factor
-        ),
-    )
-    assert len(seeds) >= 5 and {next(ask(seed)).result for seed in seeds} == {"wrong"}
-
-
-def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):
-    honest = fo.guaranteed_limit
-    monkeypatch.setattr(
-        fo,
-        "guaranteed_limit",
-        lambda *args: replace(limit := honest(*args), load_factor=1.5 * limit.load_factor),
-    )
-    found = [
-        finding.text
-        for seed in (22, 25, 28, 30)
-        for finding in findings(random_case(seed), ["guarantee, followed"])
+def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask):
+    seeds = [
+        seed
+        for seed in few([0, 8, 16, 28, 32, 44, 4, 20], 6)  # the last two search for long
+        if next(ask(seed)).result == "answer"
     ]
+    assert len(seeds) >= 5
+    for lie, least in (
+        (lambda value: 0.98 * value, 2),
+        (lambda value: 0.01 + 1.01 * value, len(seeds)),
+    ):
+        with told("solve", changed(load_factor=lie), of=fo.DesignModel):
+            assert [next(ask(seed)).result for seed in seeds].count("wrong") >= least
+
+
+def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen():
+    with told("guaranteed_limit", changed(load_factor=lambda value: 1.5 * value)):
+        found = [
+            finding.text
+            for seed in (22, 25, 28, 30)
+            for finding in findings(random_case(seed), ["guarantee, followed"])
+        ]
     assert len(found) == 4 and all(
         "persists below the limit" in text and "all nodes closed" in text for text in found
     ), found
@@ -385,31 +356,34 @@ def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):
 
 def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen(monkeypatch):
     """Contacts whose limit leaves nodes open, and the one with all nodes closed in its place."""
-    seeds, ask = (
-        (800280, 800312, 800384, 800408),
-        lambda seed: next(findings(random_case(seed), ["open nodes"])).result,
-    )
-    assert [ask(seed) for seed in seeds] == ["answer"] * 4
-    monkeypatch.setattr(
-        "frictopt.limits.shakedown.best_open_set", lambda of_set, closed, *_: closed
-    )
-    assert "missed" in [ask(seed) for seed in seeds]
+    seeds, honest = (800280, 800312, 800384, 800408), fo.shakedown_limit
+
+    def closed(system, *args):
+        return honest(system, *args, open_nodes=np.zeros(system.nodes, dtype=bool))
+
+    def asked():
+        return [next(findings(random_case(seed), ["open nodes"])).result for seed in seeds]
+
+    assert asked() == ["answer"] * 4
+    monkeypatch.setattr(fo, "shakedown_limit", closed)
+    assert "missed" in asked()
 
 
-def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
-    honest = fo.increments.FrozenBoundIncrement.solve
+def test_the_oracles_see_a_wrong_increment_and_a_foreign_error():
     seed = next(
         s
         for s in range(0, 400, 8)
         if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"]))
     )
-    monkeypatch.setattr(
-        fo.increments.FrozenBoundIncrement,
-        "solve",
-        lambda *args: replace(honest(*args), q=2 * honest(*args).q + np.abs(honest(*args).p).max()),
-    )
-    monkeypatch.setattr(fo, "march", lambda *args, **options: 1 / 0)
-    outcomes = {f.check: f.result for f in findings(random_case(seed))}
+    with (
+        told(
+            "solve",
+            lambda state: replace(state, q=2 * state.q + np.abs(state.p).max()),
+            of=fo.increments.FrozenBoundIncrement,
+        ),
+        told("march", lambda _: 1 / 0),
+    ):
+        outcomes = {f.check: f.result for f in findings(random_case(seed))}
     assert outcomes["frozen-bound increment"] == outcomes["exact path"] == "wrong"
 
 
@@ -434,23 +408,14 @@ def test_the_study_counts_what_it_finds(tmp_path, capsys):
     ] in printed.splitlines()
 
 
-def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(
-    tmp_path, capsys, monkeypatch
-):
-    honest = fo.shakedown_limit
-    monkeypatch.setattr(
-        fo,
-        "shakedown_limit",
-        lambda *args, **options: replace(
-            limit := honest(*args, **options), load_factor=2 * limit.load_factor
-        ),
-    )
-    assert (
-        fuzz.STUDY.run(
-            ["--cases", "1", "--seed", "22", "--only", "answers", "--data", str(tmp_path)]
+def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_path, capsys):
+    with told("shakedown_limit", changed(load_factor=lambda value: 2 * value)):
+        assert (
+            fuzz.STUDY.run(
+                ["--cases", "1", "--seed", "22", "--only", "answers", "--data", str(tmp_path)]
+            )
+            == 1
         )
-        == 1
-    )
     assert "WRONG, seed 22, shakedown limit: " in capsys.readouterr().out
     refused = pd.read_parquet(fuzz.REFUSALS.path(tmp_path))
     assert refused["result"].iloc[0] == "wrong" and "(seed 22)" in refused["message"].iloc[0]

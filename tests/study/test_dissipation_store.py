@@ -22,8 +22,9 @@ import pytest
 
 import frictopt as fo
 from frictopt.study import runs
-from frictopt.study.store import DamagedRows, Store, merge_stores
 from helpers.cases import few
+from helpers.foreign import Foreign
+from helpers.runs import same, with_followed
 from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -31,12 +32,13 @@ FACTORS = np.linspace(0.1, 2.0, 20)
 DRIVER = """
 import sys
 import test_dissipation_store as tests
-write = tests.Store.write
+from frictopt.study.store import Store
+write = Store.write
 def told(*run):
     write(*run)
     print(flush=True)
     sys.stdin.readline()
-tests.Store.write = told
+Store.write = told
 tests.study(store=sys.argv[1])
 """
 
@@ -100,6 +102,13 @@ def study(**options):
     return fo.dissipation_study(CONTACT, CYCLE, 0.4, FACTORS, **options)
 
 
+def continued(store, undisturbed):
+    """The load factors of the runs that a store lacks; with them its study is as undisturbed."""
+    table, new = with_followed(store, lambda: study(store=store))
+    same(table, undisturbed)
+    return new.load_factor.tolist()
+
+
 @pytest.fixture(scope="module")
 def undisturbed():
     return study()
@@ -110,12 +119,6 @@ def file(tmp_path, undisturbed):
     """A store with all runs."""
     same(study(store=tmp_path / "runs.sqlite"), undisturbed)
     return tmp_path / "runs.sqlite"
-
-
-def same(table, other):
-    pd.testing.assert_frame_equal(
-        table.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True
-    )
 
 
 def changed(file, statement, *values):
@@ -253,19 +256,17 @@ def test_a_store_that_cannot_be_made_is_named(path, tmp_path, monkeypatch):
         "checksum = 0",
     ],
 )
-def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(
-    file, undisturbed, followed, change
-):
+def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undisturbed, change):
     victim = fo.results.read_store(file).query("dissipation > 0").key.iloc[0]
     changed(file, f"UPDATE runs SET {change} WHERE key = ?", victim)
-    with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 row is"):
+    with pytest.warns(fo.results.DamagedRows, match=r"runs\.sqlite': 1 row is"):
         assert len(fo.results.read_store(file)) == len(FACTORS) - 1
-    with pytest.warns(DamagedRows):
-        same(study(store=file), undisturbed)
-    assert len(followed) == 1 and len(fo.results.read_store(file)) == len(FACTORS)
+    with pytest.warns(fo.results.DamagedRows):
+        assert len(continued(file, undisturbed)) == 1
+    assert len(fo.results.read_store(file)) == len(FACTORS)
 
 
-def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed):
+def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed):
     """A killed process loses no finished run.
 
     Each process continues where the last process was killed, and is killed itself after some more
@@ -287,11 +288,10 @@ def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed)
             finally:
                 driver.kill()
     assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
-    same(study(store=tmp_path / "runs"), undisturbed)
-    assert len(followed) == len(FACTORS) - 11
+    assert len(continued(tmp_path / "runs", undisturbed)) == len(FACTORS) - 11
 
 
-def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed, followed):
+def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed):
     """It comes to all processes: the rows that the two tasks have finished come with it."""
     options = {
         "stdin": subprocess.PIPE,
@@ -309,8 +309,7 @@ def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed,
             assert driver.stdout.readline() == "14\n"
         finally:
             os.killpg(driver.pid, signal.SIGKILL)
-    same(study(store=tmp_path / "runs"), undisturbed)
-    assert followed == [*FACTORS[7:10], *FACTORS[17:]]
+    assert continued(tmp_path / "runs", undisturbed) == [*FACTORS[7:10], *FACTORS[17:]]
 
 
 KILLED = """
@@ -329,7 +328,7 @@ def test_a_store_whose_writer_was_killed_is_read_and_merged_and_goes_on(
     """The killed process has written half of a change into the file."""
     for use in (
         lambda: len(fo.results.read_store(file)),
-        lambda: merge_stores(tmp_path / "into", [file]),
+        lambda: fo.results.merge_stores(tmp_path / "into", [file]),
         lambda: len(study(store=file)),
     ):
         subprocess.run([sys.executable, "-c", KILLED, file], timeout=60)
@@ -338,7 +337,7 @@ def test_a_store_whose_writer_was_killed_is_read_and_merged_and_goes_on(
         same(study(store=file), undisturbed)
 
 
-def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed):
+def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed):
     """Both of its processes hang when it is killed."""
     options = {
         "stdin": subprocess.PIPE,
@@ -361,33 +360,28 @@ def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed,
         fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist()
         == FACTORS[:15].tolist()
     )
-    same(study(store=tmp_path / "runs"), undisturbed)
-    assert followed == FACTORS[15:].tolist()
+    assert continued(tmp_path / "runs", undisturbed) == FACTORS[15:].tolist()
 
 
-def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(
-    undisturbed, followed, tmp_path, monkeypatch
-):
-    def late(*args, **options):
-        merge_stores(tmp_path / "shared", tmp_path.glob("both"))  # once there is one
-        if args[3] == FACTORS[-1]:
-            raise fo.SolverError("another version")
-        return fo.steady_state(*args, **options)
+def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbed, tmp_path):
+    def late(future, rows):
+        fo.results.merge_stores(tmp_path / "shared", tmp_path.glob("both"))  # once there is one
+        if rows[0]["load_factor"] == FACTORS[-1]:
+            future.set_exception(OSError("killed"))
+        else:
+            future.set_result(rows)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(runs, "steady_state", late)
-        assert (study(store=tmp_path / "runs").outcome == "FAILED").tolist() == 19 * [False] + [
-            True
-        ]
+    first = study(store=tmp_path / "runs", executor=Foreign(late))
+    assert (first.outcome == "FAILED").tolist() == 19 * [False] + [True]
     for name in ("first", "last"):
-        merge_stores(tmp_path / name, [tmp_path / "runs"])
-    same(study(store=tmp_path / "runs"), undisturbed)
-    assert followed == [FACTORS[-1]]
+        fo.results.merge_stores(tmp_path / name, [tmp_path / "runs"])
+    assert continued(tmp_path / "runs", undisturbed) == [FACTORS[-1]]
     for into, parts in (("first", ["runs"]), ("runs", ["last"]), ("both", ["runs", "last"])):
-        assert merge_stores(tmp_path / into, [tmp_path / part for part in parts]) == len(FACTORS)
+        merged = fo.results.merge_stores(tmp_path / into, [tmp_path / part for part in parts])
+        assert merged == len(FACTORS)
         assert set(fo.results.read_store(tmp_path / into).error) == {""}
-    monkeypatch.setattr(runs, "steady_state", late)
-    assert study(store=tmp_path / "shared").outcome.iloc[-1] == "FAILED"
+    late_one = study(store=tmp_path / "shared", executor=Foreign(late))
+    assert late_one.outcome.iloc[-1] == "FAILED"
     assert set(fo.results.read_store(tmp_path / "shared").error) == {""}
 
 
@@ -407,7 +401,7 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
         harmed.write_bytes(content[:place] if number % 5 == 0 and place else bytes(harm))
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", DamagedRows)
+                warnings.simplefilter("ignore", fo.results.DamagedRows)
                 same(study(store=harmed), undisturbed)
                 assert len(fo.results.read_store(harmed)) >= len(FACTORS)
         except fo.StoreError as error:
@@ -418,62 +412,47 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
     assert errors > few(60) // 15
 
 
-def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(
-    tmp_path, undisturbed, followed, monkeypatch
-):
+def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed):
     """The file may not grow any more after five runs."""
-    write = Store.write
+    store = tmp_path / "runs.sqlite"
+    fo.dissipation_study(CONTACT, CYCLE, 0.4, FACTORS[:5], store=store)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    done = []
-
-    def until_full(self, rows):
-        done.append(rows)
-        if len(done) == 6:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
-        write(self, rows)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Store, "write", until_full)
-        try:
-            with pytest.raises(fo.StoreError, match=r"runs\.sqlite.*free disk space") as caught:
-                study(store=tmp_path / "runs.sqlite")
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+    try:
+        with pytest.raises(fo.StoreError, match=r"runs\.sqlite.*free disk space") as caught:
+            study(store=store)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     same(caught.value.table, undisturbed.head(6))
-    followed.clear()
-    same(study(store=tmp_path / "runs.sqlite"), undisturbed)
-    assert followed == FACTORS[5:].tolist()
+    assert continued(store, undisturbed) == FACTORS[5:].tolist()
 
 
-def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(
-    tmp_path, monkeypatch, undisturbed
-):
-    follow, done = runs._follow, []
-
-    def until_gone(*args):
-        done.append(args)
-        if len(done) == 4:
+def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, undisturbed):
+    def gone(future, rows):
+        if rows[0]["load_factor"] == FACTORS[3]:
             (tmp_path / "store").rename(tmp_path / "elsewhere")
-        return follow(*args)
+        future.set_result(rows)
 
-    monkeypatch.setattr(runs, "_follow", until_gone)
     with pytest.raises(fo.StoreError, match="check that the file and its folder exist") as caught:
-        study(store=tmp_path / "store" / "runs")
-    same(caught.value.table, undisturbed.head(4))
+        study(store=tmp_path / "store" / "runs", executor=Foreign(gone))
+    same(caught.value.table, undisturbed)
 
 
-def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, monkeypatch):
-    write, turns = Store.write, threading.Barrier(2, timeout=60)
+def test_studies_that_write_at_the_same_time_keep_each_run_once(undisturbed, tmp_path):
+    """Both have followed all runs before either writes."""
+    turns = threading.Barrier(2, timeout=60)
 
-    def by_turns(self, rows):
+    def together(future, rows):
         turns.wait()
-        write(self, rows)
+        future.set_result(rows)
 
-    monkeypatch.setattr(Store, "write", by_turns)
     with ThreadPoolExecutor(2) as threads:
         tables = [
             future.result()
-            for future in [threads.submit(study, store=tmp_path / "runs") for _ in range(2)]
+            for future in [
+                threads.submit(study, store=tmp_path / "runs", executor=Foreign(together))
+                for _ in range(2)
+            ]
         ]
     for made in tables:
         same(made, undisturbed)
@@ -481,13 +460,12 @@ def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, m
     assert kept.key.is_unique and len(kept) == len(FACTORS)
 
 
-def test_a_store_can_be_read_while_it_is_written(tmp_path, monkeypatch):
-    write, seen = Store.write, []
-
-    def watched(self, rows):
-        write(self, rows)
-        seen.append(len(fo.results.read_store(self.path)))
-
-    monkeypatch.setattr(Store, "write", watched)
-    study(store=tmp_path / "runs")
-    assert seen == list(range(1, len(FACTORS) + 1))
+def test_a_store_can_be_read_while_it_is_written(tmp_path):
+    store, seen = tmp_path / "runs", []
+    with ThreadPoolExecutor(1) as threads:
+        writer = threads.submit(study, store=store)
+        while not writer.done():
+            with suppress(fo.StoreError):  # not made yet
+                seen.append(len(fo.results.read_store(store)))
+        writer.result()
+    assert seen == sorted(seen) and 0 < len(set(seen)) and set(seen) <= {*range(len(FACTORS) + 1)}

@@ -1,8 +1,10 @@
 """Runs of a store are found again where rounding is another, and only there."""
 
 import os
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.study import runs, store
+from helpers.runs import with_followed
 from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -41,28 +43,21 @@ def study(contact, file, **options):
     return fo.dissipation_study(contact, CYCLE, **asked, store=file, limits=True, progress=False)
 
 
-@pytest.fixture(autouse=True)
-def followed(monkeypatch):
-    count = []
-
-    def counted(*args, **options):
-        count.append(args)
-        return fo.steady_state(*args, **options)
-
-    monkeypatch.setattr(runs, "steady_state", counted)
-    return count
+def followed(contact, file, **options):
+    """The rows of a study that it does not take from its store."""
+    return with_followed(file, lambda: study(contact, file, **options))[1]
 
 
-def test_a_contact_of_other_rounding_is_the_same_contact(tmp_path, followed):
+def test_a_contact_of_other_rounding_is_the_same_contact(tmp_path):
     first = study(CONTACT, tmp_path / "a")
-    assert len(followed) == len(first) == 20
-    followed.clear()
+    assert len(first) == 20
     for seed in range(3):
         again = study(rounded(CONTACT, 1e-12, seed), tmp_path / "a")
-        assert not followed and again.dissipation.tolist() == first.dissipation.tolist()
+        assert again.seconds.tolist() == first.seconds.tolist()
+        assert again.dissipation.tolist() == first.dissipation.tolist()
     slip = [[0.1 * (1 + 1e-12), -1e-14, -0.2]]
-    study(CONTACT, tmp_path / "a", starts=fo.starts.given_slips(slip), load_factors=[0.5 + 1e-13])
-    assert not followed
+    starts = fo.starts.given_slips(slip)
+    assert followed(CONTACT, tmp_path / "a", starts=starts, load_factors=[0.5 + 1e-13]).empty
 
 
 @pytest.mark.parametrize(
@@ -75,12 +70,10 @@ def test_a_contact_of_other_rounding_is_the_same_contact(tmp_path, followed):
     ],
     ids=["stiffness", "gap", "strength", "loads"],
 )
-def test_another_contact_is_named_and_finds_nothing(tmp_path, followed, other):
+def test_another_contact_is_named_and_finds_nothing(tmp_path, other):
     study(CONTACT, tmp_path / "a")
-    followed.clear()
     with pytest.warns(fo.results.OtherRows, match="has runs of other contacts or load cycles only"):
-        study(other, tmp_path / "a")
-    assert len(followed) == 20
+        assert len(followed(other, tmp_path / "a")) == 20
 
 
 def in_units(contact, stiffness, force):
@@ -130,46 +123,40 @@ def test_a_contact_that_differs_in_small_numbers_finds_nothing(tmp_path, contact
     ],
     ids=["friction", "load factor", "seed", "slip"],
 )
-def test_another_run_is_followed(tmp_path, followed, change):
+def test_another_run_is_followed(tmp_path, change):
     study(CONTACT, tmp_path / "a")
-    followed.clear()
-    assert len(study(CONTACT, tmp_path / "a", **change)) == len(followed) > 0
+    table, new = with_followed(tmp_path / "a", lambda: study(CONTACT, tmp_path / "a", **change))
+    assert len(table) == len(new) > 0
 
 
-def test_stores_of_contacts_of_other_rounding_are_merged_as_one(tmp_path, followed):
+def test_stores_of_contacts_of_other_rounding_are_merged_as_one(tmp_path):
     for seed, shard in enumerate([(1, 2), (2, 2)]):
         study(rounded(CONTACT, 1e-12, seed), tmp_path / f"part{seed}", shard=shard)
     study(rounded(CONTACT, 1e-12, 5), tmp_path / "all")
     parts = [tmp_path / "part0", tmp_path / "part1"]
     assert fo.results.merge_stores(tmp_path / "all", parts) == 20
-    followed.clear()
-    study(CONTACT, tmp_path / "all")
-    assert not followed
+    assert followed(CONTACT, tmp_path / "all").empty
 
 
-def test_rows_of_another_version_are_named_and_followed_again(tmp_path, followed, monkeypatch):
+def test_rows_of_another_version_are_named_and_followed_again(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(fo, "__version__", "0.1.9")
         study(CONTACT, tmp_path / "a")
-        followed.clear()
-        study(CONTACT, tmp_path / "a")
-        assert not followed
+        assert followed(CONTACT, tmp_path / "a").empty
     with pytest.warns(
         fo.results.OtherRows, match="20 runs are of version 0.1.9, and not taken over"
     ):
-        study(CONTACT, tmp_path / "a")
-    assert len(followed) == 20
+        assert len(study(CONTACT, tmp_path / "a")) == 20
     assert set(fo.results.read_store(tmp_path / "a").version) == {fo.__version__}
 
 
-def test_a_damaged_contact_is_named_and_its_runs_are_followed_again(tmp_path, followed):
-    study(CONTACT, tmp_path / "a")
-    followed.clear()
-    with store.Store(tmp_path / "a")._connection as connection:
+def test_a_damaged_contact_is_named_and_its_runs_are_found_again(tmp_path):
+    """Its bits are the same, and so is its key."""
+    first = study(CONTACT, tmp_path / "a")
+    with closing(sqlite3.connect(tmp_path / "a")) as connection, connection:
         connection.execute("UPDATE contacts SET sketch = zeroblob(8)")
-    with pytest.warns(store.DamagedRows, match="1 row is damaged"):
-        study(CONTACT, tmp_path / "a")
-    assert not followed  # its bits are the same, and so is its key
+    with pytest.warns(fo.results.DamagedRows, match="1 row is damaged"):
+        assert study(CONTACT, tmp_path / "a").seconds.tolist() == first.seconds.tolist()
 
 
 def test_a_store_goes_to_another_kind_of_processor_and_back(tmp_path):
