@@ -376,3 +376,9 @@ def test_scenes_show_the_progress_of_their_condensation():
     ):
         assert "condensation: " in seen(scene.condense)
         assert not seen(lambda scene=scene: scene.condense(progress=False))
+
+
+def test_a_count_that_is_a_number_of_numpy_is_told(log):
+    with redirect_stderr(log), progress_bar(True, "work", "piece") as bar:
+        bar.update(np.int64(2))
+        until(log, r"work: 2 pieces, ")

@@ -2,6 +2,7 @@
 
 import numpy as np
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 from scipy.optimize import linprog
 
 import frictopt as fo
@@ -125,6 +126,40 @@ def at_corners(contact, cycle, load_factor, slip):
     return parted(
         bonded + contact.S @ joined(np.asarray(slip), np.zeros(contact.nodes)), contact.tangents + 1
     )
+
+
+def all_closed(contact, cycle, friction, **options):
+    """The shakedown limit with all nodes closed."""
+    none = np.zeros(contact.nodes, dtype=bool)
+    return fo.shakedown_limit(contact, cycle, friction, open_nodes=none, **options)
+
+
+def excess(contact, cycle, friction, load_factor, slip):
+    """How far a slip is from being safe with all nodes closed, over the largest pressure."""
+    q, p = at_corners(contact, cycle, load_factor, slip)
+    shear = np.linalg.norm(q.reshape(*p.shape, -1), axis=-1)
+    return max((shear - np.asarray(friction) * p).max(), -p.min()) / p.max()
+
+
+def among_others(contact, friction, nodes):
+    """A plane contact and its friction among other nodes, which nothing couples to it or shears.
+
+    They are pressed as its own nodes are, so that they rest.
+    """
+    more = nodes - contact.nodes
+    stiff = contact.stiffness_scale * np.eye(more)
+    blocks = [
+        block_diag(block, other)
+        for block, other in ((contact.A, stiff), (contact.B, 0 * stiff), (contact.C, stiff))
+    ]
+    pressed = np.abs(contact.bonded["mean"][1]).mean()
+    loads = {
+        name: (np.r_[q, np.zeros(more)], np.r_[p, np.full(more, pressed * (name == "mean"))])
+        for name, (q, p) in contact.bonded.items()
+    }
+    friction = np.r_[np.broadcast_to(friction, contact.nodes), np.full(more, np.mean(friction))]
+    gap = np.r_[contact.gap, np.zeros(more)]
+    return fo.ContactSystem.from_blocks(*blocks, np.arange(nodes), loads, gap), friction
 
 
 def stress_of(contact, table, friction):

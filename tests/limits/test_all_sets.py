@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import Bar
 from helpers.cases import few
+from helpers.interrupts import interrupted
 from helpers.liars import is_excess, lying
 from helpers.separation import lifted_system, pulled_system
 from helpers.systems import CYCLE
@@ -133,18 +133,10 @@ def test_with_too_few_programs_the_bound_is_what_is_proven_by_then(seed):
             assert "with other nodes open" in limit.covers
 
 
-def test_an_interrupt_among_some_nodes_proves_nothing_of_all_sets(monkeypatch):
+def test_an_interrupt_among_some_nodes_proves_nothing_of_all_sets():
     """At first only the fourteen nodes that move most may open and close."""
     contact, cycle, friction = block(9, nodes=16)
-    update = Bar.update
-
-    def stops(bar, more=1):
-        update(bar, more)
-        if bar.what == "open nodes" and bar.count >= 80:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Bar, "update", stops)
-    with pytest.raises(KeyboardInterrupt) as stopped:
+    with interrupted("open nodes", 80) as stopped:
         fo.shakedown_limit(contact, cycle, friction, programs=1000, progress=False)
     limit = stopped.value.limit
     assert not limit.best_of_all and limit.bound_of_sets == limit.bound_for_all

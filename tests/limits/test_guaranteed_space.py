@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits.guarantee.critical_state import smallest_discs
 from helpers.cases import few
 from helpers.guaranteed import check
 from helpers.spatial import random_contact
@@ -131,49 +130,6 @@ def test_one_node_and_two_corners_in_closed_form(seed):
         check(limit)
     elif np.isfinite(limit.load_factor):
         assert critical >= limit.load_factor * (1 - 1e-8)
-
-
-@pytest.mark.parametrize("corners", [1, 2, 3, 4, 7, 30])
-@pytest.mark.parametrize("apart", [0.0, 0.3, 3.0])
-def test_the_smallest_disc_around_discs(corners, apart):
-    rng = np.random.default_rng([corners, int(10 * apart)])
-    centres = rng.normal(size=(40, corners, 2))
-    radii = apart * rng.normal(size=(40, corners))
-    middle, size = smallest_discs(centres, radii)
-    assert (
-        np.abs(
-            (np.linalg.norm(centres - middle[:, None], axis=-1) + radii).max(axis=1) - size
-        ).max()
-        < 1e-12
-    )
-    for one, around, radius, found in list(zip(centres, radii, size, middle, strict=True))[
-        :: 1 if apart == 0 else 8
-    ]:
-        if apart == 0 and corners < 8:
-            known = fo.reference.smallest_circle(one)
-            assert radius == pytest.approx(known[1], abs=1e-12)
-            assert found == pytest.approx(known[0], abs=1e-9)
-        elif apart > 0:
-            assert radius == pytest.approx(state_of(-one, -around, 1.0)[0], rel=1e-7)
-
-
-def test_discs_that_touch_at_many_points_coincide_or_lie_on_a_line():
-    angles = 2 * np.pi * np.arange(16) / 16 + 0.3
-    ring = 1e6 * np.column_stack([np.cos(angles), np.sin(angles)])
-    assert smallest_discs(ring[None], np.zeros((1, 16)))[1] == pytest.approx(1e6, rel=1e-12)
-    assert smallest_discs(np.ones((1, 5, 2)), np.full((1, 5), 2.0))[1] == 2.0
-    near = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1e-9], [1.0, -1e-9], [0.0, 1e-9]])
-    assert smallest_discs(near[None], np.zeros((1, 5)))[1] == pytest.approx(0.5, rel=1e-12)
-    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.5, 0.0]])
-    middle, radius = smallest_discs(line[None], np.array([[0.1, 0.2, -0.3, 0.4]]))
-    assert middle[0] == pytest.approx([0.8, 0.0]) and radius == pytest.approx(0.9)
-    for beyond in (1e-4, 1e-8, 1e-10):  # a small disc that a large one nearly holds
-        distance = 0.6 * np.hypot(1.0, 0.3) * (1 + beyond)
-        pair = 0.6 * (1 + beyond) * np.array([[[0.0, 0.0], [1.0, 0.3]]])
-        radii = np.array([[0.2, 0.2 + 0.6 * np.hypot(1.0, 0.3)]])
-        assert smallest_discs(pair, radii)[1] == pytest.approx(
-            (distance + radii.sum()) / 2, rel=1e-11
-        )
 
 
 @pytest.mark.parametrize("friction", few([0.5, 0.2, 1.0], 1))

@@ -10,7 +10,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits
 from helpers.cases import few
 from helpers.liars import misread
 from helpers.motions import about_its_middle
@@ -18,6 +17,7 @@ from helpers.systems import (
     CYCLE,
     NODE,
     SEEDS,
+    excess,
     linprog_limit,
     on_both_bounds,
     random_system,
@@ -358,17 +358,11 @@ def test_in_space_it_is_that_of_the_plane(seed):
     assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
-def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch):
-    """A mean load that settles needs no program of its own.
-
-    Under the mean load neither zero slip nor the slip of the limit is safe; the slip that the mean
-    load leaves is safe.
-    """
-    monkeypatch.setattr(
-        ShakedownLimits, "_with_least", lambda *arguments: pytest.fail("it has one")
-    )
-    limit = fo.shakedown_limit(
-        punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1
-    )
+def test_a_mean_load_that_settles_is_safe(punch):
+    """The slip that the mean load leaves is safe; zero slip and that of the limit are not."""
+    contact = punch(8)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}])
+    limit = fo.shakedown_limit(contact, cycle, 0.1)
     assert limit.least == 0 and limit.load_factor > 0
-    assert min(limit._question.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3
+    for slip in (0 * limit.slip, limit.slip):
+        assert excess(contact, cycle, 0.1, 0.0, slip) > 1e-3

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose
-from helpers.systems import CYCLE, random_system, system
+from helpers.systems import CYCLE, all_closed, random_system, system
 
 
 @pytest.mark.parametrize("pulled", [True, False])
@@ -16,7 +15,7 @@ def test_a_node_that_only_slip_presses_is_named(pulled):
     """
     p, f = -0.05 if pulled else 0.05, 0.5
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [0.0, 0.0], [1.0, p], [0.0, 0.1], 0.0)
-    limit = ShakedownLimits().of_set(pose(pair, CYCLE, f))
+    limit = all_closed(pair, CYCLE, f)
     assert limit.load_factor == pytest.approx(f * (f / 2 + p) / 0.1)
     sentence = "only residual slip presses node 1, which governs the limit"
     assert (sentence in limit.reason) == pulled

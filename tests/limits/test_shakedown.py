@@ -3,8 +3,7 @@ import pytest
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose
-from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
+from helpers.systems import CYCLE, FIRST_PAIR, all_closed, random_system, system
 
 EXACT = 1e-9
 
@@ -40,7 +39,7 @@ def test_pressure_must_stay_where_there_is_no_friction():
 def test_a_limit_of_zero(contact, friction):
     for simplify in (True, False):
         # All nodes closed.
-        limit = ShakedownLimits().of_set(pose(contact, CYCLE, friction, simplify=simplify))
+        limit = all_closed(contact, CYCLE, friction, simplify=simplify)
         assert limit.load_factor == pytest.approx(0.0, abs=1e-10) and limit.load_factor >= 0
 
 

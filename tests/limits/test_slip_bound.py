@@ -11,7 +11,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose
 from helpers.cases import few
 from helpers.liars import is_excess, lying
 from helpers.oracle import Oracle
@@ -19,6 +18,7 @@ from helpers.spatial import random_contact, single
 from helpers.systems import (
     CYCLE,
     FIRST_PAIR,
+    all_closed,
     explained,
     freed,
     linprog_limit,
@@ -63,7 +63,7 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
     value = Oracle(contact, cycle, f, most=most).largest()
     options = {"slip_bound": most, "simplify": simplify}
     # All nodes closed.
-    limit = ShakedownLimits().of_set(pose(contact, cycle, f, **options))
+    limit = all_closed(contact, cycle, f, **options)
     assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
     assert limit.residual <= 1e-9
     if limit.kind is not fo.LimitKind.FINITE:
@@ -274,13 +274,3 @@ def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does
         f"{none}shakedown_limit gives the load factors with a safe slip; "
     )
     assert "without residual slip the mean load presses all nodes" in too_much.reason
-
-
-def test_the_referee_counts_a_slide_that_nothing_resists_but_the_bound():
-    contact = freed(random_system(np.random.default_rng(4), 3))
-    bound = 10.0
-    limit = fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound)
-    question = pose(contact, CYCLE, 0.5, slip_bound=bound)
-    assert question.violation(limit.load_factor, limit.slip) < 1e-9
-    assert question.violation(limit.load_factor, limit.slip + 4 * bound) > 0.5
-    assert pose(contact, CYCLE, 0.5).violation(limit.load_factor, limit.slip + 4 * bound) < 1e-9

@@ -16,6 +16,7 @@ import frictopt as fo
 from helpers.foreign import Foreign
 from helpers.interrupts import interrupted, stops
 from helpers.liars import lying
+from helpers.refused import refused
 from helpers.runs import results, same, with_followed
 from helpers.screens import Terminal
 from helpers.systems import CYCLE, ONE_NODE, random_system, system
@@ -346,6 +347,28 @@ def test_progress_of_a_short_study_is_silent_but_on_a_terminal(contact, factors,
     with redirect_stderr(quiet):
         fo.dissipation_study(contact, CYCLE, 0.4, factors, progress=False)
     assert not quiet.getvalue()
+
+
+@refused(
+    ({"load_factors": [0.5, 0.5]}, "load_factors"),
+    ({"starts": fo.starts.given_slips(np.zeros((1, 3)))}, "start 'given 0' has a slip of shape"),
+    ({"starts": fo.starts.no_slip() + fo.starts.no_slip()}, "two starts are called 'none'"),
+    ({"starts": [*fo.starts.no_slip(), 1.0]}, "a float among starts"),
+    ({"friction": np.full(4, 0.4)}, "friction: 4 numbers for 4 nodes"),
+    ({"friction": []}, "friction: empty"),
+    ({"friction": [stats.norm(-5, 1)], "seed": 0}, "friction: a distribution draws -.*truncnorm"),
+    ({"friction": stats.norm(0.5, 0.01)}, "seed: None"),
+    ({"shard": (4, 3)}, "shard k: 4"),
+    ({"shard": (1, 2, 3)}, "shard: "),
+    ({"limits": 1}, "limits: 1; give True or False"),
+    ({"cycle": {}}, "cycle: empty; give a LoadCycle, or label"),
+    ({"cycle": {"": CYCLE}}, "cycle: label ''; give a printable text"),
+    ({"cycle": {"slow": {"corners": []}}}, r"cycle\['slow'\]: a dict; give a LoadCycle"),
+    ({"cycle": [CYCLE]}, "cycle: a list; give a LoadCycle"),
+)
+def test_bad_input_is_refused_by_name(change, contact):
+    values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": [0.5]} | change
+    fo.dissipation_study(**values)
 
 
 @pytest.mark.parametrize("seconds, sizes", [(1e9, [3] * 20), (0.0, [3] * 20 + [2] * 20 + [1] * 20)])

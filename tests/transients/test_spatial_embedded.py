@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose
 from helpers.cases import few
 from helpers.components import joined, parted
 from helpers.spatial import cycle, random_contact, vectors
+from helpers.systems import all_closed
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.polygons import polygon_limit
 
@@ -107,7 +107,7 @@ def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, 
         fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded),
         fo.LoadCycle({"P": 1.0}, corners),
     )
-    limit = ShakedownLimits().of_set(pose(*question, friction))  # all nodes closed
+    limit = all_closed(*question, friction)  # all nodes closed
     assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE)
     advice = "; a state of rest with nodes that open and close may exist: pass events=True"
     assert limit.reason.endswith(why if "no friction" in why else why + advice)
