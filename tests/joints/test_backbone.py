@@ -5,8 +5,6 @@ spheres, and Masing's rule.
 """
 
 from dataclasses import replace
-from importlib import import_module
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -16,6 +14,7 @@ from scipy.sparse import csr_matrix
 from skfem import MeshQuad
 
 import frictopt as fo
+from helpers.interrupts import interrupted
 from helpers.paths import WALKING
 from helpers.systems import linprog_limit
 from helpers.worn import sphere
@@ -199,7 +198,7 @@ def oscillator():
     ), np.sqrt(squares[2]) / (2 * np.pi)
 
 
-def test_a_published_oscillator(monkeypatch):
+def test_a_published_oscillator():
     """The curve agrees with the curves of a published oscillator.
 
     The published values are samples of 25 residual tractions, by a code with 100 steps a quarter
@@ -242,11 +241,6 @@ def test_a_published_oscillator(monkeypatch):
     assert fo.backbone_curve(
         bare, twice, 0.9, [400.0], natural_frequency=stuck / 2
     ).displacement == pytest.approx(2 * same.displacement)
-    found = SimpleNamespace(residual=1e-3, steady_states=())
-    monkeypatch.setattr(
-        import_module("frictopt.joints.curve_question"), "dissipation_range", lambda *_, **__: found
-    )
-    assert fo.backbone_curve(system, cycle, 0.9, [800.0], with_range=True).residual == 1e-3
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
         fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 
@@ -552,33 +546,11 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
         fo.backbone_curve(pulled, cancelled, 0.9, [1.0], natural_frequency=1.0)
 
 
-def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
-    question = import_module("frictopt.joints.curve_question")
-    left = [1, 2]
-
-    def followed(*arguments, **options):
-        if not left:
-            raise KeyboardInterrupt
-        return left.pop() and fo.steady_state(*arguments, **options)
-
-    monkeypatch.setattr(question, "steady_state", followed)
-    with pytest.raises(KeyboardInterrupt) as interrupt:
+def test_what_is_finished_is_kept_when_a_curve_is_interrupted():
+    with interrupted("backbone curve", 2) as stopped:
         fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
-    assert interrupt.value.curve.load_factor.tolist() == [0.4, 0.75]
-    assert "2 of 3 load factors" in interrupt.value.__notes__[0]
-
-
-def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
-    events = iter([fo.SolverError("no answer"), KeyboardInterrupt()])
-
-    def failing(*arguments, **options):
-        raise next(events)
-
-    monkeypatch.setattr(import_module("frictopt.joints.curve_question"), "steady_state", failing)
-    with pytest.raises(KeyboardInterrupt) as interrupt:
-        fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75], steps=1)
-    curve = interrupt.value.curve
-    assert curve.outcome == ("FAILED",) and np.isnan(curve.work).all() and curve.by_contact.empty
+    assert stopped.value.curve.load_factor.tolist() == [0.4, 0.75]
+    assert "2 of 3 load factors" in stopped.value.__notes__[0]
 
 
 def test_bad_input():
