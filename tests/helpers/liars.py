@@ -107,8 +107,9 @@ def is_excess(program):
 
 
 def unpolished(monkeypatch):
-    """Leave answers without polish."""
-    monkeypatch.setattr(answer, "polish", lambda program, x, y: (x, y))
+    """Leave answers without polish, with multipliers in their cones."""
+    for place in (answer, last_resort):
+        monkeypatch.setattr(place, "polish", lambda program, x, y: (x, program.admissible(y)))
 
 
 def persuasive(program, x):

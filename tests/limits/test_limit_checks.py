@@ -13,7 +13,6 @@ from scipy.optimize import linprog
 import frictopt as fo
 from frictopt.limits import pose, shakedown
 from frictopt.limits.guarantee.critical_search import load_factor_bounds
-from frictopt.limits.printed import last_resort
 from frictopt.solve import solvers as policy
 from helpers.cases import few
 from helpers.guaranteed import least_by_node, random_cycle
@@ -84,7 +83,6 @@ def test_plain_cvxpy_answers_if_no_answer_of_the_arrays_passes(tangents, opened,
 
     lying_by_cvxpy(monkeypatch, longer)
     unpolished(monkeypatch)
-    monkeypatch.setattr(last_resort, "polish", lambda program, x, y: (x, y))
     with pytest.raises(fo.SolverError, match="stopped"):
         fo.shakedown_limit(contact, cycle, friction, open_nodes=open_nodes)
 
@@ -466,11 +464,10 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
         residuals.append((claim.residual, moved.residual))
         return claim
 
-    monkeypatch.setattr(module, "checked_slip", of_both)
-    fo.safe_slip(
-        contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0, **options
-    )
-    monkeypatch.setattr(module, "checked_slip", judged)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "checked_slip", of_both)
+        fo.safe_slip(contact, cycle, friction, 0.0, **options)
     return residuals[number]
 
 

@@ -11,13 +11,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose, with_open
+from frictopt.limits import pose
 from frictopt.limits.search.likely_sets import settled_sets
-from frictopt.solve import interior_point
-from helpers import spatial
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
-from helpers.systems import CYCLE, NODE, explained, random_system, system
+from helpers.systems import CYCLE, NODE, all_closed, explained, random_system, system
 from studies.validation.blocks import block
 from studies.validation.open_sets import largest_with_open
 from studies.validation.stays_open import interval_of_set
@@ -145,9 +143,8 @@ def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(pa
     """
     flat = fo.scenes.PunchOnHalfPlane(elements=12).condense()
     contact = flat.with_gap(2.0 * flat.x**4)
-    model = ShakedownLimits()
     limit = fo.shakedown_limit(contact, paper_cycle, 0.9)
-    closed = model.of_set(pose(contact, paper_cycle, 0.9))
+    closed = all_closed(contact, paper_cycle, 0.9)
     assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor
     assert np.flatnonzero(limit.open).tolist() == [0, 1, 2, 10, 11, 12]
     assert (
@@ -240,62 +237,6 @@ def test_order_of_nodes_units_and_repeats_change_nothing(seed):
         assert found.open.tolist() == limit.open.tolist()
 
 
-@pytest.mark.parametrize("seed", few(range(3)))
-@pytest.mark.parametrize("large", [1, 400])
-def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(
-    seed, large, monkeypatch
-):
-    monkeypatch.setattr("frictopt.solve.answer._LARGE", large)
-    rng = np.random.default_rng(seed)
-    contact = spatial.random_contact(rng, 6)
-    opened = np.arange(6) < seed % 3
-    cases = {
-        name: r + (name == "mean") * np.r_[np.zeros(12), -5.0 * opened]
-        for name, r in spatial.vectors(contact).items()
-    }
-    contact = fo.ContactSystem(contact.S, contact.points, cases)
-    model = ShakedownLimits()
-    question = with_open(pose(contact, spatial.cycle(), 0.6), opened)
-    limit = model.of_set(question)
-    assert 0 < limit.load_factor < np.inf
-    for share in (0.5, 0.999, 1 - 1e-7):
-        found = model.of_set(question, above=share * limit.load_factor)
-        assert (found.load_factor, found.bound) == pytest.approx(
-            (limit.load_factor, limit.load_factor), rel=1e-8
-        )
-    for share in (1.001, 3.0):
-        with pytest.raises(fo.SolverError, match="not above"):
-            model.of_set(question, above=share * limit.load_factor)
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
-    monkeypatch.setattr("frictopt.solve.answer._LARGE", 1)
-    contact = spatial.random_contact(np.random.default_rng(2), 6)
-    steps = []
-    honest = interior_point._solved
-    cases = {
-        name: r * (1.0 if name == "mean" else scale) for name, r in spatial.vectors(contact).items()
-    }
-    contact = fo.ContactSystem(contact.S, contact.points, cases)
-
-    def counted(*program):
-        found = honest(*program)
-        steps.append(found[-1])
-        return found
-
-    monkeypatch.setattr(interior_point, "_solved", counted)
-    model = ShakedownLimits()
-    question = pose(contact, spatial.cycle(), 0.6)
-    limit = model.of_set(question)
-    assert (
-        model.of_set(question, above=0.999 * limit.load_factor).record.attempts[0].residual <= 1e-9
-    )
-    with pytest.raises(fo.SolverError, match="not above"):
-        model.of_set(question, above=3.0 * limit.load_factor)
-    assert steps[0] == steps[-2] and steps[-1] <= 0.6 * steps[0]
-
-
 def test_what_is_said_of_it(rounded):
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     limit = fo.shakedown_limit(rounded, cycle, 0.6)
@@ -362,7 +303,7 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
     assert (first.load_factor, first.least) == pytest.approx((1.0, 0.0))
     assert first.open.tolist() == [True, True, False]
     # Between them none is safe.
-    limit = ShakedownLimits().of_set(with_open(pose(contact, cycle, 0.5), opened))
+    limit = fo.shakedown_limit(contact, cycle, 0.5, open_nodes=opened)
     assert limit.load_factor == pytest.approx(5 / 3 if shear else np.inf)
     assert limit.least == pytest.approx(1.25)
     assert limit.open.tolist() == [True, False, False]

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import block_array, csr_matrix, diags, identity, kron
+from scipy.sparse import csr_matrix
 from skfem import MeshHex, MeshTri
 
 import frictopt as fo
-from frictopt.fem import schur
 from helpers.cases import few
 from helpers.components import joined
 from helpers.motions import free_motions
@@ -180,45 +179,6 @@ def test_rotations_of_a_cantilever_are_eliminated():
             [[K, np.zeros((9, 2))], [np.zeros((2, 9)), np.array([[1.0, -1.0], [-1.0, 1.0]])]]
         )
         fo.condense(loose, {"M": np.eye(11)[8]}, **beam, held=[0, 1, 2], generalised=[5, 8, 9, 10])
-
-
-def test_rotations_and_modes_fill_the_factors_no_more_than_displacements(monkeypatch):
-    """Rotations and modes fill the factors no more than displacements do.
-
-    A plate with as many rotations as displacements has twice the unknowns and four times the
-    entries of the factors. Each mode adds one row.
-    """
-    n, rng = 24, np.random.default_rng(2)
-    line = diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
-    grid = kron(line, identity(n)) + kron(identity(n), line)
-    A = rng.normal(size=(6, 6))
-    A = A @ A.T + 6 * np.eye(6)
-    x = np.array([(i, j, 0.0) for i in range(n) for j in range(n)])
-    pairs = np.column_stack([np.arange(n), n * n + np.arange(n)])
-    sizes = []
-    potrf = schur.lapack.dpotrf
-    monkeypatch.setattr(
-        schur.lapack,
-        "dpotrf",
-        lambda front, **options: sizes.append(len(front)) or potrf(front, **options),
-    )
-    for d, modes in ((3, 0), (6, 0), (3, 5)):
-        K, size = kron(grid, A[:d, :d]).tocsr(), d * n * n
-        B = 1e-3 * rng.normal(size=(size, modes))
-        K = block_array([[K, B], [B.T, identity(modes)]]).tocsr() if modes else K
-        rows = np.arange(size).reshape(-1, d)
-        unknowns = np.vstack([rows[:, :3], np.full((n, 3), -1)])
-        others = np.r_[rows[:, 3:].ravel(), size + np.arange(modes)]
-        fo.condense(
-            K,
-            {"a": np.ones(size + modes)},
-            pairs,
-            [0, 0, 1],
-            unknowns,
-            np.vstack([x, x[:n]]),
-            generalised=others,
-        )
-    assert sizes[1] < 4.5 * sizes[0] and sizes[2] < sizes[0] + 6 * (3 * n * n)
 
 
 GOOD = matched()

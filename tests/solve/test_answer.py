@@ -9,6 +9,7 @@ import pytest
 import frictopt as fo
 from frictopt.solve import answer, solvers
 from helpers.arrays_of import arrays_of
+from helpers.liars import lying, unpolished
 
 
 @dataclass
@@ -58,7 +59,7 @@ def test_solvers_that_agree_on_no_optimum_are_not_believed_without_a_proof(kind)
 @pytest.mark.parametrize("failing", [None, 0, 1, 2])
 def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, failing):
     outcomes = iter(["stopped" if k == failing else "infeasible" for k in range(3)])
-    monkeypatch.setattr(answer, "run", lambda *_: (next(outcomes), np.zeros(1), np.zeros(1)))
+    lying(monkeypatch, lambda *_: next(outcomes))
     with pytest.raises(fo.SolverError) as end:
         answer.answer(tiny("feasible", False), nothing_to_judge)
     assert isinstance(end.value, solvers.NoOptimum) == (failing is None)
@@ -73,33 +74,32 @@ def test_rows_that_rounding_parts_contradict_nothing(over):
 @pytest.mark.parametrize("damage", ["unbalanced", "the wrong way", "none"])
 @pytest.mark.parametrize("kind", ["infeasible", "feasible"])
 def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
-    def damaged(program, name, above):
-        outcome, x, y = solvers.run(program, name, above)
+    def damaged(program, name, x, y):
         changed = {"unbalanced": y + 1e-3 * np.arange(1, len(y) + 1), "the wrong way": -y}
-        return outcome, np.ones(len(x)), changed.get(damage, 0 * y)
+        return np.ones(len(x)), changed.get(damage, 0 * y)
 
-    monkeypatch.setattr(answer, "run", damaged)
-    monkeypatch.setattr(answer, "polish", lambda program, x, y: (x, y))
+    lying(monkeypatch, damaged)
+    unpolished(monkeypatch)
     assert answer.infeasible(tiny(kind, True)) is None
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_a_contradiction_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkeypatch):
     """The first solver returns zeros, or multipliers that do not balance but prove some excess."""
-    names = []
+    names = set()
 
-    def wrong(program, name, above):
-        names.append(name)
-        if len(set(names)) > 1:
-            return solvers.run(program, name, above)
-        x, y = np.zeros(len(program.cost)), np.zeros(len(program.right))
+    def wrong(program, name, x, y):
+        names.add(name)
+        if len(names) > 1:
+            return None
+        x, y = 0 * x, 0 * y
         x[program.cost.astype(bool)] = value
         y[np.argmin(program.right)] = value / max(1.0, -program.right.min())
-        return "optimal", x, y
+        return x, y
 
-    monkeypatch.setattr(answer, "polish", lambda program, x, y: (x, y))
-    monkeypatch.setattr(answer, "run", wrong)
-    assert answer.infeasible(tiny("infeasible", True)) is not None and len(set(names)) > 1
+    lying(monkeypatch, wrong)
+    unpolished(monkeypatch)
+    assert answer.infeasible(tiny("infeasible", True)) is not None and len(names) > 1
 
 
 @pytest.mark.parametrize("ray", [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
@@ -134,17 +134,17 @@ def test_multipliers_outside_their_cones_prove_no_bound(cone, monkeypatch):
         least, error = program.lower_bound(x, y)
         return Claimed(abs(program.cost @ x - least) + error)
 
-    def wrong(program, name, above):
+    def wrong(program, name, x, y):
         y = np.zeros(len(program.right))
         against = np.argmax(program.matrix.toarray() @ program.cost)
         y[[0, against] if cone else against] = -1.0
         least = np.zeros(len(program.cost))
         least[program.cost.astype(bool)] = -1.0
-        return "optimal", least, y
+        return least, y
 
     with monkeypatch.context() as patch:
-        patch.setattr(answer, "polish", lambda program, x, y: (x, program.admissible(y)))
-        patch.setattr(answer, "run", wrong)
+        unpolished(patch)
+        lying(patch, wrong)
         with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
             answer.answer(program, claimed)
     assert answer.answer(program, claimed)[0].residual <= 1e-9

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import frictopt as fo
-from frictopt.solve import answer, interior_point
+from frictopt.solve import interior_point
 from frictopt.solve.arrays import Arrays
 from frictopt.solve.condensed import Condensed
 from frictopt.solve.cones import Cones, Scaling
@@ -96,22 +96,12 @@ def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
-def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_above_a_number(
-    seed, monkeypatch
-):
+def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_above_a_number(seed):
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
-    steps, honest = [], interior_point._solved
-
-    def counted(*program):
-        found = honest(*program)
-        steps.append(found[-1])
-        return found
-
-    monkeypatch.setattr(interior_point, "_solved", counted)
     for off in (-1.0, -0.01, -1e-6):
         assert ours(problem, optimum + off)[1:] == pytest.approx([optimum] * 2, rel=1e-8)
     bound = ours(problem, optimum + 10.0)[2]
-    assert optimum < bound <= optimum + 10.0 and steps[-1] < steps[-2]
+    assert optimum < bound <= optimum + 10.0
 
 
 @pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
@@ -156,15 +146,6 @@ def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
     )
     assert safe.exists == other.exists
     assert (safe.margin, safe.bound) == pytest.approx((other.margin, other.margin), abs=1e-8)
-
-
-def test_large_programs_are_its_own_and_others_are_not(monkeypatch):
-    contact = random_contact(np.random.default_rng(3), 4)
-    small = fo.shakedown_limit(contact, cycle(), 0.4)
-    monkeypatch.setattr(answer, "_LARGE", 5)
-    large = fo.shakedown_limit(contact, cycle(), 0.4)
-    assert (small.record.solver, large.record.solver) == ("CLARABEL_DIRECT", "INTERIOR_POINT")
-    assert large.load_factor == pytest.approx(small.load_factor, rel=1e-8)
 
 
 def test_equations_without_a_variable_of_their_own_are_solved_for_one():

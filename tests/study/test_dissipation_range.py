@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import Bar
 from frictopt.limits import pose
 from frictopt.study.range_search import Search, SearchSettings
 from helpers.cases import few
@@ -233,18 +232,6 @@ def test_no_start_beside_the_best_one_has_less_work():
         for start in around(span.least_start, np.random.default_rng(778), few(100, 50))
     ]
     assert min(works) > 0.98 * span.least
-
-
-@pytest.mark.parametrize("shown", [True, False])
-def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
-    updates = []
-
-    monkeypatch.setattr(Bar, "update", lambda bar: updates.append(bar))
-    span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress=shown)
-    bars = [bar for bar in updates if bar.what == "dissipation range"]
-    assert {bar.shown for bar in updates} == {shown} and len(bars) == span.transients > 0
-    with pytest.raises(fo.ModelError, match="progress"):
-        fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress="yes")
 
 
 def test_a_search_follows_no_start_in_vain(paper_punch):

@@ -304,7 +304,7 @@ def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_pa
 
 def test_a_limit_is_computed_only_for_a_column_or_a_start_that_needs_it(contact, factors):
     frictions = np.c_[[0.4, 0.6]]
-    with stops("limits", 1):
+    with stops("limits", 1, AssertionError):
         plain = fo.dissipation_study(contact, CYCLE, frictions, factors)
     assert not {"load_ratio", "shakedown_limit"} & set(plain.columns)
     with interrupted("limits", 2):
@@ -320,7 +320,7 @@ def test_a_store_keeps_limits_and_so_does_a_store_of_parts(contact, factors, tmp
         fo.dissipation_study(*question, limits=True, store=part, shard=(k, 2))
     fo.results.merge_stores(tmp_path / "whole", parts)
     fresh = fo.dissipation_study(*question, limits=True)
-    with stops("limits", 1):
+    with stops("limits", 1, AssertionError):
         same(fo.dissipation_study(*question, limits=True, store=tmp_path / "whole"), fresh)
 
     with closing(sqlite3.connect(tmp_path / "whole")) as connection, connection:

@@ -1,13 +1,9 @@
 """Increments of one to three nodes against the enumeration of all statuses."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients.increments import by_booleans
-from frictopt.transients.increments.newton import newton
 from helpers.cases import few
 from helpers.enumeration import admissible_states, distance, random_increment
 
@@ -69,22 +65,6 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
             assert (by_sweeps.status == found.status).all()
     assert opened > 15 and slipped > 30
     assert failed <= 2
-
-
-def test_the_program_decides_and_not_the_guess(monkeypatch):
-    """The program decides the state, not the guess: the worst guess leads to the same states."""
-
-    def wrong(*start):
-        state = newton(*start)
-        status = np.where(state.status == 2, 0, 2).astype(np.int8)
-        return replace(
-            state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan)
-        )
-
-    monkeypatch.setattr(by_booleans, "newton", wrong)
-    for contact, friction, slip, load in cases(2, 20, 0.6):
-        found = fo.increments.ExactIncrement(contact, friction).solve(slip, load)
-        assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
 def test_one_of_several_states_is_found():

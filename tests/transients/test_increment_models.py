@@ -7,7 +7,6 @@ wedging of one node.
 import inspect
 import re
 import textwrap
-from dataclasses import replace
 from pathlib import Path
 
 import cvxpy as cp
@@ -21,7 +20,7 @@ from frictopt.base import SolveRecord
 from frictopt.solve import by_cvxpy
 from frictopt.solve import solvers as policy
 from frictopt.solve.problem import Problem, printed_as
-from frictopt.transients.increments import by_booleans, programs
+from frictopt.transients.increments import by_booleans
 from frictopt.transients.increments import (
     programs as listings,
 )
@@ -228,19 +227,13 @@ def test_the_next_solver_answers_where_one_fails(monkeypatch):
     assert distance(admissible_states(CONTACT, FRICTION, SLIP, LOAD), found) < 1e-9
 
 
-def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
+def test_sweeps_converge_to_the_state():
     # The first of these that needs more than two.
     contact, friction, slip, load = random_increment(np.random.default_rng(245), 3, 0.8)
     found = fo.increments.FrozenBoundIncrement(contact, friction).solve(slip, load)
     assert found.steps > 1
     assert found.residual < 1e-9
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
-    monkeypatch.setattr(programs, "SETTINGS", replace(programs.SETTINGS, most_sweeps=1))
-    with pytest.raises(
-        fo.SolverError,
-        match=r"did not converge in 1 sweeps.*bound still changes by .*most at node \d.*try",
-    ):
-        fo.increments.FrozenBoundIncrement(contact, friction).solve(slip, load)
 
 
 def test_slip_along_its_friction_is_no_state():
@@ -258,18 +251,6 @@ def test_slip_along_its_friction_is_no_state():
     wrong = State(np.array([dv, 0.0]), np.array([q, right.r[1]]), np.ones(1, dtype=np.int8), 0, 0.0)
     assert right.u[0] < 0 and posed.result(right, SolveRecord()).residual < 1e-12
     assert wrong.u[0] < 0 and posed.result(wrong, SolveRecord()).residual > 0.3
-
-
-def test_booleans_are_not_believed_before_the_referee(monkeypatch):
-    def wrong(problem, name):
-        if "opened" in problem.var_dict:
-            for boolean in ("forward", "backward", "opened"):
-                problem.var_dict[boolean].save_value(np.full(3, float(boolean == "opened")))
-            problem.var_dict["gap"].save_value(np.full(3, 1e3))
-
-    lying(monkeypatch, wrong)
-    monkeypatch.setattr(programs, "SETTINGS", replace(programs.SETTINGS, corrections=0))
-    assert_a_state_by_newton()
 
 
 def assert_a_state_by_newton():
@@ -294,31 +275,6 @@ def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
     )
     assert_a_state_by_newton()
     assert [name for name in solvers if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
-
-
-def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
-    """A failed search does not claim that there is no state.
-
-    The node has a state, at a slip of -50. Neither the program within the reach nor the patched
-    Newton's method finds it.
-    """
-    contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
-    assert len(admissible_states(contact, 1.0, [0.0], ([1.5], [1.0]))) == 1
-
-    def failing(*_):
-        raise fo.SolverError("patched")
-
-    monkeypatch.setattr(
-        by_booleans,
-        "newton",
-        lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0),
-    )
-    monkeypatch.setattr(fo.increments.NewtonIncrement, "_solved", failing)
-    with pytest.raises(
-        fo.SolverError,
-        match=r"find no state with slip increments .*, and Newton's method finds no state either; a state may still exist",
-    ):
-        fo.increments.ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], ([1.5], [1.0]))
 
 
 @pytest.mark.parametrize("reach", [1e2, 1e7, 1e9])

@@ -13,7 +13,6 @@ from numba import njit
 
 import frictopt as fo
 from frictopt.transients.exact import kernel as act
-from frictopt.transients.exact import path
 from frictopt.transients.exact.rate import RateProblem, _lemke, find_rates, rate_problem
 from helpers.cases import few
 from helpers.paths import followed
@@ -132,12 +131,6 @@ def test_rates_that_may_not_be_the_only_ones_are_never_called_so(pairs):
     )
     solutions = find_rates(problem, np.zeros(pairs, dtype=int))
     assert len(solutions.found) == 2 or not solutions.complete
-
-
-def test_statuses_that_change_without_end_are_an_error(punch, paper_cycle, monkeypatch):
-    monkeypatch.setattr(path, "follow", lambda *_: (act.STALLED, 0.25))
-    with pytest.raises(fo.NoContinuation, match=r"at 0.25 of it the statuses change without end"):
-        fo.steady_state(punch(16), paper_cycle, 0.5, 1.0)
 
 
 def test_events_without_proof_are_counted(punch, paper_cycle):

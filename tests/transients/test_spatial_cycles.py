@@ -9,7 +9,6 @@ import pytest
 
 import frictopt as fo
 from frictopt.transients import extrapolation
-from frictopt.transients import steady as asked
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, single
 from helpers.systems import at_corners
@@ -372,34 +371,6 @@ def test_what_is_known_when_cycles_run_out_is_in_the_error():
     assert np.array_equal(caught.value.slip, path.slip[-1])
     assert np.array_equal(caught.value.gap, path.gap[-1])
     assert caught.value.work == pytest.approx(path.cycle_work.sum(axis=1), rel=1e-12)
-
-
-def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
-    seen = []
-
-    class Bar:
-        def __init__(self, show, *words, **options):
-            self.show = show
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            return None
-
-        def keep(self, *answer, **options):
-            pass
-
-        def update(self):
-            seen.append(self.show)
-
-    monkeypatch.setattr(asked, "progress_bar", Bar)
-    steady = fo.steady_state(
-        random_contact(np.random.default_rng(7), 4), cycle(), 0.5, 0.3, steps=2, progress=False
-    )
-    assert len(seen) > steady.cycles and not seen[0]
-    with pytest.raises(fo.ModelError, match="progress"):
-        fo.steady_state(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5, 0.3, progress="yes")
 
 
 def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_plane():

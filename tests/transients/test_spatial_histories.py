@@ -13,7 +13,7 @@ from matplotlib.collections import PathCollection
 import frictopt as fo
 from frictopt.limits import pose
 from frictopt.study.ascent import _tangents, increment_map
-from frictopt.study.range_search import Search, SearchSettings
+from frictopt.study.range_search import Search
 from frictopt.study.starts import smooth_modes
 from frictopt.transients.march import path_of
 from helpers.cases import few
@@ -117,25 +117,6 @@ def test_the_range_is_that_of_the_plane():
     )
     reached = fo.steady_state(SOLID, CYCLE, 0.6, 0.65, initial_slip=space.worst_start, steps=6)
     assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
-
-
-def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increments(monkeypatch):
-    follow = Search.follow
-
-    def none_in_five(self, name, start, *rest, **options):
-        found = follow(self, name, start, *rest, **options)
-        return replace(found, state=None, end="lost") if self.rough else found
-
-    monkeypatch.setattr(Search, "follow", none_in_five)
-    monkeypatch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=24))
-    found = fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65, steps=10)
-    assert found.most == pytest.approx(fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03)
-    assert "failed" not in repr(found)
-    assert found.to_frame()["start"].str.startswith("around").any()
-    first, *others = found._orbits
-    assert f"failed=1 of {1 + len(others)} " in repr(
-        replace(found, _orbits=(replace(first, state=None), *others))
-    )
 
 
 @pytest.mark.parametrize("seed", few(range(4)))
