@@ -24,6 +24,8 @@ class PlaneSettings:
     finer: float = 0.4
     # Number of rounds. The last steps are 0.001 degrees.
     rounds: int = 10
+    # Number of tensors that are looked at together, so that arrays of all planes stay below 100 MB.
+    at_once: int = 1000
 
 
 SETTINGS = PlaneSettings()
@@ -44,19 +46,20 @@ PARAMETERS = (*SEARCHED, "Matake", *WITHOUT_PLANE)
 
 def critical_planes(
     stress: ArrayLike, strain: ArrayLike, *, findley: float, crossland: float, fatemi_socie: float
-) -> dict[str, float]:
-    """Parameters of one point over M states, each on the plane on which it is largest.
+) -> dict[str, Array]:
+    """(P,) parameters of points over M states, each on the plane on which it is largest.
 
-    See `parameter_on`. `from` and `to` are the least and largest normal stress on the plane of SWT.
+    Stress and strain are (M, P, 3, 3), see `parameter_on`. `from` and `to` are the least and
+    largest normal stress on the plane of SWT.
 
     Examples
     --------
     >>> import numpy as np
     >>> from frictopt.transients.critical_plane import critical_planes
     >>> pull = np.diag([100.0, 0.0, 0.0])
-    >>> states = [pull, -pull], [pull / 200e3, -pull / 200e3]
+    >>> states = [[pull], [-pull]], [[pull / 200e3], [-pull / 200e3]]
     >>> found = critical_planes(*states, findley=0.0, crossland=0.0, fatemi_socie=0.0)
-    >>> [round(found[name], 6) for name in ("SWT", "Findley", "Crossland", "from")]
+    >>> [round(found[name].item(), 6) for name in ("SWT", "Findley", "Crossland", "from")]
     [0.05, 50.0, 57.735027, -100.0]
     """
     sigma = np.asarray(stress, dtype=float)
@@ -67,34 +70,44 @@ def critical_planes(
         "Fatemi_Socie": fatemi_socie,
         "Crossland": crossland,
     }
-    values = dict[str, float]()
+    values = dict[str, Array]()
     for name, weight in weights.items():
-        values[name], plane = largest(name, sigma, epsilon, weight)
+        values[name], planes = largest(name, sigma, epsilon, weight)
         if name == "SWT":
-            normal_stress = _normal(sigma, plane)
-            values["from"] = float(normal_stress.min())
-            values["to"] = float(normal_stress.max())
+            normal_stress = _normal(sigma, np.array(planes))[..., 0]
+            values["from"] = normal_stress.min(axis=0)
+            values["to"] = normal_stress.max(axis=0)
     return values
 
 
-def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[float, Array]:
-    """The largest value of a parameter over all planes, and the normals of its planes.
+def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[Array, list[Array]]:
+    """(P,) largest values of a parameter over all planes, and the normals of each point's planes.
 
-    It is 0 if it is negative and the parameter is not, see `planes_of`.
+    Stress and strain are (M, P, 3, 3). A value is 0 if it is negative and the parameter is not, see
+    `planes_of`.
     """
-    normals = planes_of(name, sigma, epsilon, weight)
-    values, _ = parameter_on(name, sigma, epsilon, weight, normals)
-    return float(values.max(initial=0.0 if name in NOT_NEGATIVE else -np.inf)), normals
+    least = 0.0 if name in NOT_NEGATIVE else -np.inf
+    values = list[Array]()
+    planes = list[Array]()
+    count = max(1, SETTINGS.at_once // len(sigma))
+    for start in range(0, sigma.shape[1], count):
+        states = sigma[:, start : start + count], epsilon[:, start : start + count]
+        normals = planes_of(name, *states, weight)
+        on_planes, _ = parameter_on(name, *states, weight, normals)
+        values.extend(on_planes.max(axis=-1, initial=least))
+        planes.extend(normals)
+    return np.array(values), planes
 
 
 def parameter_on(
     name: str, sigma: Array, epsilon: Array, weight: float, normals: Array
 ) -> tuple[Array, Array]:
-    """A parameter of one point on planes, and its rate with a stress added to all states.
+    """A parameter of points on planes, and its rate with a stress added to all states.
 
-    Stress, tension positive, and strain are (M, 3, 3), normals are (planes, 3). Values are
-    (planes,), rates are (planes, 3, 3): the added stress leaves all ranges as they are. Amplitudes
-    of vectors are half the largest distance of two states, which is exact for loads in phase.
+    Stress, tension positive, and strain are (M, P, 3, 3), normals are (P, planes, 3). Values are
+    (P, planes), rates are (P, planes, 3, 3): the added stress leaves all ranges as they are. One
+    point may go without its axis. Amplitudes of vectors are half the largest distance of two
+    states, which is exact for loads in phase.
 
     - SWT: largest normal stress on the plane times the amplitude of its normal strain.
     - Findley: shear amplitude plus `weight` times the largest normal stress. Matake: the same, on
@@ -106,39 +119,52 @@ def parameter_on(
     - Dang_Van, which has no plane: largest sum over the states of Tresca's shear stress, from the
       centre of the smallest ball around the deviators, and `weight` times the hydrostatic stress.
     """
-    squares = np.einsum("pi,pj->pij", normals, normals)
+    squares = normals[..., :, None] * normals[..., None, :]
     tension = _normal(sigma, normals).max(axis=0)
     if name == "SWT":
         strains = _normal(epsilon, normals)
         amplitude = (strains.max(axis=0) - strains.min(axis=0)) / 2
-        return amplitude * tension, amplitude[:, None, None] * squares
+        return amplitude * tension, amplitude[..., None, None] * squares
     if name in ("Findley", "Matake"):
         return _amplitude(_shear(sigma, normals)) + weight * tension, weight * squares
     if name == "Fatemi_Socie":
         angle = 2 * _amplitude(_shear(epsilon, normals))
-        return angle * (1 + weight * tension), weight * angle[:, None, None] * squares
-    hydrostatic = np.trace(sigma, axis1=1, axis2=2) / 3
-    deviator = sigma - hydrostatic[:, None, None] * np.eye(3)
-    vectors = deviator.reshape(len(sigma), 9)
+        return angle * (1 + weight * tension), weight * angle[..., None, None] * squares
+    hydrostatic = np.trace(sigma, axis1=-2, axis2=-1) / 3
+    deviator = sigma - hydrostatic[..., None, None] * np.eye(3)
+    vectors = deviator.reshape(*hydrostatic.shape, 9)
     if name == "Crossland":
-        value = _amplitude(vectors) / np.sqrt(2) + weight * hydrostatic.max()
+        value = _amplitude(vectors) / np.sqrt(2) + weight * hydrostatic.max(axis=0)
     else:
-        principal = np.linalg.eigvalsh(deviator - _centre(vectors).reshape(3, 3))
-        shear = (principal[:, -1] - principal[:, 0]) / 2
-        value = (shear + weight * hydrostatic).max()
-    return np.array([value]), weight * np.eye(3)[None] / 3
+        principal = np.linalg.eigvalsh(
+            deviator - _centre(vectors).reshape(*vectors.shape[1:-1], 3, 3)
+        )
+        shear = (principal[..., -1] - principal[..., 0]) / 2
+        value = (shear + weight * hydrostatic).max(axis=0)
+    return np.asarray(value)[..., None], weight * np.eye(3)[None] / 3
 
 
 def planes_of(name: str, sigma: Array, epsilon: Array, weight: float) -> Array:
-    """(planes, 3) normals of the planes on which a parameter is largest.
+    """(P, planes, 3) normals of the planes on which a parameter of points is largest.
 
-    Matake has all planes with the largest shear amplitude. If they are a ring, as for tension along
-    one axis, there are 72 of them. Crossland and Dang_Van have no plane: any normal.
+    Matake has all planes with the largest shear amplitude; points with fewer of them have some
+    twice. Crossland and Dang_Van have no plane: any normal.
     """
     if name in SEARCHED:
         return _critical_plane(lambda n: parameter_on(name, sigma, epsilon, weight, n)[0])
-    if name != "Matake":
-        return np.eye(3)[:1]
+    of_points = [
+        _most_sheared(stress) if name == "Matake" else np.eye(3)[:1]
+        for stress in sigma.swapaxes(0, 1)
+    ]
+    count = max(map(len, of_points))
+    return np.array([np.resize(normals, (count, 3)) for normals in of_points])
+
+
+def _most_sheared(sigma: Array) -> Array:
+    """(planes, 3) normals of the planes of one point with the largest shear amplitude.
+
+    If they are a ring, as for tension along one axis, there are 72 of them.
+    """
     first, second = np.triu_indices(len(sigma), 1)
     sizes, axes = np.linalg.eigh(sigma[first] - sigma[second])
     shear = sizes[:, 2] - sizes[:, 0]
@@ -160,7 +186,9 @@ def planes_of(name: str, sigma: Array, epsilon: Array, weight: float) -> Array:
 
 
 def _centre(points: Array) -> Array:
-    """(k,) centre of the smallest ball around M points (M, k), by a cone program."""
+    """(..., k) centre of the smallest ball around M points (M, ..., k), by a cone program."""
+    if points.ndim > 2:
+        return np.array([_centre(points[:, i]) for i in range(points.shape[1])])
     count, k = points.shape
     middle = points.mean(axis=0)
     size = np.abs(points - middle).max(initial=0.0)
@@ -220,13 +248,13 @@ def furthest(values: Array) -> Array:
 
 
 def _normal(tensors: Array, normals: Array) -> Array:
-    """(M, planes) normal components on planes with normals (planes, 3)."""
-    return np.asarray(np.einsum("pi,mij,pj->mp", normals, tensors, normals))
+    """(M, ..., planes) normal components on planes with normals (..., planes, 3)."""
+    return np.asarray(np.vecdot(normals @ tensors, normals))
 
 
 def _shear(tensors: Array, normals: Array) -> Array:
-    """(M, planes, 3) components along the planes."""
-    vectors = np.einsum("mij,pj->mpi", tensors, normals)
+    """(M, ..., planes, 3) components along the planes."""
+    vectors = normals @ tensors
     return np.asarray(vectors - _normal(tensors, normals)[..., None] * normals)
 
 
@@ -236,26 +264,31 @@ def _amplitude(vectors: Array) -> Array:
 
 
 def _critical_plane(value: Callable[[Array], Array]) -> Array:
-    """(1, 3) normal of the plane with the largest value, a function of normals (planes, 3).
+    """(P, 1, 3) normals of the planes with the largest value, a function of (..., planes, 3).
 
     The search begins at evenly spread points of the half-sphere. It continues from the best of
     them, with ever finer grids about each.
     """
     best = half_sphere(SETTINGS.planes)
-    best = best[np.argsort(value(best))[-SETTINGS.best :]]
+    best = best[np.argsort(value(best))[..., -SETTINGS.best :]]
     grid = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
     step = SETTINGS.step
     for _ in range(SETTINGS.rounds):
-        # Two directions across each normal (best, 2, 3), and the normals of its grid (best, 9, 3).
-        first = np.cross(best, np.eye(3)[np.abs(best).argmin(axis=1)])
-        first /= np.linalg.norm(first, axis=1)[:, None]
-        across = np.stack([first, np.cross(best, first)], axis=1)
-        tilted = best[:, None] + np.tan(np.radians(step)) * (grid @ across)
-        tilted /= np.linalg.norm(tilted, axis=2)[..., None]
-        values = value(tilted.reshape(-1, 3)).reshape(len(best), -1)
-        best = tilted[np.arange(len(best)), values.argmax(axis=1)]
+        # Two directions across each normal, and the normals of its grid (P, best, 9, 3).
+        first = np.cross(best, np.eye(3)[np.abs(best).argmin(axis=-1)])
+        first /= np.linalg.norm(first, axis=-1)[..., None]
+        across = np.stack([first, np.cross(best, first)], axis=-2)
+        tilted = best[..., None, :] + np.tan(np.radians(step)) * (grid @ across)
+        tilted /= np.linalg.norm(tilted, axis=-1)[..., None]
+        values = value(tilted.reshape(len(best), -1, 3)).reshape(tilted.shape[:-1])
+        best = _with_largest(values, tilted)
         step *= SETTINGS.finer
-    return best[[int(np.argmax(value(best)))]]
+    return _with_largest(value(best), best)[:, None]
+
+
+def _with_largest(values: Array, normals: Array) -> Array:
+    """(..., 3) the normal with the largest of the values (..., planes)."""
+    return np.take_along_axis(normals, values.argmax(axis=-1)[..., None, None], axis=-2)[..., 0, :]
 
 
 def half_sphere(count: int) -> Array:

@@ -165,11 +165,7 @@ def _parameters(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -
     tensors = [state.tensors_at_contact(side) for state in cycle]
     stress = np.array([pair[0] for pair in tensors])  # (M, N, 3, 3)
     strain = np.array([pair[1] for pair in tensors])
-    rows = [
-        critical_planes(stress[:, node], strain[:, node], **weights)
-        for node in range(stress.shape[1])
-    ]
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return critical_planes(stress, strain, **weights)
 
 
 def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work: Array) -> Table:

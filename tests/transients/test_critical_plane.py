@@ -29,7 +29,9 @@ def strain(stress):
 def parameters(stress, turned=0):
     turn = Rotation.random(random_state=turned).as_matrix()
     stress = turn @ np.array(stress) @ turn.T
-    return critical_planes(stress, strain(stress), findley=K, crossland=C, fatemi_socie=FS)
+    states = stress[:, None], strain(stress)[:, None]
+    found = critical_planes(*states, findley=K, crossland=C, fatemi_socie=FS)
+    return {name: values.item() for name, values in found.items()}
 
 
 def most(value):
@@ -163,15 +165,14 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     assert not np.allclose(first["Findley"], second["Findley"])
     assert (first["to"] >= first["from"]).all() and first["work"].equals(old["work"])
     stress, strains = (
-        np.array(parts)[:, 3]
+        np.array(parts)[:, [3]]
         for parts in zip(*(each.tensors_at_contact(2) for each in both[0]), strict=True)
     )
-    assert (
-        first["Findley"][3]
-        == critical_planes(stress, strains, findley=0.3, crossland=0.3, fatemi_socie=0.0)["Findley"]
-    )
+    weights = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.0}
+    (findley,) = critical_planes(stress, strains, **weights)["Findley"]
+    assert first["Findley"][3] == pytest.approx(findley, rel=1e-12)
     # Without weight: of two states, a quarter of the largest difference of stresses.
-    tresca = np.ptp(np.linalg.eigvalsh(stress[1] - stress[0])) / 4
+    tresca = np.ptp(np.linalg.eigvalsh(stress[1, 0] - stress[0, 0])) / 4
     assert one.fretting_table(fields=both[0], side=2, findley=0.0)["Findley"][3] == pytest.approx(
         tresca, rel=1e-6
     )

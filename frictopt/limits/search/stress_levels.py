@@ -117,8 +117,8 @@ class Stresses:
     def __init__(
         self, question: Question, stress_map: StressMap, tensors: Array, name: str, weight: float
     ) -> None:
-        self.sigma = tensors[:, 0].swapaxes(0, 1)  # (P, K, 3, 3)
-        self.epsilon = tensors[:, 1].swapaxes(0, 1)
+        self.sigma = tensors[:, 0]  # (K, P, 3, 3)
+        self.epsilon = tensors[:, 1]
         self.name = name
         self.weight = weight
         by_motion = np.asarray(stress_map.motions)[:, 0]
@@ -133,18 +133,19 @@ class Stresses:
 
     def on(self, point: int, normals: Array) -> tuple[Array, Array]:
         """(planes,) values without slip, and (planes, t N) their rates with it."""
-        states = self.sigma[point], self.epsilon[point]
+        states = self.sigma[:, point], self.epsilon[:, point]
         values, tensors = parameter_on(self.name, *states, self.weight, normals)
         return values, np.einsum("pij,vij->pv", tensors, self.rates[:, point])
 
-    def critical(self, point: int, slip: Array) -> tuple[float, Array]:
-        """The parameter of a point with a slip, and the normals (planes, 3) of its planes."""
-        added = np.tensordot(slip.T.ravel(), self.rates[:, point], 1)
-        return largest(self.name, self.sigma[point] + added, self.epsilon[point], self.weight)
+    def critical(self, points: Sequence[int], slip: Array) -> tuple[Array, list[Array]]:
+        """The parameter of points with a slip, and the normals (planes, 3) of their planes."""
+        added = np.tensordot(slip.T.ravel(), self.rates[:, points], 1)
+        states = self.sigma[:, points] + added, self.epsilon[:, points]
+        return largest(self.name, *states, self.weight)
 
     def values(self, slip: Array) -> Array:
         """(P,) the parameter of all points with a slip."""
-        return np.array([self.critical(point, slip)[0] for point in range(len(self.sigma))])
+        return self.critical(range(self.sigma.shape[1]), slip)[0]
 
 
 class StressLevels:
@@ -190,15 +191,15 @@ class StressLevels:
                 if not self.wedges:
                     raise
                 return Level(-np.inf, -np.inf, np.full_like(self._none, np.nan), 0.0)
-            found = {point: stresses.critical(point, level.slip) for point in points}
-            value = max(value for value, _ in found.values())
+            values, critical = stresses.critical(points, level.slip)
+            value = float(values.max())
             bound = max(best.bound, level.bound)
             best = level._replace(value=value) if value < best.value else best
             best = best._replace(bound=min(bound, best.value))
             tolerance = agreed * max(abs(best.value), SETTINGS.floor * size)
             if best.value - best.bound <= tolerance:
                 break
-            for point, (of_point, normals) in found.items():
+            for point, of_point, normals in zip(points, values, critical, strict=True):
                 if of_point > best.bound + tolerance / 2:
                     planes[point] = np.vstack([planes[point], normals])
         return best
@@ -207,7 +208,7 @@ class StressLevels:
         """The planes with which a search begins, or those that the parameter has in all states."""
         if self._stresses.name in SEARCHED:
             return self._grid
-        return self._stresses.critical(point, self._none)[1]
+        return self._stresses.critical([point], self._none)[1][0]
 
     def _level(self, planes: dict[int, Array], size: float) -> Level:
         """The least level that is above the values of all points on these planes."""
@@ -243,7 +244,7 @@ class StressLevels:
         for end in turning if np.isfinite(best.value) else []:
             for _ in range(SETTINGS.turns):
                 before = end
-                [end] = self._ends(point, stresses.critical(point, before.slip)[1])
+                [end] = self._ends(point, stresses.critical([point], before.slip)[1][0])
                 if end.value - before.value <= SETTINGS.gain * abs(before.value):
                     break
             best = max(best, before, end, key=_value)
@@ -273,7 +274,7 @@ class StressLevels:
     def on_plane(self, point: int, normal: Array) -> dict[str, float]:
         """The state with the largest normal stress on a plane, and its range in both ends."""
         square = np.outer(normal, normal)
-        along = np.einsum("ij,kij->k", square, self._stresses.sigma[point])
+        along = np.einsum("ij,kij->k", square, self._stresses.sigma[:, point])
         rate = np.einsum("ij,vij->v", square, self._stresses.rates[:, point])
         row = {"corner": float(along.argmax())}
         (less, _), (more, _) = self._along(np.array([-rate, rate]))
