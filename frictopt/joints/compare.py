@@ -13,7 +13,7 @@ from ..base.files import unsealed
 from ..errors import ModelError
 from .report import Report
 
-_MORE_IS_BETTER = ("load factor", "probability")  # units; of other numbers less is better
+_MORE_IS_BETTER = ("load factor", "probability", "cycles")  # units; of other numbers less is better
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -25,7 +25,7 @@ class Comparison(Kept, Plotted):
     table
         DataFrame with a row for each number: number, unit, its value in each variant, its
         difference from the first variant, and `best`: the variants with the largest load factor or
-        probability, or with the least value of other numbers; "" if all are equal.
+        probability, or more cycles, or with the least value of other numbers; "" if all are equal.
     names
         Names of the variants.
 

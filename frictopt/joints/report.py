@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Kept, check_text, flag, progress_bar, warns_of_odd_values, whole_number
+from ..base import Kept, check_text, flag, progress_bar, shown, warns_of_odd_values, whole_number
 from ..base.files import written
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
@@ -19,7 +19,7 @@ from .backbone import rising_factors
 from .report_files import write_html, write_json, write_spreadsheet
 from .report_pages import Pages
 from .report_parts import ReportParts
-from .report_tables import numbers_of
+from .report_tables import LIVES, numbers_of
 from .report_text import PAGES, shown_page, whole_text
 from .scatter import checked_scatter
 from .thresholds import checked_limits
@@ -76,9 +76,9 @@ class Report(Kept, ReportParts):
     probability
         DataFrame with a row for each probability that slip stops at load factor 1, if the friction
         or a preload has a distribution: columns number, value and meaning, which has the method.
-    title, notes, origin
-        The input; notes are facts that the model leaves out. The origin is the version of frictopt,
-        the day and a checksum of the input.
+    title, notes, life, origin
+        The input; notes are facts that the model leaves out, and the life is an empty table if none
+        is given. The origin is the version of frictopt, the day and a checksum of the input.
     contacts
         DataFrame with a row for each contact: the columns of `SteadyState.by_contact` at load
         factor 1, and
@@ -169,6 +169,7 @@ def report(
     *,
     preload: Mapping[str, Any] | None = None,
     limits: Mapping[str, float] | None = None,
+    life: pd.DataFrame | None = None,
     pages: int = 3,
     mesh_limits: bool = False,
     title: str = "",
@@ -225,6 +226,10 @@ def report(
         table), "slipping share"; and the least safety factors "gross slip", and "face slip" of the
         first face that slides in full. The slip range and the slipping share also have safety
         factors.
+    life
+        Cycles to failure from `FatigueBand.life`, of a band at load factor 1. The first page then
+        has the shortest life of the points: in the best state of rest, as assembled, and in the
+        worst state of rest.
     pages
         Number of pages, 1 to 3.
     mesh_limits
@@ -282,10 +287,12 @@ def report(
         raise ModelError(f"show: {show!r}; give a function of a text, such as print")
     if steps is None and system.tangents == 2:
         steps = 2
+    if life is not None and not {*LIVES} <= {*getattr(life, "columns", ())}:
+        raise ModelError(f"life: {shown(life)}; give the table of `FatigueBand.life`")
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:
         parts = Pages(system, scatter, thresholds, steps, bar, Report)
-        parts.known.update(title=title, notes=notes)
+        parts.known.update(title=title, notes=notes, life=pd.DataFrame() if life is None else life)
         questions: list[Callable[[], None]] = [
             parts.ask_at_load,
             lambda: parts.ask_with_load(factors),

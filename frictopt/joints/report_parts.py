@@ -47,6 +47,7 @@ class ReportParts:
     scatter: str = ""
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     probability: pd.DataFrame = field(default_factory=pd.DataFrame)
+    life: pd.DataFrame = field(default_factory=pd.DataFrame)
     title: str = ""
     notes: str = ""
     origin: str = ""

@@ -23,6 +23,12 @@ from .thresholds import QUANTITIES, SLIP_RANGE
 _Row = tuple[str, float, str, str, str]
 _COLUMNS = ["number", "value", "unit", "converges", "meaning"]
 SLIP_RANGE_ROW = "largest slip range"
+LIVES = {
+    "best": "in the best state of rest",
+    "assembled": "as assembled",
+    "worst": "in the worst state of rest of its point",
+}
+"""Columns of `FatigueBand.life` that a report has, and their meanings."""
 
 
 def numbers_of(parts: ReportParts) -> pd.DataFrame:
@@ -37,6 +43,10 @@ def numbers_at_load(parts: ReportParts) -> pd.DataFrame:
         rows.append(_gross_slip_row(parts.gross_slip))
     if parts.steady is not None:
         rows += _steady_rows(parts, parts.steady)
+    converges = "if the points are below the face"
+    for name, cycles in parts.life.reindex(columns=[*LIVES]).min().dropna().items():
+        meaning = f"of the point with the shortest life, {LIVES[name]}, by the given S-N line"
+        rows.append((f"cycles to failure, {name}", cycles, "cycles", converges, meaning))
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 

@@ -158,32 +158,35 @@ class FatigueBand(Recorded, Plotted):
         )
         return frozen(stresses.values(slip - self._start))
 
-    def life(self, k_1: float, ND: float, SD: float) -> Table:
+    def life(self, k_1: float, ND: float, SD: float, *, slip: ArrayLike | None = None) -> Table:
         """Cycles to failure at the points, by Basquin's line `ND * (value / SD) ** -k_1`.
 
         Parameters
         ----------
         k_1, ND, SD
             Exponent, and cycles at a value of the parameter, > 0. pyLife has the same names.
+        slip
+            Slip of the state of rest that assembly leaves, such as `SteadyState.slip`. None: zero.
 
         Returns
         -------
         pandas.DataFrame
             A row for each point: point; x, y, in space z; the cycles best, in the state of rest
-            whose largest value is the least; no_slip, NaN if the contact does not rest with it;
-            worst, in the worst state of rest of this point. The least of a column is the life of
-            the contact.
+            whose largest value is the least; assembled, with the given slip, NaN if the contact
+            does not rest without slip; worst, in the worst state of rest of this point. The least
+            of a column is the life of the contact. `report` takes this table.
 
         Raises
         ------
         ModelError
-            A number that is not above 0.
+            A number that is not above 0; a slip with which the contact does not rest.
         """
         numbers = {"k_1": k_1, "ND": ND, "SD": SD}
         k_1, ND, SD = (finite_number(name, number, above=0.0) for name, number in numbers.items())
         # If pressure lowers the values without end, nothing fails in the best state.
         best = self.at(self.least_slip) if np.isfinite(self.least) else 0.0
-        values = {"best": best, "no_slip": self._table["no_slip"], "worst": self._table["most"]}
+        left = self._table["no_slip"] if slip is None else self.at(slip)
+        values = {"best": best, "assembled": left, "worst": self._table["most"]}
         table = self._table.filter(["point", *"xyz"])
         with np.errstate(divide="ignore"):
             cycles = {
@@ -384,7 +387,7 @@ def _set_of(
             raise ModelError(
                 f"load_factor: {load_factor:g} has no state of rest: the shakedown limit is "
                 f"{limit.load_factor:.6g}; reduce the load factor, or without a slip bound give an "
-                "`initial_slip`, such as the starts of `dissipation_range`"
+                "`initial_slip`, such as the `worst_start` of `dissipation_range`"
             )
     elif question.slip_bound is not None:
         raise ModelError("initial_slip: not with a slip_bound; give one of them")

@@ -23,6 +23,7 @@ EXTRAS = (
     "nbclient",
     "openpyxl",
     "pyarrow",
+    "pylife",
     "pyvista",
     "pyyeti",
     "xarray",

@@ -54,6 +54,7 @@ NOT_RUN = {
     "python -m pip install '.[figures]'": "set up; `.ci/wheel` installs the same",
     "python -m pip install '.[figures,mesh]'": "set up, of a part of what the tests have",
     "pre-commit install": "changes the repository",
+    "pip install pylife": "set up; the tests have it",
     "pip install pyscipopt": "another solver, which a page names and does not need",
     "python -m studies peers --pythons peers/bin/python /usr/bin/python3": "needs the peers in a Python of their own; the weekly job runs it without",
     "apt-get install python3-siconos python3-getfem": "changes the system; the study names peers that are absent",

@@ -373,6 +373,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "load_factors": [0.5],
             "preload": {"mean": (0.9, 1.1)},
             "limits": {"work": 1.0},
+            "life": pd.DataFrame({name: [1e6] for name in ("best", "assembled", "worst")}),
             "title": "A joint",
             "pages": 2,
             "mesh_limits": True,
