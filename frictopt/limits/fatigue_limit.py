@@ -49,7 +49,8 @@ class FatigueLimit(Answered):
         reached, the slip of the shakedown limit.
     bound
         What multipliers prove: up to it no state of rest exceeds the value on the planes tried
-        (`every`), or above it all do.
+        (`every`), or above it all do. With every=False it is far above the load factor if programs
+        do not resolve the allowable value: below about 1e-8 of the largest value of the band.
     proven
         Whether `bound` holds for all planes: always if `every` is False, otherwise for Crossland,
         Dang Van and Matake. For the others planes are searched.
