@@ -79,9 +79,10 @@ def _note_on_moves(argument: str, before: Body, after: Body) -> list[str]:
     if (i := first_of(length > SETTINGS.largest * edge, length / edge)) is not None:
         element = int(np.flatnonzero((before.mesh.t == i).any(axis=0))[0])
         raise ModelError(
-            f"{argument}: node {i} at {place(before.mesh.p[:, i])} would move by {length[i]:.3g}, "
-            f"and element {element} has an edge of {edge[i]:.3g}; a node may move by "
-            f"{SETTINGS.largest:g} of the shortest edge: reduce the tolerance, or repair the mesh"
+            f"{argument}: node {before.numbers[i]} at {place(before.mesh.p[:, i])} would move by "
+            f"{length[i]:.3g}, and element {element} has an edge of {edge[i]:.3g}; a node may "
+            f"move by {SETTINGS.largest:g} of the shortest edge: reduce the tolerance, repair the "
+            "mesh, or let the nodes of a Tie stay (adjust=False; in a deck ADJUST=NO)"
         )
     check_elements(after.mesh)
     moved = number_of(int(np.count_nonzero(length)), "node")

@@ -50,8 +50,8 @@ class Assembly:
 
     Attributes
     ----------
-    points, errors
-        (nodes, d) coordinates and their errors.
+    points, errors, numbers
+        (nodes, d) coordinates and their errors, and (nodes,) numbers, see `Body.numbers`.
     rows
         (nodes, d) unknown of each displacement along the axes.
     free_rows
@@ -62,8 +62,7 @@ class Assembly:
     oblique
         Nodes that supports hold along normals that are not axes; all other directions are axes.
     tied
-        Matrix by which midside nodes of contact faces, and cut faces of sectors, follow other
-        nodes.
+        Matrix by which midside nodes of contact faces, and cut faces of sectors, follow others.
     of_ties, followers
         The nodes of each tie with their places, and all nodes that follow others.
     joints
@@ -210,14 +209,15 @@ class Assembly:
         self.rows: Integers = np.concatenate(rows)
         self.points = np.concatenate([mesh.p.T for mesh in meshes])
         self.errors = np.concatenate([body.errors for body in self.bodies.values()])
+        self.numbers = np.concatenate([body.numbers for body in self.bodies.values()])
 
     def _name_of_node(self, node: int) -> str:
-        """The number of a node in the mesh of its body, in words."""
+        """The number of a node in the mesh or deck of its body, in words."""
         owner = ""
         for name, first in self.first_node.items():
             if first <= node:
                 owner = name
-        return f"node {node - self.first_node[owner]} of body {owner!r}"
+        return f"node {self.numbers[node]} of body {owner!r}"
 
     def _joined_faces(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> list[Joint]:
         """Join the faces of each contact, and check that all touching faces have one, or a tie."""
@@ -432,8 +432,8 @@ class Assembly:
             nodes[pairs], opening, self.free_rows, normals, self.points, self.errors, directions
         )
         frames = frames_of(guided.normals, guided.blocked)
-        rows = np.arange(opening.shape[1])
-        self.pairs = Interface(nodes[pairs], opening, frames, guided.candidates, rows, directions)
+        of_pairs = opening, frames, guided.candidates, self.numbers, directions
+        self.pairs = Interface(nodes[pairs], *of_pairs)
         self.sides = (
             identity(len(self.points), format="csr")[nodes[pairs]],
             projection[pairs],

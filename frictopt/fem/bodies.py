@@ -179,6 +179,19 @@ class Body:
         """(d, nodes) coordinates as the mesh was written, which name nodes also after moves."""
         return np.asarray(self.mesh.p)
 
+    @cached_property
+    def deck_node(self) -> Integers | None:
+        """(nodes,) numbers of the nodes in the deck of the mesh, -1 if it has none; None: unknown.
+
+        Errors and tables have these numbers.
+        """
+        return None
+
+    @property
+    def numbers(self) -> Integers:
+        """(nodes,) numbers of the nodes in errors: those of the deck, or of the mesh."""
+        return np.arange(self.mesh.p.shape[1]) if self.deck_node is None else self.deck_node
+
     def with_mesh(self, mesh: Mesh) -> Body:
         """The body with another mesh. It is not checked: a body that a bolt cuts has two parts."""
         body = copy(self)

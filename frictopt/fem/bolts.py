@@ -161,7 +161,12 @@ def cut_bodies(
                 f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
             )
         # A copy is not checked again, because its parts are one body although they share no facets.
-        cut[name] = cut[name].with_mesh(mesh)
+        whole = cut[name]
+        cut[name] = whole.with_mesh(mesh)
+        if whole.deck_node is not None:
+            numbers = np.zeros(mesh.p.shape[1], dtype=np.intp)
+            numbers[mesh.dofs.element_dofs] = whole.deck_node[whole.mesh.dofs.element_dofs]
+            vars(cut[name]).update(deck_node=numbers)
         cuts.append(Cut(bolt, near, far, axis))
     return cut, cuts
 

@@ -222,6 +222,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         points = assembly.points[assembly.pairs.nodes]
         frames = glued.interface.frames
         contact = [assembly.names[number] for number in assembly.contact]
+        is_of_deck = all(body.deck_node is not None for body in assembly.bodies.values())
         if self.kinematics != "space":
             check_order(points, frames, contact)
         assembly.check_ends()
@@ -251,6 +252,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             bolts=bolts,
             units=self.units,
             axisymmetric=self.kinematics == "axisymmetric",
+            deck_node=assembly.numbers[assembly.pairs.nodes] if is_of_deck else None,
             load_size=load_sizes(self.loads, self.bodies, self.kinematics or "plane_strain"),
         )
         overlaps = {

@@ -1,6 +1,7 @@
 """A deck beside its mesh: materials, contacts, bolts, couplings, supports, loads of steps."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ from .states import InForce, Key, State
 # have interactions, and the axis of a ring belongs to a tie.
 _FIRST = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY", "TIE"}
 _FIRST |= {"SURFACEINTERACTION", "SURFACEBEHAVIOR", "FRICTION"}
+
+# Most times within a step that are states: a load cycle has few corners, measured loads thousands.
+_MOST_TURNS = 100
 
 
 class Pair(NamedTuple):
@@ -45,11 +49,13 @@ class Coupled(NamedTuple):
 class Conditions:
     """The content of a deck beside its mesh. Nodes are rows of the deck.
 
-    A method reads the blocks of the keyword of its name.
+    A method reads the blocks of the keyword of its name. If faces are rough, contacts have the
+    stiffness of the deck.
     """
 
-    def __init__(self, deck: Deck, blocks: Sequence[Block]) -> None:
+    def __init__(self, deck: Deck, blocks: Sequence[Block], *, is_rough: bool) -> None:
         self.deck = deck
+        self.is_rough = is_rough
         self.left_out = dict[str, None]()
         # material -> keyword -> constants
         self.materials = dict[str, dict[str, list[float]]]()
@@ -57,6 +63,8 @@ class Conditions:
         self.sections = list[tuple[str, str]]()
         # interaction -> friction
         self.friction = dict[str, float]()
+        # interaction -> tangential and normal stiffness of its faces
+        self.stiffness = dict[str, list[float]]()
         self.pairs = list[Pair]()
         self.ties = list[Pair]()
         # interaction -> its contacts, or the ties of one whose bodies are glued
@@ -79,10 +87,54 @@ class Conditions:
         self._step_name = "MODEL"
         self._steps = 0
         self._is_static = False
-        # time at which a step begins, and its duration
-        self._start, self._period = 0.0, 1.0
-        for block in sorted(blocks, key=lambda block: block.keyword not in _FIRST):
+        # time at which a step begins, its duration, and the time in it at which loads count
+        self._start, self._period, self._time = 0.0, 1.0, 1.0
+        steps = [i for i, block in enumerate(blocks) if block.keyword == "STEP"]
+        model = blocks[: (steps or [len(blocks)])[0]]
+        for block in sorted(model, key=lambda block: block.keyword not in _FIRST):
             self._read(block)
+        for start, end in pairwise([*steps, len(blocks)]):
+            self._read_step(blocks[start:end])
+
+    def _read_step(self, blocks: Sequence[Block]) -> None:
+        """Read the blocks of a step for each time at which it has a state; the last is its end."""
+        self._steps += 1
+        self._step_name = blocks[0].parameters.get("NAME", f"STEP {self._steps}")
+        self._is_static = False
+        self._period = 1.0
+        self._is_linear = "PERTURBATION" in blocks[0].parameters
+        for block in blocks:
+            if block.keyword == "STATIC":
+                self._read(block)
+        before = self._in_force
+        for time in [*self._turns(blocks), self._period]:
+            self._time = time
+            # Loads without an amplitude may also jump at the beginning of the step.
+            is_jump = blocks[0].parameters.get("AMPLITUDE") == "STEP"
+            self._in_force = before.next_step(1.0 if is_jump else self._time / self._period)
+            for block in blocks:
+                self._read(block)
+            if self._is_static:
+                at = f"@{self._time:g}" if self._time < self._period else ""
+                self.states.append(self._in_force.state(f"{self._step_name}{at}", self.friction))
+        self._start += self._period
+        if not self._is_static:
+            self.left_out[f"{self._step_name}: no *STATIC, or a PERTURBATION"] = None
+
+    def _turns(self, blocks: Sequence[Block]) -> list[float]:
+        """The times within a static step at which the amplitudes of its loads have a value."""
+        turns = set[float]()
+        for block in blocks[1:]:
+            times, _, of_all_steps = self._amplitudes.get(
+                block.parameters.get("AMPLITUDE", ""), ([], [], False)
+            )
+            turns |= {time - of_all_steps * self._start for time in times}
+        within = sorted(time for time in turns if 0 < time < self._period and self._is_static)
+        if len(within) > _MOST_TURNS:
+            text = f"{self._step_name}: states at {len(within)} times of its amplitudes"
+            self.left_out[text] = None
+            return []
+        return within
 
     def _read(self, block: Block) -> None:
         read = getattr(self, f"_{block.keyword.lower().replace('-', '')}", None)
@@ -112,12 +164,12 @@ class Conditions:
             return f"{keyword} ({self._step_name})"
         return f"{keyword} {entry.upper()} {label}".strip()
 
-    def _factor(self, block: Block) -> float:
-        """The amplitude of a block at the end of its step."""
+    def _factor(self, block: Block) -> float | None:
+        """The amplitude of a block at the time that is read; None: it has none."""
         if "AMPLITUDE" not in block.parameters:
-            return 1.0
+            return None
         times, values, of_all_steps = self._amplitudes[block.parameters["AMPLITUDE"]]
-        return float(np.interp(self._period + of_all_steps * self._start, times, values))
+        return float(np.interp(self._time + of_all_steps * self._start, times, values))
 
     # The model.
 
@@ -145,19 +197,26 @@ class Conditions:
     def _surfaceinteraction(self, block: Block) -> None:
         self._interaction = block.parameters["NAME"]
         self.friction[self._interaction] = 0.0
+        self.stiffness[self._interaction] = [np.inf, np.inf]
         self._of_interaction[self._interaction] = self.pairs
 
     def _friction(self, block: Block) -> None:
         coefficient, *slope = block.rows[0]
         self.friction[self._interaction] = number(coefficient)
-        if slope:
+        if slope and self.is_rough:
+            self.stiffness[self._interaction][0] = number(slope[0])
+        elif slope:
             self.left_out["*FRICTION: stick slope"] = None
 
     def _surfacebehavior(self, block: Block) -> None:
         kind = block.parameters.get("PRESSURE-OVERCLOSURE", "HARD")
         if kind == "TIED":
             self._of_interaction[self._interaction] = self.ties
-        if kind != "HARD":
+        elif kind == "LINEAR" and self.is_rough:
+            self.stiffness[self._interaction][1] = number(block.rows[0][0])
+        elif kind != "HARD" and self.is_rough:
+            raise ValueError(f'stiffness="deck" needs LINEAR, not {kind}')
+        elif kind != "HARD":
             self.left_out["*SURFACE BEHAVIOR: contact stiffness (penalty)"] = None
 
     def _contactpair(self, block: Block) -> None:
@@ -225,14 +284,8 @@ class Conditions:
     # The steps.
 
     def _step(self, block: Block) -> None:
-        self._steps += 1
-        self._step_name = block.parameters.get("NAME", f"STEP {self._steps}")
         if any(state.name == self._step_name for state in self.states):
             raise ValueError("another step has this name; give each its own")
-        self._is_static = False
-        self._period = 1.0
-        self._is_linear = "PERTURBATION" in block.parameters
-        self._in_force.begin_step()
         if block.parameters.get("NLGEOM", "NO") != "NO":
             self.left_out["NLGEOM: displacements are small"] = None
 
@@ -241,12 +294,18 @@ class Conditions:
         if block.lines and len(block.rows[0]) > 1:
             self._period = number(block.rows[0][1])
 
-    def _endstep(self, _: Block) -> None:
-        self._start += self._period
-        if self._is_static:
-            self.states.append(self._in_force.state(self._step_name))
-        else:
-            self.left_out[f"{self._step_name}: no *STATIC, or a PERTURBATION"] = None
+    def _modelchange(self, block: Block) -> None:
+        for row in block.rows:
+            surfaces = tuple(name.upper() for name in row[:2])
+            if surfaces not in [pair[:2] for pair in [*self.pairs, *self.ties]]:
+                raise ValueError(f"no *CONTACT PAIR has the surfaces {surfaces}")
+            self._in_force.removed[surfaces] = None
+            if "REMOVE" not in block.parameters:
+                del self._in_force.removed[surfaces]
+
+    def _changefriction(self, block: Block) -> None:
+        self._interaction = block.parameters["INTERACTION"]
+        _ = self.friction[self._interaction]  # is in this deck
 
     def _boundary(self, block: Block) -> None:
         self._in_force.begin(block, "BOUNDARY")
@@ -255,7 +314,7 @@ class Conditions:
             axes: Iterable[int] = (
                 range(int(first) - 1, int(last or first)) if first[:1].isdigit() else ()
             )
-            moved = number(value or "0") * self._factor(block)
+            moved = number(value or "0")
             for row in self._rows(where):
                 for axis in axes or HELD_BY_NAME[first.upper()]:
                     if row in self.bolts:
@@ -263,7 +322,10 @@ class Conditions:
                     elif "FIXED" in block.parameters:
                         raise ValueError("FIXED is read for bolts; give the displacement")
                     else:
-                        self._in_force.hold(row, axis, moved, self._target("BOUNDARY", where))
+                        self._in_force.held[row, axis] = None
+                        place = ("BOUNDARY", row, axis)
+                        target = self._target("BOUNDARY", where)
+                        self._in_force.replace(place, target, moved, self._factor(block))
 
     def _hold_bolt(self, block: Block, row: int, axis: int) -> None:
         if axis > 0:
@@ -284,21 +346,21 @@ class Conditions:
                     target = f"BOLT {self.bolts[row]}"
                 elif row in self.couplings:
                     target = f"CLOAD {where.upper()}"
-                self._in_force.add(key, target, number(value) * self._factor(block))
+                self._in_force.add(key, target, number(value), self._factor(block))
 
     def _dload(self, block: Block) -> None:
         self._in_force.begin(block, "FACE", "GRAV", "CENTRIF")
         for line in block.lines:
             where, label, *listed = entries(line.upper())
             size, *axis = [number(entry) for entry in listed]
-            size *= self._factor(block)
+            factor = self._factor(block)
             if label == "GRAV":
                 axis = (np.array(axis) / np.linalg.norm(axis)).tolist()
             if label in ("GRAV", "CENTRIF"):
-                self._in_force.add((label, where, *axis), self._target(label, where), size)
+                self._in_force.add((label, where, *axis), self._target(label, where), size, factor)
                 continue
             for face in self._faces(block, where, label):
-                self._in_force.add(face, self._target(block.keyword, where, label), size)
+                self._in_force.add(face, self._target(block.keyword, where, label), size, factor)
 
     _dsload = _dload
 
@@ -315,8 +377,10 @@ class Conditions:
     def _temperature(self, block: Block) -> None:
         self._in_force.begin(block, "TEMPERATURE")
         for where, temperature, *_ in block.rows:
-            value = number(temperature) * self._factor(block)
+            factor = self._factor(block)
+            value = number(temperature) * (1.0 if factor is None else factor)
+            of_rise = None if factor is None else 1.0
             for row in self._rows(where):
                 rise = value - self._initial.get(row, 0.0)
                 target = self._target("TEMPERATURE", where)
-                self._in_force.replace(("TEMPERATURE", row, 0), target, rise)
+                self._in_force.replace(("TEMPERATURE", row, 0), target, rise, of_rise)

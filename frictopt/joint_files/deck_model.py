@@ -25,7 +25,7 @@ from ..fem.supports import Support
 from ..fem.ties import Tie
 from ..readers.meshes import corner_mesh, named_mesh
 from .deck_conditions import Conditions, Pair
-from .states import Field
+from .states import Field, Setting
 
 _Loads: TypeAlias = Mapping[tuple[Any, ...], float]
 _KINEMATICS: dict[str, Kinematics] = {
@@ -87,19 +87,24 @@ class DeckModel:
         self.axes = "xyz"[: mesh.dim()]
         self.is_plane = self.kinematics in ("plane_stress", "plane_strain")
         self.thickness = self.deck.thickness if self.is_plane else 1.0
-        # body -> keyword -> constants
+        # body -> its material, and body -> keyword -> constants
+        self.materials = dict[str, str]()
         self.constants = self._materials(mesh.nelements)
-        materials = {
+        bodies = {
             part: Material(*data["ELASTIC"][:2], *data.get("DENSITY", [])[:1])
             for part, data in self.constants.items()
         }
-        self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), materials)
+        self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), bodies)
         # body -> (its nodes, nodes of the deck) matrix that makes its nodes
         self.origin = {}
         for part, body in self.bodies.items():
             nodes = np.zeros(body.mesh.p.shape[1], dtype=np.intp)
             nodes[body.mesh.dofs.element_dofs] = mesh.dofs.element_dofs[:, self.parts[part]]
             self.origin[part] = origin[nodes]
+            numbers = np.full(len(nodes), -1)
+            single = np.diff(self.origin[part].indptr) == 1
+            numbers[single] = self.deck.numbers[self.origin[part][single].indices]
+            vars(body).update(deck_node=numbers)
         used = [np.diff((part != 0).tocsc().indptr) > 0 for part in self.origin.values()]
         shared = int(np.count_nonzero(np.sum(used, axis=0) > 1))
         if shared:
@@ -112,19 +117,23 @@ class DeckModel:
             owner[self.sets.get(where, [])] = number
         constants = {}
         for part, members in self.parts.items():
-            names = {self.conditions.sections[i][1] if i >= 0 else "" for i in owner[members]}
-            found = [self.conditions.materials.get(name, {}) for name in sorted(names)]
+            names = sorted(
+                {self.conditions.sections[i][1] if i >= 0 else "" for i in owner[members]}
+            )
+            found = [self.conditions.materials.get(name, {}) for name in names]
+            self.materials[part] = " and ".join(names)
             constants[part] = found[0]
             if any(data != found[0] or "ELASTIC" not in data for data in found):
                 raise ModelError(
-                    f"*SOLID SECTION: body {part!r} has the materials {sorted(names)}; give all of "
+                    f"*SOLID SECTION: body {part!r} has the materials {names}; give all of "
                     "it one *MATERIAL with *ELASTIC"
                 )
         return constants
 
-    def model(self, held: frozenset[tuple[int, int]], cases: Mapping[str, Field]) -> ContactModel:
-        """The model with some displacements of nodes of the deck held."""
-        self.held = self._nodal(dict.fromkeys(held, 1.0)) > 0
+    def model(self, setting: Setting, cases: Mapping[str, Field]) -> ContactModel:
+        """The model with the supports, pairs and friction of a setting."""
+        self.setting = setting
+        self.held = self._nodal(dict.fromkeys(setting.held, 1.0)) > 0
         contacts, overlaps = self._contacts()
         loads = {case: list(self._loads(case, field)) for case, field in cases.items()}
         loads = {case: listed for case, listed in loads.items() if listed}
@@ -142,11 +151,14 @@ class DeckModel:
             raise ModelError(f"{what}: {boundary!r} has no face of a body; name faces")
         return names
 
+    def _in_force(self, pairs: Sequence[Pair]) -> list[Pair]:
+        return [pair for pair in pairs if pair[:2] not in self.setting.removed]
+
     def _contacts(self) -> tuple[list[Contact], list[Load]]:
         """The contacts of all pairs of bodies, and their overlaps."""
         contacts = []
         overlaps: list[Load] = []
-        for pair in self.conditions.pairs:
+        for pair in self._in_force(self.conditions.pairs):
             bodies = self._pairs_of_bodies(pair)
             clearance = self.conditions.clearances.get(pair[:2])
             gap: Any = "measured"
@@ -158,15 +170,16 @@ class DeckModel:
                 adjust: Any = pair.adjust
                 if isinstance(adjust, Sequence):
                     adjust = self._at_rows(names[0], adjust)
-                contacts.append(Contact(*names, *pair[:2], name, gap, adjust))
-                self.friction[name] = self.conditions.friction[pair.interaction]
+                rough = self.conditions.stiffness[pair.interaction]
+                contacts.append(Contact(*names, *pair[:2], name, gap, adjust, *rough))
+                self.friction[name] = self.setting.friction[pair.interaction]
                 self.interactions[pair.interaction].append(name)
                 if clearance is not None and clearance < 0:
                     overlaps.append(Interference(name, -clearance))
         return contacts, overlaps
 
     def _ties(self) -> Iterator[Tie]:
-        for pair in self.conditions.ties:
+        for pair in self._in_force(self.conditions.ties):
             tolerance = pair.adjust if isinstance(pair.adjust, float) else None
             if pair.interaction:
                 tolerance = tolerance or None

@@ -30,15 +30,19 @@ class Joint(Shown):
     thickness
         Thickness of plane bodies; the forces of `system()` are totals over it. None: per depth.
     states
-        State at the end of each static step, such as "STEP 1" -> load case -> amplitude.
+        State at the end of each static step, such as "STEP 1", and at each time within it at which
+        an amplitude of a load has a value, "STEP 1@0.25" -> load case -> amplitude.
     coefficients
         Contact -> coefficient of friction, or (least, nominal, most).
     interactions
         `*SURFACE INTERACTION` -> its contacts.
+    materials
+        Body -> name of its material.
     left_out
         Sentences on parts of the file that the model does not have.
     unlike
-        States whose supports are not those of the model, which has those of the last step.
+        States whose supports, contact pairs or friction are not those of the model, which has
+        those of the last step.
     locked
         States in which bolts keep their lengths.
     units
@@ -62,6 +66,7 @@ class Joint(Shown):
     states: Mapping[str, Mapping[str, float]]
     coefficients: Mapping[str, Any]
     interactions: Mapping[str, Sequence[str]]
+    materials: Mapping[str, str]
     left_out: Sequence[str] = ()
     unlike: Sequence[str] = ()
     locked: Sequence[str] = ()
@@ -221,8 +226,8 @@ class Joint(Shown):
                 total[case] = total.get(case, 0.0) + amplitude
         if state in self.unlike:
             raise ModelError(
-                f"state {state!r} has other supports than the last step; write the supports of a "
-                "load cycle into all its steps"
+                f"state {state!r} has other supports, contact pairs or friction than the last "
+                "step; write those of a load cycle into all its steps"
             )
         return state, total
 

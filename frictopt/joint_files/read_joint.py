@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
-from ..base import flag
+from ..base import choice, flag
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
@@ -32,14 +32,17 @@ from .states import load_cases
 # Entries of a joint file, and their kinds in TOML.
 _OF_ALL = {"title": str, "units": str, "cycle": dict, "friction": dict, "preload": dict}
 _OF_ALL |= {"limits": dict}
-_OF_DECK = {"deck": str, "elastic": bool, **_OF_ALL}
+_OF_DECK = {"deck": str, "elastic": bool, "stiffness": str, **_OF_ALL}
 _OF_MESH = {"mesh": str, "kinematics": str, "thickness": float, "materials": dict, "bodies": dict}
 _OF_MESH |= {"contacts": list, "supports": list, "loads": dict, "ties": list, **_OF_ALL}
+_STIFFNESS = ("rigid", "deck")
 _LOADS = {kind.__name__: kind for kind in get_args(Load)}
 _SUPPORTS = {kind.__name__: kind for kind in (Support, Cyclic, *get_args(Coupling))}
 
 
-def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
+def read_joint(
+    path: str | Path, *, elastic: bool = False, stiffness: Literal["rigid", "deck"] = "rigid"
+) -> Joint:
     """Read a joint from a deck of CalculiX or Abaqus, or from a joint file.
 
     From a deck come bodies, contacts, friction, loads and steps.
@@ -58,6 +61,9 @@ def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
         The deck, `.inp`, or the joint file, `.toml`.
     elastic
         Whether to leave out the plasticity and creep of materials. Otherwise they are refused.
+    stiffness
+        "rigid": faces are rigid, and the contact stiffness of a deck is left out. "deck": contacts
+        have its `*SURFACE BEHAVIOR`, LINEAR, and the stick slope of its `*FRICTION`, see `Contact`.
 
     Returns
     -------
@@ -79,31 +85,34 @@ def read_joint(path: str | Path, *, elastic: bool = False) -> Joint:
     1.333333
     """
     flag("elastic", elastic)
+    choice("stiffness", stiffness, _STIFFNESS)
     file = file_path("path", path)
     ending = file.suffix.lower()
     if ending == ".toml":
-        return _joint_of_file(file, elastic)
+        return _joint_of_file(file, elastic, stiffness)
     if ending != ".inp":
         raise ModelError(f"path: {str(path)!r}; give a deck of CalculiX or Abaqus, .inp, or .toml")
-    return _joint_of_deck(file, elastic)
+    return _joint_of_deck(file, elastic, stiffness)
 
 
-def _joint_of_deck(file: Path, elastic: bool) -> Joint:
+def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
     listed = list(flat(blocks(file)))
     for block in listed:
         check_not_refused(block, elastic=elastic)
-    conditions = Conditions(read_deck(file, mesh_alone=True), listed)
-    for parts, what in (
-        (conditions.pairs, "*CONTACT PAIR that may slide"),
-        (conditions.states, "*STATIC step"),
-    ):
-        if not parts:
-            raise ModelError(f"deck {file.name}: no {what}; a joint needs one")
+    deck = read_deck(file, mesh_alone=True)
+    conditions = Conditions(deck, listed, is_rough=stiffness == "deck")
+    if not conditions.states:
+        raise ModelError(f"deck {file.name}: no *STATIC step; a joint needs one")
     cases, states = load_cases(conditions.states)
-    held = conditions.states[-1].held
+    setting = conditions.states[-1].setting
+    if all(pair[:2] in setting.removed for pair in conditions.pairs):
+        raise ModelError(
+            f"deck {file.name}: no *CONTACT PAIR that may slide is in force at the end; a joint "
+            "needs one: pairs that are TIED are glued"
+        )
     try:
         made = DeckModel(conditions, cases, file.name)
-        model = made.model(held, cases)
+        model = made.model(setting, cases)
     except ModelError as error:
         raise ModelError(f"deck {file.name}: {error}") from error
     fit = {"FIT": 1.0}
@@ -114,8 +123,9 @@ def _joint_of_deck(file: Path, elastic: bool) -> Joint:
         {name: _known_loads(fit | loads, model) for name, loads in states.items()},
         made.friction,
         made.interactions,
+        made.materials,
         [*conditions.left_out],
-        [state.name for state in conditions.states if state.held != held],
+        [state.name for state in conditions.states if state.setting != setting],
         [state.name for state in conditions.states if state.locked],
     )
 
@@ -125,7 +135,7 @@ def _known_loads(loads: Mapping[str, float], model: ContactModel) -> dict[str, f
     return {case: amplitude for case, amplitude in loads.items() if case in model.loads}
 
 
-def _joint_of_file(file: Path, elastic: bool) -> Joint:
+def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
     """The joint of a joint file: a deck with additions, or all beside a mesh."""
     try:
         tables = tomllib.loads(text_of(file, "joint file"))
@@ -134,7 +144,8 @@ def _joint_of_file(file: Path, elastic: bool) -> Joint:
     _check_entries(file, tables)
     if "deck" in tables:
         deck = file.parent / str(tables["deck"])
-        joint = _joint_of_deck(deck, flag("elastic", tables.get("elastic", elastic)))
+        stiffness = choice("stiffness", tables.get("stiffness", stiffness), _STIFFNESS)
+        joint = _joint_of_deck(deck, flag("elastic", tables.get("elastic", elastic)), stiffness)
     elif "mesh" in tables:
         joint = _joint_of_mesh(file, tables)
     else:
@@ -196,7 +207,7 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
         tables.get("kinematics"),
         ties=[_made("ties", Tie, table) for table in tables.get("ties", [])],
     )
-    return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {})
+    return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {}, tables["bodies"])
 
 
 def _chosen(where: str, kinds: Mapping[str, Any], table: Any) -> Any:

@@ -10,7 +10,14 @@ PLASTIC |= {"MOHRCOULOMB", "DEFORMATIONPLASTICITY"}
 # Keywords of output, and others that the loads and the bodies do not need. Their steps are told.
 WITHOUT_EFFECT = {"HEADING", "PREPRINT", "RESTART", "MONITOR", "PHYSICALCONSTANTS", "ORIENTATION"}
 WITHOUT_EFFECT |= {"TIMEPOINTS", "CONTROLS", "DAMPING", "CONDUCTIVITY", "SPECIFICHEAT", "ASSEMBLY"}
-WITHOUT_EFFECT |= {"ENDASSEMBLY", "SECTIONCONTROLS", "FREQUENCY", "DYNAMIC", "HEATTRANSFER"}
+WITHOUT_EFFECT |= {
+    "ENDSTEP",
+    "ENDASSEMBLY",
+    "SECTIONCONTROLS",
+    "FREQUENCY",
+    "DYNAMIC",
+    "HEATTRANSFER",
+}
 OUTPUT = ("FILE", "PRINT", "OUTPUT")
 
 _BY_HAND = "make the model in Python, with read_mesh and ContactModel"
@@ -27,8 +34,6 @@ ALWAYS = {
     "EMBEDDEDELEMENT": "mesh the parts as one body",
     "TRANSFORM": _NO_AXES,
     "SPRING": f"{_BY_HAND}, with solids in its place",
-    "MODELCHANGE": _CHANGES,
-    "CHANGEFRICTION": _CHANGES,
     "CHANGESURFACEBEHAVIOR": _CHANGES,
     "CHANGECONTACTTYPE": _CHANGES,
     "SUBMODEL": "give the loads themselves",

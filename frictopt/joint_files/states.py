@@ -16,76 +16,97 @@ Field: TypeAlias = Mapping[Key, float]
 
 @dataclass(frozen=True)
 class State:
-    """The conditions in force at the end of a step.
+    """The conditions in force at the end of a step, or at a time within it.
 
-    `fields` maps the name of a target, such as "CLOAD NSIDE", to its loads. `held` are rows and
-    axes of nodes, `locked` the nodes of bolts that keep their lengths.
+    `fields` maps the name of a target, such as "CLOAD NSIDE", to its loads. `locked` are the nodes
+    of bolts that keep their lengths.
     """
 
     name: str
     fields: Mapping[str, Field]
-    held: frozenset[tuple[int, int]]
+    setting: "Setting"
     locked: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The parts of a state that all states of a load cycle share.
+
+    `held` are rows and axes of nodes, `removed` the surfaces of pairs that are not in force, and
+    `friction` maps interactions to coefficients.
+    """
+
+    held: frozenset[tuple[int, int]]
+    removed: frozenset[tuple[str, ...]]
+    friction: Mapping[str, float]
 
 
 @dataclass
 class InForce:
     """The conditions that are in force while steps are read.
 
-    A load replaces that of earlier steps at its place. Loads of one step at one place add up.
+    A load replaces that of earlier steps at its place. Loads of one step at one place add up. A
+    load without an amplitude changes in proportion to the time of its step, of which `share` is
+    over.
     """
 
     loads: dict[Key, dict[str, float]] = field(default_factory=dict)
     held: dict[tuple[int, int], None] = field(default_factory=dict)
     locked: dict[int, None] = field(default_factory=dict)
-    # tension of bolts at the end of the last step
-    _tensions: dict[Key, dict[str, float]] = field(default_factory=dict)
+    removed: dict[tuple[str, ...], None] = field(default_factory=dict)
+    share: float = 1.0
+    # loads at the end of the last step
+    _before: Mapping[Key, Mapping[str, float]] = field(default_factory=dict)
     # places that got a load in this step, and kinds of its blocks
     _of_this_step: set[Key] = field(default_factory=set)
     _begun: set[tuple[str, ...]] = field(default_factory=set)
 
-    def begin_step(self) -> None:
-        """Begin a step: it replaces earlier loads."""
-        self._of_this_step.clear()
-        self._begun.clear()
+    def next_step(self, share: float) -> "InForce":
+        """The conditions at the beginning of the next step."""
+        return InForce(
+            {**self.loads}, {**self.held}, {**self.locked}, {**self.removed}, share, self.loads
+        )
 
     def begin(self, block: Block, *kinds: str) -> None:
         """Begin a block: the first one of its kinds in a step may remove all before it."""
         if block.parameters.get("OP") == "NEW" and kinds not in self._begun:
-            self.loads = {key: load for key, load in self.loads.items() if key[0] not in kinds}
+            for key in [key for key in self.loads if key[0] in kinds]:
+                self.loads[key] = self._fading(key)
             if "BOUNDARY" in kinds:
                 self.held.clear()
                 self.locked.clear()
         self._begun.add(kinds)
 
-    def add(self, key: Key, target: str, value: float) -> None:
+    def _fading(self, key: Key) -> dict[str, float]:
+        """The load of earlier steps that is left at a place."""
+        earlier = self._before.get(key, {})
+        return {target: value * (1 - self.share) for target, value in earlier.items()}
+
+    def add(self, key: Key, target: str, value: float, amplitude: float | None) -> None:
         """Add a load to those of this step at its place."""
         if key not in self._of_this_step:
-            self.loads[key] = {}
+            self.loads[key] = self._fading(key) if amplitude is None else {}
         self._of_this_step.add(key)
         here = self.loads[key]
-        here[target] = here.get(target, 0.0) + value
+        factor = self.share if amplitude is None else amplitude
+        here[target] = here.get(target, 0.0) + value * factor
 
-    def replace(self, key: Key, target: str, value: float) -> None:
+    def replace(self, key: Key, target: str, value: float, amplitude: float | None) -> None:
         """Replace the load at a place."""
-        self.loads[key] = {target: value}
+        self._of_this_step.discard(key)
+        self.add(key, target, value, amplitude)
 
-    def hold(self, row: int, axis: int, value: float, target: str) -> None:
-        """Hold a node, and move it by a value."""
-        self.held[row, axis] = None
-        self.replace(("BOUNDARY", row, axis), target, value)
-
-    def state(self, name: str) -> State:
+    def state(self, name: str, friction: Mapping[str, float]) -> State:
         """The conditions that are in force now; a locked bolt keeps its last tension."""
         locked = {("BOLT", row) for row in self.locked}
-        self.loads |= {key: load for key, load in self._tensions.items() if key in locked}
-        self._tensions = {key: load for key, load in self.loads.items() if key[0] == "BOLT"}
+        self.loads |= {key: dict(self._before[key]) for key in locked if key in self._before}
         fields = defaultdict[str, dict[Key, float]](dict)
         for key, load in self.loads.items():
             for target, value in load.items():
                 if value:
                     fields[target][key] = value
-        return State(name, fields, frozenset(self.held), frozenset(self.locked))
+        setting = Setting(frozenset(self.held), frozenset(self.removed), {**friction})
+        return State(name, fields, setting, frozenset(self.locked))
 
 
 def load_cases(

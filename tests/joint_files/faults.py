@@ -20,7 +20,7 @@ FAULTS = (
     Fault(
         "joint_files/deck_conditions.py",
         "an amplitude counts at the begin of its step",
-        old="self._period + of_all_steps * self._start",
+        old="self._time + of_all_steps * self._start",
         new="of_all_steps * self._start",
         tests="deck_states",
     ),
@@ -62,8 +62,36 @@ FAULTS = (
     Fault(
         "joint_files/deck_model.py",
         "ADJUST moves no nodes",
-        old="Contact(*names, *pair[:2], name, gap, adjust)",
-        new="Contact(*names, *pair[:2], name, gap, None)",
+        old="Contact(*names, *pair[:2], name, gap, adjust, *rough)",
+        new="Contact(*names, *pair[:2], name, gap, None, *rough)",
+        tests="decks",
+    ),
+    Fault(
+        "joint_files/states.py",
+        "loads of earlier steps do not fade within a step",
+        old="value * (1 - self.share)",
+        new="value * (self.share < 1)",
+        tests="deck_states",
+    ),
+    Fault(
+        "joint_files/deck_conditions.py",
+        "a pair that is added again stays removed",
+        old="del self._in_force.removed[surfaces]",
+        new="pass",
+        tests="deck_states",
+    ),
+    Fault(
+        "joint_files/deck_conditions.py",
+        "the stick slope is the normal stiffness",
+        old="self.stiffness[self._interaction][0] = number(slope[0])",
+        new="self.stiffness[self._interaction][1] = number(slope[0])",
+        tests="decks",
+    ),
+    Fault(
+        "joint_files/deck_model.py",
+        "contact nodes have the rows of the deck as numbers",
+        old="self.deck.numbers[self.origin[part][single].indices]",
+        new="self.origin[part][single].indices",
         tests="decks",
     ),
 )

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import frictopt as fo
-from helpers.joint_decks import HELD, PRESS, deck, joint_of, of_states
+from helpers.joint_decks import HELD, MATERIAL, PRESS, deck, joint_of, of_states
 
 PUSH = "*CLOAD\nNTOP, 1, 8.\n"  # three nodes
 
@@ -93,6 +93,99 @@ def test_an_amplitude_counts_at_the_end_of_its_step_and_its_load_stays(tmp_path)
     assert [force[0] for force in of_states(joint).values()] == [0, 12, 12, 24]
 
 
+def test_a_state_at_each_time_at_which_an_amplitude_has_a_value(tmp_path):
+    """Loads without an amplitude grow, and fade, in proportion to the time of the step.
+
+    A force of 8 on each of three nodes follows its table; a pressure goes from 10 to 5 on one of
+    two elements, and from 5 on this one to 0 in the next step; a support moves back and forth.
+    """
+    table = "*AMPLITUDE, NAME=WAVE\n0., 0., .25, 1., .75, -1., 1., 0., 2., 0.\n"
+    table += "*AMPLITUDE, NAME=ALL, TIME=TOTAL TIME\n0., 0., 1., 0., 1.5, 1., 2., 0.\n"
+    joint = joint_of(
+        tmp_path,
+        deck(
+            PRESS + "*CLOAD, AMPLITUDE=WAVE\nNTOP, 1, 8.\n",
+            "*CLOAD, AMPLITUDE=ALL\nNTOP, 1, 8.\n*DLOAD\n3, P3, 5.\n",
+            "*DLOAD, OP=NEW\n*CLOAD, AMPLITUDE=WAVE\nNTOP, 1, 8.\n",
+            more=table,
+        ),
+    )
+    assert of_states(joint) == {
+        "STEP 1@0.25": [24, -10],
+        "STEP 1@0.75": [-24, -30],
+        "STEP 1": [0, -40],
+        "STEP 2@0.5": [24, -35],
+        "STEP 2": [0, -30],
+        "STEP 3@0.25": [24, -22.5],
+        "STEP 3@0.75": [-24, -7.5],
+        "STEP 3": [0, 0],
+    }
+    cycle = joint.cycle("STEP 1", ["STEP 2@0.5,DLOAD ETOP P3=1"])
+    assert set(cycle.corners[0]) >= {"CLOAD NTOP"}
+
+
+def test_a_load_may_jump_at_the_beginning_of_its_step(tmp_path):
+    table = "*AMPLITUDE, NAME=WAVE\n0., 0., .25, 1., 1., 0.\n"
+    text = deck(PRESS + "*CLOAD, AMPLITUDE=WAVE\nNTOP, 1, 8.\n", more=table)
+    joint = joint_of(tmp_path, text.replace("NLGEOM", "NLGEOM, AMPLITUDE=STEP"))
+    assert of_states(joint)["STEP 1@0.25"] == [24, -40]
+
+
+def test_temperatures_and_displacements_within_a_step(tmp_path):
+    """N = E alpha dT A and E u / h A between walls, without lateral strain; half of each."""
+    table = "*AMPLITUDE, NAME=WAVE\n0., 0., .5, .5, 1., 1.\n"
+    more = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 20.\n*BOUNDARY\nNTOP, 1, 2\n" + table
+    material = MATERIAL.replace("0.3", "0.0")
+    for step, half, whole in (
+        ("*TEMPERATURE\nNALL, 120.\n*BOUNDARY, AMPLITUDE=WAVE\nNTOP, 2, 2, 0.\n", -20, -40),
+        ("*TEMPERATURE, AMPLITUDE=WAVE\nNALL, 120.\n", -16, -40),
+        ("*BOUNDARY, AMPLITUDE=WAVE\nNTOP, 2, 2, -.02\n", -20, -40),
+    ):
+        joint = joint_of(tmp_path, deck(step, more=more, material=material))
+        forces = of_states(joint)
+        assert forces["STEP 1@0.5"] == pytest.approx([0, half], abs=1e-9)
+        assert forces["STEP 1"] == pytest.approx([0, whole], abs=1e-9)
+
+
+def test_measured_amplitudes_are_no_corners(tmp_path):
+    table = ", ".join(f"{k / 200}, {k % 2}" for k in range(201))
+    more = f"*AMPLITUDE, NAME=WAVE\n{table}\n"
+    joint = joint_of(tmp_path, deck(PRESS + "*CLOAD, AMPLITUDE=WAVE\nNTOP, 1, 8.\n", more=more))
+    assert list(joint.states) == ["STEP 1"]
+    assert "STEP 1: states at 199 times of its amplitudes" in joint.left_out
+
+
+def test_pairs_that_come_and_go(tmp_path):
+    """The model has the pairs and the friction of the last step, and so have its states."""
+    off = "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nSLOW, SHIGH\n"
+    on = "*MODEL CHANGE, TYPE=CONTACT PAIR, ADD\nSLOW, SHIGH\n"
+    joint = joint_of(tmp_path, deck(off + PRESS, on, PUSH))
+    assert joint.unlike == ["STEP 1"]
+    assert of_states(joint)["STEP 3"] == [24, -40]
+    with pytest.raises(fo.ModelError, match="'STEP 1' has other supports, contact pairs or fri"):
+        joint.cycle("STEP 1", ["STEP 3"])
+    assert len(joint.cycle("STEP 2", ["STEP 3"]).corners) == 1
+    with pytest.raises(fo.ModelError, match=r"MODELCHANGE .*no \*CONTACT PAIR has the surfaces"):
+        joint_of(tmp_path, deck(PRESS + off.replace("SLOW", "STOP")))
+    with pytest.raises(fo.ModelError, match=r"MODELCHANGE TYPE=ELEMENT"):
+        joint_of(tmp_path, deck(PRESS + "*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nBASE\n"))
+    with pytest.raises(
+        fo.ModelError, match=r"no \*CONTACT PAIR that may slide is in force at the end"
+    ):
+        joint_of(tmp_path, deck(PRESS + off))
+
+
+def test_friction_that_changes_is_that_of_the_last_step(tmp_path):
+    change = "*CHANGE FRICTION, INTERACTION=DRY\n*FRICTION\n.25, 1.E6\n"
+    joint = joint_of(tmp_path, deck(PRESS, change, PUSH))
+    assert joint.friction == {"SLOW-SHIGH": 0.25} and joint.unlike == ["STEP 1"]
+    cycle = joint.cycle("STEP 2", ["STEP 3"])
+    found = fo.gross_slip(joint.system(), cycle, joint.friction)
+    assert found.load_factor == pytest.approx(0.25 * 40 / 24, rel=1e-6)
+    with pytest.raises(fo.ModelError, match=r"CHANGEFRICTION INTERACTION=WET: 'WET' is not in"):
+        joint_of(tmp_path, deck(PRESS, change.replace("DRY", "WET")))
+
+
 def test_supports_that_live_in_steps(tmp_path):
     """PrePoMax writes empty blocks with OP=NEW in each step, and repeats all."""
     new = "*BOUNDARY, OP=NEW\n*BOUNDARY\nNbase, 1, 3, 0\n*CLOAD, OP=NEW\n*DLOAD, OP=NEW\n"
@@ -124,7 +217,9 @@ def test_a_step_may_have_a_name_and_one_that_is_not_static_is_left_out(tmp_path)
 def test_states_with_other_supports_are_not_in_one_cycle(tmp_path):
     more = "*BOUNDARY\nNTOP, 1, 1\n"
     joint = joint_of(tmp_path, deck(PRESS, more + "*CLOAD\nNTOP, 2, -1.\n"))
-    with pytest.raises(Exception, match="state 'STEP 1' has other supports than the last step"):
+    with pytest.raises(
+        Exception, match="state 'STEP 1' has other supports, contact pairs or friction"
+    ):
         joint.cycle("STEP 1", ["STEP 2"])
 
 

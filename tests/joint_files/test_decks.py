@@ -250,6 +250,43 @@ def test_adjust_moves_overlaps_and_the_nodes_within_it_or_of_its_set(tmp_path, a
     assert of_states(joint)["STEP 1"] == pytest.approx([9, -40], abs=1e-9)
 
 
+def test_contacts_have_the_stiffness_of_the_deck_on_request(tmp_path):
+    """A lid moves down by .02 without lateral strain: faces of stiffness K are a layer of E / K.
+
+    N = A u / (h / E + 1 / K); rigid faces carry A u E / h.
+    """
+    hold = HELD + "*BOUNDARY\nNALL, 1, 1\nNTOP, 2, 2\n"
+    material = MATERIAL.replace("0.3", "0.0")
+    soft = PAIR.replace("1.E7", "2.E3").replace("1.E6", "1.E5")
+    text = deck("*BOUNDARY\nNTOP, 2, 2, -.02\n", held=hold, material=material, pair=soft)
+    rough = joint_of(tmp_path, text, stiffness="deck")
+    assert of_states(rough)["STEP 1"] == pytest.approx([0, -4 * 0.02 / (2e-3 + 5e-4)], rel=1e-6)
+    assert rough.model.contacts[0].tangential_stiffness == 1e5
+    assert not any("stiffness" in text or "slope" in text for text in rough.left_out)
+    assert of_states(joint_of(tmp_path, text))["STEP 1"] == pytest.approx([0, -40], rel=1e-9)
+    other = text.replace("LINEAR", "EXPONENTIAL")
+    with pytest.raises(fo.ModelError, match=r'SURFACEBEHAVIOR .*stiffness="deck" needs LINEAR'):
+        joint_of(tmp_path, other, stiffness="deck")
+    assert len(joint_of(tmp_path, other.replace("EXPONENTIAL", "HARD"), stiffness="deck").states)
+    with pytest.raises(fo.ModelError, match="stiffness: 'soft'; give 'rigid' or 'deck'"):
+        joint_of(tmp_path, text, stiffness="soft")
+
+
+def test_tables_and_notes_name_the_nodes_of_the_deck(tmp_path):
+    """The contact has nodes 7, 8 and 9 of the slider, which a bolt cuts above; 9 cannot move."""
+    text = deck(PRESS, held=HELD + "*BOUNDARY\n6, 1, 2\n9, 1, 2\n")
+    joint = joint_of(tmp_path, text)
+    assert joint.system().deck_node.tolist() == [7, 8]
+    assert any("left out: node 9 of body 'SLIDER'" in note for note in joint.model.notes)
+    system = fo.read_joint(DATA / "bolt.inp").system()
+    head = system.deck_node[system.contact == "HEAD-C_HEAD"]
+    points = [line.split(",") for line in (DATA / "bolt.inp").read_text().splitlines()]
+    places = {entry[0]: [float(x) for x in entry[1:]] for entry in points if len(entry) == 4}
+    assert len(set(head.tolist())) == 32
+    at = [places[str(number)] for number in head.tolist()]
+    assert np.abs(at - system.points[system.contact == "HEAD-C_HEAD"]).max() < 1e-9
+
+
 GLUE = "*SURFACE INTERACTION, NAME=GLUE\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1.E7\n"
 TIES = {
     "tie": "*TIE, NAME=T, POSITION TOLERANCE=.02\nSFOOT, STOP\n",
@@ -405,7 +442,11 @@ REFUSED = {
     "shells": ("*ELEMENT, TYPE=S4, ELSET=E\n9, 1, 2, 3, 4\n", "", r"TYPE=S4"),
     "springs": ("*ELEMENT, TYPE=SPRINGA, ELSET=E\n9, 1, 2\n", "", r"TYPE=SPRINGA"),
     "contacts that come": ("", "*MODEL CHANGE, TYPE=CONTACT PAIR, ADD\nA, B\n", r"\*MODELCHANGE"),
-    "friction that changes": ("", "*CHANGE FRICTION, INTERACTION=DRY\n", r"\*CHANGEFRICTION"),
+    "behaviour that changes": (
+        "",
+        "*CHANGE SURFACE BEHAVIOR, INTERACTION=DRY\n",
+        r"\*CHANGESURFACEBEHAVIOR",
+    ),
     "unknown set": ("", "*CLOAD\nNOWHERE, 1, 1.\n", r"node set 'NOWHERE': unknown"),
     "unknown node": ("", "*CLOAD\n777, 1, 1.\n", r"line \d+: \*CLOAD: 777 is not in this deck"),
     "unknown load": ("", "*DLOAD\nETOP, P3NU, 1.\n", r"P3NU is not read"),

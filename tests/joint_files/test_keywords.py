@@ -60,6 +60,16 @@ KEPT = {  # more of the model, more of the step, and what is then true
         "*CLOAD, AMPLITUDE=OFF\nNTOP, 1, 1.\n",
         lambda joint: "CLOAD NTOP" not in cases(joint),
     ),
+    "MODEL CHANGE": (
+        "",
+        "*MODEL CHANGE, TYPE=CONTACT PAIR, ADD\nSLOW, SHIGH\n",
+        lambda joint: joint.unlike == [],
+    ),
+    "CHANGE FRICTION": (
+        "",
+        "*CHANGE FRICTION, INTERACTION=DRY\n*FRICTION\n.3\n",
+        lambda joint: joint.friction["SLOW-SHIGH"] == 0.3,
+    ),
     "STEP": ("", "", lambda joint: list(joint.states) == ["STEP 1"]),
     "CLOAD": ("", "*CLOAD\nNTOP, 1, 1.\n", lambda joint: "CLOAD NTOP" in cases(joint)),
     "DLOAD": ("", "", lambda joint: "DLOAD ETOP P3" in cases(joint)),
