@@ -303,10 +303,17 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     def notes(self) -> tuple[str, ...]:
         """Statements on what the model does that its arguments do not say.
 
-        They name pairs that are left out, and the largest moves of `Contact.adjust` and of the
-        tolerance of `Cyclic`.
+        They name pairs that are left out, the largest moves of `Contact.adjust` and of the
+        tolerance of `Cyclic`, and the largest gap that is measured in each contact.
         """
-        return tuple(self._assembly.notes)
+        assembly = self._assembly
+        notes = [*assembly.notes]
+        for number, contact in enumerate(self.contacts):
+            gap = assembly.gap[assembly.contact == number]
+            if not callable(contact.gap) and gap.any():
+                share = f"{np.count_nonzero(gap)} of {number_of(len(gap), 'node')}"
+                notes.append(f"{contact.title}: {share} apart, by up to {gap.max():.3g}")
+        return tuple(notes)
 
     @cached_property
     def _assembly(self) -> Assembly:

@@ -79,7 +79,11 @@ class Joint(Shown):
         for name, loads in self.states.items():
             parts = [f"{case}={amplitude:g}" for case, amplitude in loads.items()]
             states[name] = ", ".join(parts) or "no load"
-        about = {"friction": dict(self.coefficients), "states": states}
+        about = {
+            "supports": [str(support) for support in self.model.supports],
+            "friction": dict(self.coefficients),
+            "states": states,
+        }
         return {"name": self.name, **self.model._answer(), **about, "left_out": self.left_out}
 
     def system(self) -> ContactSystem:

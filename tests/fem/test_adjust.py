@@ -139,7 +139,11 @@ def test_only_overlaps_move_if_the_tolerance_is_zero():
     model = pad(waves, adjust=0)
     system = model.condense(progress=False)
     np.testing.assert_allclose(system.gap, np.where(system.x < 0.5, 0.0, 1e-4), atol=1e-15)
-    assert model.notes == ("adjust, body 'upper': 2 nodes moved, by up to 0.0001",)
+    apart = int((system.x >= 0.5).sum())
+    assert model.notes == (
+        "adjust, body 'upper': 2 nodes moved, by up to 0.0001",
+        f"contact 'contact': {apart} of {system.nodes} nodes apart, by up to 0.0001",
+    )
     # Without a tolerance an overlap and a gap are refused, with the way out.
     for gap in (None, "measured"):
         with pytest.raises(fo.ModelError, match=r"overlap by 0.0001.*give the Contact adjust="):

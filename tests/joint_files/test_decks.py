@@ -217,7 +217,9 @@ def adjusted(value):
 
 
 def test_faces_that_are_apart_keep_their_gap_unless_they_are_adjusted(tmp_path, capsys):
-    assert joint_of(tmp_path, deck(PRESS, lift=0.125)).system().gap == pytest.approx(0.125)
+    joint = joint_of(tmp_path, deck(PRESS, lift=0.125))
+    assert joint.system().gap == pytest.approx(0.125)
+    assert joint.model.notes == ("contact 'SLOW-SHIGH': 3 of 3 nodes apart, by up to 0.125",)
     joint = joint_of(tmp_path, deck(PRESS, pair=adjusted(0.2), lift=0.0625))
     assert not joint.system().gap.any()
     assert "3 nodes moved, by up to 0.0625" in str(joint)
