@@ -5,6 +5,7 @@ from . import results as results
 from . import scenes as scenes
 from .base import LimitKind, Outcome
 from .contact import (
+    ContactProducts,
     ContactState,
     ContactSystem,
     LoadCycle,
@@ -48,6 +49,7 @@ from .transients import (
 __version__: str
 
 __all__ = [
+    "ContactProducts",
     "ContactState",
     "ContactSystem",
     "DesignModel",

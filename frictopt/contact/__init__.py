@@ -9,6 +9,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
 - `system.py`: the contact and its copies; `given_parts.py` checks its parts, `stiffness.py` has the
   algebra of its stiffness, `components.py` the order of its vectors, `frames.py` tangents and
   normals, `files.py` its files.
+- `products.py`: a contact that is known by products, without its stiffness.
 - `cycle.py`: load cycles; `history.py` makes their corners from histories and harmonic loads.
 - `law.py`: the bound of the shear force. A new law of friction begins there.
 - `law_check.py`: how much a state violates the law; `state.py`: a state to start from.
@@ -33,6 +34,7 @@ from .law import (
     other_laws,
 )
 from .law_check import Verdict, check_contact_law, off_law
+from .products import ContactProducts
 from .state import ContactState
 from .stress_map import StressMap
 from .system import (

@@ -326,8 +326,8 @@ class LoadCycle:
 
         Row k belongs to corner k. Without a fixed part there is one row (1, N) for all corners.
         """
-        pressing_shut = system.S[:, -system.nodes :] @ system.gap
-        return parted(reactions(system, self.unscaled) - pressing_shut, system.tangents + 1)
+        closed = reactions(system, self.unscaled) - system.pressing_shut(system.gap)
+        return parted(closed, system.tangents + 1)
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1.

@@ -198,12 +198,9 @@ class ContactSystem(Shown, Plotted):
             )
         tangents = axes - 1
         slip_shape = (n,) if tangents == 1 else (n, tangents)
-        S = symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
-        check_semi_definite("S", S)
         gap = checked_gap(self.gap, n)
         bonded = checked_bonded("bonded", self.bonded, n, tangents)
         vars(self).update(
-            S=S,
             points=points,
             bonded=bonded,
             gap=gap,
@@ -217,14 +214,22 @@ class ContactSystem(Shown, Plotted):
             stretch=checked_stretch(self.stretch, slip_shape),
             units=checked_units(self.units),
             axisymmetric=flag("axisymmetric", self.axisymmetric),
-            stiffness_scale=float(np.trace(S) / len(S)) or 1.0,
         )
         if self.axisymmetric and tangents == 2:
             raise ModelError("axisymmetric: True for a contact in space; leave it out")
-        vars(self).update(own_stiffness=_own_stiffness(S, axes, self.stiffness_scale))
+        self._check_stiffness(n, tangents)
         self._check_optional_parts()
         if tangents == 1:
             _ = self.x  # refuses nodes that are not in their order
+
+    def _check_stiffness(self, n: int, tangents: int) -> None:
+        """Check S of n nodes, and keep what follows from it."""
+        axes = tangents + 1
+        S = symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
+        check_semi_definite("S", S)
+        scale = float(np.trace(S) / len(S)) or 1.0
+        own_stiffness = _own_stiffness(S, axes, scale)
+        vars(self).update(S=S, stiffness_scale=scale, own_stiffness=own_stiffness)
 
     def _check_optional_parts(self) -> None:
         """Check the parts that may be None."""
@@ -396,8 +401,14 @@ class ContactSystem(Shown, Plotted):
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0)."""
-        pressing_shut = self.S[:, -self.nodes :] @ self.gap
-        return parted(joined(*self.reaction(loads)) - pressing_shut, self.tangents + 1)
+        closed = joined(*self.reaction(loads)) - self.pressing_shut(self.gap)
+        return parted(closed, self.tangents + 1)
+
+    def pressing_shut(self, gap: Array) -> Array:
+        """(M,) reactions that the bonded ones lose when the load presses a gap (N,) shut."""
+        if not gap.any():
+            return np.zeros((self.tangents + 1) * self.nodes)
+        return self.S[:, -self.nodes :] @ gap
 
     @cached_property
     def _reactions(self) -> Array:

@@ -228,11 +228,11 @@ def condense(
         generalised=generalised_rows,
     )
     with progress_bar(progress, "condensation"):
-        S, bonded, compliance = condensed(glued, forces)
+        stiffness, bonded, compliance = condensed(glued, forces)
     return ContactSystem(
-        S,
-        x,
-        bonded,
+        **stiffness,
+        points=x,
+        bonded=bonded,
         gap=initial_gap,
         frames=glued.interface.frames,
         contact=np.array(names),
@@ -300,18 +300,17 @@ class Glued:
     generalised: Integers
 
 
-def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str, Array], Array]:
-    """Stiffness S (k, k) of the relative motions, bonded reactions (k,) of each load, compliance.
+def condensed(
+    glued: Glued, loads: Mapping[str, Array]
+) -> tuple[dict[str, Any], dict[str, Array], Array]:
+    """Stiffness "S" (k, k) of the relative motions, bonded reactions (k,) of each load, compliance.
 
     The k relative motions are ordered direction by direction. The bonded reactions hold them at
     zero. The compliance (loads, loads) belongs to the glued bodies.
     """
     K = glued.K
-    interface = glued.interface
     motions = glued.motions
-    check_supports(K, glued.unknowns, glued.points, glued.graph, interface, glued.generalised)
-    relative = interface.relative(motions, glued.unknowns)
-    _check_moves_at_contact(relative)
+    relative = checked_motions(glued)
 
     # Eliminate the inside of the bodies from the stiffness, with the loads as further columns.
     F = np.reshape([*loads.values()], (-1, K.shape[0])).T
@@ -320,7 +319,7 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     forces = csr_matrix(T.T @ F)
     bordered = block_array([[stiffness, forces], [forces.T, None]], format="csr")
     schur, _ = eliminated(glued, bordered, T, front)
-    k = interface.frames[..., 0].size
+    k = len(relative)
     S, reactions = balanced(schur[:k, :k], -schur[:k, k:], F, motions, relative)
 
     is_relative = front < 0
@@ -330,17 +329,21 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     motionless = np.asarray(abs(T).sum(axis=0)).ravel()[is_relative] == 0
     still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
-    return S, dict(zip(loads, reactions.T, strict=True)), -schur[k:, k:]
+    return {"S": S}, dict(zip(loads, reactions.T, strict=True)), -schur[k:, k:]
 
 
-def _check_moves_at_contact(relative: Array) -> None:
-    """Check that each free rigid motion moves pairs; `relative` (k, motions) are their motions."""
+def checked_motions(glued: Glued) -> Array:
+    """(k, motions) relative motions of the free rigid motions, after each is found to have some."""
+    parts = glued.unknowns, glued.points, glued.graph, glued.interface, glued.generalised
+    check_supports(glued.K, *parts)
+    relative = glued.interface.relative(glued.motions, glued.unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)
     if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
         raise ModelError(
             "supports: a body can turn about its contact, or move without relative motion of the "
             "contact; hold it, or give the contact more nodes"
         )
+    return relative
 
 
 def _check_rounding(largest_before: float, S: Array) -> None:
@@ -395,7 +398,7 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
 
 
 def eliminated(
-    glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: bool = False
+    glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: type | None = None
 ) -> tuple[Array, list[Factor]]:
     """Eliminate the y of `fronts` from a matrix, see `eliminate`; further unknowns are kept."""
     kept = np.full(matrix.shape[0] - len(front), -1)

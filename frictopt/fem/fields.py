@@ -389,4 +389,4 @@ class Recoverable:
     @cached_property
     def _recovery(self: Any) -> Recovery:
         """The factorisation for `recover`."""
-        return Recovery(self._assembly)
+        return Recovery(self._assembly.glued)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import get_args
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
 from ..base import Array, Shown, checked_cases, number_of, progress_bar, shown
 from ..base.checks import checked_units, listed_parts
-from ..contact import ContactSystem
+from ..contact import ContactProducts, ContactSystem
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body, checked_kinematics, units_apart
@@ -30,9 +30,12 @@ from .load_sizes import load_sizes
 from .modes import Vibrating
 from .mortar import Joint
 from .pair_checks import check_order
+from .products import products_of
 from .recovery import Viewed
 from .supports import Support
 from .ties import Tie
+
+S = TypeVar("S", bound=ContactSystem)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -215,8 +218,46 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         with progress_bar(progress, "condensation"):
             return self._condensed
 
+    def products(self, *, progress: bool = True) -> ContactProducts:
+        """The contact by products with the glued bodies, for thousands of nodes in space.
+
+        It takes one factorisation of the bodies in contact, one that is not kept, and N solutions
+        in blocks. Memory is what the factors take, and `8 N^2` bytes in space. The model keeps
+        it. Gaps, overlaps (`Interference`) and springs of contacts need `condense`.
+
+        Parameters
+        ----------
+        progress
+            Whether to show a progress bar after two seconds.
+
+        Raises
+        ------
+        ModelError
+            As for `condense`; a contact with a gap, an overlap or springs; products that are not
+            exact, because stiffnesses differ too much.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> bodies = fo.scenes.SquarePunch(elements=3).model().products()
+        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+        >>> limit = fo.shakedown_limit(bodies, cycle, friction=0.5, gap=0.01)
+        >>> limit.gap <= 0.01
+        True
+        """
+        with progress_bar(progress, "products"):
+            return self._products
+
     @cached_property
     def _condensed(self) -> ContactSystem:
+        return self._contact(ContactSystem, condensed)
+
+    @cached_property
+    def _products(self) -> ContactProducts:
+        return self._contact(ContactProducts, products_of)
+
+    def _contact(self, kind: type[S], reduced: Callable[..., tuple[Any, Any, Any]]) -> S:
+        """The contact of this kind, of stiffness or products, bonded reactions and compliance."""
         assembly = self._assembly
         glued = assembly.glued
         points = assembly.points[assembly.pairs.nodes]
@@ -234,15 +275,15 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         R, D = assembly.release
         loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
         with naming_incompressible(self.bodies, self.kinematics or "plane_strain"):
-            S, bonded, compliance = condensed(glued, loads)
+            bodies, bonded, compliance = reduced(glued, loads)
         # The loads also do work on the motions of moved supports and of cut bolts.
         compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
         bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)
 
-        system = ContactSystem(
-            S,
-            points,
-            bonded,
+        system = kind(
+            **bodies,
+            points=points,
+            bonded=bonded,
             gap=assembly.gap,
             frames=frames,
             contact=np.array(contact),

@@ -397,7 +397,7 @@ def _lowest(
     They are those of a stiffness and a mass M. Modes have unit modal mass.
     """
     size = whole_number("n", n, least=1, most=len(front) - 1)
-    _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
+    _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=float)
 
     def solve(force: Array) -> Array:
         return schur.solve(factors, np.reshape(force, (-1, 1))).ravel()

@@ -23,9 +23,8 @@ from ..base import (
 from ..base.libraries import library
 from ..errors import ModelWarning
 from . import schur
-from .assembly import Assembly
 from .bodies import Body
-from .condense import eliminated, fronts
+from .condense import Glued, eliminated, fronts
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
 from .sector import on_seam
@@ -293,14 +292,14 @@ class Recovery:
     They are `u = T y + D z` with the relative motions z.
     """
 
-    def __init__(self, parts: Assembly) -> None:
-        T, front = fronts(parts.glued)
+    def __init__(self, glued: Glued) -> None:
+        T, front = fronts(glued)
         free = front >= 0
-        self._K = parts.glued.K
+        self._K = glued.K
         self._T = T[:, free]
         self._drive = T[:, front < 0]
         K = csr_matrix(self._T.T @ self._K @ self._T)
-        _, self._factors = eliminated(parts.glued, K, self._T, front[free], keep=True)
+        _, self._factors = eliminated(glued, K, self._T, front[free], keep=float)
 
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
         """(size, n) displacements under n forces and relative motions z (d N, n).

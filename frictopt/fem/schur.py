@@ -118,7 +118,9 @@ class _Front(NamedTuple):
     contribution: Array  # block of the later unknowns
 
 
-def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Array, list[Factor]]:
+def eliminate(
+    K: csr_matrix, front: Integers, *, keep: type | None = None
+) -> tuple[Array, list[Factor]]:
     """Multifrontal Cholesky factorisation of a sparse matrix (Duff & Reid 1983).
 
     A front is a dense matrix of some unknowns that are eliminated together, and of the later
@@ -127,8 +129,9 @@ def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Ar
 
     `front` (unknowns,) is the number of the front that eliminates each unknown, from 0 on; -1: the
     unknown is kept. Returned are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in
-    the order of K, and, with `keep`, the factors for `solve`. Raises LinAlgError, with the unknown
-    at which it shows, if the eliminated part is not positive definite.
+    the order of K, and the factors for `solve` in the precision `keep` (None: no factors). Raises
+    LinAlgError, with the unknown at which it shows, if the eliminated part is not positive
+    definite.
     """
     count = int(front.max(initial=-1)) + 1
     front = np.where(front < 0, count, front)  # kept unknowns come last
@@ -158,7 +161,8 @@ def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Ar
                     -1.0, coupling, beta=1.0, c=contribution, lower=1, overwrite_c=1
                 )
                 waiting[front[later[0]]].append((later, update))
-            if keep:
+            if keep is not None:
+                pivot, coupling = (np.asarray(part, keep, order="F") for part in (pivot, coupling))
                 factors.append((order[first:last], order[later], pivot, coupling))
             bar.update(last - first)
     schur = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place).pivot)
@@ -167,13 +171,14 @@ def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Ar
 
 def solve(factors: Sequence[Factor], F: Array) -> Array:
     """(unknowns, n) displacements under n loads F, by the factors of a complete elimination."""
-    u = F.copy()
+    u: Array = F.astype(factors[0][2].dtype)
+    trsm = blas.get_blas_funcs("trsm", (u,))
     for unknowns, later, triangle, coupling in factors:
-        u[unknowns] = blas.dtrsm(1.0, triangle, u[unknowns], lower=1)
+        u[unknowns] = trsm(1.0, triangle, u[unknowns], lower=1)
         u[later] -= coupling @ u[unknowns]
     for unknowns, later, triangle, coupling in reversed(factors):
         loads = u[unknowns] - coupling.T @ u[later]
-        u[unknowns] = blas.dtrsm(1.0, triangle, loads, lower=1, trans_a=1)
+        u[unknowns] = trsm(1.0, triangle, loads, lower=1, trans_a=1)
     return u
 
 

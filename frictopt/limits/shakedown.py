@@ -33,7 +33,7 @@ from ..base import (
     worst,
 )
 from ..base.checks import finite_number, flag, flags, whole_number
-from ..contact import ContactSystem, LoadCycle, other_laws
+from ..contact import ContactProducts, ContactSystem, LoadCycle, other_laws
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, ModelWarning, SolverError
 from ..solve.arrays import Arrays
@@ -43,9 +43,10 @@ from .answers.answered import answered
 from .answers.reasons import shakedown_reason
 from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
-from .between.cones import check_known, cones_of
-from .between.judged import solution_of
-from .between.search import search
+from .between.bounds import margins
+from .between.cones import Cones, Point, check_known, cones_of
+from .between.judged import judged
+from .between.search import Method, search
 from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
 from .gross_slip import statics_alone
@@ -96,7 +97,7 @@ def shakedown_limit(
     Parameters
     ----------
     system, cycle
-        The contact and its load cycle.
+        The contact and its load cycle. With a `gap` also a `ContactProducts`, closed at all nodes.
     friction
         Coefficient of friction, one, one per node, or one per contact: a mapping or a series of
         pandas by the names of the contacts.
@@ -367,7 +368,7 @@ def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLi
     """The limit between two proven numbers, with given open nodes or those of the mean load."""
     if open_nodes is not None:
         question = _with_given(question, open_nodes)
-    else:
+    elif not isinstance(question.system, ContactProducts):
         if moving_areas(question) is not None:
             raise ModelError(
                 "gap: loads alone open and close nodes of this uncoupled contact in each cycle, "
@@ -391,22 +392,22 @@ def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLi
             f"gap: {found.steps} steps found no {missing}, and nothing proves that there is none; "
             f"{_NO_GAP}"
         )
-    moves = found.multipliers.moves
-    program = assembled.stuck(assembled.at_corners(question), every=True)
-    first = solution_of(program, cones, found.first, moves)
-    solution = solution_of(program, cones, safe, moves)
-    limit = _between(question, solution, gap, found.steps)
-    at_rest = is_safe_at_mean_load(question, first.slip_of_nodes)
-    return replace(limit, least=0.0 if at_rest else np.nan)
+    return _between(question, cones, found, safe, gap)
 
 
-def _between(question: Question, solution: Solution, gap: float, steps: int) -> ShakedownLimit:
-    """The limit of a safe slip and a mechanism, both judged as those of the exact limit are."""
-    limit = checked_limit(question, solution)
-    lower, upper = limit.load_factor, max(limit.bound, limit.load_factor)
+def _between(
+    question: Question, cones: Cones, found: Method, safe: Point, gap: float
+) -> ShakedownLimit:
+    """The limit of a safe point and of multipliers, after both have been judged."""
+    lower, slip, unsafe, motion, bound, defect = judged(
+        question, cones, safe, found.multipliers.moves
+    )
+    upper = max(bound + defect, lower)
     size = max(upper, FLOOR * question.load_unit)
-    _, defect = solution.bound
-    residual = worst([question.violation(lower, limit.slip), defect / size])
+    residual = worst([unsafe, defect / size])
+    if not isinstance(question.system, ContactProducts):
+        # The stiffness shows an error of the products.
+        residual = worst([residual, question.violation(lower, slip)])
     if not residual <= RESIDUAL:
         raise SolverError(
             f"gap: rounding leaves an error of {residual:.1e} in the slip or in the mechanism "
@@ -423,11 +424,22 @@ def _between(question: Question, solution: Solution, gap: float, steps: int) -> 
         gap=100 * proven,
         slip="residual slip",
         node_states=question.node_states,
-        steps=steps,
+        steps=found.steps,
         stopped=stopped,
     )
     record = SolveRecord("primal-dual hybrid gradient", residual=residual)
-    limit = replace(limit, bound=upper, gap=proven, record=record, _why=why, _solved=None)
+    limit = ShakedownLimit(
+        lower,
+        slip,
+        record,
+        question,
+        motion,
+        LimitKind.FINITE,
+        upper,
+        least=0.0 if margins(found.first.rows).min() >= 0 else np.nan,
+        gap=proven,
+        _why=why,
+    )
     return answered(limit, record)
 
 

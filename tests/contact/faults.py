@@ -245,8 +245,8 @@ FAULTS = (
     Fault(
         "contact/system.py",
         "the initial gap presses",
-        old="joined(*self.reaction(loads)) - pressing_shut",
-        new="joined(*self.reaction(loads)) + pressing_shut",
+        old="joined(*self.reaction(loads)) - self.pressing_shut(self.gap)",
+        new="joined(*self.reaction(loads)) + self.pressing_shut(self.gap)",
         tests="system",
     ),
     Fault(

@@ -357,8 +357,8 @@ FAULTS = (
     Fault(
         "limits/program/question.py",
         "stiffness of open nodes counts",
-        old=("system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow"),
-        new="system.S[np.ix_(~opened, ~opened)]",
+        old="self.system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow",
+        new="self.system.S[np.ix_(~opened, ~opened)]",
         tests="open_nodes",
     ),
     Fault(
@@ -385,7 +385,7 @@ FAULTS = (
     Fault(
         "limits/program/question.py",
         "a gap presses nothing once it is closed",
-        old="reactions(system, unscaled) - closing_forces",
+        old="reactions(system, unscaled) - system.pressing_shut(system.gap)",
         new="reactions(system, unscaled)",
         tests="open_nodes shakedown",
     ),
@@ -1045,6 +1045,7 @@ FAULTS = (
         old="bound + defect",
         new="bound - defect",
         tests="limit_checks::test_a_bound_with_its_error_is_not_below_what_it_bounds",
+        within="checked_limit",
     ),
     Fault(
         "limits/shakedown.py",
@@ -1376,8 +1377,8 @@ FAULTS = (
     Fault(
         "limits/between/judged.py",
         "the multipliers of open nodes are those of closed ones",
-        old="lifts / question.clearance",
-        new="lifts / question.force",
+        old="np.where(question.open_nodes, question.clearance, question.force)",
+        new="np.full(question.open_nodes.shape, question.force)",
         tests="within_gap::test_an_open_node_that_touches_limits_the_load_together_with_friction",
     ),
     Fault(

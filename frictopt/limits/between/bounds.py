@@ -27,6 +27,8 @@ from .cones import Cones, Point, towards
 _BACK = (0.5, 0.1, 0.01, 0.0)
 # A load factor above so many units seems to grow without end; the exact program decides it.
 _FAR = 1e4
+# Share to which rough products reduce a stress before an exact product measures it.
+_REFRESH = 1e-3
 
 
 class SafePoints:
@@ -96,20 +98,23 @@ def raised(moves: Array) -> Array:
 
 
 def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: float) -> Multipliers:
-    """Rough multipliers as a mechanism, by at most so many products.
+    """Rough multipliers as a mechanism, by at most so many rough products.
 
     `enough` is the sum of the stresses, relative to the largest move, at which the rounds end. With
     more than `usable` they prove nothing, because residual shear may be larger than its unit.
     """
-    closed = cones.sheared_parts[0]
-    node = cones.node[closed]
     moves = raised(moves)
     stress = cones.stress(moves)
-    for _ in range(rounds):
-        if np.abs(stress).sum() <= enough * np.abs(moves).max():
-            break
-        moves[:, :-1, closed] -= stress[:, node] / len(moves)
-        moves = raised(moves)
+    while rounds > 0 and np.abs(stress).sum() > enough * np.abs(moves).max():
+        first, last = moves, stress
+        # Of small changes, rough products are exact enough until the stress has fallen.
+        while rounds > 0 and np.abs(last).sum() > _REFRESH * np.abs(stress).sum():
+            moves = moves.copy()
+            closed = cones.sheared_parts[0]
+            moves[:, :-1, closed] -= last[:, cones.node[closed]] / len(moves)
+            moves = raised(moves)
+            last = stress + cones.roughly().stress(moves - first)
+            rounds -= 1
         stress = cones.stress(moves)
     if np.abs(stress).sum() > usable * np.abs(moves).max():
         return Multipliers(moves, np.inf)

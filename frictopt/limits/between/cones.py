@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ...base import Array, Booleans, Integers
-from ...contact import ROWS
+from ...contact import ROWS, ContactProducts
 from ...contact.diagnosis import in_contact
 from ...errors import ModelError
 from ..program.question import Question
@@ -58,8 +58,9 @@ class Cones:
     start, rate
         (K, t + 1, R) sides of the rows without residual shear at load factor 0, and their increase
         with the load factor.
-    pressing
-        (N, t N) T: pressures, or gaps of open nodes, due to residual shear.
+    pressing, rough
+        (N, t N) T: pressures, or gaps of open nodes, due to residual shear. The second one is in
+        single precision, in which products take half the time.
     slides
         (t N, r) orthonormal slips that nothing resists. Residual shear does no work on them.
     corners
@@ -72,7 +73,8 @@ class Cones:
     slope: Array
     start: Array
     rate: Array
-    pressing: Array
+    pressing: Any
+    rough: Any
     slides: Array
     corners: list[int]
 
@@ -81,10 +83,9 @@ class Cones:
         """The parts of R of the terms of the contact law; the first one has all closed nodes."""
         return [part for label, part in self.labels.items() if label in ROWS]
 
-    def single(self) -> Cones:
-        """These cones in single precision, in which products take half the time."""
-        names = ("slope", "start", "rate", "pressing", "slides")
-        return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
+    def roughly(self) -> Cones:
+        """These cones with products of single precision."""
+        return replace(self, pressing=self.rough)
 
     def balanced(self, shear: Array) -> Array:
         """The part of shear forces (t, N) that slips can cause."""
@@ -93,7 +94,7 @@ class Cones:
 
     def effects(self, shear: Array) -> Array:
         """(t + 1, R) sides of the rows that residual shear (t, N) adds, at each corner."""
-        pressure = self.pressing @ shear.ravel()
+        pressure = self.pressing @ shear.ravel().astype(self.pressing.dtype)
         return np.vstack([shear[:, self.node] * self.sheared, self.slope * pressure[self.node]])
 
     def stress(self, moves: Array) -> Array:
@@ -102,15 +103,15 @@ class Cones:
         It is the transpose of `effects`. It is 0 if the moves are a mechanism.
         """
         total = moves.sum(axis=0)
-        nodes = len(self.pressing)
-        lift = np.bincount(self.node, self.slope * total[-1], nodes).astype(total.dtype)
+        nodes = self.pressing.shape[0]
+        lift = np.bincount(self.node, self.slope * total[-1], nodes).astype(self.pressing.dtype)
         slips = [np.bincount(self.node, self.sheared * part, nodes) for part in total[:-1]]
         by_lift = (lift @ self.pressing).reshape(len(slips), nodes)
-        return self.balanced(np.array(slips, dtype=total.dtype) + by_lift)
+        return self.balanced(np.array(slips) + by_lift)
 
     def relaxed(self) -> Array:
         """(t, N) residual shear that takes away the shear of the mean load, as without friction."""
-        first = np.zeros((self.start.shape[1] - 1, len(self.pressing)))
+        first = np.zeros((self.start.shape[1] - 1, self.pressing.shape[0]))
         closed = self.sheared_parts[0]
         first[:, self.node[closed]] = -self.start[0, :-1, closed]
         return self.balanced(first)
@@ -130,7 +131,7 @@ def check_known(question: Question, remedy: str) -> None:
             f"friction: node {node}{in_contact(question.system, node)} has none, so that its shear "
             f"has no room; a limit with a gap needs friction at all closed nodes: {remedy}"
         )
-    if elastic(question).opening.any():
+    if question.open_nodes.any() and elastic(question).opening.any():
         raise ModelError(
             "gap: a slide that nothing resists opens and closes open nodes, which a limit with a "
             f"gap does not know; {remedy}"
@@ -145,8 +146,13 @@ def cones_of(question: Question) -> Cones:
     opened = question.open_nodes
     unit = np.where(opened, question.clearance, question.force)
 
-    pressing = np.zeros((n, t * n))
-    pressing[:, parts.slips] = parts.normal * (question.force / unit)[:, None]
+    system = question.system
+    if isinstance(system, ContactProducts):
+        pressing, rough = system.pressing, system.rough
+    else:
+        pressing = np.zeros((n, t * n))
+        pressing[:, parts.slips] = parts.normal * (question.force / unit)[:, None]
+        rough = pressing.astype(np.float32)
     slides = np.zeros((t * n, parts.slides.shape[1]))
     slides[parts.slips] = parts.slides
 
@@ -178,4 +184,4 @@ def cones_of(question: Question) -> Cones:
     start = sides(np.broadcast_to(question.start, question.rate.shape)[corners])
     start[:, -1] += np.concatenate(constants)
     rate = sides(question.rate[corners] * question.load_unit)
-    return Cones(node, labels, sheared, slope, start, rate, pressing, slides, corners)
+    return Cones(node, labels, sheared, slope, start, rate, pressing, rough, slides, corners)

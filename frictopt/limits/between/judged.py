@@ -1,49 +1,59 @@
-"""A state and multipliers as a solution of the exact program, whose checks judge both."""
+"""A safe point and multipliers as a slip and a mechanism, with the error of each proof."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from ...base import Array
-from ...solve.rows import CONE, Rows
+from ..program.mechanism import Mechanism
 from ..program.question import Question
-from ..program.rest_program import RestProgram
-from ..program.solution import Solution
-from .bounds import raised
+from ..program.rest_program import elastic
+from .bounds import margins, raised
 from .cones import Cones, Point
 
 
-def solution_of(program: RestProgram, cones: Cones, safe: Point, moves: Array) -> Solution:
-    """The solution of the exact program, which evaluates it on stiffness, loads and contact law.
+class Judged(NamedTuple):
+    """Both proofs, evaluated by products of full precision, in the units of the user."""
 
-    The program has the rows of all corners. `moves` (K, t + 1, R) are the multipliers of the cones.
-    """
-    question = program.question
-    unknowns = program.slips[0]
-    slips = unknowns.elastic.slips
-    x = np.zeros(program.width)
-    x[program.place("load_factor").column] = safe.load_factor
-    # The unknowns count from the state without friction.
-    shear = safe.shear.ravel()[slips] * question.force + program.start[0, slips]
-    x[unknowns.shear] = shear / unknowns.shear_units
-
-    stacked = program.stacked
-    of_cones = np.zeros((len(question.r1), *moves.shape[1:]))
-    of_cones[cones.corners] = raised(moves)
-    y = np.concatenate([_of_rows(rows, cones, of_cones, question) for rows in stacked.rows])
-    return Solution(program, x, y * stacked.units, "load_factor")
+    load_factor: float
+    slip: Array  # (N,) or (N, 2)
+    unsafe: float  # largest violation of a row, relative to `Question.force`
+    motion: Mechanism
+    bound: float
+    defect: float  # of the bound, because the multipliers do not balance exactly
 
 
-def _of_rows(rows: Rows, cones: Cones, moves: Array, question: Question) -> Array:
-    """Multipliers of some rows of the program, from those of the cones."""
-    part = cones.labels.get(rows.label)
-    if part is None or not len(rows.nodes):
-        return np.zeros(len(rows.constants))
-    place = part.start + np.searchsorted(cones.node[part], rows.nodes)
-    slips, lifts = moves[rows.instants, :-1, place], moves[rows.instants, -1, place]
-    if rows.label == "apart":
-        return np.asarray(lifts / question.clearance)
-    if rows.kind == CONE:
-        return np.column_stack([lifts, slips]).ravel() / question.force
-    # The first weights of a row in the plane are those of its shear, which has two rows.
-    return np.asarray((lifts + rows.weights[0] * slips[:, 0]) / 2 / question.force)
+def judged(question: Question, cones: Cones, safe: Point, moves: Array) -> Judged:
+    """The slip of a safe point, and the mechanism of multipliers (K, t + 1, R) of the rows."""
+    parts = elastic(question)
+    slip = np.zeros(safe.shear.size)
+    slip[parts.slips] = parts.compliance @ (question.force * safe.shear.ravel()[parts.slips])
+    slip = slip.reshape(question.system.slip_shape, order="F")
+    load_factor = safe.load_factor * question.load_unit
+    unsafe = -float(margins(cones.at(safe.load_factor, safe.shear).rows).min())
+
+    moves = raised(moves)
+    drive = -float((moves * cones.rate).sum())
+    # The stress does work on residual shear of the size of that of the safe point, or of the unit.
+    work = np.abs(cones.stress(moves)) * np.maximum(np.abs(safe.shear), 1.0)
+    return Judged(
+        load_factor,
+        question.slip_at_mean_load(slip),
+        unsafe,
+        Mechanism.of(question, _by_node(question, cones, moves / drive)),
+        float((moves * cones.start).sum()) / drive * question.load_unit,
+        float(work.sum()) / drive * question.load_unit,
+    )
+
+
+def _by_node(question: Question, cones: Cones, moves: Array) -> Array:
+    """(K, M) moves of the forces, and of the gaps of open nodes, by those of the rows."""
+    by_node = np.zeros_like(question.r1)
+    unit = np.where(question.open_nodes, question.clearance, question.force)[cones.node]
+    for corner, of_rows in zip(cones.corners, moves * question.load_unit / unit, strict=True):
+        for axis, part in enumerate(of_rows):
+            weight = cones.slope if axis == len(of_rows) - 1 else cones.sheared
+            by_node[corner, axis] = np.bincount(cones.node, weight * part, by_node.shape[-1])
+    return by_node.reshape(len(by_node), -1)

@@ -67,7 +67,7 @@ def search(cones: Cones, gap: float) -> Method:
     first = cones.at(0.0, shear)
     if margins(first.rows).min() < 0:
         first = cones.at(0.0, _with_most_room(cones, first))
-    return _run(Method(cones, first, gap), np.inf)
+    return _run(Method(cones, first, gap))
 
 
 def _with_most_room(cones: Cones, first: Point) -> Array:
@@ -81,15 +81,15 @@ def _with_most_room(cones: Cones, first: Point) -> Array:
     rate[:, -1] = -1.0
     raised[:, -1] -= least
     of_room = replace(cones, rate=rate, start=raised)
-    room = _run(Method(of_room, of_room.at(0.0, first.shear), 0.0), -least)
+    room = _run(Method(of_room, of_room.at(0.0, first.shear), 0.0, -least))
     assert room.safe.best is not None
     return room.safe.best.shear
 
 
-def _run(method: Method, enough: float) -> Method:
-    """Take steps until the method is done, or a load factor above `enough` is safe."""
+def _run(method: Method) -> Method:
+    """Take steps until the method is done."""
     with progress_bar(True, "limit within a gap", "step", total=STEPS.most) as bar:
-        while not method.done and method.steps < STEPS.most and method.safe.load_factor <= enough:
+        while not method.done and method.steps < STEPS.most:
             method.advance()
             bar.update()
     if not method.done:
@@ -100,17 +100,22 @@ def _run(method: Method, enough: float) -> Method:
 class Method:
     """The method from a first state on.
 
-    Its results are its `safe` points, its `multipliers` and its `steps`.
+    Its results are its `safe` points, its `multipliers` and its `steps`. It is done within the gap,
+    or if it is proven on which side of the load factor `enough` the limit is.
     """
 
-    def __init__(self, cones: Cones, first: Point, gap: float) -> None:
+    def __init__(self, cones: Cones, first: Point, gap: float, enough: float = np.nan) -> None:
         self._cones = cones
-        self._rough = cones.single()
+        self._rough = cones.roughly()
         self._gap = gap
+        self._enough = enough
         self.steps = 0
         self.done = False
         self.safe = SafePoints(cones)
         self.multipliers = Multipliers(np.zeros_like(cones.start), np.inf)
+        # Those of rough products, which guide.
+        self._points = SafePoints(self._rough)
+        self._likely = self.multipliers
 
         norm = _norm(self._rough)
         size = float(np.linalg.norm(cones.rate)) or 1.0
@@ -120,8 +125,9 @@ class Method:
 
         self.first = first
         self.safe.try_towards(first)
+        self._points.try_towards(first)
         load = max(self.safe.load_factor, first.load_factor)
-        shear: Array = first.shear.astype(np.float32)
+        shear = first.shear
         still = np.zeros_like(self._rough.start)
         rows = self._rough.at(load, shear).rows
         self._begin(State(load, shear, rows, still, np.zeros_like(shear), 0.0))
@@ -180,30 +186,34 @@ class Method:
 
     def _check(self, new: State) -> None:
         """Try to prove better bounds by a step, and to end."""
-        shear = self._cones.balanced(new.shear.astype(float))
-        self.safe.try_towards(self._cones.at(float(new.load), shear))
-        rough = mechanism(self._cones, new.moves.astype(float), *STEPS.guide)
-        if rough.bound < self.multipliers.bound:
-            self.multipliers = rough
-        if self._ends():
+        self._points.try_towards(self._rough.at(new.load, self._cones.balanced(new.shear)))
+        likely = mechanism(self._rough, new.moves, *STEPS.guide)
+        if likely.bound < self._likely.bound:
+            self._likely = likely
+        if self._ends(self._points, self._likely):
             self.prove()
-            self.done = self._ends()
+            self.done = self._ends(self.safe, self.multipliers)
 
-    def _ends(self) -> bool:
+    def _ends(self, safe: SafePoints, multipliers: Multipliers) -> bool:
         """Whether the bounds are close enough, or are known not to be finite."""
-        low, high = self.safe.load_factor, self.multipliers.bound
+        low, high = safe.load_factor, multipliers.bound
         close = np.isfinite(high) and high - low <= self._gap * max(high, FLOOR)
-        return bool(close or high < 0 or self.safe.grows)
+        decided = low > self._enough or high < self._enough
+        return bool(close or decided or high < 0 or safe.grows)
 
     def prove(self) -> None:
-        """Take all stress from the multipliers."""
-        self.multipliers = mechanism(self._cones, self.multipliers.moves, *STEPS.proof)
+        """Prove the bounds by exact products: take all stress from the multipliers."""
+        best = self._points.best
+        if best is not None:
+            self.safe.try_towards(self._cones.at(best.load_factor, best.shear))
+        self.multipliers = mechanism(self._cones, self._likely.moves, *STEPS.proof)
 
 
 def _norm(cones: Cones) -> float:
     """An upper estimate of the norm of the rows of all corners, as functions of the shear."""
-    shear = np.random.default_rng(0).normal(size=(cones.start.shape[1] - 1, len(cones.pressing)))
-    shear = cones.balanced(shear.astype(np.float32))
+    size = cones.start.shape[1] - 1, cones.pressing.shape[0]
+    shear = np.random.default_rng(0).normal(size=size)
+    shear = cones.balanced(shear)
     norm = 1.0
     for _ in range(STEPS.powers):
         shear /= np.linalg.norm(shear) or 1.0

@@ -29,7 +29,7 @@ from ...base import (
     unresisted,
     worst,
 )
-from ...contact import LoadCycle, off_law, other_laws
+from ...contact import ContactProducts, LoadCycle, off_law, other_laws
 from ..events.lift_off import fields_of
 from ..program.question import Question
 from .normal_path import NoPath, normal_path
@@ -214,8 +214,7 @@ class MovingAreas(Question):
         have both pressure and gap. A node with pressure must keep its slip.
         """
         u, r = self._states(load_factor, slip)
-        closing = self.system.S[:, -self.system.nodes :] @ self.system.gap
-        bonded = self.at_instants(load_factor) + closing
+        bonded = self.at_instants(load_factor) + self.system.pressing_shut(self.system.gap)
         gap = np.pad(self.system.gap, (len(self.A), 0))
         violations = list[float]()
         states = bonded, u - gap, r
@@ -244,6 +243,9 @@ def uncoupled(question: Question) -> bool:
     Each entry of B is compared with the entries of A of the two nodes that it couples.
     """
     system = question.system
+    if isinstance(system, ContactProducts):
+        # Products are too few to show it.
+        return False
     stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
     of_slips = np.tile(stiffness, system.tangents)
     # Row by row, because the first row of a large coupled contact already decides.

@@ -61,7 +61,6 @@ class Question:
     static: bool  # whether all corners are the same load
 
     compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
-    S: Array  # (M, M) stiffness of the closed nodes, with the open nodes free of force
     W: Array  # (O, t N) gaps of the open nodes due to unit slips of the closed nodes
 
     # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
@@ -121,6 +120,19 @@ class Question:
     def law(self) -> ContactLaw:
         """The contact law with the friction of the question."""
         return contact_law(self.system, self.friction)
+
+    @cached_property
+    def S(self) -> Array:
+        """(M, M) stiffness of the closed nodes, zero elsewhere; open nodes are free of force."""
+        if self.compliance is None:
+            return self.system.S
+        opened = np.tile(self.open_nodes, self.system.tangents + 1)  # (M,)
+        S = np.zeros_like(self.system.S)
+        coupling = self.system.S[np.ix_(opened, ~opened)]
+        follow = self.compliance[np.ix_(opened, opened)] @ coupling
+        reduced = self.system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow
+        S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
+        return S
 
     @cached_property
     def A(self) -> Array:
@@ -387,9 +399,8 @@ def _question(
 
     # Arrays of the closed nodes. The open nodes are free of force: their gaps press nothing shut,
     # not even by rounding, which would be the only force under a mean load of zero.
-    S = _stiffness_of_closed(system, open_nodes, compliance)
-    pressed_shut = system.S[:, -system.nodes :] @ (system.gap * open_nodes)
-    r0 = _carried(system, open_nodes, compliance, bonded[0] + pressed_shut)
+    pressing_shut = system.pressing_shut(system.gap * open_nodes)
+    r0 = _carried(system, open_nodes, compliance, bonded[0] + pressing_shut)
     r1 = _carried(system, open_nodes, compliance, bonded[1])
     q0, p0 = parted(r0.reshape(len(r0), -1), axes)
     q1, p1 = parted(r1.reshape(len(r1), -1), axes)
@@ -412,7 +423,6 @@ def _question(
         fixed=len(bonded[0]) > 1,
         static=static,
         compliance=compliance,
-        S=S,
         W=W,
         r0=r0,
         r1=r1,
@@ -431,23 +441,8 @@ def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
     unscaled = cycle.unscaled
     if all(loads == unscaled[0] for loads in unscaled):
         unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
-    closing_forces = system.S[:, -system.nodes :] @ system.gap
-    return reactions(system, unscaled) - closing_forces, reactions(system, cycle.corners)
-
-
-def _stiffness_of_closed(
-    system: ContactSystem, open_nodes: Booleans, compliance: Array | None
-) -> Array:
-    """(M, M) stiffness of the closed nodes, zero elsewhere."""
-    if compliance is None:
-        return system.S
-    opened = np.tile(open_nodes, system.tangents + 1)  # (M,)
-    coupling = system.S[np.ix_(opened, ~opened)]
-    follow = compliance[np.ix_(opened, opened)] @ coupling
-    reduced = system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow
-    S = np.zeros_like(system.S)
-    S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
-    return S
+    at_zero = reactions(system, unscaled) - system.pressing_shut(system.gap)
+    return at_zero, reactions(system, cycle.corners)
 
 
 def _carried(
@@ -466,7 +461,7 @@ def motion_of_open_nodes(
 
     `rows` (R,) are the wanted entries of the motions (M,).
     """
-    columns = len(system.S) - system.nodes
+    columns = system.tangents * system.nodes
     if compliance is None:
         return np.zeros((0, columns))
     motion = -(compliance[rows] @ system.S[:, :columns])

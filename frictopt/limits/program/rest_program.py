@@ -31,7 +31,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...base import CONDENSATION, Array, Integers, unresisted
-from ...contact import ContactSystem
+from ...contact import ContactProducts, ContactSystem
 from ...solve.arrays import Arrays
 from ...solve.rows import EQUATION, LINEAR, Rows, Stacked, Term, rows_of, stacked
 from .question import Question
@@ -60,6 +60,15 @@ def elastic(question: Question) -> Elastic:
         return known[key]
     system = question.system
     n, t = system.nodes, system.tangents
+    if isinstance(system, ContactProducts):
+        return Elastic(
+            np.arange(n),
+            np.arange(t * n),
+            system.slides,
+            system.slipping,
+            system.pressing,
+            opening=np.zeros((n, system.slides.shape[1])),
+        )
     # The arrays of moving areas are those of the closed contact, whichever nodes never press.
     opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
     closed = np.flatnonzero(~opened)

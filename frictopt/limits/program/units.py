@@ -91,7 +91,7 @@ def units_of(
     # In space the radius of a friction cone is the friction bound. The bound is the unit if it is
     # smaller than the pressure.
     small_cones = (friction > 0) & (friction < 1)
-    normal_stiffness = float(np.diag(system.C).mean())
+    normal_stiffness = float(system.own_stiffness[-system.nodes :].mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:
         normal_stiffness = system.stiffness_scale
     return {

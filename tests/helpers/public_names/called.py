@@ -205,6 +205,16 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
     "ContactSystem.with_interference": (CONTACT.with_interference, {"cases": {"fit": [0.1, 0.0]}}),
     "ContactSystem.with_gap": (CONTACT.with_gap, {"gap": [0.0, 0.1]}),
+    "ContactProducts": (
+        fo.ContactProducts,
+        {
+            "points": CONTACT.points,
+            "bonded": {"mean": BONDED, "cyclic": BONDED},
+            "pressing": CONTACT.B @ np.linalg.inv(CONTACT.A),
+            "slipping": np.linalg.inv(CONTACT.A),
+            "slides": np.zeros((2, 0)),
+        },
+    ),
     "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
     "LoadStep": (fo.starts.LoadStep, {"loads": {"mean": 0.5}, "cyclic": {"cyclic": 1.0}}),
     "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
