@@ -240,7 +240,10 @@ def test_slides_that_open_nodes_are_not_known(nothing):
 
 
 def test_an_open_node_that_touches_limits_the_load_together_with_friction():
-    """The exact limit is 810 / 1111: slip of the closed node lifts the open one until it slides."""
+    """The exact limit is 810 / 1111: slip of the closed node lifts the open one until it slides.
+
+    The mechanism is that of the exact limit.
+    """
     A = np.array([[4.0, -1.0], [-1.0, 4.0]])
     B = np.array([[0.0, 0.8], [-0.8, 0.0]])
     loads = {"P": ([0.0, 0.0], [1.0, -1.0]), "N": ([0.1, 0.0], [0.0, 1.5])}
@@ -248,3 +251,7 @@ def test_an_open_node_that_touches_limits_the_load_together_with_friction():
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}])
     close = fo.shakedown_limit(contact, cycle, 0.5, open_nodes=[False, True], gap=0.01)
     assert close.load_factor <= 810 / 1111 <= close.bound <= close.load_factor / 0.99
+    exact = fo.shakedown_limit(contact, cycle, 0.5, open_nodes=[False, True])
+    first = close.mechanism.head(2)
+    assert first.drop(columns="share").equals(exact.mechanism.drop(columns="share"))
+    assert first["share"].to_numpy() == pytest.approx(exact.mechanism["share"], abs=0.02)
