@@ -24,6 +24,7 @@ from helpers import absent, cases
 collect_ignore_glob = ["*/faults.py", "tools/*"]  # lists of planted faults, and programs
 
 threadpool_limits(1)  # tests run side by side
+os.environ["PYVISTA_OFF_SCREEN"] = "true"  # before PyVista is imported
 
 # Seconds: a test that hangs fails and says where. Slow tests have ten times as long.
 PATIENCE = 60.0

@@ -14,14 +14,13 @@ from vtkmodules.vtkRenderingCore import vtkTextRenderer
 import frictopt as fo
 from helpers.meshes import column
 
-pytestmark = pytest.mark.usefixtures("no_screen")
+pytestmark = pytest.mark.usefixtures("scenes_are_closed")
 
 SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
 
 @pytest.fixture
-def no_screen(monkeypatch):
-    monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
+def scenes_are_closed():
     yield
     pyvista.close_all()
 

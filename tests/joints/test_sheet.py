@@ -5,6 +5,7 @@ They are compared with closed forms, and do not change with units.
 
 import json
 import re
+import sys
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -15,7 +16,6 @@ from scipy.integrate import quad
 from scipy.stats import lognorm, norm, uniform
 
 import frictopt as fo
-from frictopt.base import files
 from frictopt.joints import report_pages, safety
 from frictopt.joints import scatter as scattering
 from helpers.cases import few
@@ -521,7 +521,7 @@ def test_a_spreadsheet_has_a_sheet_for_each_table(tmp_path, monkeypatch):
     assert list(sheets) == ["joint", "verdicts", "safety", "numbers", "contacts", "curve"]
     assert sheets["verdicts"]["value"].tolist() == pytest.approx(joint.verdicts["value"].tolist())
     assert "work (N mm per depth)" in sheets["curve"].columns
-    monkeypatch.setattr(files, "find_spec", lambda _name: None)
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
     with pytest.raises(ImportError, match=r"frictopt\[xlsx\]"):
         joint.save(file)
 

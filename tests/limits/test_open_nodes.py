@@ -12,13 +12,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose
-from frictopt.limits.safe_slip import SafeSlips
+from frictopt.limits import ShakedownLimits
 from helpers.cases import few
 from helpers.guaranteed import check as of_witness
 from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
-from helpers.systems import CYCLE, system
+from helpers.systems import CYCLE, all_closed, system
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.open_sets import largest_with_open
 from studies.validation.verify import verify
@@ -166,9 +165,8 @@ def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     }
     contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], bonded)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}])
-    limits = ShakedownLimits()
-    best = limits.of_any_set(pose(contact, cycle, 0.5))
-    assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
+    best = fo.shakedown_limit(contact, cycle, 0.5, open_nodes=[True, False])
+    assert best.load_factor == pytest.approx(0.1)
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == np.inf
     assert fo.shakedown_limit(contact, cycle, 0.09).load_factor == 0
 
@@ -252,7 +250,7 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(see
     the cyclic load does none.
     """
     contact, cycle, limit = open_in_space(seed)
-    claim = ShakedownLimits(solver).of_set(pose(contact, cycle, 0.6))
+    claim = all_closed(contact, cycle, 0.6, solver=solver)
     motion = claim._motion
     (q0, p0) = contact.closed_reaction(cycle.mean)
     (q1, p1) = cycle.corner_reactions(contact)
@@ -303,21 +301,6 @@ def test_a_closed_node_without_friction_is_named_where_others_are_open():
     )
     assert limit.open.tolist() == [True, False, False] and limit.load_factor == 0.0
     assert "node 2 has no friction" in limit.reason and set(limit.mechanism["node"]) == {2}
-
-
-def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe_does(monkeypatch):
-    contact = pulled_system(np.random.default_rng(6), 4)
-    friction = 0.5
-    safe = fo.safe_slip(contact, CYCLE, friction, 0.1)
-    margin = SafeSlips.of_set
-
-    def without(model, question, *rest):
-        if not question.open_nodes.any():
-            raise fo.SolverError("rounding")
-        return margin(model, question, *rest)
-
-    monkeypatch.setattr(SafeSlips, "of_set", without)
-    assert safe.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == safe.margin
 
 
 def test_no_limit_is_called_none_if_the_answer_of_the_settled_nodes_failed(monkeypatch):

@@ -38,7 +38,6 @@ def quiet(monkeypatch, few_starts):
     """No figure is left open, no progress bar printed, and searches are short."""
     pyvista = pytest.importorskip("pyvista")
     monkeypatch.setenv("TQDM_DISABLE", "1")
-    monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
     monkeypatch.setattr(
         pyvista.Plotter, "show", lambda scene: scene.close()
     )  # a machine that tests need not draw in space

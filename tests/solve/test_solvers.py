@@ -9,6 +9,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.solve import by_cvxpy, solvers
+from helpers.liars import lying_by_cvxpy
 
 
 def test_a_highs_that_cannot_be_loaded_is_named_with_a_remedy(tmp_path):
@@ -27,10 +28,8 @@ def test_a_highs_that_cannot_be_loaded_is_named_with_a_remedy(tmp_path):
 def test_a_problem_of_cvxpy_has_no_optimum_only_if_all_solvers_say_so(monkeypatch, kind, failing):
     names = [name for name in solvers.solver_order(None, kind) if name in solvers.OPTIONS]
     fails = {None: None, "first": names[0], "last": names[-1]}[failing]
-    monkeypatch.setattr(
-        by_cvxpy, "_run", lambda _, name: "stopped" if name == fails else cp.INFEASIBLE
-    )
-    x = cp.Variable()
+    lying_by_cvxpy(monkeypatch, lambda _, name: "stopped" if name == fails else cp.INFEASIBLE)
+    x = cp.Variable(nonneg=True)
     with pytest.raises(fo.SolverError) as error:
         by_cvxpy.solve(cp.Problem(cp.Minimize(x)), lambda: np.inf, kind)
     assert isinstance(error.value, solvers.NoOptimum) == (failing is None)

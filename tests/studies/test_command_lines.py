@@ -23,21 +23,26 @@ class Nothing:
     """No parameters."""
 
 
-@pytest.fixture
-def computed(monkeypatch):
-    """A study of one table, and how often that was computed."""
-    calls = []
-
-    def compute(_parameters):
-        calls.append(1)
-        return pd.DataFrame({"residual": [0.0]})
-
+def with_study(monkeypatch, compute):
+    """The study `small` has one table."""
     table = tables.Table(
         "small", "nothing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute
     )
     monkeypatch.setitem(
         studies.STUDIES, "small", tables.Study("studies.small", "Nothing.", "the same", (table,))
     )
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """How often the table of the study `small` was computed."""
+    calls = []
+
+    def compute(_parameters):
+        calls.append(1)
+        return pd.DataFrame({"residual": [0.0]})
+
+    with_study(monkeypatch, compute)
     return calls
 
 
@@ -125,10 +130,8 @@ def interrupted(*_args, **_options):
     raise KeyboardInterrupt
 
 
-def test_ctrl_c_ends_a_study_and_the_figures_without_a_traceback(
-    computed, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setattr(tables.Table, "make", interrupted)
+def test_ctrl_c_ends_a_study_and_the_figures_without_a_traceback(tmp_path, monkeypatch, capsys):
+    with_study(monkeypatch, interrupted)
     assert studies.main(["small", "--data", str(tmp_path)]) == tables.INTERRUPTED
     monkeypatch.setattr(figures, "make", interrupted)
     assert (
@@ -139,7 +142,6 @@ def test_ctrl_c_ends_a_study_and_the_figures_without_a_traceback(
 
 
 def test_figures_go_nowhere_but_to_a_folder(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(figures, "make", lambda *_args, **_options: pytest.fail("drawn in vain"))
     for option in ("--output", "--data"):
         with pytest.raises(SystemExit) as end:
             figures.main(["scene", option, str(file)])
