@@ -7,20 +7,22 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..base import RESIDUAL, Array, Booleans
-from ..plots.along import along, circle, friction_bounds, label_panels, lines_or_band, open_marks
-from ..plots.bodies import BESIDE, finish_axes
+from ..plots.along import along, circle, friction_bounds, label_panels, lines_or_band
+from ..plots.bodies import finish_axes
 from ..plots.draw import draw as draw
 from ..plots.face import face_map
 from ..plots.style import (
     BLACK,
+    BLUE,
     AnyAxes,
+    Look,
     arrows,
     as_is,
     legend,
     new_axes,
     picture,
-    series,
     spread,
+    together,
     unit,
 )
 from .diagnosis import in_contact
@@ -105,7 +107,7 @@ def shear_ratios(
     ratio = _ratios(q, bound)
     governing = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
     looks = lines_or_band(axes, system, ratio, names, governing)
-    label = circles_label or None
+    label: str | None = circles_label
     for corner in [corner for corner in looks if corner in circles]:
         nodes, senses, areas = circles[corner]
         color = looks[corner]["color"]
@@ -115,9 +117,11 @@ def shear_ratios(
     height = np.clip(1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0)
     axes.set_ylim(-height, height)
     label_panels([axes], system, zero=False)
+    if opened is not None and opened.any():
+        # They carry nothing.
+        x = system.x[opened]
+        axes.scatter(x, 0 * x, marker="v", s=20, zorder=3, label="open", color=BLACK)
     legend(axes)
-    if opened is not None:
-        open_marks(axes, system.x[opened], "open", color=BLACK)
     return axes
 
 
@@ -130,42 +134,30 @@ def _ratios(shear: Array, bound: Array) -> Array:
 
 @picture.register
 def _system(system: ContactSystem, ax: AnyAxes = None) -> AnyAxes:
-    """The points of a contact with their normals, and the pressures of the load cases.
+    """The points of a contact with their normals; in the plane also pressures of the load cases.
 
     The pressures are those of the bonded contact under each unit load. If the widths are not known,
-    nodal forces are drawn. In space each load case has a panel, with its pressure as colours.
+    nodal forces are drawn.
     """
-    name = f"bonded normal force\n{unit('force', system.per_depth)}"
-    if system.width is not None:
-        name = "bonded pressure\n(force per area)"
-    width = 1.0 if system.width is None else system.width
-    pressures = {as_is(case): p / width for case, (_, p) in system.bonded.items()}
+    in_space = system.tangents == 2
+    size = (6.4, 4.8) if in_space else (6.4, 5.4)
+    panels = new_axes(ax, 1 if in_space else 2, size, common_x=False, in_space=in_space)
+    upper, *below = panels
+    ends = np.array([system.points.min(axis=0), system.points.max(axis=0)])
     # More normals would hide each other. They are a tenth of the size of the contact.
     drawn = spread(system.points.T, 60)
-    ends = np.array([system.points.min(axis=0), system.points.max(axis=0)])
     length = 0.1 * float(np.ptp(ends, axis=0).max() or 1.0)
-    normals = system.points[drawn], length * system.normals[drawn]
-    color = series(0)["color"]
-    if system.tangents == 2:
-        columns = min(len(pressures), 2)
-        size = (4.8 * columns, 3.2 * ceil(len(pressures) / 2))
-        panels = new_axes(ax, len(pressures), size, common_x=False, in_space=True, columns=columns)
-        for axes, (case, pressure) in zip(panels, pressures.items(), strict=True):
-            points = axes.scatter(
-                *system.points.T, c=pressure, cmap="cividis", s=14, depthshade=False
-            )
-            arrows(axes, *normals, color=color, linewidth=0.6)
-            axes.set_title(f"{case} = 1; arrows: normals into body 1")
-            finish_axes(axes, ends, length)
-            axes.figure.colorbar(points, ax=axes, label=name.replace("\n", " "), **BESIDE)
-        return np.array(panels)
-
-    upper, lower = panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
-    upper.plot(*system.points.T, ".", color=BLACK, label="node")
-    arrows(upper, *normals, width=0.003, color=color)
-    upper.plot([], [], color=color, label="normal, into body 1")
-    upper.margins(0.05)
-    upper.set(xlabel="$x$ (length)", ylabel="$y$ (length)", aspect="equal", adjustable="datalim")
-    legend(upper)
-    along([lower], system, [(name, {f"{case} = 1": p for case, p in pressures.items()})])
-    return np.array(panels)
+    upper.plot(*system.points.T, ".", color=BLACK)
+    look: Look = {} if in_space else {"width": 0.003}
+    arrows(upper, system.points[drawn], length * system.normals[drawn], color=BLUE, **look)
+    upper.set_title("nodes, and normals into body 1")
+    finish_axes(upper, ends, length)
+    if below:
+        upper.set(adjustable="datalim")
+        name = "bonded pressure\n(force per area)"
+        if system.width is None:
+            name = f"bonded normal force\n{unit('force', system.per_depth)}"
+        width = 1.0 if system.width is None else system.width
+        pressures = {f"{as_is(case)} = 1": p / width for case, (_, p) in system.bonded.items()}
+        along(below, system, [(name, pressures)])
+    return together(panels)

@@ -19,9 +19,9 @@ def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, co
     """Arrows of equal length along loaded boundaries, and a line of the legend.
 
     Arrows of tractions that press end on the face, others begin there. A load that does not act on
-    a surface has one arrow, and the legend names its kind.
+    a surface has at most one arrow, and the legend names its kind.
     """
-    others = Counter[str]()
+    kinds = Counter[str]()
     in_space = model.kinematics == "space"
     look: Look = {"units": "inches", "width": 0.014, "headwidth": 6, "zorder": 2.5}
     if in_space:
@@ -29,40 +29,21 @@ def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, co
     for part in model.loads[case]:
         if not isinstance(part, Traction | Pressure):
             # BoltPreload becomes "bolt preload".
-            others[re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower()] += 1
-        if isinstance(part, Displacement | Interference):
+            kinds[re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower()] += 1
+        if isinstance(part, BoltPreload | Displacement | Interference):
             continue
         body = model.bodies[part.body]
-        if isinstance(part, BoltPreload):
-            begin, step = _pull_of_bolt(part, body, length)
-        elif isinstance(part, Traction | Pressure):
+        if isinstance(part, Traction | Pressure):
             begin, step = _on_surface(part, body, length)
         else:
             forces = part._forces(body, model.kinematics or "plane_strain")
             begin, step = _resultant(forces, body.mesh.p, length)
         arrows(axes, begin, step, color=color, **look)
     label = f"load {as_is(case)}"
-    if others:
-        kinds = [f"{count} x {kind}" if count > 1 else kind for kind, count in others.items()]
-        label += f" ({', '.join(kinds)})"
+    if kinds:
+        label += f" ({', '.join(f'{count} x {kind}' for kind, count in kinds.items())})"
     nowhere: list[list[float]] = [[]] * (3 if in_space else 2)
     axes.plot(*nowhere, color=color, marker=">", label=label)
-
-
-def _pull_of_bolt(part: BoltPreload, body: Body, length: float) -> tuple[Array, Array]:
-    """(2, d) begins and steps of two arrows that press both ends of a bolt along its axis.
-
-    Inside the bolt they would be hidden.
-    """
-    nodes = np.unique(body.mesh.facets[:, body.mesh.boundaries[part.section]])
-    places = body.mesh.p[:, nodes].T
-    middle = places.mean(axis=0)
-    # The axis is the direction in which the nodes of the section do not extend.
-    axis = np.linalg.svd(places - middle)[2][-1]
-    along = axis @ (body.mesh.p - middle[:, None])
-    ends = middle + np.outer([along.min(), along.max()], axis)
-    step = length * np.array([axis, -axis])
-    return ends - step, step
 
 
 def _on_surface(part: Traction | Pressure, body: Body, length: float) -> tuple[Array, Array]:

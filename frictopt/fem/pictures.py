@@ -20,7 +20,7 @@ from ..plots.bodies import (
 from ..plots.draw import draw as draw
 from ..plots.style import BLACK, GREY, AnyAxes, Look, as_is, picture, series, spread, together
 from .bodies import Body
-from .couplings import Coupling, DistributingCoupling, RigidCoupling
+from .couplings import Coupling, RigidCoupling
 from .cyclic import Cyclic
 from .load_pictures import load_arrows
 from .model import ContactModel
@@ -38,16 +38,12 @@ class PictureSettings:
 
     # Order of numbers in space: above all faces, whose order matplotlib takes from their distance.
     above: float = 1e3
-    # Speeds of sound of solids from rubber to diamond, metres per second.
-    speeds_of_sound: tuple[float, float] = (20.0, 2e4)
     # Largest displacement of a mode in a picture, as a share of the size of the bodies.
     bent: float = 0.15
 
 
 _PICTURE = PictureSettings()
 
-# Length units in metres.
-_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 # Mark of a support that holds one direction.
 _MARKS = {"x": ">", "y": "^", "z": "v"}
 
@@ -102,7 +98,6 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
     """A mark at some nodes of each support, by the directions that it holds."""
     look: Look = {"markersize": 3.5} if in_space else {"markersize": 4.5, "clip_on": False}
-    labels = set[str]()
     for support in model.supports:
         body = model.bodies[support.body]
         if isinstance(support, Cyclic):
@@ -112,30 +107,19 @@ def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         marker, label = _mark(support, "xyz" if in_space else "xy")
         groups = [body.mesh.p[:, group] for group in nodes]
         points = [places[:, spread(places, 25 if in_space else 17)] for places in groups]
-        axes.plot(
-            *np.hstack(points),
-            linestyle="none",
-            marker=marker,
-            color=BLACK,
-            label=None if label in labels else label,
-            **look,
-        )
-        labels.add(label)
+        axes.plot(*np.hstack(points), marker, color=BLACK, label=label, **look)
 
 
 def _mark(support: Support | Cyclic | Coupling, axes: str) -> tuple[str, str]:
     """Marker and label of a support."""
     if isinstance(support, Cyclic):
         return "o", "cut of a sector"
-    if isinstance(support, RigidCoupling):
-        return "P", "rigid"
-    if isinstance(support, DistributingCoupling):
-        return "X", "held in the mean"
+    if not isinstance(support, Support):
+        return "P", "rigid" if isinstance(support, RigidCoupling) else "held in the mean"
     if support.normal:
         return "D", "held along normals"
     held = support.directions or axes
-    marker = "s" if held == axes else _MARKS.get(held, "D")
-    return marker, f"held in {', '.join(held)}"
+    return _MARKS.get(held, "s"), f"held in {', '.join(held)}"
 
 
 @picture.register
@@ -181,23 +165,10 @@ def mode(modes: Modes, ax: AnyAxes = None, numbers: Sequence[int] = (0,)) -> Any
     panels, ends = axes_of([*_meshes(modes.bodies).values()], ax, len(numbers))
     for axes, number in zip(panels, numbers, strict=True):
         shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
-        axes.set_title(f"mode {number}: {modes.frequency[number]:.5g} {_unit_of_frequency(modes)}")
+        axes.set_title(f"mode {number}: {modes.frequency[number]:.5g} (cycles per time)")
         _bent(axes, ends, modes.bodies, shape)
     legend_of_bodies(panels[-1], ax)
     return together(panels)
-
-
-def _unit_of_frequency(modes: Modes) -> str:
-    """Hz, if the units of length and density are those of seconds.
-
-    The speeds of sound of all bodies, in metres per unit of time, are then those of solids. With
-    other units of time they are smaller or larger by a factor of a thousand.
-    """
-    length = (modes.units or ", ").split(", ")[1]
-    materials = [body.material for body in modes.bodies.values()]
-    speeds = [_METRES.get(length, np.nan) * np.sqrt(m.E / (m.density or np.nan)) for m in materials]
-    low, high = _PICTURE.speeds_of_sound
-    return "Hz" if all(low <= speed <= high for speed in speeds) else "cycles per unit of time"
 
 
 def _bent(
@@ -207,15 +178,8 @@ def _bent(
     size = float((ends[1] - ends[0]).max())
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in shape.values())
     bent = dict[str, Mesh]()
-    label: str | None = "as it was"
     for name, mesh in _meshes(bodies).items():
-        if ends.shape[1] == 3:
-            look: Look = {"facecolor": "none", "edgecolor": (GREY, 0.3), "linewidth": 0.4}
-            axes.add_collection3d(Poly3DCollection(corners(mesh), label=label, zorder=0.4, **look))
-        else:
-            outline: Look = {"color": GREY, "lw": 0.8, "zorder": 0.4, "label": label}
-            draw_edges(axes, mesh, mesh.boundary_facets(), **outline)
-        label = None
+        draw_bodies(axes, {"as it was": mesh}, [GREY], face=0.0, edge=0.3)
         moves = _PICTURE.bent * size / largest * shape[name]
         bent[name] = replace(mesh, doflocs=mesh.doflocs + moves)
     # Faces behind others must not shine through, so that bodies and bolts are told apart.

@@ -239,7 +239,6 @@ class Viewed(Plotted):
         show: str = "von_mises",
         *,
         scale: float = 0.0,
-        contact: str | None = None,
     ) -> Any:
         """A scene of PyVista (extra `view`) of the bodies, the contacts and a field on them.
 
@@ -258,8 +257,6 @@ class Viewed(Plotted):
             friction per cycle and area. Vectors are shown by their length.
         scale
             Factor on the displacements of the bodies.
-        contact
-            Name of a contact that fills the view; None: the whole model does.
 
         Returns
         -------
@@ -270,8 +267,7 @@ class Viewed(Plotted):
         ImportError
             pyvista is not installed, or on Linux no library of OpenGL.
         ModelError
-            A result of another kind or of another model, a field that it lacks, or an unknown
-            contact.
+            A result of another kind or of another model, or a field that it lacks.
 
         Examples
         --------
@@ -283,7 +279,7 @@ class Viewed(Plotted):
         ['pressure (force per area)']
         >>> view.close()
         """
-        return self._pictures("views").view(self, result, show, scale, contact)
+        return self._pictures("views").view(self, result, show, scale)
 
 
 class Recovery:

@@ -51,7 +51,6 @@ def view(
     result: object,
     show: str,
     scale: float,
-    contact: str | None,
 ) -> Any:
     """Draw a model, see `ContactModel.view`."""
     try:
@@ -61,7 +60,6 @@ def view(
     fields, extra = _state(model, result)
     face = contact_face(model, fields, extra)
     factor = finite_number("scale", scale)
-    zoom = None if contact is None else _box_of(model, contact)
     known = _titles(None if fields is None else face.point_data)
     title = in_units(known[choice("show", show, tuple(known))], model.units)
     if not _can_draw():
@@ -82,24 +80,7 @@ def view(
                 scene.add_mesh(grid, color=GREY, opacity=0.25)
         else:
             _draw_field(scene, grids, show, title)
-    if zoom is not None:
-        scene.view_isometric()
-        scene.reset_camera(bounds=zoom)
-        # PyVista looks at the whole scene before it is shown, unless a camera has been set.
-        scene.camera_set = True
     return scene
-
-
-def _box_of(model: ContactModel, name: str) -> list[float]:
-    """The least and the largest x, y, z of the faces of a contact, in turn."""
-    contacts = {str(contact.name): contact for contact in model.contacts}
-    contact = contacts[choice("contact", name, tuple(contacts))]
-    body = model.bodies[contact.body_1]
-    facets = body.boundary(contact.boundary_1, "contacts")
-    places = body.mesh.p[:, body.mesh.facets[:, facets]].reshape(body.mesh.dim(), -1)
-    ends = np.zeros((3, 2))
-    ends[: len(places)] = np.column_stack([places.min(axis=1), places.max(axis=1)])
-    return ends.ravel().tolist()
 
 
 def _titles(at_contacts: Mapping[str, NDArray[Any]] | None) -> dict[str, str]:

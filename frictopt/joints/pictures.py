@@ -14,6 +14,7 @@ from ..plots.draw import draw as draw
 from ..plots.face import face_map
 from ..plots.style import (
     BLACK,
+    FILL,
     GREY,
     POINTS,
     SERIES,
@@ -22,7 +23,6 @@ from ..plots.style import (
     as_is,
     equals,
     legend,
-    limit_line,
     line,
     new_axes,
     picture,
@@ -83,8 +83,7 @@ def backbone(curve: BackboneCurve, ax: AnyAxes = None, scale: float | None = Non
     stiffness. With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of
     increments, bands are ranges over the residual slips, vertical lines are limits.
     """
-    x = curve.load_factor
-    label = r"load factor $\lambda$"
+    x, label = curve.load_factor, r"load factor $\lambda$"
     if scale is not None:
         if np.isnan(curve.displacement).all():
             raise ModelError(
@@ -112,14 +111,14 @@ def backbone(curve: BackboneCurve, ax: AnyAxes = None, scale: float | None = Non
         damping.set_ylabel(r"damping ratio $\zeta$")
     for axes in panels:
         _draw_limits(axes, x, curve)
-    legend(others[0] if has_stiffness else work)
-    last = panels[-1]
-    last.set_xlabel(label)
-    low, high = last.get_xlim()
+    legend(work)
+    panels[-1].set_xlabel(label)
+    low, high = panels[-1].get_xlim()
     if high < 30 * low:  # plain numbers instead of powers of ten
-        numbers = LogLocator(subs=(1, 2, 3, 5, 7))
-        last.xaxis.set(
-            major_locator=numbers, major_formatter="{x:g}", minor_formatter=NullFormatter()
+        panels[-1].xaxis.set(
+            major_locator=LogLocator(subs=(1, 2, 3, 5, 7)),
+            major_formatter="{x:g}",
+            minor_formatter=NullFormatter(),
         )
     return np.array(panels)
 
@@ -130,76 +129,77 @@ def _draw_limits(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
     A limit far from the curve would compress the curve, so only the legend names it.
     """
     known = np.isfinite(x)
-    factors = curve.load_factor
-    over_amplitudes = x is not factors
-    drawn = [x[known].min(), x[known].max()]
-    low, high = drawn[0] / _CURVE.farthest, drawn[1] * _CURVE.farthest
-    slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off or pry"
+    shown = [x[known].min(), x[known].max()]
+    low, high = shown[0] / _CURVE.farthest, shown[1] * _CURVE.farthest
     limits = {
         r"guaranteed limit $\lambda_1$": (curve.guaranteed_limit, GREY),
         r"shakedown limit $\lambda_2$": (curve.shakedown_limit, BLACK),
-        slides: (curve.gross_slip, SERIES[1]["color"]),
+        "bodies slide off, from no slip" if curve.self_stress else "bodies slide off or pry": (
+            curve.gross_slip,
+            SERIES[1]["color"],
+        ),
     }
     for name, (limit, color) in limits.items():
-        place = limit
-        label = equals(name, limit)
-        if over_amplitudes:
-            # NaN if the curve does not know the amplitude of the limit.
-            ends = {"left": np.nan, "right": np.nan}
-            place = float(np.interp(limit, factors[known], x[known], **ends))
-            label += " (load factor)"
+        # The amplitude of the limit, NaN if the curve does not reach it.
+        place = float(np.interp(limit, curve.load_factor[known], x[known], np.nan, np.nan))
+        if x is curve.load_factor:
+            place = limit
+        else:
+            name += ": load factor"
         if low < place < high:
-            drawn.append(place)
-            limit_line(axes, label, place, color=color)
-        elif np.isfinite(limit) and limit > 0:
-            axes.plot([], [], color="none", label=label)
-    axes.set(xscale="log", xlim=(min(drawn) / _CURVE.room, max(drawn) * _CURVE.room))
+            shown.append(place)
+        if np.isfinite(limit) and limit > 0:
+            axes.axvline(place, color=color, lw=0.8, ls="--", zorder=0, label=equals(name, limit))
+    axes.set(xscale="log", xlim=(min(shown) / _CURVE.room, max(shown) * _CURVE.room))
 
 
 def _draw_work(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
-    """The work, with bars of its error; load factors without work have marks at the lower end."""
-    work = np.where(curve.work > 0, curve.work, np.nan)
-    axes.plot(x, work, **_MARKED)
+    """The work, with a band of its error; load factors without work have marks at the lower end."""
     at_rest = curve.work == 0
+    work = np.where(at_rest, np.nan, curve.work)
+    error = np.minimum(np.where(np.isfinite(curve.step_error), curve.step_error, 0.0), 0.9)
+    ends = work * (1 - error), work * (1 + error)
+    _draw_with_band(axes, x, work, *ends, "error of increments, estimated")
     if at_rest.any():
         # A logarithmic axis has no zero, so its lower end stands for it.
         place = axes.get_xaxis_transform()
         look: Look = _MARKED | {"linestyle": "none", "mfc": "white", "clip_on": False, "zorder": 3}
         axes.plot(x[at_rest], np.zeros(at_rest.sum()), transform=place, label="no work", **look)
-    error = np.where(np.isfinite(curve.step_error), curve.step_error, 0.0) * work
-    if (error > 0).any():
-        ends = [np.minimum(error, 0.9 * work), error]  # a bar of a logarithm ends above 0
-        bars: Look = {"fmt": "none", "ecolor": _MARKED["color"], "elinewidth": 0.8, "capsize": 2}
-        axes.errorbar(x, work, yerr=ends, label="error of increments, estimated", **bars)
     axes.set(yscale="log", ylabel=work_label(curve.system))
-    if axes.get_legend_handles_labels()[0]:
-        legend(axes)
 
 
 def _draw_stiffness(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
     """Frequencies of a mode, or the stiffness of another load."""
-    least, most = curve.least_frequency, curve.most_frequency
+    ends = curve.least_frequency, curve.most_frequency
     if np.isnan(curve.natural_frequency):
         # Of a load whose size is known, the stiffness is that of its force over its mean motion.
         size = load_size(curve.system, curve.cycle)
         name = unit("force per length", curve.system.per_depth)
         if np.isnan(size):
             size, name = 1.0, "(load factor over displacement)"
-        _draw_with_band(axes, x, curve.stiffness * size**2, least, most)
+        _draw_with_band(axes, x, curve.stiffness * size**2, *ends)
         axes.set_ylabel(f"stiffness\n{name}")
         return
-    _draw_with_band(axes, x, curve.frequency, least, most)
+    _draw_with_band(axes, x, curve.frequency, *ends)
     axes.plot(x, curve.resonance, **line(1), label="resonance (first harmonic)")
     axes.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
     axes.set_ylabel("frequency (cycles per time)")
+    legend(axes)
 
 
-def _draw_with_band(axes: AnyAxes, x: Array, values: Array, least: Array, most: Array) -> None:
+def _draw_with_band(
+    axes: AnyAxes,
+    x: Array,
+    values: Array,
+    least: Array,
+    most: Array,
+    band: str = "range over residual slips",
+) -> None:
     """Values from no residual slip, and a band of their range if it is known."""
     axes.plot(x, values, **_MARKED, label="from a start without slip")
-    if not np.isnan(least).all():
-        look: Look = {"color": _MARKED["color"], "alpha": 0.2, "lw": 0}
-        axes.fill_between(x, least, most, label="range over residual slips", **look)
+    if (most > least).any():
+        axes.fill_between(x, least, most, label=band, **FILL)
+        legend(axes)
 
 
 @picture.register
@@ -215,17 +215,15 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
     frequency = np.sqrt(oscillator.stiffness) / (2 * np.pi)
     axes.plot(frequency, amplitude, color=GREY, lw=1.2, zorder=0, label="backbone")
     table = answer.branches
-    forces = list(zip(answer.force, answer.least_peak, answer.most_peak, strict=True))
-    for number, (force, least, most) in enumerate(forces):
-        color = series(number, len(forces))["color"]
-        label: str | None = f"force {force:.4g}"
-        for _, rows in table[table["force"] == force].groupby("detached"):
-            between = rows["branch"] == "between"
-            for part, style in ((~between, "-"), (between, ":")):
-                drawn = rows["amplitude"].where(part)
-                axes.plot(rows["frequency"], drawn, style, color=color, label=label)
-                label = None
-        ends = [least, min(most, answer.scale * oscillator.largest)]
+    for number, force in enumerate(answer.force):
+        color = series(number, len(answer.force))["color"]
+        axes.plot([], [], color=color, label=f"force {force:.4g}")
+        rows = table[table["force"] == force]
+        for (_, branch), part in rows.groupby(["detached", "branch"]):
+            style = ":" if branch == "between" else "-"
+            axes.plot(part["frequency"], part["amplitude"], style, color=color)
+        largest = answer.scale * oscillator.largest
+        ends = [answer.least_peak[number], min(answer.most_peak[number], largest)]
         if np.isfinite(ends).all():
             middle = np.interp(ends, amplitude, frequency)
             axes.plot(middle, ends, color=color, lw=4.0, alpha=0.35, solid_capstyle="butt")
@@ -265,10 +263,9 @@ def _wear(history: WearHistory, ax: AnyAxes = None) -> AnyAxes:
     along(panels[:2], system, [(_DEPTH, depths), (label, pressures)], "cycles")
     work = panels[2]
     work.plot(table["cycles"], table["work"], color=BLACK, **POINTS)
+    work.set(xlabel="load cycles", ylabel=work_label(system))
     # An axis that begins at the least work would make a constant work look like a change.
-    highest = float(table["work"].max())
-    room = {"ylim": (0.0, _CURVE.room * highest)} if highest > 0 else {}
-    work.set(xlabel="load cycles", ylabel=work_label(system), **room)
+    work.set_ylim(bottom=0.0)
     return np.array(panels)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..base import Array
 from ..base.checks import Names
-from .style import BLACK, GREY, POINTS, SERIES, Look, as_is, legend, line, slanted
+from .style import BLACK, GREY, POINTS, SERIES, Look, as_is, legend, line
 
 
 class Nodes(Protocol):
@@ -115,7 +115,9 @@ def label_panels(panels: Sequence[Axes], nodes: Nodes, *, zero: bool = True) -> 
     labels = [as_is(name) for name, _ in contacts]
     middles = [float(nodes.x[part].mean()) for _, part in contacts]
     above = panels[0].secondary_xaxis("top")
-    above.set_xticks(middles, labels, **slanted(labels, "left", "bottom"))
+    # Names that do not fit on one line of characters are slanted.
+    slanted: Look = {"rotation": 50, "rotation_mode": "anchor", "ha": "left", "va": "bottom"}
+    above.set_xticks(middles, labels, **slanted if len("".join(labels)) > 60 else {})
     above.tick_params(length=0)
 
 
@@ -139,10 +141,3 @@ def circle(
     places = np.where(np.isfinite(ratio), ratio, np.negative(sense))
     look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.2, "zorder": 3}
     ax.scatter(x, places, s=area, label=label, **look)
-
-
-def open_marks(ax: Axes, x: Array, label: str, **look: Any) -> None:
-    """Mark open nodes, which carry nothing, at zero."""
-    if len(x):
-        ax.scatter(x, np.zeros(len(x)), marker="v", s=20, zorder=3, label=label, **look)
-        legend(ax)

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..base import Array, Integers
-from .style import AnyAxes, Look, as_is, legend, new_axes
+from .style import AnyAxes, Look, as_is, legend, named, new_axes
 
 Mesh: TypeAlias = Any  # of scikit-fem
 
@@ -98,7 +98,7 @@ def legend_of_bodies(axes: AnyAxes, ax: AnyAxes) -> None:
     if axes.name != "3d":
         axes.figure.set_layout_engine("compressed")
         place = {"loc": "outside right upper"}
-    axes.figure.legend(*axes.get_legend_handles_labels(), handlelength=2.2, **place)
+    axes.figure.legend(**named([axes]), handlelength=2.2, **place)
 
 
 def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
@@ -115,13 +115,10 @@ def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
     low = np.minimum(ends[0], drawn[0]) - room
     high = np.maximum(ends[1], drawn[1]) + room
     shares = (high - low) / (high - low).max()
-    # matplotlib leaves more room around bodies in space than the names of the axes need, and most
-    # room around a rod.
-    axes.set_box_aspect(high - low, zoom=1.3 - 0.2 * np.sort(shares)[1])
+    # matplotlib leaves more room around bodies in space than the names of the axes need.
+    axes.set_box_aspect(high - low, zoom=1.15)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    # matplotlib would turn the name of a short axis upside down.
-    axes.zaxis.set_rotate_label(False)
-    axes.set_zlabel("$z$ (length)", rotation=90)
+    axes.set_zlabel("$z$ (length)")
     axes.grid(False)
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), shares, strict=True):
         # As many numbers as the axis has room for.

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -10,7 +10,7 @@ from matplotlib.transforms import offset_copy
 
 from ..base import Array, Booleans, Integers
 from .bodies import finish_axes
-from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, spread, together
+from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, named, spread, together
 
 # Smallest and largest area of the point of a node, points^2.
 _POINT = 6.0, 250.0
@@ -92,7 +92,12 @@ def face_map(
     # The colour bar is no taller than a wide map.
     shrink = 0.7 if several else float(np.clip(1.5 * ratio, 0.5, 1.0))
     panels[0].figure.colorbar(points, ax=list(panels), label=name, shrink=shrink)
-    _draw_legend(panels)
+    names = named(panels)
+    if names["labels"]:
+        # The legend is 30 points below the axes, because the axis labels take this height.
+        below = offset_copy(axes.transAxes, axes.figure, y=-30.0, units="points")
+        place: Look = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
+        axes.legend(**names, **place, bbox_transform=below, ncols=1 if several else 2)
     return together(panels)
 
 
@@ -152,23 +157,3 @@ def _label_axes(axes: AnyAxes, face: Face) -> float:
     axes.margins(0.075)
     axes.set_aspect("equal")
     return float(half_size[1] / half_size[0])
-
-
-def _draw_legend(panels: Sequence[AnyAxes]) -> None:
-    """Draw one legend for all panels, below the last one."""
-    by_label: dict[str, Any] = {}
-    for axes in panels:
-        handles, labels = axes.get_legend_handles_labels()
-        by_label |= dict(zip(labels, handles, strict=True))
-    if by_label:
-        axes = panels[-1]
-        # The legend is 30 points below the axes, because the axis labels take this height.
-        below = offset_copy(axes.transAxes, axes.figure, y=-30.0, units="points")
-        axes.legend(
-            list(by_label.values()),
-            list(by_label),
-            loc="upper center",
-            bbox_to_anchor=(0.5, 0.0),
-            bbox_transform=below,
-            ncols=2 if len(panels) == 1 else 1,
-        )

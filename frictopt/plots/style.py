@@ -1,7 +1,7 @@
 """The look of all pictures: colours, axes, legends, arrows, and the names of units."""
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import singledispatch
 from math import ceil
@@ -32,6 +32,8 @@ POINTS: Look = {"marker": ".", "markersize": 3}  # of the nodes on a line
 # Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series
 # apart in grey as well.
 _COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", BLACK, GREY
+BLUE = _COLOURS[0]
+FILL: Look = {"color": BLUE, "alpha": 0.2, "lw": 0}  # of a range
 _DASHES = "-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)), (0, (3, 1, 1, 1)), (0, (1, 1))
 SERIES: tuple[Look, ...] = tuple(
     {"color": color, "linestyle": dashes, "marker": marker}
@@ -162,31 +164,28 @@ def spread(points: Array, most: int) -> list[int]:
     return chosen
 
 
-def slanted(names: Collection[str], ha: str, va: str) -> Look:
-    """Style of names in a row: slanted if they do not fit on one line.
-
-    This corner of each name is at its place then.
-    """
-    # Characters of names that fit side by side.
-    one_line = 60
-    if len("".join(names)) <= one_line:
-        return {}
-    return {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va}
+def named(panels: Sequence[AnyAxes]) -> Look:
+    """What is drawn under each label of some panels, as keywords of a legend."""
+    by_label: dict[str, Any] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        by_label |= dict(zip(labels, handles, strict=True))
+    return {"handles": [*by_label.values()], "labels": [*by_label]}
 
 
-def legend(axes: Axes, title: str | None = None, **more: Any) -> None:
+def legend(axes: Axes, title: str | None = None) -> None:
     """Legend beside the axes, where it covers no data, in columns if it is long."""
     # Names that fit beside a panel.
     longest = 10
-    names = more.get("handles") or axes.get_legend_handles_labels()[0]
+    names = named([axes])
     axes.legend(
-        ncols=max(1, ceil(len(names) / longest)),
+        **names,
+        ncols=max(1, ceil(len(names["labels"]) / longest)),
         loc="upper left",
         bbox_to_anchor=(1.0, 1.02),
         title=title,
         alignment="left",
         handlelength=2.2,
-        **more,
     )
 
 
@@ -202,12 +201,6 @@ def equals(name: str, value: float) -> str:
     if np.isfinite(value):
         return f"{name} = {value:.5g}"
     return f"{name} is infinite" if value > 0 else f"{name}: none"
-
-
-def limit_line(axes: Axes, name: str, value: float, ls: str = "--", **look: Any) -> None:
-    """Draw a limit across a horizontal axis, if it is finite and above 0."""
-    if np.isfinite(value) and value > 0:
-        axes.axvline(value, lw=0.8, ls=ls, zorder=0, label=name, **look)
 
 
 def unit(meaning: str, per_depth: bool) -> str:

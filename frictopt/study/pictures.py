@@ -8,7 +8,6 @@ from ..contact.pictures import panels_of
 from ..plots.along import along
 from ..plots.draw import draw as draw
 from ..plots.style import (
-    ALONG,
     BLACK,
     GREY,
     AnyAxes,
@@ -16,11 +15,9 @@ from ..plots.style import (
     as_is,
     equals,
     legend,
-    limit_line,
     new_axes,
     picture,
     series,
-    together,
     unit,
 )
 from ..transients.pictures import slip_and_work, work_map
@@ -30,60 +27,39 @@ from .protocols import REST, SLIP, UNDECIDED, FrictionAfterProtocol, LimitAfterP
 
 _OUTCOMES = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 
-# Share of the height of a panel for the runs without work.
-_STRIP = 0.22
-
 _COLUMNS = {
     "load_ratio": r"load factor over the shakedown limit, $\lambda / \lambda_2$",
     "load_factor": r"load factor $\lambda$",
-    "friction_number": "friction",
     "cycle": "load cycle",
     "amplitude": "initial slip, root mean square (length)",
 }
 
 
 @picture.register
-def _limit_after_protocol(limit: LimitAfterProtocol, ax: AnyAxes = None) -> AnyAxes:
-    """The load factors tried, in a row for each outcome."""
-    title = equals(r"shakes down up to $\lambda$", limit.load_factor)
-    if not limit.monotonic:
-        title += ", and at some load factors above"
-    axes = _tried(ax, limit.tried, title)
-    limit_line(axes, "limit after the protocol", limit.load_factor, color=GREY, ls="-")
-    name = equals(r"shakedown limit $\lambda_2$", limit.shakedown_limit)
-    limit_line(axes, name, limit.shakedown_limit, color=BLACK)
-    axes.set_xlabel(r"load factor $\lambda$")
-    axes.set_xlim(left=0.0)
-    legend(axes)
-    return axes
-
-
-@picture.register
-def _friction_after_protocol(answer: FrictionAfterProtocol, ax: AnyAxes = None) -> AnyAxes:
-    """The frictions tried, in a row for each outcome."""
-    title = equals("shakes down from friction", answer.required)
-    if not answer.monotonic:
-        title += " on, and with some frictions below"
-    axes = _tried(ax, answer.tried, title)
-    limit_line(axes, "required friction", answer.least, color=BLACK)
-    axes.set_xlabel("friction")
-    axes.set_xlim(left=0.0)
-    legend(axes)
-    return axes
-
-
-def _tried(ax: AnyAxes, tried: Table, title: str) -> AnyAxes:
+def _after_protocol(
+    answer: LimitAfterProtocol | FrictionAfterProtocol, ax: AnyAxes = None
+) -> AnyAxes:
     """A mark for each load factor or friction tried, in the row of its outcome."""
     (axes,) = new_axes(ax, size=(6.4, 2.4))
-    axes.set_title(title)
-    outcomes = [name for name in _OUTCOMES if name != UNDECIDED or (tried["outcome"] == name).any()]
-    for row, outcome in enumerate(outcomes):
-        values = tried.loc[tried["outcome"] == outcome].iloc[:, 0]
-        look: Look = series(row) | {"linestyle": "none", "markersize": 5, "mfc": "none"}
-        axes.plot(values, np.full(len(values), row), **look)
-    names = [_OUTCOMES[outcome] for outcome in outcomes]
-    axes.set(yticks=range(len(names)), yticklabels=names, ylim=(-0.6, len(names) - 0.4))
-    axes.tick_params(axis="y", length=0)
+    rows = list(_OUTCOMES)
+    for number, (outcome, tried) in enumerate(answer.tried.groupby("outcome", sort=False)):
+        row = rows.index(outcome)
+        look: Look = series(number) | {"linestyle": "none", "markersize": 5, "mfc": "none"}
+        axes.plot(tried.iloc[:, 0], np.full(len(tried), row), **look)
+    axes.set(yticks=range(len(rows)), yticklabels=_OUTCOMES.values(), ylim=(-0.6, 2.6))
+    if isinstance(answer, LimitAfterProtocol):
+        limits = {"limit after the protocol": answer.load_factor}
+        limits[r"shakedown limit $\lambda_2$"] = answer.shakedown_limit
+        name = _COLUMNS["load_factor"]
+    else:
+        limits = {"friction after the protocol": answer.required, "required friction": answer.least}
+        name = "friction"
+    for number, (label, limit) in enumerate(limits.items()):
+        axes.axvline(limit, color=(GREY, BLACK)[number], lw=0.8, label=equals(label, limit))
+    axes.set_title("" if answer.monotonic else "some values beyond the limit come to rest, too")
+    axes.set_xlabel(name)
+    axes.set_xlim(left=0.0)
+    legend(axes)
     return axes
 
 
@@ -107,46 +83,46 @@ def _dissipation_range(span: DissipationRange, ax: AnyAxes = None) -> AnyAxes:
 
 
 def runs_of(
-    table: Table,
-    ax: AnyAxes = None,
-    x: str | None = None,
-    colour: str | None = None,
-    rows: str | None = None,
+    table: Table, ax: AnyAxes = None, x: str | None = None, colour: str | None = None
 ) -> AnyAxes:
     """Steady dissipation of the runs of a study against one of its columns, see `plot_study`.
 
     A marker for each family of starts, a colour for each value of a column.
     """
+    (axes,) = new_axes(ax)
     of_outcome = table["outcome"].value_counts()
     words = {SLIDES_OFF: "runs slide off", FAILED: "runs failed"}
     missing = [f"{of_outcome[n]} of {len(table)} {w}" for n, w in words.items() if n in of_outcome]
+    axes.set_title(", ".join(missing))
     runs = table[~table["outcome"].isin([*words])]
     x = x or _usual_x(table, runs)
     if colour is None:
-        several = ["cycle"] if x == "friction" else ["friction_number", "cycle"]
+        several = ["cycle"] if x == "friction" else ["friction", "cycle"]
         colour = next((name for name in several if table[name].nunique() > 1), "family")
-    names = None
-    runs = runs.assign(place=runs[x])
-    if not pd.api.types.is_numeric_dtype(table[x]):
-        names = list(table[x].unique())
-        runs["place"] = runs[x].map(names.index)
-
-    panels = [None] if rows is None else list(table[rows].unique())
-    all_axes = new_axes(ax, len(panels), (ALONG[0], ALONG[1] + 2.4 * (len(panels) - 1)))
-    low, high = _range_of_work(runs)
-    for axes, value in zip(all_axes, panels, strict=True):
-        of_panel = runs if rows is None else runs[runs[rows] == value]
-        _draw_runs(axes, of_panel, table, colour, low, high)
-        title = [] if rows is None else [f"{_column_name(rows)}: {_value_name(value)}"]
-        if names is not None:
-            places = {"xticks": range(len(names)), "xticklabels": map(as_is, names)}
-            axes.set(**places, xlim=(-0.5, len(names) - 0.5))
-        elif x == "load_ratio":
-            limit_line(axes, "_", 1.0, color=BLACK)
-        axes.set_title(", ".join(title + (missing if axes is all_axes[0] else [])))
-    all_axes[-1].set_xlabel(_column_name(x))
-    _legend_of_runs(all_axes[0], table, colour)
-    return together(all_axes) if rows is None else np.array(all_axes)
+    markers, colours = _looks(table, "family", "marker"), _looks(table, colour, "color")
+    places = runs[x] if pd.api.types.is_numeric_dtype(runs[x]) else runs[x].map(as_is)
+    for (family, value), group in runs.groupby(["family", colour], sort=False):
+        look: Look = {"color": colours[value], "marker": markers[family], "mfc": "none"}
+        look["label"] = _name(family) if colour == "family" else None
+        works = group["dissipation"]
+        axes.plot(places[group.index], works, linestyle="none", markersize=5, clip_on=False, **look)
+    if x == "load_ratio":
+        axes.axvline(1.0, color=BLACK, lw=0.8, ls="--", zorder=0)
+    # A table of a store does not state it, but only a contact in the plane has an exact path.
+    per_depth = table.attrs.get("per_depth", (table["engine"] == "path").any())
+    name = f"work of friction per cycle, $W$\n{unit('force times length', per_depth)}"
+    axes.set(xlabel=_COLUMNS.get(x, as_is(x)), ylabel=name)
+    axes.set_ylim(bottom=0.0)
+    title = "start"
+    if colour != "family":
+        title = f"start and\n{_COLUMNS.get(colour, as_is(colour))}"
+        for family, marker in markers.items():
+            look = {"color": BLACK, "marker": marker, "mfc": "none", "linestyle": "none"}
+            axes.plot([], [], label=_name(family), **look)
+        for value, color in colours.items():
+            axes.plot([], [], color=color, lw=3, label=_name(value))
+    legend(axes, title)
+    return axes
 
 
 def _usual_x(table: Table, runs: Table) -> str:
@@ -158,79 +134,14 @@ def _usual_x(table: Table, runs: Table) -> str:
     return "load_factor"
 
 
-def _range_of_work(runs: Table) -> tuple[float, float]:
-    """The range of the axis of the work, above the strip of runs without work."""
-    works = runs.loc[runs["dissipation"] > 0, "dissipation"]
-    return (works.min() / 3, works.max() * 3) if len(works) else (0.1, 10.0)
-
-
-def _draw_runs(
-    axes: AnyAxes, runs: Table, table: Table, colour: str, low: float, high: float
-) -> None:
-    """A mark for each run of a panel.
-
-    Runs without work at one place stand above each other in a strip at the bottom.
-    """
-    bottom = low / (high / low) ** (_STRIP / (1 - _STRIP))
-    at_rest = ~(runs["dissipation"] > 0)
-    rank = at_rest.groupby(runs["place"]).cumsum()
-    number = at_rest.groupby(runs["place"]).transform("sum")
-    strip = low * (bottom / low) ** (rank / (number + 1))
-    runs = runs.assign(height=runs["dissipation"].where(~at_rest, strip))
-    markers, colours = _looks(table, "family", "marker"), _looks(table, colour, "color")
-    for (family, value), group in runs.groupby(["family", colour], sort=False):
-        look: Look = {"color": colours[value], "marker": markers[family], "mfc": "none"}
-        look["label"] = _family_name(family) if colour == "family" else None
-        axes.plot(group["place"], group["height"], linestyle="none", markersize=5, **look)
-    axes.axhline(low, color=BLACK, lw=0.6)
-    # A table of a store does not state it, but only a contact in the plane has an exact path.
-    per_depth = table.attrs.get("per_depth", (table["engine"] == "path").any())
-    name = f"work of friction per cycle, $W$\n{unit('force times length', per_depth)}"
-    axes.set(yscale="log", ylim=(bottom, high), ylabel=name)
-    for minor in (False, True):
-        ticks = axes.get_yticks(minor=minor)
-        axes.set_yticks(ticks[(ticks >= low) & (ticks <= high)], minor=minor)
-    place = axes.get_yaxis_transform()
-    axes.text(1.01, np.sqrt(low * bottom), "$W = 0$", va="center", transform=place)
-
-
 def _looks(table: Table, column: str, part: str) -> dict[object, str]:
     """The marker or the colour of each value of a column."""
     values = list(table[column].unique())
     return {value: series(number, len(values))[part] for number, value in enumerate(values)}
 
 
-def _legend_of_runs(axes: AnyAxes, table: Table, colour: str) -> None:
-    """The legend of all runs: markers of the families of starts, and colours of the column."""
-    if colour == "family":
-        return legend(axes, "start")
-    for family, marker in _looks(table, "family", "marker").items():
-        look: Look = {"color": BLACK, "marker": marker, "mfc": "none", "linestyle": "none"}
-        axes.plot([], [], label=_family_name(family), **look)
-    for value, color in _looks(table, colour, "color").items():
-        name = _value_name(value)
-        if colour == "friction_number":
-            name = _friction_name(table[table[colour] == value].iloc[0])
-        axes.plot([], [], color=color, lw=3, label=name)
-    return legend(axes, f"start and\n{_column_name(colour)}")
-
-
-def _family_name(family: object) -> str:
-    return "no slip" if family == "none" else as_is(family)
-
-
-def _friction_name(run: "pd.Series[float]") -> str:
-    # As a float, 1 is 1.0 between 0.9 and 1.1.
-    friction = float(f"{run['friction']:.4g}")
-    return f"$f$ = {friction}" + (
-        rf" $\pm$ {run['friction_std']:.2g}" if run["friction_std"] > 0 else ""
-    )
-
-
-def _column_name(column: str) -> str:
-    """A column of a study in words."""
-    return _COLUMNS.get(column, as_is(column))
-
-
-def _value_name(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else as_is(value)
+def _name(value: object) -> str:
+    """A value of a column, or a family of starts."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "no slip" if value == "none" else as_is(value)

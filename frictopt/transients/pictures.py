@@ -12,7 +12,6 @@ from ..plots.along import along, lines_or_band
 from ..plots.draw import draw as draw
 from ..plots.face import face_map
 from ..plots.style import (
-    BLACK,
     SERIES,
     AnyAxes,
     Look,
@@ -41,7 +40,8 @@ _WORK = "force times length"
 def _trajectory(path: Trajectory, ax: AnyAxes = None) -> AnyAxes:
     """Panels for the nodes with the most work: shear against slip, and slip against time.
 
-    The shear force has a panel for each tangent; the last panel is over the corners visited.
+    The shear force has a panel for each tangent; the last panel is over the corners visited, in
+    space with the size of the slip.
     """
     system = path.system
     tangents = system.tangents
@@ -51,25 +51,22 @@ def _trajectory(path: Trajectory, ax: AnyAxes = None) -> AnyAxes:
     shape = (*path.gap.shape, tangents)
     slip = (path.slip / system.stretch).reshape(shape)[:, nodes]
     q = (path.q * system.stretch).reshape(shape)[:, nodes]
-    force = unit("force", system.per_depth)
     for axis, axes in enumerate(loops):
         index = "" if tangents == 1 else f"_{axis + 1}"
+        force = unit("force", system.per_depth)
         axes.set(xlabel=f"slip $v{index}$ (length)", ylabel=f"shear force $q{index}$ {force}")
         for k, node in enumerate(nodes):
-            v, shear, color = slip[:, k, axis], q[:, k, axis], series(k)["color"]
-            axes.plot(v, shear, label=node_at(system, node), **line(k))
-            style = series(k if tangents == 1 else axis)["linestyle"]
-            history.plot(path.time, v, color=color, linestyle=style)
-        if tangents == 2:
-            look: Look = {"color": BLACK, "linestyle": series(axis)["linestyle"]}
-            history.plot([], [], label=f"$v{index}$, colours as above", **look)
-    history.set_ylabel("slip $v$ (length)" if tangents == 1 else "slip $v_1$, $v_2$ (length)")
+            axes.plot(slip[:, k, axis], q[:, k, axis], label=node_at(system, node), **line(k))
+    size = slip[:, :, 0] if tangents == 1 else np.linalg.norm(slip, axis=2)
+    for k in range(len(nodes)):
+        history.plot(path.time, size[:, k], **line(k))
     works = path.work[-1].any()
     loops[0].set_title("nodes with the most work of friction" if works else "no node slips")
     legend(loops[0])
-    _time_axis(history, path)
-    if tangents == 2:
-        legend(history)
+    name = "slip $v$ (length)" if tangents == 1 else "size of the slip $v$ (length)"
+    history.set(xlabel="corners visited (0: mean load)", ylabel=name)
+    if path.time[0] < path.time[-1]:
+        history.set_xlim(path.time[0], path.time[-1])
     return np.array(panels)
 
 
@@ -177,19 +174,6 @@ def slip_and_work(states: Mapping[str, SteadyState]) -> list[tuple[str, dict[str
         works[label] = steady.dissipation_per_node
         name = work_label(steady.system)
     return [("slip range (length)", ranges), (name, works)]
-
-
-def _time_axis(axes: AnyAxes, path: Trajectory) -> None:
-    """Label and limits of the axis of the corners visited, from the mean load on.
-
-    The label lists the loads of the corners, if there is room.
-    """
-    names = ["0: mean load"]
-    names += [f"{k}: {as_is(name)}" for k, name in enumerate(path.cycle.corner_names, start=1)]
-    listed = ", ".join(names)
-    axes.set_xlabel(f"corners visited ({listed if len(listed) <= 60 else names[0]})")
-    if path.time[0] < path.time[-1]:
-        axes.set_xlim(path.time[0], path.time[-1])
 
 
 @picture.register

@@ -109,20 +109,6 @@ FAULTS = (
         tests="split",
     ),
     Fault(
-        "fem/load_pictures.py",
-        "the preload of a bolt points across it",
-        old="np.linalg.svd(places - middle)[2][-1]",
-        new="np.linalg.svd(places - middle)[2][0]",
-        tests="plots_spatial_model",
-    ),
-    Fault(
-        "fem/views.py",
-        "the view of a contact is that of body 1",
-        old="body.mesh.facets[:, facets]",
-        new="body.mesh.facets",
-        tests="views",
-    ),
-    Fault(
         "fem/fields.py",
         "bodies are recovered with stretched slips",
         old="steady.slip / steady.system.stretch",
@@ -991,13 +977,6 @@ FAULTS = (
         old="min((grid[title].min() for grid in grids))",
         new="max((grid[title].min() for grid in grids))",
         tests="views::test_colours_of_all_bodies_are_from_the_least_to_the_largest_value",
-    ),
-    Fault(
-        "fem/pictures.py",
-        "frequencies are in hertz whatever the unit of time",
-        old="'Hz' if all(low <= speed <= high for speed in speeds) else 'cycles per unit of time'",
-        new="'Hz'",
-        tests="modes",
     ),
     Fault(
         "fem/bodies.py",

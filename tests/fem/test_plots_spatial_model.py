@@ -98,35 +98,6 @@ def test_marks_are_held_nodes_and_arrows_go_with_the_loads(drawn):
     assert not arrows
 
 
-def test_a_preload_presses_both_ends_of_its_bolt(drawn):
-    """A preload presses both ends of its bolt.
-
-    The bolt is a bar of 2 by 2 from 0 to 3 along z that is cut at 1.5.
-    """
-    *_, arrows = drawn
-    arrows.clear()
-    across = [0.0, 1.0, 2.0]
-    bolt = MeshHex.init_tensor(across, across, [0.0, 1.5, 3.0]).with_boundaries(
-        {"foot": lambda x: x[2] == 0, "top": lambda x: x[2] == 3}
-    )
-    bolt = bolt.with_boundaries({"section": lambda x: x[2] == 1.5}, boundaries_only=False)
-    base = MeshHex.init_tensor(across, across, [-1.0, 0.0]).with_boundaries(
-        {"face": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1}
-    )
-    steel = fo.fem.Material(E=210e3, nu=0.3)
-    fo.fem.ContactModel(
-        {"base": fo.fem.Body(base, steel), "bolt": fo.fem.Body(bolt, steel)},
-        [fo.fem.Support("base", "bottom"), fo.fem.Support("bolt", "top")],
-        {"preload": [fo.fem.BoltPreload("bolt", "section", 10.0)]},
-        [fo.fem.Contact("bolt", "base", "foot", "face")],
-    ).plot()
-    (((begin, step),),) = arrows.values()
-    ends = sorted((begin + step).tolist(), key=lambda end: end[2])
-    assert np.array(ends) == pytest.approx(np.array([[1.0, 1, 0], [1, 1, 3]]))
-    assert begin[:, 2].min() < 0 and begin[:, 2].max() > 3
-    assert step[:, :2] == pytest.approx(np.zeros((2, 2)))
-
-
 def test_a_load_that_acts_on_no_surface_has_one_arrow_where_its_body_ends(drawn):
     """The arrow goes along the sum of the forces. An expansion balances itself."""
     *_, arrows = drawn
@@ -258,7 +229,9 @@ def test_body_forces_are_named_and_given_axes_must_be_in_space():
     heavy = fo.fem.ContactModel(model.bodies, model.supports, weight, model.contacts)
     axes = plt.figure().add_subplot(projection="3d")
     assert heavy.plot(axes) is axes
-    assert "load weight (body force)" in [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "load weight (1 x body force)" in [
+        text.get_text() for text in axes.get_legend().get_texts()
+    ]
     with pytest.raises(fo.ModelError, match=r"^ax: .* projection='3d'"):
         heavy.plot(plt.figure().add_subplot())
     plt.close("all")

@@ -124,24 +124,6 @@ def test_a_steady_state_has_the_work_of_its_cycle():
     )
 
 
-def test_a_contact_fills_the_view():
-    """A contact fills the view.
-
-    The camera looks at the middle of its face, a square of 2 by 2. From its distance a sphere
-    around the face fills the angle of view.
-    """
-    model = SCENE.model()
-    (name,) = [contact.name for contact in model.contacts]
-    camera = model.view(contact=name).camera
-    assert camera.focal_point == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
-    assert camera.distance == pytest.approx(
-        np.sqrt(2.0) / np.sin(np.radians(camera.view_angle) / 2)
-    )
-    whole = model.view()
-    whole.view_isometric()
-    assert whole.camera.distance > 3 * camera.distance
-
-
 def missing(name):
     """In the place of ctypes.CDLL on a machine without libraries."""
     raise OSError(f"{name}: cannot open shared object file")
@@ -155,7 +137,6 @@ def test_what_cannot_be_shown_is_refused_by_name(monkeypatch):
         (lambda: model.view(fields, "work_density"), "show: 'work_density'"),
         (lambda: model.view(3), "result: 3; give fields"),
         (lambda: model.view(fields, scale=np.nan), "scale: nan"),
-        (lambda: model.view(fields, contact="head"), "contact: 'head'; give"),
     ):
         with pytest.raises(fo.ModelError, match=f"^{message}"):
             ask()

@@ -246,7 +246,7 @@ FAULTS = (
         "the error of increments is that of the first load factor",
         old="np.nan if steady is None else steady.step_error",
         new="self.steady_states[0].step_error",
-        tests="forced_response::test_the_error_of_increments_is_a_column_and_a_bar",
+        tests="forced_response::test_the_error_of_increments_is_a_column_and_a_band",
     ),
     Fault(
         "joints/pictures.py",
@@ -436,13 +436,6 @@ FAULTS = (
         old="curve.work == 0",
         new="curve.work < 0",
         tests="backbone::test_load_factors_without_work_are_marked_at_the_lower_end",
-    ),
-    Fault(
-        "joints/pictures.py",
-        "a constant work is cut off at the top",
-        old="_CURVE.room * highest",
-        new="highest",
-        tests="wear",
     ),
     Fault(
         "joints/advice.py",

@@ -171,18 +171,16 @@ def test_in_space_open_nodes_stay_open():
         )
 
 
-def test_a_curved_region_is_drawn_with_both_polygons():
+def test_a_curved_region_is_drawn_with_its_outer_polygon():
     node = fo.ContactSystem(
         np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [1.0, 0, 0], "R": [0, 1.0, 0]}
     )
     region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], 0.5, tolerance=0.1)
     lines = {line.get_label(): line for line in region.plot().get_lines()}
-    assert np.array_equal(np.transpose(lines["vertex, proven safe"].get_data()), region.vertices)
     drawn = [line for name, line in lines.items() if name.startswith("side ")]
     assert [line.get_xydata().tolist() for line in drawn] == [
         list(map(list, ends)) for ends in itertools.pairwise(region.outer.tolist())
     ]
-    assert all("slips most" in line.get_label() for line in drawn)
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
@@ -200,7 +198,7 @@ def test_directions_without_a_limit_are_named():
         assert "'idle' has no limit" in drawn.reason
         (side,) = ax.get_lines()
         assert getattr(side, f"get_{name}data")() == pytest.approx([0.5, 0.5])
-        assert side.get_label() == "side 0: node 0, $x = 0$, slips most"
+        assert side.get_label() == "side 0: node 0 moves most"
         (inside,) = ax.patches
         reach = np.ptp(
             inside.get_extents().transformed(ax.transData.inverted()).get_points(), axis=0

@@ -1,6 +1,6 @@
 """Pictures of results that follow limits, and of searches.
 
-They show open nodes, ranges, least slips, damping, designs, required friction, and safe regions.
+They show open nodes, ranges, damping, designs, required friction, and safe regions.
 """
 
 import itertools
@@ -24,7 +24,7 @@ from helpers.pictures import (
     labelled,
     parts,
 )
-from helpers.systems import CYCLE, PULL, at_corners, linprog_limit, system
+from helpers.systems import CYCLE, PULL, at_corners, linprog_limit
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
@@ -91,30 +91,6 @@ def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
     assert f"{factor:.4g}" in slip.get_title()
     assert slip.get_ylabel() == "slip range (length)"
     assert work.get_xlabel().endswith("(length)")
-
-
-def test_a_least_slip_shows_its_weights_and_what_they_prove():
-    limit = fo.shakedown_limit(PAIR, CYCLE, F)
-    least = limit.least_slip(1.5 * limit.load_factor)
-    ax = least.plot()
-    drawn = np.array([joined(ax, name)[1] for name in CYCLE.corner_names])
-    assert np.array_equal(drawn, least.g)
-    assert np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(least.weight.max())
-    # Bound over the largest weight.
-    total = 0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)
-    assert f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title()
-    assert f"at least {total:.4g} in all" in ax.get_title()
-    assert ax.get_ylabel() == "weight $g$ of the slip (1 / length)" and least.system is PAIR
-    assert (
-        limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
-    )
-    pulled = fo.shakedown_limit(
-        system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0),
-        fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
-        F,
-        open_nodes=[False],
-    )
-    assert pulled.least_slip(2.0).plot().get_title().endswith("no cycle keeps all nodes closed")
 
 
 def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
@@ -246,12 +222,12 @@ def test_a_curve_over_amplitudes_says_that_its_limits_are_load_factors():
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1e-6}, {"Q": -1e-6}])
     slides = fo.gross_slip(PUNCH, cycle, F).load_factor
     curve = fo.backbone_curve(PUNCH, cycle, F, slides * np.array([0.1, 0.5, 0.9]), progress=False)
-    *_, stiffness, damping = curve.plot(scale=2.0)
+    work, *_, damping = curve.plot(scale=2.0)
     assert damping.get_xlabel() == "amplitude at the point (length)"
-    names = [text.get_text() for text in stiffness.get_legend().get_texts()]
-    assert f"bodies slide off or pry = {slides:.5g} (load factor)" in names
-    *_, stiffness, _ = curve.plot()
-    names = [text.get_text() for text in stiffness.get_legend().get_texts()]
+    names = [text.get_text() for text in work.get_legend().get_texts()]
+    assert f"bodies slide off or pry: load factor = {slides:.5g}" in names
+    work, _, stiffness, _ = curve.plot()
+    names = [text.get_text() for text in work.get_legend().get_texts()]
     assert f"bodies slide off or pry = {slides:.5g}" in names
     # The force over the mean motion of the loaded surface.
     assert stiffness.get_ylabel() == "stiffness\n(force per length per depth)"
@@ -294,7 +270,7 @@ def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_m
     check_mechanism(ax, required.mechanism)
     assert (
         ax.get_title()
-        == rf"$\lambda = {factor:.4g}$: required friction $f$ = {required.required:.5g}"
+        == rf"required friction $f$ = {required.required:.5g}, $\lambda = {factor:.4g}$"
     )
     assert ax.get_xlabel().endswith("$x$ (length)")
 
@@ -311,7 +287,7 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
     corners = [tuple(point) for point in inside.get_xy()]
     drawn = [point for point in dict.fromkeys(corners) if point != (0.0, 0.0)]
     assert (0.0, 0.0) in corners
-    assert inside.get_label() == "some residual slip is safe"
+    assert inside.get_label() == "some residual slip is safe, proven at the vertices"
     assert len(drawn) > 2
     for first, second in drawn:
         amplitudes = [
@@ -321,7 +297,6 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
         assert linprog_limit(FIVE, fo.LoadCycle(MEAN, amplitudes), F)[1] == pytest.approx(
             1.0, rel=1e-7
         )
-    assert np.array_equal(np.transpose(labelled(ax)["vertex, proven safe"].get_data()), drawn)
     assert ax.get_xlabel() == "amplitude of cyclic (times its unit load)"
     assert ax.get_ylabel() == "amplitude of other (times its unit load)"
     assert ax.get_xlim()[0] == ax.get_ylim()[0] == 0
@@ -334,8 +309,7 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
         assert np.allclose(side["a"] * x + side["b"] * y, side["bound"], atol=1e-7)
         assert np.hypot(np.ptp(x), np.ptp(y)) > 0
         most = motion.loc[motion["share"].idxmax()]
-        word = "opens" if most["direction"] == 0 else "slips"
-        assert name == f"side {number}: node {most['node']:.0f}, $x = {most['x']:.4g}$, {word} most"
+        assert name == f"side {number}: node {most['node']:.0f} moves most"
 
 
 def rows(ax):
@@ -346,8 +320,8 @@ def rows(ax):
         for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)
     }
     marks = [line for line in ax.get_lines() if line.get_marker() != "None"]
-    assert len(marks) == len(names) and all(len(set(line.get_ydata())) <= 1 for line in marks)
-    return {names[number]: np.asarray(line.get_xdata(), float) for number, line in enumerate(marks)}
+    assert all(len(set(line.get_ydata())) == 1 for line in marks)
+    return {names[line.get_ydata()[0]]: np.asarray(line.get_xdata(), float) for line in marks}
 
 
 def at(ax, label):
@@ -362,7 +336,7 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     limit = fo.limit_after_protocol(PAIR, CYCLE, F, start=start, scan=10)
     ax = limit.plot()
     drawn = rows(ax)
-    assert list(drawn) == ["comes to rest", "keeps slipping"]
+    assert set(drawn) == {"comes to rest", "keeps slipping"}
     assert all(len(factors) > 3 for factors in drawn.values())
     for name, factors in drawn.items():
         for factor in factors:
@@ -376,7 +350,7 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
         < drawn["keeps slipping"].min()
     )
     assert at(ax, "shakedown limit") == pytest.approx(linprog_limit(PAIR, CYCLE, F)[1], rel=1e-8)
-    assert ax.get_title() == rf"shakes down up to $\lambda$ = {limit.load_factor:.5g}"
+    assert not ax.get_title()
     assert ax.get_xlabel() == r"load factor $\lambda$"
     assert ax.get_xlim()[0] == 0
 
@@ -389,4 +363,4 @@ def test_a_friction_after_a_protocol_shows_what_became_of_the_contact_with_each_
         tried = answer.tried.loc[answer.tried["outcome"] == outcome, "friction"]
         assert drawn[name].tolist() == tried.tolist()
     assert at(ax, "required friction") == answer.least
-    assert ax.get_title().startswith("shakes down from friction") and not answer.monotonic
+    assert ax.get_title().startswith("some values") and not answer.monotonic

@@ -175,13 +175,6 @@ FAULTS = (
     ),
     Fault(
         "study/pictures.py",
-        "runs without work hide each other",
-        old="rank / (number + 1)",
-        new="0.5 + 0 * rank",
-        tests="plots",
-    ),
-    Fault(
-        "study/pictures.py",
         "a study of one load has all marks at one place",
         old="table['friction'].nunique() > 1",
         new="False",

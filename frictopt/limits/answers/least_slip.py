@@ -18,7 +18,6 @@ from ...base import (
     ROUNDING,
     Array,
     Kept,
-    Plotted,
     components,
     finite_array,
     frame,
@@ -32,7 +31,7 @@ from ..program.question import Question
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LeastSlip(Kept, Plotted):
+class LeastSlip(Kept):
     """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
 
     The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w`
