@@ -16,7 +16,6 @@ from ..plots.style import (
     BLACK,
     FILL,
     GREY,
-    POINTS,
     SERIES,
     AnyAxes,
     Look,
@@ -233,10 +232,9 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
     near = [*table["frequency"][table["amplitude"] > tops / 3], *frequency[amplitude <= most]]
     room = max(0.15 * np.ptp(near), 0.01 * max(near))
     axes.set_xlim(min(near) - room, max(near) + room)
-    if most > _CURVE.logarithmic * least:
-        axes.set(yscale="log", ylim=(least / 10, 1.3 * most))
-    else:
-        axes.set_ylim(0.0, 1.08 * most)
+    several = most > _CURVE.logarithmic * least
+    axes.set_yscale("log" if several else "linear")
+    axes.set_ylim(least / 10 if several else 0.0, 1.3 * most)
     name = "modal amplitude" if answer.scale == 1.0 else "amplitude at the point (length)"
     axes.set(xlabel="frequency (cycles per time)", ylabel=name)
     legend(axes)
@@ -245,27 +243,19 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
 
 @picture.register
 def _wear(history: WearHistory, ax: AnyAxes = None) -> AnyAxes:
-    """Depth worn off and pressure along the contact after some cycles, and the work over cycles.
-
-    In space maps of the depth in the end.
-    """
+    """Depth worn off and pressure after some cycles, in space maps of the depth in the end."""
     table, system = history.to_frame(), history.system
     if system.tangents == 2:
         panels = panels_of(ax, system)
         panels[0].set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
         return face_map(panels, faces_of(system), history.depth[-1], _DEPTH)
-    panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
+    panels = new_axes(ax, 2, (6.4, 5.4))
     rows = np.unique(np.linspace(0, len(table) - 1, 6).astype(int))
     named = {f"{table['cycles'][row]:.4g}": row for row in rows}
     depths = {name: history.depth[row] for name, row in named.items()}
     pressures = {name: history.pressure[row] for name, row in named.items()}
     label = "pressure at the last corner\n(force per area)"
-    along(panels[:2], system, [(_DEPTH, depths), (label, pressures)], "cycles")
-    work = panels[2]
-    work.plot(table["cycles"], table["work"], color=BLACK, **POINTS)
-    work.set(xlabel="load cycles", ylabel=work_label(system))
-    # An axis that begins at the least work would make a constant work look like a change.
-    work.set_ylim(bottom=0.0)
+    along(panels, system, [(_DEPTH, depths), (label, pressures)], "cycles")
     return np.array(panels)
 
 

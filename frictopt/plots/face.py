@@ -78,7 +78,7 @@ def face_map(
             nowhere = _NOWHERE[: face.places.shape[1]]
             axes.plot(*nowhere, "o", color=GREY, label=label)
         if slip is not None:
-            _draw_slips(axes, face, slip, slip_name, several, to_and_fro)
+            _draw_slips(axes, face, slip, slip_name, to_and_fro)
         if circled is not None:
             ringed = circled[0][face.nodes] > 0
             areas = circled[0][face.nodes][ringed]
@@ -108,9 +108,7 @@ def _rings(axes: AnyAxes, places: Array, areas: Array, label: str, color: str) -
         axes.scatter(*places.T, s=areas, label=label, **look)
 
 
-def _draw_slips(
-    axes: AnyAxes, face: Face, slip: Array, name: str, several: bool, to_and_fro: bool
-) -> None:
+def _draw_slips(axes: AnyAxes, face: Face, slip: Array, name: str, to_and_fro: bool) -> None:
     """Draw slips (N, 2) of all nodes as arrows in the directions of the map of a face.
 
     An arrow `to_and_fro` has a head at either end, and its middle at the node. The longest slip of
@@ -123,8 +121,8 @@ def _draw_slips(
     # Slips below this share of the longest one have no arrow.
     shortest = 0.02
     slips = np.flatnonzero(np.linalg.norm(of_face, axis=1) >= shortest * longest)
-    # Largest number of arrows, and their length and width as shares of the size of the map.
-    most, length, width = (24, 0.2, 0.012) if several else (60, 0.12, 0.007)
+    # Largest number of arrows, and their length as a share of the size of the map.
+    most, length = 40, 0.15
     if len(slips):
         slips = slips[sorted(spread(face.places[slips].T, most))]
     places = face.places[slips]
@@ -133,7 +131,7 @@ def _draw_slips(
         places = np.tile(places, (2, 1))
         on_map = np.concatenate([on_map, -on_map]) / 2
     enlarged = length * float(np.ptp(face.places, axis=0).max() or 1.0) / longest
-    look: Look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": width}
+    look: Look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": 0.009}
     if places.shape[1] == 3:
         look = {"color": BLACK, "linewidth": 0.8}
     arrows(axes, places, on_map, enlarged, zorder=3, **look)

@@ -12,7 +12,6 @@ from ..plots.along import along, lines_or_band
 from ..plots.draw import draw as draw
 from ..plots.face import face_map
 from ..plots.style import (
-    SERIES,
     AnyAxes,
     Look,
     as_is,
@@ -196,8 +195,7 @@ def _onset(onset: Onset, ax: AnyAxes = None) -> AnyAxes:
         return together(panels)
     first = events.index(onset.slip)
     q, p = (part[[event.corner for event in events]] for part in onset.reactions)
-    every = system.tangents == 1 and len(events) <= len(SERIES)
-    drawn = range(len(events)) if every else [first]
+    drawn = range(len(events)) if system.tangents == 1 else [first]
     circles: Circles = {k: (events[k].node, events[k].sense, ONE_NODE) for k in drawn}
     names = [rf"{as_is(event.loads)}, $\lambda = {event.load_factor:.4g}$" for event in events]
     label = "node that slips first"
