@@ -179,7 +179,7 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], Answe
         return Answer(limit.load_factor, meaning, limit.residual, limit.proven)
 
     def assembled() -> Answer:
-        limit = fo.limit_after_protocol(system, LOADS, friction, progress=False)
+        limit = fo.limit_after_protocol(fo.shakedown_limit(system, LOADS, friction), progress=False)
         meaning = f"without residual slip, slip stops at all loads tried below it ({limit.transients} tried)"
         return Answer(limit.load_factor, meaning, limit.residual, proven=False)
 

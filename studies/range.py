@@ -129,9 +129,7 @@ def protocols_of(parameters: Parameters) -> Iterator[Row]:
     for friction in parameters.protocol_frictions:
         limit = fo.shakedown_limit(system, LOADS, friction)
         for name, options in _protocols(limit):
-            one = fo.limit_after_protocol(
-                system, LOADS, friction, scan=parameters.protocol_scan, **options
-            )
+            one = fo.limit_after_protocol(limit, scan=parameters.protocol_scan, **options)
             yield {
                 "friction": friction,
                 "protocol": name,

@@ -138,9 +138,7 @@ def closed(parameters: Parameters) -> Iterator[Row]:
                 contact, cycle, friction, open_nodes=np.zeros(contact.nodes, dtype=bool)
             )
             largest, scan = _BEYOND * limit.load_factor, parameters.closed_scan
-            rests = fo.limit_after_protocol(
-                contact, cycle, friction, start=limit.slip, up_to=largest, scan=scan
-            )
+            rests = fo.limit_after_protocol(limit, start=limit.slip, up_to=largest, scan=scan)
             found = {
                 "shakedown": limit.load_factor,
                 "bound": limit.bound,

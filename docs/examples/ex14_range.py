@@ -19,7 +19,7 @@ found.plot()
 # Below the limit the start decides whether slip stops. Up to which load factor does it, for a
 # contact assembled by its mean load?
 
-after = fo.limit_after_protocol(system, cycle, friction=0.6)
+after = fo.limit_after_protocol(limit)
 print(after)
 after.plot()
 
@@ -32,11 +32,7 @@ bounded = fo.dissipation_range(
     system, cycle, friction=0.6, load_factor=below, slip_bound=limit.largest_slip
 )
 cure = fo.limit_after_protocol(
-    system,
-    cycle,
-    friction=0.6,
-    protocol=[fo.starts.LoadStep({"P": 0.05})],
-    start=bounded.worst_start,
+    limit, protocol=[fo.starts.LoadStep({"P": 0.05})], start=bounded.worst_start
 )
 print(cure)
 cure.plot()

@@ -260,9 +260,7 @@ class Pages(Generic[Parts]):
             # It does not cover cycles in which nodes open and close, so it is tried, too.
             share = self.known["guaranteed"].load_factor / limit.load_factor
             scan = [share, 1.0] if 0 < share < 1 else scan
-        return limit_after_protocol(
-            self.system, self.cycle, self.friction, scan=scan, **self._from_no_slip()
-        )
+        return limit_after_protocol(limit, scan=scan, **self._from_no_slip())
 
     def _friction_as_assembled(self) -> FrictionAfterProtocol:
         """The friction that the contact needs to come to rest from no slip, by bisection."""
@@ -274,9 +272,7 @@ class Pages(Generic[Parts]):
         friction = float((self.friction if most is None else most).max())
         enough = steady is not None and steady.outcome is Outcome.SHAKEDOWN
         return friction_after_protocol(
-            self.system,
-            self.cycle,
-            1.0,
+            required,
             up_to=friction if enough and friction > required.required else None,
             scan=2,
             **self._from_no_slip(),

@@ -30,9 +30,9 @@ from ..base import (
     whole_number,
 )
 from ..base.checks import listed_parts
-from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..errors import ModelError, NoContinuation, SolverError
-from ..limits import pose, required_friction, shakedown_limit
+from ..limits import RequiredFriction, ShakedownLimit, pose
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
@@ -59,8 +59,8 @@ class TransientsAfter:
         steps: int | None,
         count_one: Callable[[], object],
     ) -> None:
-        self.system = checked_system(system)
-        self.cycle = checked_cycle(cycle)
+        self.system = system
+        self.cycle = cycle
         self.friction = np.array(friction_coefficients(friction, system))
         self.steps = steps
         self.residual = 0.0
@@ -207,7 +207,7 @@ class LimitAfterProtocol(AfterProtocol):
         `upper` is the least load factor tried at which it does not, or at which a transient has no
         result, see `note`; inf if it comes to rest at all load factors tried.
     shakedown_limit
-        lambda_2, which no protocol exceeds while all nodes stay closed.
+        lambda_2 of the given limit, which no protocol exceeds while all nodes stay closed.
     starts
         (S, N), in space (S, N, 2), the starts, length. From the first of them, slip continues at
         `upper`.
@@ -225,8 +225,8 @@ class LimitAfterProtocol(AfterProtocol):
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> limit = fo.limit_after_protocol(rod, cycle, friction=0.5)
-    >>> round(limit.ratio, 3), limit.monotonic
+    >>> after = fo.limit_after_protocol(fo.shakedown_limit(rod, cycle, friction=0.5))
+    >>> round(after.ratio, 3), after.monotonic
     (1.0, True)
     """
 
@@ -250,9 +250,7 @@ class LimitAfterProtocol(AfterProtocol):
 
 @warns_of_odd_values
 def limit_after_protocol(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: PerNode,
+    limit: ShakedownLimit,
     *,
     protocol: Sequence[LoadStep] = (),
     start: str | ArrayLike = "assembled",
@@ -270,8 +268,8 @@ def limit_after_protocol(
 
     Parameters
     ----------
-    system, cycle, friction
-        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    limit
+        Result of `shakedown_limit`, with the contact, its load cycle and its friction.
     protocol
         Loads between the start, which is at the mean load, and the cycle. After them, the load
         returns to the mean load.
@@ -280,7 +278,7 @@ def limit_after_protocol(
         extreme slips that the contact can hold under the mean load; the first start that keeps
         slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
     up_to
-        Largest load factor tried; None: the shakedown limit.
+        Largest load factor tried; None: that of `limit`.
     scan
         Number of load factors tried before the bisection; or these load factors as shares of
         `up_to`, rising, above 0, and up to 1, such as the guaranteed limit over the shakedown limit
@@ -301,8 +299,6 @@ def limit_after_protocol(
     ------
     ModelError
         Bad input; or no `up_to`, if the shakedown limit is not a finite number above 0.
-    SolverError
-        The shakedown limit is not found.
 
     Examples
     --------
@@ -313,33 +309,36 @@ def limit_after_protocol(
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> unload = [fo.starts.LoadStep({"P": 0.2})]
     >>> ways = {"start": "worst"}, {"start": "worst", "protocol": unload}, {"start": "assembled"}
-    >>> [round(fo.limit_after_protocol(pair, cycle, friction=0.6, **way).ratio, 2) for way in ways]
+    >>> limit = fo.shakedown_limit(pair, cycle, friction=0.6)
+    >>> [round(fo.limit_after_protocol(limit, **way).ratio, 2) for way in ways]
     [0.54, 0.85, 1.0]
     """
+    if not isinstance(limit, ShakedownLimit):
+        raise ModelError(f"limit: {shown(limit)}; give the answer of `shakedown_limit`")
     loads = listed_parts("protocol", protocol, LoadStep)
     shares = _checked_scan(scan)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    asked = limit.system, limit.cycle, limit.friction
 
     def outcome_at(load_factor: float) -> tuple[str, str]:
         return transients.outcome_of_starts(load_factor, loads), transients.no_result
 
     with progress_bar(progress, "limit after a protocol", "transient") as bar:
-        transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
+        transients = TransientsAfter(*asked, start, steps, bar.update)
         search = Search("load factor", bar, outcome_at, rests_at=0.0)
-        limit = shakedown_limit(system, cycle, friction).load_factor
-        if up_to is None and not 0 < limit < np.inf:
+        if up_to is None and not 0 < limit.load_factor < np.inf:
             raise ModelError(
-                f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor "
-                "to try"
+                f"up_to: None, and the shakedown limit is {limit.load_factor:g}; give the largest "
+                "load factor to try"
             )
-        largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
+        largest = limit.load_factor if up_to is None else finite_number("up_to", up_to, above=0.0)
         grid = largest * shares
         first = search.first_slip(grid, tolerance * largest)
         # Load factors above the limit may bring other starts to the front.
         starts = frozen(transients.starts)
         search.try_others(grid)
     answer = search.table()
-    answer.insert(1, "ratio", answer["load_factor"] / limit)
+    answer.insert(1, "ratio", answer["load_factor"] / limit.load_factor)
     return LimitAfterProtocol(
         answer,
         bar.count,
@@ -347,7 +346,7 @@ def limit_after_protocol(
         search.note(first),
         load_factor=search.rests_at,
         upper=np.inf if np.isnan(first) else first,
-        shakedown_limit=limit,
+        shakedown_limit=limit.load_factor,
         starts=starts,
     )
 
@@ -379,7 +378,8 @@ class FrictionAfterProtocol(AfterProtocol):
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> friction = fo.friction_after_protocol(rod, cycle, load_factor=1.0, scan=3)
+    >>> required = fo.required_friction(rod, cycle, load_factor=1.0)
+    >>> friction = fo.friction_after_protocol(required, scan=3)
     >>> round(friction.required, 3), friction.monotonic
     (1.0, True)
     """
@@ -399,9 +399,7 @@ class FrictionAfterProtocol(AfterProtocol):
 
 @warns_of_odd_values
 def friction_after_protocol(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    load_factor: float,
+    required: RequiredFriction,
     *,
     protocol: Sequence[LoadStep] = (),
     start: str | ArrayLike = "assembled",
@@ -419,10 +417,8 @@ def friction_after_protocol(
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    load_factor
-        Load factor, >= 0.
+    required
+        Result of `required_friction`, with the contact, its load cycle and the load factor.
     protocol, start, steps, progress
         See `limit_after_protocol`. The interrupt has the frictions tried so far.
     up_to
@@ -442,8 +438,6 @@ def friction_after_protocol(
     ------
     ModelError
         Bad input, or a required friction that is not below `up_to`.
-    SolverError
-        The required friction is not found.
 
     Examples
     --------
@@ -452,31 +446,33 @@ def friction_after_protocol(
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> joint = {"system": pair, "cycle": cycle, "load_factor": 0.3}
-    >>> round(fo.friction_after_protocol(**joint).required, 2)
+    >>> required = fo.required_friction(pair, cycle, load_factor=0.3)
+    >>> round(fo.friction_after_protocol(required).required, 2)
     0.24
 
     More friction also holds worse slips, so from the worst start no friction tried is enough:
 
-    >>> worst = fo.friction_after_protocol(**joint, start="worst", scan=5)
+    >>> worst = fo.friction_after_protocol(required, start="worst", scan=5)
     >>> worst.required, worst.monotonic
     (inf, False)
     """
+    if not isinstance(required, RequiredFriction):
+        raise ModelError(f"required: {shown(required)}; give the answer of `required_friction`")
     loads = listed_parts("protocol", protocol, LoadStep)
     shares = _checked_scan(scan)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    asked = required.system, required.cycle
     residuals = [0.0]
 
     def outcome_at(friction: float) -> tuple[str, str]:
-        transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
-        outcome = transients.outcome_of_starts(load_factor, loads)
+        transients = TransientsAfter(*asked, friction, start, steps, bar.update)
+        outcome = transients.outcome_of_starts(required.load_factor, loads)
         residuals.append(transients.residual)
         return outcome, transients.no_result
 
     with progress_bar(progress, "friction after a protocol", "transient") as bar:
         search = Search("friction", bar, outcome_at, rests_at=np.inf)
-        needed = required_friction(system, cycle, load_factor)
-        least = needed.required
+        least = required.required
         largest = max(1.0, 2 * least) if up_to is None else finite_number("up_to", up_to, above=0.0)
         if not least < largest < np.inf:
             raise ModelError(
@@ -491,9 +487,9 @@ def friction_after_protocol(
         max(residuals),
         search.note(first),
         required=search.rests_at,
-        lower=needed.bound if np.isnan(first) else first,
+        lower=required.bound if np.isnan(first) else first,
         least=least,
-        load_factor=load_factor,
+        load_factor=required.load_factor,
     )
 
 

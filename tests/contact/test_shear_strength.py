@@ -482,7 +482,7 @@ def test_a_report_leaves_out_what_does_not_know_it():
     (lambda s: fo.SafeSlipModel(s, PUSHES), "does not know"),
     (lambda s: fo.dissipation_range(s, PUSHES, 0.5, 1.0), "does not know"),
     (lambda s: fo.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
-    (lambda s: fo.limit_after_protocol(s, PUSHES, 0.5, start="worst"), "does not know"),
+    (lambda s: fo.limit_after_protocol(fo.shakedown_limit(s, PUSHES, 0.5), start="worst"), "does not know"),
     (lambda s: fo.worn_in(s, PUSHES, 0.5, 1.0), "shear strength"),
     (lambda s: fo.march(s, PUSHES, 0.5, 1.0, engine="path"), "engine 'path' does not know"),
     (lambda s: fo.march(s, PUSHES, 0.5, 1.0, engine="milp"), "engine 'milp' does not know"),

@@ -240,7 +240,6 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
         lambda f: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], f),
         lambda f: fo.dissipation_study(SYSTEM, CYCLE, [f], load_factors=[1.0]),
         lambda f: fo.dissipation_range(SYSTEM, CYCLE, f, load_factor=1.0),
-        lambda f: fo.limit_after_protocol(SYSTEM, CYCLE, f),
         lambda f: fo.backbone_curve(SYSTEM, CYCLE, f, load_factors=[1.0]),
     ],
 )

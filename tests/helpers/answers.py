@@ -51,9 +51,13 @@ QUESTIONS = {
     "Verdict": lambda: answer("Trajectory").verdict,
     "DissipationRange": lambda: fo.dissipation_range(*ASKED, 0.8),
     "LimitAfterProtocol": lambda: fo.limit_after_protocol(
-        *ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]
+        answer("ShakedownLimit"),
+        scan=3,
+        protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})],
     ),
-    "FrictionAfterProtocol": lambda: fo.friction_after_protocol(PAIR, CYCLE, 0.3, scan=3),
+    "FrictionAfterProtocol": lambda: fo.friction_after_protocol(
+        fo.required_friction(PAIR, CYCLE, 0.3), scan=3
+    ),
     "WearHistory": lambda: fo.wear(
         replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1
     ),

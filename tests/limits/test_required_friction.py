@@ -542,7 +542,8 @@ def test_as_assembled_a_joint_slips_with_more_friction_than_it_needs():
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert "slip need not stop from every start" in required.reason
     assert "limit_after_protocol" in required.reason
-    as_assembled = fo.limit_after_protocol(joint, sway, 1.1 * required.required, scan=4)
+    limit = fo.shakedown_limit(joint, sway, 1.1 * required.required)
+    as_assembled = fo.limit_after_protocol(limit, scan=4)
     assert as_assembled.load_factor < 0.6
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}

@@ -333,7 +333,7 @@ def at(ax, label):
 
 def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_factor():
     start = fo.guaranteed_limit(PAIR, CYCLE, F).slip
-    limit = fo.limit_after_protocol(PAIR, CYCLE, F, start=start, scan=10)
+    limit = fo.limit_after_protocol(fo.shakedown_limit(PAIR, CYCLE, F), start=start, scan=10)
     ax = limit.plot()
     drawn = rows(ax)
     assert set(drawn) == {"comes to rest", "keeps slipping"}
@@ -356,7 +356,8 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
 
 
 def test_a_friction_after_a_protocol_shows_what_became_of_the_contact_with_each_friction():
-    answer = fo.friction_after_protocol(PAIR, CYCLE, 0.3, start="worst", scan=5)
+    required = fo.required_friction(PAIR, CYCLE, 0.3)
+    answer = fo.friction_after_protocol(required, start="worst", scan=5)
     ax = answer.plot()
     drawn = rows(ax)
     for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):

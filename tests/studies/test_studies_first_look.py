@@ -28,7 +28,7 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
         "onset": first.slip.load_factor,
         "guaranteed limit": lower.load_factor,
         "limit after one overload": fo.after_overload(lower).load_factor,
-        "limit as assembled": fo.limit_after_protocol(system, LOADS, f).load_factor,
+        "limit as assembled": fo.limit_after_protocol(limit).load_factor,
         "shakedown limit": limit.load_factor,
     }
     for load in first_look.QUICK.load_factors:

@@ -75,18 +75,21 @@ def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
     assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
 
 
-def in_both(ask, *arguments, **options):
-    """Answers of the contact in the plane, and in space by increments."""
-    return ask(PAIR, *arguments, **options), ask(SOLID, *arguments, **options, steps=2)
-
-
 @pytest.mark.parametrize(
     ("start", "steps"),
     [("worst", ()), ("worst", [fo.starts.LoadStep({"mean": 0.2})]), ("assembled", ())],
 )
 def test_limits_after_protocols_are_those_of_the_plane(start, steps):
-    plane, space = in_both(
-        fo.limit_after_protocol, CYCLE, 0.6, start=start, protocol=steps, scan=2, tolerance=0.05
+    plane, space = (
+        fo.limit_after_protocol(
+            fo.shakedown_limit(contact, CYCLE, 0.6),
+            start=start,
+            protocol=steps,
+            scan=2,
+            tolerance=0.05,
+            **options,
+        )
+        for contact, options in ((PAIR, {}), (SOLID, {"steps": 2}))
     )
     assert space.load_factor == pytest.approx(plane.load_factor, abs=0.06 * plane.shakedown_limit)
     assert space.starts.shape[1:] == (2, 2) and space.residual <= 1e-9

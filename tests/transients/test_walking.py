@@ -85,7 +85,7 @@ def test_a_contact_whose_pressure_and_shear_come_in_phase_rests_up_to_friction_t
     exact = fo.shakedown_limit(contact, cycle, F)
     assert exact.load_factor == pytest.approx(limit, rel=1e-9)
     assert "nodes 3" in exact.reason and "uncoupled" in exact.reason
-    found = fo.limit_after_protocol(contact, cycle, F, start=np.zeros(20), up_to=2 * limit)
+    found = fo.limit_after_protocol(exact, start=np.zeros(20), up_to=2 * limit)
     assert (
         0.9 * limit
         <= found.load_factor

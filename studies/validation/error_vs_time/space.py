@@ -258,14 +258,18 @@ def _answers(
     )
 
     if elements == min(parameters.space_elements):
-        exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
-        after_protocol = partial(
-            fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN
-        )
+
+        def after_protocol(
+            contact: fo.ContactSystem, steps: int | None = None
+        ) -> fo.results.LimitAfterProtocol:
+            limit = fo.shakedown_limit(contact, LOADS, friction)
+            return fo.limit_after_protocol(limit, tolerance=_PROVEN, steps=steps)
+
+        exact = after_protocol(plane).load_factor
         steps = parameters.search_steps
         error = relative(exact, lambda limit: limit.load_factor)
         methods = [
-            Method("frictopt", STEPS, f"{many}", partial(after_protocol, steps=many), error)
+            Method("frictopt", STEPS, f"{many}", partial(after_protocol, system, many), error)
             for many in steps
         ]
         yield Question("limit after protocol, 3-D", "load factor", name, n, methods)

@@ -45,8 +45,9 @@ def _least(
 
 def _ratio(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, start: Any) -> Answer:
     """The limit after a protocol over the shakedown limit."""
-    limit = fo.limit_after_protocol(system, cycle, friction, start=start, scan=5, tolerance=1e-3)
-    return Answer(limit.ratio, limit.residual, "exact paths")
+    limit = fo.shakedown_limit(system, cycle, friction)
+    after = fo.limit_after_protocol(limit, start=start, scan=5, tolerance=1e-3)
+    return Answer(after.ratio, after.residual, "exact paths")
 
 
 def _units(sizes: Sizes) -> Iterator[Probe]:

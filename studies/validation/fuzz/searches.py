@@ -106,7 +106,7 @@ def limit_after_protocol(known: Subject) -> tuple[float, bool]:
         raise NotApplicable
     start = np.zeros(case.system.slip_shape) if case.start is None else case.start
     limit = fo.limit_after_protocol(
-        *known.args, start=start, scan=5, tolerance=1e-2, **known.options
+        known.answered_limit, start=start, scan=5, tolerance=1e-2, **known.options
     )
     size = known.force * (known.length + float(np.abs(start).max()))
     compared = False

@@ -71,10 +71,10 @@ ASKED = {
     ),
     "report": lambda s, lam, steps: fo.report(s, CYCLE, F, [0.5 * lam], **steps),
     "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(
-        s, CYCLE, F, scan=1, tolerance=0.5, **steps
+        fo.shakedown_limit(s, CYCLE, F), scan=1, tolerance=0.5, **steps
     ),
     "friction_after_protocol": lambda s, lam, steps: fo.friction_after_protocol(
-        s, CYCLE, 0.5 * lam, scan=1, tolerance=0.5, **steps
+        fo.required_friction(s, CYCLE, 0.5 * lam), scan=1, tolerance=0.5, **steps
     ),
     "wear": lambda s, lam, steps: fo.wear(
         s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps

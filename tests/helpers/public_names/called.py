@@ -281,12 +281,20 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
     "limit_after_protocol": (
         fo.limit_after_protocol,
-        {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1},
+        {
+            **{
+                "limit": fo.shakedown_limit(**ASKED),
+                "protocol": [STEP],
+                "start": SLIP,
+                "up_to": 0.3,
+            },
+            **{"scan": 3, "tolerance": 0.1},
+        },
     ),
     "friction_after_protocol": (
         fo.friction_after_protocol,
         {
-            **{"system": CONTACT, "cycle": CYCLE, "load_factor": 0.3},
+            **{"required": fo.required_friction(CONTACT, CYCLE, 0.3)},
             **{"protocol": [STEP], "start": SLIP, "up_to": 1.0, "scan": 2, "tolerance": 0.1},
         },
     ),
