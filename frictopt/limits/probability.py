@@ -2,8 +2,9 @@
 
 FORM (the first-order reliability method): each input is a function of standard normal numbers u.
 The design point is the point next to u = 0 at which the limit equals the load. The rates of the
-limit lead to it. A plane there instead of the limit gives the probability Phi(|u|), so a sample of
-limits checks it. Hasofer and Lind (1974), Rackwitz and Fiessler (1978).
+limit lead to it. A plane there instead of the limit gives the probability Phi(|u|). A sample of
+limits corrects it: the plane is a control variate, so only draws count that it gets wrong. Hasofer
+and Lind (1974), Rackwitz and Fiessler (1978).
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ from ..base import (
     frozen,
     is_distribution,
     progress_bar,
+    shown,
     whole_number,
 )
-from ..base.checks import LARGEST_SEED, by_contact, is_named
+from ..base.checks import LARGEST_SEED, is_named
 from ..contact import LoadCycle
 from ..errors import ModelError
 from .answers.shakedown_answer import ShakedownAnswer
@@ -37,10 +39,10 @@ AskLimit = Callable[[LoadCycle, Array], ShakedownAnswer]
 _LOAD = "the load factor"
 # Distance of two points, in standard deviations, that counts as none.
 _SAME = 1e-3
+# Largest distance of a point from u = 0. Beyond 8, rounding makes a normal number infinite.
+_FARTHEST = 7.0
 # Largest number of limits in the search for the design point; some five are usual.
 _MOST = 50
-# Standard errors of the sample by which FORM may differ from it.
-_ERRORS = 3.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,11 +52,11 @@ class ShakedownProbability(Kept):
     Attributes
     ----------
     probability, method
-        The probability, and its method in words: FORM if the sample confirms it up to three
-        standard errors, and the sample otherwise.
-    form, sampled, standard_error
-        The probability by FORM, NaN if no design point is found; the share of the sample, and its
-        standard error.
+        The probability by FORM and the correction by the sample, and its method in words.
+    standard_error
+        Standard error of the probability.
+    form, sampled
+        The probability by FORM alone, NaN if no design point is found, and by the sample alone.
     importance
         Random input -> its share in the variance of the limit at the design point; empty without
         such a point.
@@ -72,11 +74,11 @@ class ShakedownProbability(Kept):
     (20,)
     """
 
-    _shown_names = ("probability", "form", "sampled", "standard_error", "method")
+    _shown_names = ("probability", "standard_error", "form", "sampled", "method")
     probability: float
+    standard_error: float
     form: float
     sampled: float
-    standard_error: float
     method: str
     importance: dict[str, float] = field(repr=False)
     limits: Array = field(repr=False)
@@ -142,7 +144,7 @@ class RandomLimit:
                 return None
             distance = float(margin - derivative @ u) / size
             # On the plane through the limit here, this is the point next to u = 0.
-            nearest = -distance * derivative / size
+            nearest = -np.clip(distance, -_FARTHEST, _FARTHEST) * derivative / size
             if np.linalg.norm(nearest - u) <= _SAME:
                 return distance, derivative / size
             u = nearest
@@ -163,18 +165,32 @@ def probability_of(
     draws = whole_number("draws", draws, least=10)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
     random = _random_limit(RandomLimit(limit, ask, load), friction, preload, correlation_length)
-    form, importance = _by_form(random)
-    limits, safe = _by_sample(random, draws, seed)
-    sampled = safe / draws
-    # One more of both keeps the error above 0.
-    share = (safe + 1) / (draws + 2)
-    error = float(np.sqrt(share * (1 - share) / draws))
-    agrees = abs(form - sampled) <= _ERRORS * error
-    method = f"by FORM; {draws} draws: {sampled:.3g}, standard error {error:.2g}"
-    if not agrees:
-        method = f"by {draws} draws, standard error {error:.2g}; FORM: {form:.3g}"
-    probability = form if agrees else sampled
-    return ShakedownProbability(probability, form, sampled, error, method, importance, limits)
+    numbers = np.random.default_rng(seed).standard_normal((draws, len(random.names)))
+    design = random.design_point()
+    limits, safe = _by_sample(random, numbers)
+    form, importance, on_plane, method = (
+        0.0,
+        dict[str, float](),
+        np.zeros(draws),
+        f"by {draws} draws",
+    )
+    if design is not None:
+        distance, direction = design
+        form = float(ndtr(distance))
+        on_plane = distance + numbers @ direction >= 0
+        method = f"by FORM ({form:.3g}), corrected by {draws} draws"
+        for name, share in zip(random.names, direction**2, strict=True):
+            importance[name] = importance.get(name, 0.0) + float(share)
+    missed = safe - 1.0 * on_plane
+    probability = float(np.clip(form + missed.mean(), 0.0, 1.0))
+    # One more draw that the plane gets wrong keeps the error above 0.
+    variance = (np.abs(missed).sum() + 1) / (draws + 2) - missed.mean() ** 2
+    error = float(np.sqrt(variance / draws))
+    method += f"; standard error {error:.2g}"
+    by_form = np.nan if design is None else form
+    return ShakedownProbability(
+        probability, error, by_form, float(safe.mean()), method, importance, limits
+    )
 
 
 def _random_limit(
@@ -197,41 +213,30 @@ def _random_limit(
     return random
 
 
-def _by_form(random: RandomLimit) -> tuple[float, dict[str, float]]:
-    """The probability by FORM, NaN without a design point, and the share of each input."""
-    design = random.design_point()
-    if design is None:
-        return np.nan, {}
-    distance, direction = design
-    importance = dict[str, float]()
-    for name, share in zip(random.names, direction**2, strict=True):
-        importance[name] = importance.get(name, 0.0) + float(share)
-    return float(ndtr(distance)), importance
-
-
-def _by_sample(random: RandomLimit, draws: int, seed: int) -> tuple[Array, int]:
-    """The limits of a sample, and the number of draws whose load factor has a safe slip."""
-    numbers = np.random.default_rng(seed).standard_normal((draws, len(random.names)))
+def _by_sample(random: RandomLimit, numbers: Array) -> tuple[Array, Array]:
+    """The limits of a sample, and whether the load factors have a safe slip."""
     limits = list[float]()
-    safe = 0
-    with progress_bar(True, "probability", "draw", total=draws) as bar:
+    safe = list[bool]()
+    with progress_bar(True, "probability", "draw", total=len(numbers)) as bar:
         for u in numbers:
             drawn, factor, _ = random.at(u)
             limits.append(drawn.load_factor)
-            safe += bool(drawn.least <= factor <= drawn.load_factor)
+            safe.append(bool(drawn.least <= factor <= drawn.load_factor))
             bar.update()
-    return frozen(limits), safe
+    return frozen(limits), np.array(safe)
 
 
 def _add_friction(random: RandomLimit, friction: Any, correlation_length: Any) -> None:
     """Add the random friction of all nodes, or of each contact; a field if it has a length."""
     system = random.limit.system
-    laws, faces = {"friction": friction}, np.full(system.nodes, "friction")
-    if is_named(friction):
-        laws = dict(friction)
-        faces = np.array(by_contact("friction", {name: name for name in laws}, system))
+    named = is_named(friction)
+    laws = dict(friction) if named else {"friction": friction}
+    faces = np.array([] if system.contact is None else system.contact)
     for name, law in laws.items():
-        nodes = np.flatnonzero(faces == name)
+        nodes = np.flatnonzero(faces == name) if named else np.arange(system.nodes)
+        if not len(nodes):
+            known = sorted(set(faces.tolist()))
+            raise ModelError(f"friction: {shown(name)} is not one of the contacts {known}")
         mixing = np.ones((len(nodes), 1))
         if correlation_length is not None:
             length = finite_number("correlation_length", correlation_length, least=0.0)
@@ -239,4 +244,4 @@ def _add_friction(random: RandomLimit, friction: Any, correlation_length: Any) -
             # Rounding must not make the matrix indefinite, and a length of 0 not divide by 0.
             correlation = np.exp(-distance / max(length, 1e-300)) + 1e-9 * np.eye(len(nodes))
             mixing = np.linalg.cholesky(correlation)
-        random.add(f"friction of {name}" if is_named(friction) else name, law, list(nodes), mixing)
+        random.add(f"friction of {name}" if named else name, law, list(nodes), mixing)

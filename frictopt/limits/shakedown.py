@@ -749,7 +749,7 @@ class ShakedownLimit(ShakedownAnswer):
     ) -> ShakedownProbability:
         """Probability that some start stops slipping, with random friction, preloads and load.
 
-        FORM finds it with the rates of some five limits, and a sample of limits checks it. All
+        FORM finds it with the rates of some five limits, and a sample of limits corrects it. All
         inputs are independent. If only the friction of all nodes is random,
         `RequiredFriction.probability` is exact and cheaper. Nodes are open and closed as in this
         limit. With other open nodes more joints may come to rest, so it is a lower bound.
@@ -757,8 +757,8 @@ class ShakedownLimit(ShakedownAnswer):
         Parameters
         ----------
         friction
-            Frozen distribution of `scipy.stats`, such as `lognorm(0.1, scale=0.3)`, or one for each
-            contact by its name. None: the friction of the limit.
+            Frozen distribution of `scipy.stats`, such as `lognorm(0.1, scale=0.3)`, or one for some
+            contacts by their names. Others, and all if None, have the friction of the limit.
         preload
             Load case of the mean load -> distribution of its amplitude.
         load

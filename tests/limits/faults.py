@@ -483,8 +483,8 @@ FAULTS = (
     Fault(
         "limits/probability.py",
         "FORM needs no sample",
-        old="form if agrees else sampled",
-        new="form",
+        old="np.clip(form + missed.mean(), 0.0, 1.0)",
+        new="np.clip(form, 0.0, 1.0)",
         tests="probability",
     ),
     Fault(
