@@ -24,28 +24,6 @@ from .kinds import kept
 WIDE = 79  # characters of a line of a terminal
 
 
-class Portable:
-    """Base of dataclasses with read-only arrays that can be pickled and copied.
-
-    The arrays of a copy are read-only, too, and it has a cvxpy `problem` of its own.
-    """
-
-    def __post_init__(self) -> None:
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-
-    def __getstate__(self) -> dict[str, object]:
-        state = {part.name: getattr(self, part.name) for part in fields(self)}  # type: ignore[arg-type]
-        if "problem" in state:
-            state["problem"] = copy.deepcopy(state["problem"])
-        return state
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        make_read_only(list(state.values()))
-
-
 def make_read_only(value: object) -> None:
     """Make all arrays in a value, in its lists, tuples and mappings read-only."""
     if isinstance(value, np.ndarray):
@@ -63,14 +41,30 @@ if TYPE_CHECKING:
 Table: TypeAlias = "pd.DataFrame"
 
 
-class Shown(Portable):
-    """Base of classes with a display: one line (`repr`), short lines (`print`), a notebook table.
+class Shown:
+    """Base of dataclasses with read-only arrays, which can be pickled, copied and displayed.
 
-    All three show the values of `_answer`.
+    The arrays of a copy are read-only, too, and it has a cvxpy `problem` of its own. The display is
+    one line (`repr`), short lines (`print`) or a notebook table, with the values of `_answer`.
     """
 
     _shown_names: ClassVar[tuple[str, ...]] = ()
     """Names of the attributes that `_answer` returns, unless a class overrides it."""
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, object]:
+        state = {part.name: getattr(self, part.name) for part in fields(self)}  # type: ignore[arg-type]
+        if "problem" in state:
+            state["problem"] = copy.deepcopy(state["problem"])
+        return state
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        make_read_only(list(state.values()))
 
     def _answer(self) -> Mapping[str, object]:
         """The most important numbers of the result, name -> value."""

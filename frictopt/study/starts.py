@@ -16,6 +16,7 @@ from ..base import (
     ROUNDING,
     Array,
     PerNode,
+    Shown,
     check_text,
     checked_loads,
     finite_array,
@@ -26,7 +27,6 @@ from ..base import (
     warns_of_odd_values,
     whole_number,
 )
-from ..base.results import Portable
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_system, joined, parted
 from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, shakedown_limit
@@ -52,8 +52,8 @@ def __dir__() -> list[str]:
 _SMOOTH_DEGREE = 6  # highest degree of the Chebyshev polynomials of a smooth slip
 
 
-@dataclass(frozen=True, eq=False)
-class Start(Portable):
+@dataclass(frozen=True, eq=False, repr=False)
+class Start(Shown):
     """The start of a transient: a residual slip or an earlier state, an overload, or both.
 
     Attributes
@@ -86,17 +86,18 @@ class Start(Portable):
     --------
     >>> import frictopt as fo
     >>> fo.starts.Start("assembly", "as assembled", slip=[0.01, -0.01])
-    Start(family='assembly', name='as assembled', safe_multiple=None, overload=None, seed=None)
+    Start(family=assembly, name=as assembled, safe_multiple=None, overload=None, seed=None)
     """
 
+    _shown_names = "family", "name", "safe_multiple", "overload", "seed"
     family: str
     name: str
-    slip: Array | None = field(default=None, repr=False)
+    slip: Array | None = None
     safe_multiple: float | None = None
     overload: float | None = None
     seed: int | None = None
-    state: ContactState | None = field(default=None, repr=False)
-    amplitude: float | None = field(default=None, repr=False)
+    state: ContactState | None = None
+    amplitude: float | None = None
 
     def __post_init__(self) -> None:
         check_text("family of a start", self.family, "a printable text")
@@ -157,7 +158,7 @@ def no_slip() -> list[Start]:
     --------
     >>> import frictopt as fo
     >>> fo.starts.no_slip()
-    [Start(family='none', name='none', safe_multiple=None, overload=None, seed=None)]
+    [Start(family=none, name=none, safe_multiple=None, overload=None, seed=None)]
     """
     return [Start("none", "none")]
 
@@ -292,7 +293,7 @@ def overloads(load_factors: Iterable[float]) -> list[Start]:
     --------
     >>> import frictopt as fo
     >>> fo.starts.overloads([2.0])
-    [Start(family='overload', name='overload to 2', safe_multiple=None, overload=2.0, seed=None)]
+    [Start(family=overload, name=overload to 2, safe_multiple=None, overload=2, seed=None)]
     """
     return [
         Start("overload", f"overload to {factor:g}", overload=factor)

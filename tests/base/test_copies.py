@@ -17,7 +17,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.base import Kept
-from frictopt.base.results import Portable
+from frictopt.base.results import Shown
 from frictopt.fem import modes, recovery
 from helpers.answers import ASKED, PAIR, QUESTIONS, answer
 from helpers.systems import CYCLE, stresses_of, system
@@ -117,7 +117,7 @@ def arrays(thing, name):
     elif isinstance(thing, tuple | list):
         for number, part in enumerate(thing):
             yield from arrays(part, f"{name}[{number}]")
-    elif isinstance(thing, Portable):
+    elif isinstance(thing, Shown):
         for attribute in [one.name for one in fields(thing)]:
             if not attribute.startswith("_"):
                 yield from arrays(getattr(thing, attribute), f"{name}.{attribute}")
@@ -161,7 +161,7 @@ def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, name):
 
 def test_every_public_kind_of_result_is_among_the_examples():
     public = {
-        kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)
+        kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Shown)
     }
     kinds = [
         recovery.BodyFields,
@@ -172,7 +172,7 @@ def test_every_public_kind_of_result_is_among_the_examples():
             for name in room.__all__
         ),
     ]
-    public |= {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Portable)}
+    public |= {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Shown)}
     made = {kind_of(name) for name in MADE}
     assert made == public | {fo.starts.Start, fo.increments.Increment}
 
@@ -229,7 +229,7 @@ def test_results_of_every_kind_can_be_saved():
     kinds = {
         kind
         for name in fo.results.__all__
-        if isinstance(kind := getattr(fo.results, name), type) and issubclass(kind, Portable)
+        if isinstance(kind := getattr(fo.results, name), type) and issubclass(kind, Shown)
     }
     assert all(issubclass(kind, Kept) for kind in kinds)
     assert kinds <= {kind_of(name) for name in SAVED}
