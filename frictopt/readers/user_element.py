@@ -54,17 +54,17 @@ def _user_element(text: str, all_blocks: list[Block]) -> _UserElement:
     comments = _NODES.search(text)
     node_lines = comments[1].splitlines() if comments else []
     element_blocks = [block for block in all_blocks if block.keyword == "USERELEMENT"]
-    stiffness_blocks = [
-        block
-        for block in all_blocks
-        if block.keyword == "MATRIX" and block.parameters.get("TYPE") == "STIFFNESS"
-    ]
+    stiffness_blocks = [block for block in all_blocks if _is_stiffness(block)]
     return _UserElement(
         len(element_blocks),
         [int(entry) for line in node_lines for entry in fields(line.strip(" *"))],
         [list(map(int, row)) for block in element_blocks for row in block.rows],
         [number(entry) for block in stiffness_blocks for row in block.rows for entry in row],
     )
+
+
+def _is_stiffness(block: Block) -> bool:
+    return block.keyword == "MATRIX" and block.parameters.get("TYPE") == "STIFFNESS"
 
 
 def _check_element(element: _UserElement, file: str) -> None:

@@ -75,8 +75,7 @@ def answer(
             for outcome, solution in _solutions(form, x, y):
                 claim = claimed(*solution)
                 attempts.append(Attempt(name, outcome, claim.residual))
-                if best is None or claim.residual < best.residual:
-                    best = claim
+                best = _better(claim, best)
                 if best.residual <= enough:
                     break
         else:
@@ -90,6 +89,11 @@ def answer(
             seconds = perf_counter() - started
             return best, SolveRecord(name, tuple(attempts), best.residual, seconds=seconds)
     raise failed(kind, tolerance, attempts, agreed)
+
+
+def _better(claim: C, best: C | None) -> C:
+    """The claim with the smaller residual, the earlier one if they are equal."""
+    return claim if best is None or claim.residual < best.residual else best
 
 
 class _AsItIs:

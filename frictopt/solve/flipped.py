@@ -119,16 +119,11 @@ def _owners(program: Arrays) -> tuple[Integers, Integers]:
     Rows of one entry come first. Then come cones whose rows have one entry each, besides the
     unknowns of the first kind.
     """
-    matrix = program.matrix
-    owner = np.full(len(program.cost), -1)
-    for row in range(program.zero, program.linear):
-        entries = _entries(matrix, row)
-        if len(entries) == 1 and owner[entries[0]] < 0:
-            owner[entries[0]] = row
+    owner = _owners_by_linear_rows(program)
     early = owner >= 0
     cones = [rows for cone in program.cones if cone.shape[1] > 1 for rows in cone]
     for rows in cones:
-        unknowns = [_entries(matrix, row) for row in rows]
+        unknowns = [_entries(program.matrix, row) for row in rows]
         unknowns = [columns[~early[columns]] for columns in unknowns]
         one_each = all(len(columns) == 1 for columns in unknowns)
         together = np.concatenate(unknowns)
@@ -137,6 +132,16 @@ def _owners(program: Arrays) -> tuple[Integers, Integers]:
     owned = np.flatnonzero(owner >= 0)
     order = np.argsort(owner[owned], kind="stable")
     return owner[owned][order], owned[order]
+
+
+def _owners_by_linear_rows(program: Arrays) -> Integers:
+    """(unknowns,) the first linear row that has an entry for this unknown alone, else -1."""
+    owner = np.full(len(program.cost), -1)
+    for row in range(program.zero, program.linear):
+        entries = _entries(program.matrix, row)
+        if len(entries) == 1 and owner[entries[0]] < 0:
+            owner[entries[0]] = row
+    return owner
 
 
 def _entries(matrix: csr_array, row: int) -> Integers:

@@ -82,13 +82,9 @@ def design_problem(
         fillings.append((listed, part, {own.slip: slip}))
         rows += listed
     problem = models.shakedown(x, rows)
-    goal = problem.objective
-    user_rows: list[Row] = []
     if user is not None:
         user.save(whole.values["user"])
-        user_rows = [*user.rows.values()]
-        goal = goal if user.objective is None else cp.Maximize(user.objective)
-    problem = Problem(goal, [*problem.constraints, *user_rows])
+        problem = _with_rows_of_user(problem, user)
     x.load_factor.save_value(np.array(solution.load_factor))
     for variable, name in choice.variables.items():
         variable.save_value(solution.values(name))
@@ -331,6 +327,11 @@ def _with_profile(
     if gap.min() >= 0:
         return system, {}
     return system.with_interference({PROFILE: np.maximum(-gap, 0.0)}), {PROFILE: 1.0}
+
+
+def _with_rows_of_user(problem: cp.Problem, user: UserRows) -> cp.Problem:
+    goal = problem.objective if user.objective is None else cp.Maximize(user.objective)
+    return Problem(goal, [*problem.constraints, *user.rows.values()])
 
 
 def design_program(
