@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..base import ROUNDING, SAME_POINT, Booleans, Integers, number_of
+from ..base import ROUNDING, Integers, number_of
 from ..base.libraries import file_path
 from ..errors import ModelError
 from .deck import Deck
@@ -29,8 +29,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     Its files are `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`. CalculiX writes one
     triangle of each matrix. It leaves out the displacements that `*BOUNDARY` holds, or that a
     constraint determines. It writes no loads: `MatrixJob.force` makes them, and takes the
-    constraints into account. Rotations of a `*RIGID BODY`, the incompatible modes of C3D8I, and the
-    nodes of beams and shells are generalised coordinates. Stiffness and mass of a plane job are
+    constraints into account. The incompatible modes of C3D8I, and the nodes of beams and shells are
+    generalised coordinates. Stiffness and mass of a plane job are
     divided by the thickness of its section. An axisymmetric job refers to the whole circumference:
     its matrices are 180 times the matrices of the file. The contact itself must not be in the deck:
     each body keeps its own nodes there.
@@ -52,9 +52,9 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     ModelError
         A file is missing or damaged. A matrix has no labels, another size than its labels, or is
         not symmetric. Plane elements have displacements along z in CalculiX (plane stress), or
-        several thicknesses. The nodes of a rigid part do not determine its rotation. A `*STEP,
-        PERTURBATION` has a contact, whose springs are in the matrix. A number of the deck has more
-        than 20 characters, of which CalculiX reads only a part.
+        several thicknesses. The deck has a `*RIGID BODY` or a kinematic `*COUPLING`, which
+        `read_joint` reads. A `*STEP, PERTURBATION` has a contact, whose springs are in the matrix.
+        A number of the deck has more than 20 characters, of which CalculiX reads only a part.
 
     Examples
     --------
@@ -78,16 +78,13 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
 
     deck_path = inp if deck is None else file_path("deck", deck)
     _check_widths(deck_path)
-    _check_no_contact_springs(deck_path)
+    _check_keywords(deck_path)
     listed = read_deck(deck_path)
-    labels, resisted = with_rotations(K, labels, listed)
+    labels = with_generalised(labels, listed)
     _check_no_plane_stress(labels, listed)
-    return MatrixJob(
-        _rows_per_depth(K, resisted, listed),
-        labels[resisted],
-        listed,
-        M=None if M is None else _rows_per_depth(M, resisted, listed),
-    )
+    # Per depth of a plane job, or of the whole circumference.
+    factor = _SECTORS if listed.is_axisymmetric else 1 / listed.thickness
+    return MatrixJob(factor * K, labels, listed, M=None if M is None else factor * M)
 
 
 def _check_stiffness_is_there(sti: Path) -> None:
@@ -143,8 +140,11 @@ def _is_cut(entry: str) -> bool:
     return not abs(cut - value) <= ROUNDING * abs(value)
 
 
-def _check_no_contact_springs(path: Path) -> None:
-    """Refuse a contact in a perturbation step: CalculiX 2.20 puts its springs into the matrix."""
+def _check_keywords(path: Path) -> None:
+    """Refuse keywords whose rows of the matrix are no displacements of nodes.
+
+    CalculiX 2.20 puts the springs of a contact into the matrix of a perturbation step.
+    """
     keywords = set()
     has_perturbation = False
     for block in blocks(path):
@@ -154,6 +154,11 @@ def _check_no_contact_springs(path: Path) -> None:
         raise ModelError(
             f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into "
             "the matrix; take *CONTACT PAIR out"
+        )
+    if keywords & {"RIGIDBODY", "KINEMATIC"}:
+        raise ModelError(
+            f"deck {path.name}: the matrix has rotations of its *RIGID BODY or *COUPLING; read the "
+            "deck itself, by read_joint, or write the constraint as *EQUATION"
         )
 
 
@@ -167,37 +172,19 @@ def _check_no_plane_stress(labels: Integers, deck: Deck) -> None:
         )
 
 
-def _rows_per_depth(matrix: csr_matrix, rows: Booleans, deck: Deck) -> csr_matrix:
-    """Some rows of a matrix, per depth of a plane job or of the whole circumference."""
-    factor = _SECTORS if deck.is_axisymmetric else 1 / deck.thickness
-    return csr_matrix(matrix[rows][:, rows]) * factor
+def with_generalised(labels: Integers, deck: Deck) -> Integers:
+    """Labels (n, 2) in which rows that are no displacements of nodes have a minus.
 
-
-def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Booleans]:
-    """Labels (n, 2) in which rotations of rigid parts belong to their references.
-
-    They are directions 4 to 6 of the reference. The second result (n,) says which rows something
-    resists. Incompatible modes of an element, C3D8I, are displacements of three nodes that are not
-    in the deck; in the labels these have a minus, as have the rows of beams and shells.
+    Incompatible modes of an element, C3D8I, are displacements of three nodes that are not in the
+    deck. CalculiX also makes nodes for beams and shells.
     """
     labels = labels.copy()
-    resisted = np.ones(len(labels), dtype=bool)
     made_nodes = np.setdiff1d(labels[:, 0], deck.numbers)
-    _check_rotations_are_named(made_nodes, deck)
-    for reference, rotation in deck.constraints.rigid:
-        nodes = made_nodes if rotation is None else deck.numbers[rotation]
-        rows = np.flatnonzero(np.isin(labels[:, 0], nodes))
-        labels[rows, 0] = deck.numbers[reference]
-        labels[rows, 1] += 3
-        # CalculiX also writes rotations that move no node of the part.
-        resisted[rows] = abs(K[rows]).max(axis=1).toarray().ravel() > 0
-        axes = labels[rows[resisted[rows]], 1] - 1
-        _check_rotation_is_determined(reference, axes, deck)
     if any(block.kind.startswith("C3D8I") for block in deck.elements):
         labels[np.isin(labels[:, 0], made_nodes), 0] *= -1
     of_slender = np.isin(labels[:, 0], _nodes_of_slender_elements(deck, made_nodes))
     labels[of_slender, 0] = -labels[:, 0].max() - 1 - np.arange(np.count_nonzero(of_slender))
-    return labels, resisted
+    return labels
 
 
 def _nodes_of_slender_elements(deck: Deck, made_nodes: Integers) -> Integers:
@@ -211,32 +198,6 @@ def _nodes_of_slender_elements(deck: Deck, made_nodes: Integers) -> Integers:
     others = [block.nodes.ravel() for block in deck.elements if not block.kind.startswith(SLENDER)]
     alone = np.setdiff1d(np.concatenate(slender), np.concatenate([[], *others]))
     return np.union1d(deck.numbers[alone.astype(np.intp)], made_nodes)
-
-
-def _check_rotations_are_named(made_nodes: Integers, deck: Deck) -> None:
-    """Check that it is known which rigid part a rotation node that CalculiX made belongs to."""
-    unnamed = sum(rotation is None for _, rotation in deck.constraints.rigid)
-    if unnamed > 1 or (unnamed and len(made_nodes) > 1):
-        nodes = ", ".join(map(str, made_nodes[:3]))
-        if len(made_nodes) > 3:
-            nodes += ", ..."
-        raise ModelError(
-            f"deck: rigid parts without ROT NODE: {unnamed}, and the matrix has nodes {nodes} that "
-            "are not in the deck; name a ROT NODE in each *RIGID BODY, and use *RIGID BODY in "
-            "place of *COUPLING"
-        )
-
-
-def _check_rotation_is_determined(reference: int, axes: Integers, deck: Deck) -> None:
-    """Check that the nodes of a rigid part move in different ways as it turns about some axes."""
-    # (unknowns of the part, axes)
-    moved = deck.constraints.part(reference)[1][:, axes]
-    rounding = SAME_POINT * np.abs(moved).max(initial=0.0)
-    if np.linalg.matrix_rank(moved, rounding) < len(axes):
-        raise ModelError(
-            f"deck: the nodes that follow REF NODE {deck.numbers[reference]} do not determine its "
-            "rotation; hold it, or give nodes off a line"
-        )
 
 
 def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:

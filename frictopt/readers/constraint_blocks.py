@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base import Array, Booleans, Integers
+from ..base import Booleans, Integers
 from .constraints import Constraints
 from .deck_text import Block, entries, number
 
@@ -34,15 +34,6 @@ class _Term(NamedTuple):
     weight: float
 
 
-class _RigidPart(NamedTuple):
-    """Nodes that follow a reference along some axes; node `rotation` moves as it turns."""
-
-    reference: int
-    rotation: int | None
-    nodes: Integers
-    axes: Sequence[int]
-
-
 @dataclass
 class _ConstraintListing:
     """The entries of the blocks that constrain nodes."""
@@ -50,14 +41,9 @@ class _ConstraintListing:
     row_of_node: Mapping[int, int]
     # node set or surface of nodes -> rows
     sets: Mapping[str, Integers]
-    # element set -> rows of the nodes of its elements
-    nodes_of_elements: Callable[[str], Integers]
     # (nodes, 6)
     held: Booleans
     terms: list[_Term] = field(default_factory=list)
-    rigid: list[_RigidPart] = field(default_factory=list)
-    # parameters of the latest *COUPLING
-    coupling: Mapping[str, str] = field(default_factory=dict)
 
     def rows(self, entry: str) -> Integers:
         """Rows of the nodes that an entry names, by a number or a set."""
@@ -70,15 +56,13 @@ def constraints_of(
     constraint_blocks: Sequence[Block],
     row_of_node: Mapping[int, int],
     sets: Mapping[str, Integers],
-    nodes_of_elements: Callable[[str], Integers],
-    points: Array,
 ) -> Constraints:
     """The constraints of a deck.
 
     A block that cannot be read is only named, in `unresolved`: loads may not depend on it.
     """
     held = np.zeros((len(row_of_node), 6), dtype=bool)
-    listing = _ConstraintListing(row_of_node, sets, nodes_of_elements, held)
+    listing = _ConstraintListing(row_of_node, sets, held)
     unresolved: dict[str, None] = {}
     for block in constraint_blocks:
         read = CONSTRAINING[block.keyword]
@@ -90,20 +74,10 @@ def constraints_of(
         except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
             unresolved[f"a block *{block.keyword} that cannot be read here: {error}"] = None
 
-    terms = list(listing.terms)
-    # An equation takes precedence over a rigid part.
-    in_equations = {term.follower for term in terms}
-    for part in listing.rigid:
-        if part.rotation is not None:
-            held[part.reference, 3:] |= held[part.rotation, :3]
-        terms += [
-            term for term in _terms_of_part(part, points) if term.follower not in in_equations
-        ]
     return Constraints(
         held,
-        ends=np.array([term[:2] for term in terms], dtype=np.intp).reshape(-1, 2),
-        weights=np.array([term.weight for term in terms]),
-        rigid=tuple((part.reference, part.rotation) for part in listing.rigid),
+        ends=np.array([term[:2] for term in listing.terms], dtype=np.intp).reshape(-1, 2),
+        weights=np.array([term.weight for term in listing.terms]),
         unresolved=tuple(unresolved),
     )
 
@@ -162,31 +136,6 @@ def _terms_of_equation(
     return terms
 
 
-def _rigid_body(listing: _ConstraintListing, block: Block) -> None:
-    parameters = block.parameters
-    rotation = None
-    if "ROTNODE" in parameters:
-        rotation = listing.row_of_node[int(parameters["ROTNODE"])]
-    if "ELSET" in parameters:
-        nodes = listing.nodes_of_elements(parameters["ELSET"])
-    else:
-        nodes = listing.sets[parameters["NSET"]]
-    reference = listing.row_of_node[int(parameters["REFNODE"])]
-    listing.rigid.append(_RigidPart(reference, rotation, nodes, [0, 1, 2]))
-
-
-def _coupling(listing: _ConstraintListing, block: Block) -> None:
-    listing.coupling = block.parameters
-
-
-def _kinematic(listing: _ConstraintListing, block: Block) -> None:
-    """Lines of the first and last direction that follow the reference of the *COUPLING above."""
-    axes = sorted({axis for row in block.rows for axis in _axes(row) if axis < 3})
-    reference = listing.row_of_node[int(listing.coupling["REFNODE"])]
-    nodes = listing.sets[listing.coupling["SURFACE"]]
-    listing.rigid.append(_RigidPart(reference, None, nodes, axes))
-
-
 def _axes(directions: Sequence[str]) -> list[int]:
     """Axes from the first to the last direction; those beyond 6 are temperatures and the like."""
     first = directions[0]
@@ -194,38 +143,13 @@ def _axes(directions: Sequence[str]) -> list[int]:
     return [axis for axis in range(int(first) - 1, int(last)) if axis < 6]
 
 
-def _terms_of_part(part: _RigidPart, points: Array) -> list[_Term]:
-    """Terms by which the nodes of a rigid part follow its reference.
-
-    The displacements of the node of its rotation are the rotation of the reference.
-    """
-    first = 6 * part.reference
-    terms: list[_Term] = []
-    if part.rotation is not None:
-        terms = [_Term(6 * part.rotation + axis, first + 3 + axis, 1.0) for axis in range(3)]
-    arms = points[part.nodes] - points[part.reference]
-    # (nodes, 3, 3) displacement of each node as the part turns about each axis
-    turns = np.cross(np.eye(3), arms[:, None])
-    for node, turn in zip(part.nodes.tolist(), turns, strict=True):
-        if node == part.reference:
-            continue
-        for axis in part.axes:
-            follower = 6 * node + axis
-            terms.append(_Term(follower, first + axis, 1.0))
-            for about, weight in enumerate(turn[:, axis].tolist()):
-                if weight:
-                    terms.append(_Term(follower, first + 3 + about, weight))
-    return terms
-
-
 # Keyword -> the function that reads it. None: its equations are rules of the code that are not in
 # the deck; a load on a node that follows is then refused by the name of the keyword.
 CONSTRAINING: dict[str, Callable[[_ConstraintListing, Block], None] | None] = {
     "BOUNDARY": _boundary,
     "EQUATION": _equation,
-    "RIGIDBODY": _rigid_body,
-    "COUPLING": _coupling,
-    "KINEMATIC": _kinematic,
+    "RIGIDBODY": None,
+    "KINEMATIC": None,
     "TIE": None,
     "MPC": None,
     "DISTRIBUTING": None,

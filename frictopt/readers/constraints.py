@@ -14,8 +14,7 @@ class Constraints:
     """Held displacements and rotations, and those that follow others.
 
     Unknowns 6 i to 6 i + 5 are the displacements and rotations of node i. `*BOUNDARY` holds some;
-    `*EQUATION`, `*RIGID BODY`, and `*COUPLING` with `*KINEMATIC` let some follow others. In a rigid
-    part `u_i = u_ref + rotation x (x_i - x_ref)`.
+    `*EQUATION` lets some follow others.
     """
 
     # (nodes, 6) whether an unknown is held
@@ -24,9 +23,6 @@ class Constraints:
     ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
     # (m,) how much it follows
     weights: Array = field(default_factory=lambda: np.zeros(0))
-    # row of the reference of each rigid part, and of the node of its rotation (None: the code
-    # makes that node)
-    rigid: tuple[tuple[int, int | None], ...] = ()
     # keywords whose equations are not in the deck
     unresolved: tuple[str, ...] = ()
 
@@ -66,20 +62,6 @@ class Constraints:
             f"matrix nor in *BOUNDARY, and no *EQUATION determines it ({reason}); load nodes that "
             "follow no others, write the constraint as *EQUATION, or merge tied nodes"
         )
-
-    def part(self, reference: int) -> tuple[Integers, Array]:
-        """Unknowns (m,) that follow the displacements of a node, and how much they follow it.
-
-        The (m, 6) weights are those of its displacements and rotations.
-        """
-        first = 6 * reference
-        leader = self.ends[:, 1]
-        follows_node = (leader >= first) & (leader < first + 6)
-        follows_displacement = follows_node & (leader < first + 3)
-        unknowns = np.unique(self.ends[follows_displacement, 0])
-        places = (self.ends[follows_node, 0], leader[follows_node] - first)
-        follow = csr_matrix((self.weights[follows_node], places), shape=(self.held.size, 6))
-        return unknowns, follow[unknowns].toarray()
 
     def following(self, ends: Integers, weights: Array) -> "Constraints":
         """These constraints, with more unknowns that follow others."""

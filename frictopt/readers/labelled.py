@@ -356,8 +356,7 @@ class LabelledMatrix(Shown):
         >>> frequencies.tolist(), shapes.shape
         ([24757.59, 47452.97], (2, 964))
         """
-        deck = self.deck if isinstance(self.deck, Deck) else None
-        return printed_modes(file_path("modes", path), self.labels, deck)
+        return printed_modes(file_path("modes", path), self.labels)
 
 
 def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:

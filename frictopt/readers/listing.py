@@ -127,10 +127,6 @@ class DeckListing:
         points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in self.nodes.values()])
         sets = self._sets(row_of_node)
 
-        def nodes_of_elements(elements: str) -> Integers:
-            nodes = self._nodes_of_elements(elements, "a rigid body")
-            return _rows(row_of_node, nodes, f"element set {elements}")
-
         return Deck(
             numbers=whole(list(self.nodes)),
             points=points,
@@ -143,9 +139,7 @@ class DeckListing:
                 for name in self.element_sets.members
             },
             thicknesses=self._thicknesses_of_plane_elements(),
-            constraints=constraints_of(
-                self.constraint_blocks, row_of_node, sets, nodes_of_elements, points
-            ),
+            constraints=constraints_of(self.constraint_blocks, row_of_node, sets),
             surfaces={
                 name: tuple(self._faces_of(name, ())) for name in (*self.faces, *self.unions)
             },

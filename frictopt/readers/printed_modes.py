@@ -1,15 +1,12 @@
 """Modes of vibration that CalculiX prints into `NAME.dat`."""
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from ..base import Array, Integers, frozen
 from ..errors import ModelError
-from .deck import Deck
 from .deck_text import text_of
 from .labels import displaced
 
@@ -22,13 +19,12 @@ _DISPLACEMENTS = re.compile(r"displacements \(vx,vy,vz\).*\n\s*\n((?: *\d+(?: +\
 _WITHOUT_LETTER = re.compile(r"(\d)([+-]\d{3})$")
 
 
-def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Array, Array]:
+def printed_modes(path: Path, labels: Integers) -> tuple[Array, Array]:
     """Frequencies (m,) and shapes (m, n) of the modes, for the n unknowns of a matrix.
 
     `labels` (n, 2) are node and direction of each unknown. See `MatrixJob.modes`.
     """
-    rigid = [] if deck is None else [deck.numbers[row] for row, _ in deck.constraints.rigid]
-    if not (displaced(labels) | np.isin(labels[:, 0], rigid)).all():
+    if not displaced(labels).all():
         raise ModelError(
             "modes: the matrix has unknowns that are no displacements of nodes, and CalculiX "
             "prints none else; find modes from K and M"
@@ -43,26 +39,19 @@ def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Arra
             f"modes: {str(path)!r} has frequencies: {len(frequencies)}, modes: {len(modes)}; "
             "give the .dat of a *FREQUENCY step with *NODE PRINT of U"
         )
-    shapes = [_shape(mode, labels, path, deck) for mode in modes]
+    shapes = [_shape(mode, labels, path) for mode in modes]
     return frozen(frequencies), frozen(shapes)
 
 
-def _shape(mode: str, labels: Integers, path: Path, deck: Deck | None) -> Array:
-    """(n,) displacements of one mode, and rotations of rigid parts."""
+def _shape(mode: str, labels: Integers, path: Path) -> Array:
+    """(n,) displacements of one mode."""
     printed = _printed(mode)
-    parts = [] if deck is None else _parts(labels, deck)
-    needed = set(labels[:, 0].tolist())
-    for part in parts:
-        needed |= {part.reference, *part.nodes}
-    missing = needed - printed.keys()
+    missing = set(labels[:, 0].tolist()) - printed.keys()
     if missing:
         raise ModelError(
             f"modes: {str(path)!r} has no displacement of node {min(missing)} of the matrix; "
             "print U of all nodes (*NODE PRINT)"
         )
-    for part in parts:
-        # Directions 4 to 6 of the reference are the rotation of the part.
-        printed[part.reference] += _rotation(part, printed)
     return np.array([printed[node][direction - 1] for node, direction in labels.tolist()])
 
 
@@ -76,35 +65,3 @@ def _printed(mode: str) -> dict[int, list[float]]:
                 float(_WITHOUT_LETTER.sub(r"\1E\2", value)) for value in values
             ]
     return displacements
-
-
-class _RigidPart(NamedTuple):
-    """The displacements that follow a reference: node and axis of each, and how they follow."""
-
-    reference: int
-    nodes: list[int]
-    axes: list[int]
-    # (m, 6) weights of the displacements and rotations of the reference
-    follow: Array
-
-
-def _parts(labels: Integers, deck: Deck) -> list[_RigidPart]:
-    """The rigid parts whose rotations are unknowns of the matrix."""
-    turned = labels[~displaced(labels), 0]
-    parts = []
-    for row in np.flatnonzero(np.isin(deck.numbers, turned)).tolist():
-        unknowns, follow = deck.constraints.part(row)
-        nodes = deck.numbers[unknowns // 6].tolist()
-        parts.append(_RigidPart(int(deck.numbers[row]), nodes, (unknowns % 6).tolist(), follow))
-    return parts
-
-
-def _rotation(part: _RigidPart, printed: Mapping[int, list[float]]) -> list[float]:
-    """The rotation that fits the displacements of the nodes of a rigid part."""
-    moved = np.array(
-        [printed[node][axis] for node, axis in zip(part.nodes, part.axes, strict=True)]
-    )
-    by_displacement = part.follow[:, :3] @ printed[part.reference]
-    rotation: list[float]
-    rotation = np.linalg.lstsq(part.follow[:, 3:], moved - by_displacement)[0].tolist()
-    return rotation

@@ -229,20 +229,16 @@ def test_without_a_density_there_is_no_matrix(tmp_path):
         fo.readers.read_calculix(job)
 
 
-@pytest.mark.parametrize("rigid", ["", "2000, 1.5, 1.0, 3.0\n2001, 0.0, 0.0, 0.0\n"])
-def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, rigid):
+def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path):
     """Bricks with incompatible modes are as stiff as in a static step.
 
     CalculiX gives each brick three nodes that are not in the deck. The displacement of glued bodies
     under forces by the package is that of CalculiX under its own forces.
     """
     blocks, pairs, deck = space()
-    deck = deck.replace("C3D8", "C3D8I").replace("*ELEMENT", f"{rigid}*ELEMENT", 1)
-    deck += "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n" if rigid else ""
+    deck = deck.replace("C3D8", "C3D8I")
     job = fo.readers.read_calculix(run(tmp_path, deck)[0])
-    assert len(job.generalised) == 9 * sum(len(block.elements) for block in blocks) + 3 * bool(
-        rigid
-    )
+    assert len(job.generalised) == 9 * sum(len(block.elements) for block in blocks)
     system, _ = condensed(job)
     ties = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2, 3))
     for name, traction in (("P", [0.0, 0.0, -1.0]), ("Q", [1.0, 0.0, 0.0])):
@@ -264,53 +260,26 @@ def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
         condensed(fo.readers.read_calculix(run(tmp_path, deck)[0]))
 
 
-REFERENCE, ROTATION = "2000, 1.5, 1., 3.\n", "2001, 0., 0., 0.\n"
-TOP_OF_NODES = "*SURFACE, NAME=ON_TOP, TYPE=NODE\nTOP\n"
-RIGID = {
-    "free": ("*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
-    "with a node for the rotation": (
-        "*Rigid body, Nset=Top, Ref node=2000, Rot node=2001\n",
-        REFERENCE + ROTATION,
-    ),
-    "that does not turn": (
-        "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 1, 3\n",
-        REFERENCE + ROTATION,
-    ),
-    "that turns about one axis": (
-        "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 2, 3\n2000, 1\n",
-        REFERENCE + ROTATION,
-    ),
-    "led by a node of the mesh": ("*RIGID BODY, NSET=TOP, REF NODE=503\n", ""),
-    "by a coupling": (
-        TOP_OF_NODES
-        + "*COUPLING, REF NODE=2000, SURFACE=ON_TOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n",
-        REFERENCE,
-    ),
-    "of which a node follows another": (
-        equation((530, 1, 1.0), (514, 1, -1.0)) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n",
-        REFERENCE,
-    ),
-    "none": ("", ""),
-    "by equations": ("".join(equation(*terms) for terms in chained(range(525, 537), 3)), ""),
+RULES = {
+    "none": "",
+    "equations": "".join(equation(*terms) for terms in chained(range(525, 537), 3)),
 }
 
 
-@pytest.mark.parametrize("kind", RIGID)
-def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
+@pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
+def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, rule):
     """Displacements under forces by the package agree with a static step.
 
-    Forces act on nodes that follow a rigid part, on the part itself and on other nodes; a pressure
-    acts on its face.
+    Forces act on nodes that follow others, and on other nodes; a pressure acts on their face.
     """
-    rule, nodes = RIGID[kind]
     block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
     top, bottom = block.on(2, 2), block.on(2, 0)
     deck = (
-        block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1)
+        block.deck()
         + node_set("TOP", top)
         + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
     )
-    loaded = [int(top[-1]), 530, 520, 2000 if REFERENCE in nodes else 521]
+    loaded = [int(top[-1]), 530, 520, 521]
     job = fo.readers.read_calculix(run(tmp_path, deck)[0])
     row = {int(n): i for i, n in enumerate(job.deck.numbers)}
     force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force(
@@ -401,27 +370,6 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
         fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"
     ):
         fo.backbone_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
-
-
-def test_a_rigid_tool_has_its_mass(tmp_path):
-    """A rigid tool has its mass.
-
-    The rotation of a rigid part has its inertia. It takes part in the modes that CalculiX prints,
-    by the displacements of its nodes.
-    """
-    _, pairs, deck = plane()
-    deck = (
-        deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1)
-        + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
-    )
-    job = fo.readers.read_calculix(run(tmp_path, deck)[0])
-    equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
-    frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
-    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
-    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
-    assert shapes[0] * np.sign(shapes[0] @ job.M @ modes[:, 0]) == pytest.approx(
-        modes[:, 0], abs=1e-6 * np.abs(modes[:, 0]).max()
-    )
 
 
 def test_a_mass_of_another_size_is_refused():

@@ -26,30 +26,6 @@ def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path)
 
 
 @pytest.mark.ccx
-def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
-    """A rigid body of elements equals a rigid body of their nodes.
-
-    The second deck names the nodes and the node of the rotation. The stiffness is the same, and the
-    same forces act on the body.
-    """
-    tool = "*NODE\n100, 0.5, 0.5, 3.\n101, 0.5, 0.5, 3.\n"
-    found = []
-    for name, rigid in (
-        ("whole", "ELSET=HIGH, REF NODE=100"),
-        ("named", "NSET=TOOL, REF NODE=100, ROT NODE=101"),
-    ):
-        deck = BASE + tool + node_set("TOOL", HIGH.numbers) + f"*RIGID BODY, {rigid}\n"
-        job = fo.readers.read_calculix(run(tmp_path, deck, name=name)[0])
-        order = np.lexsort(job.labels.T[::-1])
-        load = job.force(job.nodes("TOOL"), nodal=[1.0, 2.0, 3.0])
-        found.append((job.labels[order].tolist(), job.K[order][:, order].toarray(), load[order]))
-    (labels, K, load), (other_labels, other_K, other_load) = found
-    assert labels == other_labels and np.allclose(K, other_K, rtol=1e-9, atol=1e-9 * abs(K).max())
-    assert np.allclose(load, other_load)
-    assert load[[labels.index([100, k]) for k in (1, 2, 3)]] == pytest.approx([8.0, 16.0, 24.0])
-
-
-@pytest.mark.ccx
 @pytest.mark.parametrize("form", ["%.12e", "%.18e"])
 def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
     """Numbers that CalculiX does not read as a whole are refused.
@@ -136,12 +112,15 @@ def test_included_files_are_those_that_calculix_reads(tmp_path):
 
 
 @pytest.mark.ccx
-def test_nodes_that_calculix_makes_for_a_coupling_are_explained(tmp_path):
-    """The face of a `*COUPLING` with elements is not read: its nodes are a surface of nodes here."""
-    coupling = (
-        "*NODE\n100, 0.5, 0.5, 2.\n*SURFACE, NAME=FACE\nLOW, S2\n"
-        "*COUPLING, REF NODE=100, SURFACE=FACE, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n"
-    )
-    job, _ = run(tmp_path, LOW.deck() + FOOT + coupling)
-    with pytest.raises(fo.ModelError, match=r"deck: node 101 .* and without a block \*KINEMATIC"):
-        _ = fo.readers.read_calculix(job).unknowns
+@pytest.mark.parametrize(
+    "part",
+    [
+        "*RIGID BODY, NSET=FOOT, REF NODE=100\n",
+        "*COUPLING, REF NODE=100, SURFACE=FACE, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n",
+    ],
+)
+def test_rotations_of_rigid_parts_are_refused_with_the_way_out(tmp_path, part):
+    deck = "*NODE\n100, 0.5, 0.5, 2.\n*SURFACE, NAME=FACE\nLOW, S2\n" + part
+    job, _ = run(tmp_path, LOW.deck() + FOOT.replace("*BOUNDARY\nFOOT, 1, 3\n", "") + deck)
+    with pytest.raises(fo.ModelError, match=r"rotations of its \*RIGID BODY .* read_joint"):
+        fo.readers.read_calculix(job)

@@ -105,14 +105,6 @@ KEPT = {  # more of the deck, and what is then true of its mesh and job
         "*EQUATION\n2\n9, 1, 1., 5, 1, -1.\n",
         lambda _, job: links(job) == [[(9, 1), (5, 1)]],
     ),
-    "*RIGID BODY": (
-        "*RIGID BODY, ELSET=HIGH, REF NODE=1\n",
-        lambda _, job: {follows for (follows, _), _ in links(job)} == set(range(9, 17)),
-    ),
-    "*COUPLING": (
-        "*SURFACE, NAME=N, TYPE=NODE\n5, 1.\n*COUPLING, REF NODE=1, SURFACE=N, CONSTRAINT NAME=C\n*KINEMATIC\n1, 2\n",
-        lambda _, job: [(5, 1), (1, 1)] in links(job) and [(5, 3), (1, 3)] not in links(job),
-    ),
     **{
         f"*{name}": named(name)
         for name in (
@@ -126,7 +118,6 @@ KEPT = {  # more of the deck, and what is then true of its mesh and job
     },
     **{f"*{name}": named(name) for name in ("PRE-TENSION SECTION", "EMBEDDED ELEMENT")},
 }
-KEPT["*KINEMATIC"] = KEPT["*COUPLING"]
 # Refused, and the deck that does what the error says.
 REFUSED = {
     **{
@@ -171,6 +162,8 @@ OF_JOBS = {  # refused by readers of matrices alone: elements of the deck, and m
         "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n2.\n",
     ),
     "*TRANSFORM": (BRICKS, "*TRANSFORM, NSET=NALL, TYPE=C\n0., 0., 0., 0., 0., 1.\n", ""),
+    "*RIGID BODY": (BRICKS, "*RIGID BODY, ELSET=HIGH, REF NODE=1\n", "*COUPLING\n"),
+    "*KINEMATIC": (BRICKS, "*COUPLING\n*KINEMATIC\n1, 2\n", "*COUPLING\n*DISTRIBUTING\n1, 2\n"),
     "*CONTACT PAIR": (
         BRICKS,
         "*CONTACT PAIR, INTERACTION=I\nA, B\n*STEP, PERTURBATION\n",
@@ -231,9 +224,8 @@ def test_what_changes_a_matrix_is_refused_by_its_readers_alone(folder, name):
     nodes, directions = (
         (NODES, 3) if elements is BRICKS else ("".join(NODES.splitlines(keepends=True)[:5]), 2)
     )
-    with pytest.raises(
-        fo.ModelError, match=r"thickness" if name == "*NODAL THICKNESS" else rf"\{name}"
-    ):
+    said = {"*NODAL THICKNESS": "thickness", "*KINEMATIC": r"\*COUPLING"}.get(name, rf"\{name}")
+    with pytest.raises(fo.ModelError, match=said):
         job_of(folder, nodes + elements + bad, directions)
     job_of(folder, nodes + elements + good, directions)
     assert mesh_of(folder, nodes + elements + bad).nelements == len(elements.splitlines()) // 2
