@@ -105,6 +105,11 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         raise ModelError(f"deck {file.name}: no *STATIC step; a joint needs one")
     cases, states = load_cases(conditions.states)
     setting = conditions.states[-1].setting
+    if not cases and min(conditions.clearances.values(), default=0.0) >= 0:
+        raise ModelError(
+            f"deck {file.name}: no step has a load; if the meshes overlap by a fit, write ADJUST=0 "
+            "in *CONTACT PAIR, and the overlap as *CLEARANCE, VALUE=-overlap"
+        )
     if all(pair[:2] in setting.removed for pair in conditions.pairs):
         raise ModelError(
             f"deck {file.name}: no *CONTACT PAIR that may slide is in force at the end; a joint "

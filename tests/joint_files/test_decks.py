@@ -212,6 +212,17 @@ def test_a_clearance_below_zero_is_an_overlap_and_above_a_gap(tmp_path):
     assert joint.system().gap == pytest.approx(0.25)
 
 
+def test_meshes_that_overlap_by_a_fit_are_moved_apart_and_pressed(tmp_path):
+    """The slider overlaps the base by .01 under a lid, without lateral strain: E .01 / h on 2 x 2."""
+    hold = HELD + "*BOUNDARY\nNALL, 1, 1\nNTOP, 2, 2\n"
+    fit = "*CLEARANCE, MASTER=SHIGH, SLAVE=SLOW, VALUE=-.01\n"
+    material = MATERIAL.replace("0.3", "0.0")
+    text = deck("", held=hold, pair=adjusted(0), more=fit, material=material, lift=-0.01)
+    joint = joint_of(tmp_path, text)
+    # The slider is .01 higher after its lower nodes have moved.
+    assert of_states(joint)["STEP 1"] == pytest.approx([0, -1000 * 0.01 / 1.99 * 4], rel=1e-9)
+
+
 def adjusted(value):
     return PAIR.replace("SURFACE TO SURFACE", f"SURFACE TO SURFACE, ADJUST={value}")
 
@@ -497,6 +508,8 @@ def test_decks_without_contacts_steps_or_materials_are_refused(tmp_path):
         joint_of(tmp_path, deck(PRESS, pair=""))
     with pytest.raises(fo.ModelError, match=r"no \*STATIC step"):
         joint_of(tmp_path, deck())
+    with pytest.raises(fo.ModelError, match=r"no step has a load; if the meshes overlap"):
+        joint_of(tmp_path, deck("", lift=-0.01))
     with pytest.raises(fo.ModelError, match=r"body 'BASE'.* give all of it one"):
         joint_of(
             tmp_path, deck(PRESS).replace("*SOLID SECTION, ELSET=BASE, MATERIAL=STEEL\n2.\n", "")
