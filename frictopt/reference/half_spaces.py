@@ -228,7 +228,7 @@ def half_space_contact(
     inside = np.hypot(x, y) < half_length
     x = x[inside]
     y = y[inside]
-    normal, along, across, mixed = _influence(x[:, None] - x, y[:, None] - y, size / 2)
+    normal, along, across, mixed = influence(x[:, None] - x, y[:, None] - y, size / 2)
     # 1 / (2 pi G) for two bodies, per unit force on a cell
     scale = 2 * (1 + nu) / (np.pi * E * size**2)
     shear = scale * np.block(
@@ -252,7 +252,7 @@ def half_space_contact(
     }
 
 
-def _influence(x: Array, y: Array, half: float) -> tuple[Array, Array, Array, Array]:
+def influence(x: Array, y: Array, half: float) -> tuple[Array, Array, Array, Array]:
     """Integrals of 1/r, x^2/r^3, y^2/r^3 and x y/r^3 over a square cell around the origin.
 
     r is the distance from (x, y), `half` half of the side of the cell.

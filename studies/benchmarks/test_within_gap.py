@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.limits import pose
 from frictopt.limits.program.rest_program import elastic
+from studies.half_space import CYCLE, punch_on_half_space
 
 BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
@@ -158,3 +159,49 @@ def test_2500_nodes_within_a_thousandth(tmp_path, record_property):
     )
     assert within[0] <= exact[0] * (1 + 1e-8) and exact[0] <= within[1] * (1 + 1e-8)
     assert within[1] - within[0] <= 0.001 * within[1] and ratio < 0.4
+
+
+def test_half_spaces_of_4096_and_16384_nodes(record_property):
+    """Four times the nodes take at most 4.5 times the time, and at most 600 steps to 1 %."""
+    fo.shakedown_limit(punch_on_half_space(12), CYCLE, 0.5, gap=0.01)
+    spent = []
+    for cells in (64, 128):
+        with threadpool_limits(1):
+            start = time.process_time()
+            limit = fo.shakedown_limit(punch_on_half_space(cells), CYCLE, 0.5, gap=0.01)
+            spent.append(time.process_time() - start)
+        assert limit.gap <= 0.01 and steps_of(limit) <= 600
+    ratio = spent[1] / spent[0]
+    record_property("ratio", ratio)
+    print(f"\n    {spent[0]:.1f} s and {spent[1]:.1f} s, ratio {ratio:.1f}")
+    assert ratio <= 4.5
+
+
+def test_900_nodes_by_products_alone(record_property):
+    """At most twice the time of the condensed contact, and 1.1 times its memory."""
+    code = (
+        "import resource, sys, time, frictopt as fo\n"
+        "cycle = fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}])\n"
+        "model, start = fo.scenes.SquarePunch(elements=29).model(), time.process_time()\n"
+        "contact = getattr(model, sys.argv[1])()\n"
+        "limit = fo.shakedown_limit(contact, cycle, 0.5, gap=0.01)\n"
+        "print(limit.load_factor, limit.bound, time.process_time() - start)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)\n"
+    )
+    answers = []
+    for kind in ("condense", "products"):
+        done = subprocess.run(
+            [sys.executable, "-c", code, kind],
+            check=True,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        )
+        answers.append([float(number) for number in done.stdout.split()])
+    condensed, products = answers
+    ratio, memory = products[2] / condensed[2], products[3] / condensed[3]
+    record_property("ratio", ratio)
+    print(f"\n    {products[2]:.1f} s, ratio {ratio:.2f}; {products[3]:.2f} GB, ratio {memory:.2f}")
+    assert ratio <= 2 and memory <= 1.1
+    assert products[0] == pytest.approx(condensed[0], rel=1e-3)
+    assert products[1] == pytest.approx(condensed[1], rel=1e-3)
