@@ -90,12 +90,20 @@ class HalfSpace:
         shape = (motions.size, motions.size)
         A = LinearOperator(shape, lambda r: self.motions(r, axes, axes), dtype=self._kind)
         M = LinearOperator(shape, nearly, dtype=self._kind)
-        motions = motions.astype(self._kind)
+        # The squares of small motions would be zero in single precision.
+        size = float(np.linalg.norm(motions)) or 1.0
         first = self._last.get(search)
-        r, failed = cg(A, motions, first, rtol=self._tolerance, maxiter=500, M=M)
+        r, failed = cg(
+            A,
+            (motions / size).astype(self._kind),
+            None if first is None else (first / size).astype(self._kind),
+            rtol=self._tolerance,
+            maxiter=500,
+            M=M,
+        )
         assert not failed
-        self._last[search] = r
-        return np.asarray(r)
+        self._last[search] = np.asarray(r, dtype=float) * size
+        return self._last[search]
 
     def pressures(self, shear: Array) -> Array:
         """(N,) pressures due to shear forces (2 N,) on the closed contact."""

@@ -50,7 +50,13 @@ _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
 _SERENDIPITY = {8: skfem.ElementQuadS2, 20: skfem.ElementHexS2}
 # Order of integration. Three points a direction are exact for uniform stress in curved elements,
 # and for any stress in straight elements.
-_ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2: 5}
+_ORDERS = {
+    skfem.MeshHex1: 5,
+    skfem.MeshQuad2: 5,
+    skfem.MeshHex2: 5,
+    MeshMixedPlane2: 5,
+    MeshMixed2: 5,
+}
 # Largest distance of a midside node from the middle of its corners, relative to the distance of the
 # corners: some 45 degrees of arc.
 _OFF = 0.1
@@ -154,8 +160,10 @@ def body_stiffness(
     """
     basis = basis_of(mesh)
     lam, mu = material._plane_lame(kinematics)
-    x = np.asarray(basis.global_coordinates())[0]
-    weights = basis.dx * circumference(x, kinematics)
+    weights = basis.dx
+    if kinematics == "axisymmetric":
+        x = np.asarray(basis.global_coordinates())[0]
+        weights = weights * circumference(x, kinematics)
     # (element, direction, node, point) slopes of the functions
     gradients = np.array([field.grad for (field,) in basis.basis])
     slopes = np.ascontiguousarray(np.moveaxis(gradients, 2, 0).swapaxes(1, 2))
