@@ -26,6 +26,7 @@ from ..plots.style import (
     new_axes,
     picture,
     series,
+    together,
     unit,
 )
 from .backbone import BackboneCurve
@@ -58,17 +59,14 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 @picture.register
 def comparison(of: Comparison, ax: AnyAxes = None) -> AnyAxes:
     """Each number of each variant, divided by that of the first one, if all are finite."""
-    names = list(of.names)
-    numbers = of.table.set_index("number")[names].astype(float)
-    ratios = numbers.div(numbers[names[0]], axis=0)
+    numbers = of.table.set_index("number")[list(of.names)].astype(float)
+    ratios = numbers.div(numbers[of.names[0]], axis=0)
     ratios = ratios[np.isfinite(ratios).all(axis=1)]
     (axes,) = new_axes(ax, size=(6.4, 1.2 + 0.3 * len(ratios)))
-    rows = np.arange(len(ratios))
-    for number, name in enumerate(names):
-        look: Look = series(number, len(names)) | {"linestyle": "none"}
-        axes.plot(ratios[name], rows, label=as_is(name), **look)
-    axes.set(yticks=rows, yticklabels=ratios.index)
-    axes.set_ylim(len(ratios) - 0.5, -0.5)
+    for number, name in enumerate(of.names):
+        look: Look = series(number, len(of.names)) | {"linestyle": "none"}
+        axes.plot(ratios[name], ratios.index, label=as_is(name), **look)
+    axes.invert_yaxis()
     axes.set_xlabel(f"divided by {as_is(of.names[0])}")
     legend(axes)
     return axes
@@ -242,31 +240,29 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
-def _wear(history: WearHistory, ax: AnyAxes = None) -> AnyAxes:
-    """Depth worn off and pressure after some cycles, in space maps of the depth in the end."""
-    table, system = history.to_frame(), history.system
+def _worn(worn: WearHistory | WornIn, ax: AnyAxes = None) -> AnyAxes:
+    """Depth worn off; of a history also the pressure, of a worn-in contact what never slips.
+
+    In space a map of the depth in the end.
+    """
+    system = worn.system
+    label = "pressure at the last corner\n(force per area)"
+    if isinstance(worn, WornIn):
+        end, title = worn.depth, f"worn in: {worn.stick.sum()} of {system.nodes} nodes never slip"
+        stick = np.where(worn.stick, 0.0, np.nan)
+        rows = [(_DEPTH, {"depth worn off": end, "never slips": stick})]
+    else:
+        end, cycles = worn.depth[-1], worn.to_frame()["cycles"]
+        title = f"worn off after {cycles.iloc[-1]:.4g} cycles"
+        some = np.unique(np.linspace(0, len(cycles) - 1, 6).astype(int))
+        named = {f"after {cycles[row]:.4g} cycles": row for row in some}
+        depths = {name: worn.depth[row] for name, row in named.items()}
+        rows = [(_DEPTH, depths), (label, {n: worn.pressure[row] for n, row in named.items()})]
     if system.tangents == 2:
         panels = panels_of(ax, system)
-        panels[0].set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
-        return face_map(panels, faces_of(system), history.depth[-1], _DEPTH)
-    panels = new_axes(ax, 2, (6.4, 5.4))
-    rows = np.unique(np.linspace(0, len(table) - 1, 6).astype(int))
-    named = {f"{table['cycles'][row]:.4g}": row for row in rows}
-    depths = {name: history.depth[row] for name, row in named.items()}
-    pressures = {name: history.pressure[row] for name, row in named.items()}
-    label = "pressure at the last corner\n(force per area)"
-    along(panels, system, [(_DEPTH, depths), (label, pressures)], "cycles")
-    return np.array(panels)
-
-
-@picture.register
-def _worn_in(end: WornIn, ax: AnyAxes = None) -> AnyAxes:
-    """Depth worn off, and the nodes that never slip; in space a map of the depth."""
-    system = end.system
-    axes, *_ = panels = panels_of(ax, system)
-    axes.set_title(f"worn in: {int(end.stick.sum())} of {system.nodes} nodes never slip")
-    if system.tangents == 2:
-        return face_map(panels, faces_of(system), end.depth, _DEPTH)
-    stick = np.where(end.stick, 0.0, np.nan)
-    along([axes], system, [(_DEPTH, {"depth worn off": end.depth, "never slips": stick})])
-    return axes
+        panels[0].set_title(title)
+        return face_map(panels, faces_of(system), end, _DEPTH)
+    panels = new_axes(ax, len(rows), (6.4, 0.9 + 2.3 * len(rows)))
+    panels[0].set_title(title)
+    along(panels, system, rows)
+    return together(panels)

@@ -77,7 +77,6 @@ def along(
     panels: Sequence[Axes],
     nodes: Nodes,
     rows: Sequence[tuple[str, Mapping[str, Array]] | None],
-    title: str | None = None,
 ) -> None:
     """Draw a panel for each row: the name of its axis, and values (N,) by their labels.
 
@@ -92,7 +91,7 @@ def along(
             look = line(number, len(values)) if len(values) > 1 else {"color": BLACK}
             lines(axes, nodes, of_nodes, label=label or None, **look, **POINTS)
         if any(values):
-            legend(axes, title)
+            legend(axes)
     label_panels(panels, nodes)
 
 

@@ -125,8 +125,8 @@ FAULTS = (
     Fault(
         "joints/pictures.py",
         "the depth as pressure",
-        old="history.pressure",
-        new="history.depth",
+        old="worn.pressure",
+        new="worn.depth",
         tests="wear::test_the_table_says_what_the_arrays_say",
     ),
     Fault(

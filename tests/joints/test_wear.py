@@ -101,10 +101,16 @@ def test_the_table_says_what_the_arrays_say(coarse):
             for line in ax.get_lines()
             if len(line.get_xdata()) == len(x)
         }
-        rows = [row for row, cycles in enumerate(table["cycles"]) if f"{cycles:.4g}" in drawn]
+        rows = [
+            row
+            for row, cycles in enumerate(table["cycles"])
+            if f"after {cycles:.4g} cycles" in drawn
+        ]
         assert {0, len(table) - 1} <= set(rows) and len(rows) == len(drawn)
         assert all(
-            np.array_equal(drawn[f"{table['cycles'][row]:.4g}"], np.column_stack([x, values[row]]))
+            np.array_equal(
+                drawn[f"after {table['cycles'][row]:.4g} cycles"], np.column_stack([x, values[row]])
+            )
             for row in rows
         )
     assert coarse.worn_in
