@@ -253,8 +253,8 @@ def _answer(engine: Any) -> tuple[str, Array, Array]:
 class WarmProgram:
     """A linear program that HiGHS keeps: a solution starts from the basis of the last one.
 
-    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds may
-    change between two solutions.
+    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds and
+    cost may change between two solutions.
     """
 
     def __init__(
@@ -268,6 +268,10 @@ class WarmProgram:
     ) -> None:
         method = {"solver": "simplex", "simplex_strategy": _DUAL}
         self._engine = _engine(method, csr_array(matrix), least, most, cost, lower, upper)
+
+    def price(self, cost: Array) -> None:
+        """Change the cost of all unknowns."""
+        self._engine.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), cost)
 
     def bound_rows(self, rows: Integers, least: Array, most: Array) -> None:
         """Change the bounds of some rows."""

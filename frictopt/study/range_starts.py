@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
 from ..limits.program.mean_load import open_under_mean
-from ..limits.program.rest_slips import Rests, furthest
+from ..limits.program.rest_slips import Furthest, Rests
 
 
 class RangeStarts:
@@ -110,8 +110,8 @@ class RangeStarts:
 
     def _slips_along_directions(self, question: Question) -> list[Array | None]:
         """The admissible slip that goes furthest in each direction, None if there is none."""
-        directions = [direction.T.ravel() for direction in self._directions.values()]
-        return furthest(Rests(question, 0.0), directions)
+        furthest = Furthest(Rests(question, 0.0))
+        return [furthest.along(direction.T.ravel()) for direction in self._directions.values()]
 
     @cached_property
     def _directions(self) -> dict[str, Array]:

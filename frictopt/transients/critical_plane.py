@@ -275,9 +275,10 @@ def _critical_plane(value: Callable[[Array], Array]) -> Array:
     step = SETTINGS.step
     for _ in range(SETTINGS.rounds):
         # Two directions across each normal, and the normals of its grid (P, best, 9, 3).
-        first = np.cross(best, np.eye(3)[np.abs(best).argmin(axis=-1)])
-        first /= np.linalg.norm(first, axis=-1)[..., None]
-        across = np.stack([first, np.cross(best, first)], axis=-2)
+        axis = np.eye(3)[np.abs(best).argmin(axis=-1)]
+        along_axis = axis - best * np.vecdot(best, axis)[..., None]
+        across = np.stack([np.cross(best, axis), along_axis], axis=-2)
+        across /= np.linalg.norm(across, axis=-1)[..., None]
         tilted = best[..., None, :] + np.tan(np.radians(step)) * (grid @ across)
         tilted /= np.linalg.norm(tilted, axis=-1)[..., None]
         values = value(tilted.reshape(len(best), -1, 3)).reshape(tilted.shape[:-1])

@@ -14,7 +14,7 @@ import pandas as pd
 import frictopt as fo
 from frictopt.contact import lengths, parted, reactions
 from frictopt.limits import pose
-from frictopt.limits.program.rest_slips import Rests, furthest
+from frictopt.limits.program.rest_slips import Furthest, Rests
 
 NO_OUTCOME = "NO_CONTINUATION"
 
@@ -233,8 +233,8 @@ def _vertices(
     question = pose(limit.system, limit.cycle, limit.friction, simplify=False)
     unit = np.tile(question.node_unit, limit.system.tangents)
     by_slip = [question.A @ (direction.T.ravel() / unit) for direction in directions]
-    rests = Rests(question, load_factor)
-    return [slip for slip in furthest(rests, by_slip) if slip is not None]
+    furthest = Furthest(Rests(question, load_factor))
+    return [slip for slip in map(furthest.along, by_slip) if slip is not None]
 
 
 def _row(limit: fo.results.GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:

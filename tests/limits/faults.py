@@ -33,6 +33,13 @@ FAULTS = (
     ),
     Fault(
         "limits/program/rest_slips.py",
+        "the furthest slip is that of the direction before",
+        old="self._warm.price(cost)",
+        new="None",
+        tests="fatigue_band",
+    ),
+    Fault(
+        "limits/program/rest_slips.py",
         "steady cycles may change the forces of nodes that slip",
         old="np.flatnonzero(self.moved)",
         new="np.flatnonzero(self.moved)[:0]",

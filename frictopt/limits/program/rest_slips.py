@@ -7,17 +7,17 @@ slip that does not change in time: of an uncoupled contact all, otherwise a fami
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ...base import Array, Booleans, kept
+from ...base import RESIDUAL, Array, Booleans, kept
 from ...contact import joined, lengths
-from ...solve.answer import answer
+from ...solve.answer import answer, kind_of
 from ...solve.rows import EQUATION
-from ...solve.solvers import NoOptimum
+from ...solve.solvers import LP, OPTIMAL, NoOptimum, WarmProgram
 from . import assembled
 from .question import Question
 from .rest_program import RestProgram
@@ -83,27 +83,40 @@ class SteadyCycles:
         return float(off.max()) / question.force
 
 
-def furthest(slips: Rests | SteadyCycles, directions: Iterable[Array]) -> list[Array | None]:
-    """The slip, length, that goes furthest in each direction (t N,), without free slides.
+class Furthest:
+    """The slips of a set that go furthest in a direction, without free slides."""
 
-    None stands for a direction without an end, and for all directions if there is no slip.
-    """
-    program = slips.program({})
-    arrays = program.with_cost(np.zeros(program.width))
-    unknowns = program.slips[0]
+    def __init__(self, slips: Rests | SteadyCycles) -> None:
+        self._slips = slips
+        self._program = slips.program({})
+        self._arrays = self._program.with_cost(np.zeros(self._program.width))
+        self._warm: WarmProgram | None = None
+        if kind_of(self._arrays) == LP:
+            right = self._arrays.right
+            least = np.where(np.arange(len(right)) < self._arrays.zero, right, -np.inf)
+            free = np.full(self._program.width, np.inf)
+            rows = self._arrays.matrix
+            self._warm = WarmProgram(rows, least, right, self._arrays.cost, -free, free)
 
-    def checked(x: Array, y: Array) -> Judged:
-        slip = Solution(program, x, y[program.slides :], "").slip_of_nodes
-        return Judged(slip, slips.violation(slip))
-
-    found = list[Array | None]()
-    for direction in directions:
+    def along(self, direction: Array) -> Array | None:
+        """The slip, length, that goes furthest in a direction (t N,); None if it has no end."""
+        unknowns = self._program.slips[0]
         rates, _ = unknowns.rates_of(direction)
-        cost = np.zeros(program.width)
+        cost = np.zeros(self._program.width)
         cost[unknowns.shear] = -rates / (np.abs(rates).max(initial=0.0) or 1.0)
+        if self._warm is not None:
+            # In the plane a program continues from the last one, whose rows it has.
+            self._warm.price(cost)
+            outcome, *solution = self._warm.solve()
+            end = self._checked(*solution)
+            if outcome == OPTIMAL and end.residual <= RESIDUAL:
+                return np.asarray(end.said)
         try:
-            claim, _ = answer(replace(arrays, cost=cost), checked)
-            found.append(None if claim is None else claim.said)
+            claim, _ = answer(replace(self._arrays, cost=cost), self._checked)
         except NoOptimum:
-            found.append(None)
-    return found
+            return None
+        return None if claim is None else np.asarray(claim.said)
+
+    def _checked(self, x: Array, y: Array) -> Judged:
+        slip = Solution(self._program, x, y[self._program.slides :], "").slip_of_nodes
+        return Judged(slip, self._slips.violation(slip))

@@ -35,7 +35,7 @@ from ...transients.critical_plane import (
 from ..program.assembled import wedging
 from ..program.question import Question
 from ..program.rest_program import RestProgram
-from ..program.rest_slips import Rests, SteadyCycles, furthest
+from ..program.rest_slips import Furthest, Rests, SteadyCycles
 from ..program.solution import Judged, Solution, solve
 
 
@@ -156,6 +156,7 @@ class StressLevels:
 
     def __init__(self, slips: Rests | SteadyCycles, stresses: Stresses, planes: int) -> None:
         self._slips = slips
+        self._furthest = Furthest(slips)
         self._stresses = stresses
         system = slips.question.system
         self._none = np.zeros(system.slip_shape)
@@ -259,7 +260,8 @@ class StressLevels:
     def _along(self, rates: Array) -> list[tuple[float, Array]]:
         """The most that each rate adds, and the slip with it; inf and NaN if friction wedges."""
         ends = []
-        for rate, slip in zip(rates, furthest(self._slips, rates), strict=True):
+        for rate in rates:
+            slip = self._furthest.along(rate)
             if slip is not None:
                 ends.append((float(rate @ slip.T.ravel()), slip))
             elif self.wedges:
