@@ -189,7 +189,7 @@ class Body:
 
     @property
     def numbers(self) -> Integers:
-        """(nodes,) numbers of the nodes in errors: those of the deck, or of the mesh."""
+        """(nodes,) numbers of the nodes in errors, from the deck or from the mesh."""
         return np.arange(self.mesh.p.shape[1]) if self.deck_node is None else self.deck_node
 
     def with_mesh(self, mesh: Mesh) -> Body:
