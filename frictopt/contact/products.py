@@ -24,9 +24,9 @@ class ContactProducts(ContactSystem):
     questions need the stiffness `S`, and raise a ModelError that says so. The bodies stay in
     contact at all nodes: initial gaps and open nodes need the stiffness, too.
 
-    `ContactModel.products` makes it of finite elements, and `reference.half_space_products` of
-    half-spaces. You can make your own, for instance of a boundary-element code with hierarchical
-    matrices: all products are linear operators of `scipy.sparse.linalg`.
+    `ContactModel.products` makes it of finite elements. You can make your own, for instance of a
+    boundary-element code with hierarchical matrices: all products are linear operators of
+    `scipy.sparse.linalg`. `studies/half_space.py` makes one of a half-space by convolutions.
 
     Parameters
     ----------
