@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits import Question
 from helpers.liars import misread
 from helpers.refused import refused
 from helpers.spatial import cycle, random_contact
@@ -122,6 +123,18 @@ def test_designs_in_space_that_cannot_be_are_named():
     # Node 1 has no friction, and the cyclic load shears it.
     none = shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])
     assert max(none.load_factor, none.bound) < 1e-9 and none.residual <= 1e-9
+
+
+def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
+    violation = Question.violation
+    monkeypatch.setattr(
+        Question,
+        "violation",
+        lambda question, *at: 1e-6 if question.friction[0] == 0.6 else violation(question, *at),
+    )
+    model = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], scenarios=[(CYCLE, 0.6)])
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        model.solve(0.5, [cp.abs(model.preload) <= 0.1])
 
 
 @pytest.mark.parametrize(
