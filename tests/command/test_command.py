@@ -8,7 +8,6 @@ import subprocess
 import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from functools import wraps
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -19,6 +18,7 @@ from scipy import stats
 
 import frictopt as fo
 from helpers.command import main
+from helpers.liars import told
 from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 4)
@@ -494,20 +494,16 @@ def test_bad_numbers_of_a_study_are_refused(option, message, capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
+def test_an_interrupt_ends_with_its_code(number, capsys):
     """So does a scheduler's signal, which left workers behind."""
-
-    @wraps(fo.shakedown_limit)
-    def stopped(**_):
-        signal.raise_signal(number)
-
-    monkeypatch.setattr(fo, "shakedown_limit", stopped)
     before = (
         signal.signal(signal.SIGTERM, signal.SIG_IGN),
         signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # which a shell's `&` ignores
     try:
-        assert main([*LIMIT, *CORNERS]) == 130 and "interrupted" in capsys.readouterr().err
+        with told("shakedown_limit", lambda _: signal.raise_signal(number)):
+            assert main([*LIMIT, *CORNERS]) == 130
+        assert "interrupted" in capsys.readouterr().err
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN  # as it was
     finally:
         signal.signal(signal.SIGTERM, before[0])

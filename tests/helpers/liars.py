@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import wraps
 
 import cvxpy as cp
 import numpy as np
@@ -45,6 +46,7 @@ def told(name, lie, of=fo, where=lambda *_: True):
     """Let each answer of a public question pass through `lie`, where the contact is like that."""
     honest = getattr(of, name)
 
+    @wraps(honest)
     def ask(*args, **options):
         answer = honest(*args, **options)
         return lie(answer) if where(*args) else answer
