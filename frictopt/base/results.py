@@ -57,7 +57,8 @@ class Shown:
                 value.flags.writeable = False
 
     def __getstate__(self) -> dict[str, object]:
-        state = {part.name: getattr(self, part.name) for part in fields(self)}  # type: ignore[arg-type]
+        own = vars(self)
+        state = {part.name: own[part.name] for part in fields(self) if part.name in own}  # type: ignore[arg-type]
         if "problem" in state:
             state["problem"] = copy.deepcopy(state["problem"])
         return state

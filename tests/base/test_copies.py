@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.sparse.linalg import aslinearoperator
 
 import frictopt as fo
 from frictopt.base import Kept
@@ -63,6 +64,12 @@ MADE = {  # name, which begins with the kind -> how it is made
     "BodyFields": lambda: PUNCH.model().recover({"P": 1.0}, np.zeros(5), np.zeros(5)),
     "StressMap": lambda: stresses_of(PAIR),
     "Modes": lambda: replace(PUNCH, punch_material=HEAVY, block_material=HEAVY).model().modes(2),
+    "ContactProducts": lambda: fo.ContactProducts(
+        PAIR.points,
+        PAIR.bonded,
+        pressing=aslinearoperator(PAIR.B @ np.linalg.inv(PAIR.A)),
+        slipping=aslinearoperator(np.linalg.inv(PAIR.A)),
+    ),
     "Start": lambda: fo.starts.Start(family="own", name="one", slip=[0.5, 0.0]),
     **{kind: partial(answer, kind) for kind in QUESTIONS},
     "ShakedownLimit with an open node": lambda: fo.shakedown_limit(NODE, LIFTS, 0.5),
@@ -118,7 +125,7 @@ def arrays(thing, name):
         for number, part in enumerate(thing):
             yield from arrays(part, f"{name}[{number}]")
     elif isinstance(thing, Shown):
-        for attribute in [one.name for one in fields(thing)]:
+        for attribute in [one.name for one in fields(thing) if one.name in vars(thing)]:
             if not attribute.startswith("_"):
                 yield from arrays(getattr(thing, attribute), f"{name}.{attribute}")
 
