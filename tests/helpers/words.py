@@ -74,8 +74,8 @@ def pages():
 
 
 def text_of(page):
-    """The text of a page; of the changelog only the part that is not released."""
+    """The text of a page; of the changelog only the part of the last version."""
     text = page.read_text(encoding="utf-8")
     if page.name != "CHANGELOG.md":
         return text
-    return text.split("## Unreleased")[1].split("\n## ")[0]
+    return text.split("\n## ")[1]
