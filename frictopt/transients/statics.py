@@ -59,7 +59,7 @@ def rigid_motions(S: Array, sizes: Array) -> Array:
     They are the slides, turns and lifts of bodies that no support guides. `sizes` (M,) are those of
     S at its nodes (`own_stiffness`): with them a soft body beside a stiff one is not free.
     """
-    return without_rounding(free_motions(S, sizes))
+    return free_motions(S, sizes)
 
 
 # The motions of each system, and digests of the frictions and loads that its contact forces
@@ -80,20 +80,14 @@ def nodal_motions(V: Array) -> Array:
     """(M, k) a basis of the motions V (M, k) with an entry of its own for each motion.
 
     This entry is 1 in one motion and 0 in all others. The k entries are chosen by pivoting, so that
-    no other entry is large. Entries that are rounding are 0.
+    no other entry is large.
     """
     from scipy.linalg import qr
 
     chosen = qr(V.T, mode="r", pivoting=True)[1][: V.shape[1]]
-    motions = without_rounding(np.linalg.solve(V[chosen].T, V.T).T)
+    motions = np.linalg.solve(V[chosen].T, V.T).T
     motions[chosen] = np.eye(V.shape[1])
     return motions
-
-
-def without_rounding(motions: Array) -> Array:
-    """Motions (M, k) with 0 for entries that are rounding beside the largest of their motion."""
-    size = np.abs(motions)
-    return np.where(size > CONDENSATION * size.max(axis=0, initial=0.0), motions, 0.0)
 
 
 class Statics:

@@ -195,13 +195,6 @@ FAULTS = (
         tests="step_error",
     ),
     Fault(
-        "transients/statics.py",
-        "rigid motions have rounding",
-        old="CONDENSATION * size.max(axis=0, initial=0.0)",
-        new="0.0",
-        tests="gross_slip",
-    ),
-    Fault(
         "transients/linear_forces.py",
         "open nodes hold as if they were closed",
         old="load + moved @ S",
