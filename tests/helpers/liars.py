@@ -42,17 +42,23 @@ def lying(monkeypatch, lie, plain=False):
 
 
 @contextmanager
+def instead(name, ask, of=fo):
+    """Let `ask` answer in the place of a public question."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(of, name, wraps(getattr(of, name))(ask))
+        yield
+
+
+@contextmanager
 def told(name, lie, of=fo, where=lambda *_: True):
     """Let each answer of a public question pass through `lie`, where the contact is like that."""
     honest = getattr(of, name)
 
-    @wraps(honest)
     def ask(*args, **options):
         answer = honest(*args, **options)
         return lie(answer) if where(*args) else answer
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(of, name, ask)
+    with instead(name, ask, of):
         yield
 
 

@@ -5,6 +5,7 @@ contacts turned into space.
 """
 
 import pickle
+from dataclasses import replace
 from functools import cache
 
 import matplotlib.pyplot as plt
@@ -12,11 +13,12 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits import Question
 from helpers.cases import few
 from helpers.interrupts import interrupted
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
-from helpers.systems import CYCLE, random_system, system
+from helpers.systems import CYCLE, all_closed, random_system, system
 from studies.validation.fuzz.embedded import embedded
 
 PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
@@ -144,7 +146,7 @@ def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
     limit = fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
     assert limit.kind is fo.LimitKind.UNBOUNDED
-    assert fo.shakedown_limit(contact, CYCLE, 0.5).load_factor == pytest.approx(2.0)
+    assert all_closed(contact, CYCLE, 0.5).load_factor == pytest.approx(2.0)
     assert limit.events[["node", "event"]].values.tolist() == [[0, "closes"]]
     assert "every load factor" in limit.reason
     assert fo.limit_after_protocol(limit, start=np.zeros(1), up_to=100.0).upper == np.inf
@@ -300,6 +302,26 @@ def test_the_picture_marks_nodes_that_are_open_in_a_part_of_the_cycle(pin):
         text.get_text() for text in axes.get_legend().get_texts()
     ]
     plt.close(axes.figure)
+
+
+def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_order(pin, monkeypatch):
+    limit = fo.shakedown_limit(pin(8), PIN, 0.8, events=True)
+    question, way, state = limit._question, limit._question.way, (limit.load_factor, limit.slip)
+    later, back = way.copy(), way.copy()
+    later[2] += 0.05
+    back[-1] = way[-2] - 10.0
+    assert question.violation(*state) < 1e-9
+    touching = sorted(question.order.events[1])
+    carried = (
+        np.abs(replace(question, way=later).instants(*state)[1][2][:, touching]).max()
+        / question.force
+    )
+    assert carried > 1e-3 and replace(question, way=later).violation(*state) >= carried
+    assert replace(question, way=back).violation(*state) >= 10.0
+    # The law alone sees most events in no order.
+    monkeypatch.setattr(Question, "violation", lambda *_: 0.0)
+    assert question.violation(*state) < 1e-9
+    assert replace(question, way=back).violation(*state) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("programs", [2, 3])

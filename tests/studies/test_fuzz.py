@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.liars import changed, told
+from helpers.liars import changed, instead, told
 from studies.validation import oracles
 from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
@@ -354,7 +354,7 @@ def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen():
     ), found
 
 
-def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen(monkeypatch):
+def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen():
     """Contacts whose limit leaves nodes open, and the one with all nodes closed in its place."""
     seeds, honest = (800280, 800312, 800384, 800408), fo.shakedown_limit
 
@@ -365,8 +365,8 @@ def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen(monkeypat
         return [next(findings(random_case(seed), ["open nodes"])).result for seed in seeds]
 
     assert asked() == ["answer"] * 4
-    monkeypatch.setattr(fo, "shakedown_limit", closed)
-    assert "missed" in asked()
+    with instead("shakedown_limit", closed):
+        assert "missed" in asked()
 
 
 def test_the_oracles_see_a_wrong_increment_and_a_foreign_error():
