@@ -172,19 +172,19 @@ def loads_of(text: str) -> dict[str, float]:
     return loads
 
 
-def ranges_of(text: str) -> dict[str, tuple[float, float]]:
-    """Ranges of amplitudes: "P=0.9:1.1,Q=0.5:0.7"."""
-    ranges = {}
+def ranges_of(text: str) -> dict[str, Any]:
+    """Ranges of amplitudes, or tightening factors: "P=0.9:1.1,Q=1.6"."""
+    ranges = dict[str, Any]()
     for number, part in enumerate(text.split(","), start=1):
         name, _, ends = part.rpartition("=")
-        least, colon, largest = ends.partition(":")
         try:
-            ranges[name] = float(least), float(largest)
+            values = tuple(float(end) for end in ends.split(":"))
         except ValueError:
-            colon = ""
-        if not name or not colon or len(ranges) < number:
+            values = ()
+        ranges[name] = values if len(values) == 2 else next(iter(values), None)
+        if not name or len(values) not in (1, 2) or len(ranges) < number:
             raise argparse.ArgumentTypeError(
-                f"{text!r}; give CASE=LEAST:MOST, several with commas between"
+                f"{text!r}; give CASE=LEAST:MOST or CASE=ALPHA_A, several with commas between"
             )
     return ranges
 

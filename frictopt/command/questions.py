@@ -139,6 +139,9 @@ def _answer(question: Question, options: argparse.Namespace) -> int:
         arguments = {**joint.of_report, **arguments}
         notes = [arguments.get("notes", ""), *joint.left_out, *joint.model.notes]
         arguments["notes"] = "; ".join(filter(None, notes))
+        arguments["model"] = joint.model
+    if question.name == "report":
+        arguments["file"] = options.file
     request["units"] = system.units
     answer = public(function)(system=system, cycle=cycle, **arguments)
     tables = tables_of(answer)

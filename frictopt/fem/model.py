@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeVar, get_args
+from typing import Any, ClassVar, TypeVar, get_args
 
 import numpy as np
 
-from ..base import Array, Shown, checked_cases, number_of, progress_bar, shown
+from ..base import Array, Shown, Table, checked_cases, frame, number_of, progress_bar, shown
 from ..base.checks import checked_units, listed_parts
 from ..contact import ContactProducts, ContactSystem
 from ..errors import ModelError, ModelWarning
@@ -112,6 +112,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact] = ()
     kinematics: Kinematics | None = None
+    stays_in_memory: ClassVar[bool] = True  # files of reports leave it out
     units: str | None = None
     ties: Sequence[Tie] = ()
 
@@ -318,14 +319,31 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         }
         return E_star.pop() if len(E_star) == 1 else None
 
+    def to_frame(self) -> Table:
+        """A row for each body: body, E, nu, its size along the axes, and its mesh.
+
+        The mesh has the columns nodes, elements and largest_element, the length of its longest
+        edge.
+        """
+        bodies = self.bodies.values()
+        meshes = [body.mesh for body in bodies]
+        extents = [np.ptp(mesh.p, axis=1) for mesh in meshes]
+        columns = {
+            "body": [*self.bodies],
+            "E": [body.material.E for body in bodies],
+            "nu": [body.material.nu for body in bodies],
+            "size": [" x ".join(f"{extent:.4g}" for extent in each) for each in extents],
+            "nodes": [mesh.p.shape[1] for mesh in meshes],
+            "elements": [mesh.nelements for mesh in meshes],
+            "largest_element": [mesh.param() for mesh in meshes],
+        }
+        return frame(columns, units=self.units)
+
     def _answer(self) -> Mapping[str, object]:
-        bodies = {}
-        for name, body in self.bodies.items():
-            extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
-            bodies[name] = (
-                f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, "
-                f"{body.mesh.p.shape[1]} nodes"
-            )
+        bodies = {
+            row.body: f"E={row.E:g}, nu={row.nu:g}, {row.size}, {row.nodes} nodes"
+            for row in self.to_frame().itertuples()
+        }
         assembly = self._assembly
         nodes = np.bincount(assembly.contact, minlength=len(self.contacts)).tolist()
         answer: dict[str, object] = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..base import Kept, check_text, flag, progress_bar, shown, warns_of_odd_values, whole_number
 from ..base.files import written
+from ..base.libraries import file_path
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
 from .advice import advice_on, kind_of_contact
@@ -74,11 +76,19 @@ class Report(Kept, ReportParts):
     scatter
         The ranges of friction and preloads in words; "" if there is no scatter.
     probability
-        DataFrame with a row for each probability that slip stops at load factor 1, if the friction
-        or a preload has a distribution: columns number, value and meaning, which has the method.
+        DataFrame with a row for each probability that slip stops at load factor 1, or at the load
+        factors of its distribution, if an input has a distribution: columns number, value and
+        meaning, which has the method.
     title, notes, life, origin
         The input; notes are facts that the model leaves out, and the life is an empty table if none
-        is given. The origin is the version of frictopt, the day and a checksum of the input.
+        is given. The origin is the version of frictopt, the day, a checksum of the input, and the
+        name of its file with its SHA-256.
+    states, identity
+        The steady states that were followed, (corner of the scatter, load factor) -> state, and
+        numbers of the input, by which a `store` is found to be of the same call.
+    bodies, model
+        DataFrame with a row for each body of the model, and the model. A file of the report leaves
+        the model out, and with it the picture of the joint.
     contacts
         DataFrame with a row for each contact: the columns of `SteadyState.by_contact` at load
         factor 1, and
@@ -168,13 +178,18 @@ def report(
     load_factors: ArrayLike | None = None,
     *,
     preload: Mapping[str, Any] | None = None,
+    load: Any = None,
+    correlation_length: float | None = None,
     limits: Mapping[str, float] | None = None,
     life: pd.DataFrame | None = None,
     pages: int = 3,
     mesh_limits: bool = False,
     title: str = "",
     notes: str = "",
+    model: Any = None,
+    file: str | Path | None = None,
     show: Callable[[str], object] | None = None,
+    store: str | Path | None = None,
     steps: int | None = None,
     progress: bool = True,
 ) -> Report:
@@ -209,17 +224,24 @@ def report(
         The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most). A
-        frozen distribution of `scipy.stats` has its median as nominal value, and 95 % between least
-        and most; the report then has the probability that slip stops.
+        frozen distribution of `scipy.stats`, or one for some contacts by their names, has its
+        median as nominal value, and 95 % between least and most. The report then has the
+        probability that slip stops.
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2
         (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to
         end there.
     preload
         Load case of the mean load -> (least, most) amplitude, or its distribution, for the scatter
-        of tightening. At
-        most four load cases. Bolts with the same scatter belong in one load case. Each corner of
-        the scatter needs its own steady states.
+        of tightening; or the tightening factor alpha_A of VDI 2230, the most over the least: a
+        normal distribution with 95 % between both. At most four load cases. Bolts with the same
+        scatter belong in one load case. Each corner of the scatter needs its own steady states.
+    load
+        (least, most) load factor around 1, or its distribution, for safety factors, verdicts and
+        the probability. Numbers and curves are those of load factor 1.
+    correlation_length
+        Length over which a friction with a distribution varies along its face, see
+        `ShakedownLimit.probability`.
     limits
         Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
         "work" (of friction per cycle), "work density" (per area), "Ruiz" (`F1` of the fretting
@@ -238,8 +260,17 @@ def report(
         Title of the report, such as the name and the number of the drawing.
     notes
         Facts that the model leaves out, such as parts of a deck. They stand below the loads.
+    model
+        The `ContactModel` that was condensed. The sheet then has its bodies with their materials
+        and meshes, and a picture of the joint with its loads and faces.
+    file
+        File of the joint, such as a deck. The sheet has its name and the first digits of its
+        SHA-256.
     show
         Function, such as `print`, that is called with the text of each finished page.
+    store
+        File for the report (npz), written after each page and at an interrupt. The same call then
+        goes on from the steady states and limits in it; `results.load` reads it.
     steps, progress
         Number of increments from corner to corner, and whether to show a bar after two seconds.
         None: the exact path in the plane, 2 increments in space; `step_error` estimates their
@@ -276,7 +307,7 @@ def report(
     """
     # This raises an error if the cycle names an unknown load case.
     checked_cycle(cycle).corner_reactions(checked_system(system))
-    scatter = checked_scatter(system, cycle, friction, preload)
+    scatter = checked_scatter(system, cycle, friction, preload, load, correlation_length)
     thresholds = checked_limits(system, limits)
     whole_number("pages", pages, least=1, most=len(PAGES))
     with_mesh_limits = flag("mesh_limits", mesh_limits)
@@ -285,6 +316,11 @@ def report(
             check_text(name, text, "a printable text")
     if show is not None and (isinstance(show, type) or not callable(show)):
         raise ModelError(f"show: {show!r}; give a function of a text, such as print")
+    made = getattr(model, "_assembly", None)
+    if model is not None and (made is None or len(made.pairs.nodes) != system.nodes):
+        raise ModelError(f"model: {shown(model)}; give the ContactModel that made this system")
+    origin = "" if file is None else _of_file(file)
+    kept_in = None if store is None else file_path("store", store)
     if steps is None and system.tangents == 2:
         steps = 2
     if life is not None and not {*LIVES} <= {*getattr(life, "columns", ())}:
@@ -293,15 +329,35 @@ def report(
     with progress_bar(progress, "report", "page", total=pages) as bar:
         parts = Pages(system, scatter, thresholds, steps, bar, Report)
         parts.known.update(title=title, notes=notes, life=pd.DataFrame() if life is None else life)
+        if model is not None:
+            parts.known.update(model=model, bodies=model.to_frame())
+        parts.origin += origin
+        if kept_in is not None and kept_in.exists():
+            parts.take(kept_in)
         questions: list[Callable[[], None]] = [
             parts.ask_at_load,
             lambda: parts.ask_with_load(factors),
             lambda: parts.ask_limits(with_mesh_limits),
         ]
         for page, ask in enumerate(questions[:pages], start=1):
-            ask()
+            try:
+                ask()
+            finally:
+                if kept_in is not None:
+                    Kept.save(parts.report(), kept_in)
             bar.update()
             if show is not None:
                 show(shown_page(parts.report(), page, pages))
         parts.leave_out_after(pages)
     return parts.report()
+
+
+def _of_file(file: str | Path) -> str:
+    """The name of a file and its checksum, in a sentence."""
+    try:
+        content = Path(file).read_bytes()
+    except (OSError, TypeError, ValueError) as error:
+        raise ModelError(
+            f"file: {shown(file)} cannot be read ({error}); give the file of the joint"
+        ) from error
+    return f" File {Path(file).name}, SHA-256 {sha256(content).hexdigest()[:12]}."

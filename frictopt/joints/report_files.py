@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from ..base import Plotted
 from ..base.files import sealed, write_sheets
 from .advice import advice_on, gross_slip_in_words, kind_of_contact
 from .report_parts import ReportParts
@@ -32,6 +33,7 @@ td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; ver
 white-space: nowrap}
 .long td:last-child, .long td:nth-last-child(2) {white-space: normal}
 img {max-width: 100%}
+img[alt="joint"] {max-height: 22em}
 .signed {display: flex; gap: 2em; margin: 3em 0 2em}
 .signed span {flex: 1; border-top: 1px solid; padding-top: .3em}
 @media print {
@@ -53,8 +55,6 @@ _SIGNED = (
 
 def write_html(parts: ReportParts, file: Path) -> None:
     """Write the sheet, one page to print and sign; behind it tables in full and pictures."""
-    from ..plots.draw import png  # imported here, because matplotlib is slow to import
-
     sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
     lines = [_HEAD, f"<h1>{escape(title_of(parts))}</h1><p>{escape(loads_of(parts))}</p>"]
     for section in sections:
@@ -62,16 +62,26 @@ def write_html(parts: ReportParts, file: Path) -> None:
         if section.table is not None:
             lines.append(_table(parts, section, section.table))
         lines += [f"<p>{_text(sentence)}</p>" for sentence in section.sentences]
+    if parts.model is not None:
+        bodies = Section("Bodies", [], units={})
+        lines.append(f"<h2>Bodies</h2>{_table(parts, bodies, parts.bodies)}")
+        lines.append(_image("joint", parts.model))
     lines += [_SIGNED, '<div class="details">']
     for section in sections:
         if section.in_full is not None:
             lines.append(f"<h3>{section.title}</h3>")
             lines.append(_table(parts, section, section.in_full))
         if section.picture is not None:
-            image = b64encode(png(section.picture)).decode()
-            lines.append(f'<img alt="{section.title}" src="data:image/png;base64,{image}">')
+            lines.append(_image(section.title, section.picture))
     lines.append("</div>")
     file.write_text("\n".join(lines), encoding="utf-8")
+
+
+def _image(title: str, pictured: Plotted) -> str:
+    from ..plots.draw import png  # imported here, because matplotlib is slow to import
+
+    image = b64encode(png(pictured)).decode()
+    return f'<img alt="{title}" src="data:image/png;base64,{image}">'
 
 
 def _table(parts: ReportParts, section: Section, table: pd.DataFrame) -> str:
@@ -98,6 +108,7 @@ def tables_of(parts: ReportParts) -> dict[str, pd.DataFrame]:
         "safety": parts.safety,
         "numbers": numbers_of(parts),
         "contacts": with_units(parts, parts.contacts),
+        "bodies": with_units(parts, parts.bodies),
     }
     if parts.curve is not None:
         tables["curve"] = with_units(parts, curve_table(parts, parts.curve))

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 import pandas as pd
 
-from ..base import Array, Bar, Booleans, Outcome
+from ..base import Array, Bar, Booleans, Outcome, number_of
+from ..base.archive import load
 from ..base.files import written_by
-from ..contact import ContactSystem, LoadCycle, other_laws, reactions
+from ..contact import ContactSystem, LoadCycle, other_laws
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import (
     GrossSlip,
@@ -24,12 +26,14 @@ from ..limits import (
     required_friction,
     shakedown_limit,
 )
+from ..study.case import sketch
 from ..study.protocols import (
     FrictionAfterProtocol,
     LimitAfterProtocol,
     friction_after_protocol,
     limit_after_protocol,
 )
+from ..study.store import SAME
 from ..transients import SteadyState
 from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
@@ -63,6 +67,7 @@ _PARTS = {  # name of a part -> attribute of the report, the most important part
     "required friction": "required",
     "limit as assembled": "assembled",
     "friction as assembled": "required_assembled",
+    "probability": "probability",
 }
 _ON_PAGE = {
     "mean load": 1,
@@ -75,7 +80,9 @@ _ON_PAGE = {
     "required friction": 3,
     "limit as assembled": 3,
     "friction as assembled": 3,
+    "probability": 3,
 }
+_SOME_START = "probability for some start"
 # Width of the interval of the limit and of the friction as assembled, relative to the largest value
 # tried: with the values that are tried first, at most eight transients.
 _TOLERANCE = 1 / 64
@@ -111,17 +118,42 @@ class Pages(Generic[Parts]):
         self.limits = limits
         self.steps = steps
         self.states = SteadyStates(system, scatter, steps)
+        corners = [np.r_[sketch(system, at.cycle), at.friction] for at in self.states.all_corners()]
+        self.identity = np.concatenate([[steps or 0], *corners])
+        self.origin = _origin(self.identity)
+        self._stored: ReportParts | None = None
         self.known = dict[str, Any]()
         self.missing = dict[str, str]()
         self._bar = bar
         self._made = made
-        self._origin = _origin(system, self.cycle, self.friction)
+
+    def take(self, file: Path) -> None:
+        """Take the steady states and the limits of a stored report on the same input."""
+        stored = load(file)
+        same = (
+            isinstance(stored, self._made)
+            and stored.origin.split(",")[0] == self.origin.split(",")[0]
+            and stored.scatter == self.scatter.in_words()
+            and stored.identity.shape == self.identity.shape
+            and np.allclose(stored.identity, self.identity, rtol=0.0, atol=SAME)
+        )
+        if not same:
+            raise ModelError(
+                f"store: {str(file)!r} has no report on this input by this version; give another "
+                "file"
+            )
+        self._stored = stored
+        self.states.known.update(stored.states)
 
     def ask(self, part: str, question: Callable[[], Any]) -> Any:
         """Keep and return an answer; if there is none, keep the reason and return None."""
         self._keep(part)
+        # Parts of other pages depend on thresholds and load factors, or follow from the states.
+        stored = getattr(self._stored, _PARTS[part], None) if _ON_PAGE[part] == 3 else None
+        is_known = not stored.empty if isinstance(stored, pd.DataFrame) else stored is not None
         try:
-            answer = self.known[_PARTS[part]] = question()
+            answer = stored if is_known else question()
+            self.known[_PARTS[part]] = answer
         except (NoContinuation, SolverError) as error:
             self.missing[part] = without_lists(str(error))
             return None
@@ -132,7 +164,12 @@ class Pages(Generic[Parts]):
         """Set the parts that an interrupt keeps from now on."""
         left = ", ".join(self._left())
         note = f"the parts known so far are in the attribute `report`, without {left}"
-        self._bar.keep("report", self._interrupted, note, best=doing)
+        self._bar.keep(
+            "report",
+            self._interrupted,
+            note,
+            lambda: f"{doing}, {number_of(len(self.states.known), 'steady state')}",
+        )
 
     def ask_at_load(self) -> None:
         """Page 1: the contact, gross slip by statics, and the steady state at load factor 1."""
@@ -225,9 +262,8 @@ class Pages(Generic[Parts]):
             # The limits hold for all openings and closings, without a search.
             opens = False
         if opens and not mesh_limits:
-            for part, page in _ON_PAGE.items():
-                if page == 3:
-                    self.missing[part] = _OF_THE_MESH
+            for part in self._left():
+                self.missing[part] = _OF_THE_MESH
             return
         reason = ""
         if opens and system.tangents == 2:
@@ -246,9 +282,8 @@ class Pages(Generic[Parts]):
             self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
         self.ask("limit as assembled", self._limit_as_assembled)
         self.ask("friction as assembled", self._friction_as_assembled)
-        self._keep("probability")
-        rows = self._probabilities()
-        self.known["probability"] = pd.DataFrame(rows, columns=["number", "value", "meaning"])
+        if self.scatter.laws:
+            self.ask("probability", self._probability)
 
     def _limit_as_assembled(self) -> LimitAfterProtocol:
         """The load factor up to which the contact comes to rest from no slip, by bisection."""
@@ -278,28 +313,33 @@ class Pages(Generic[Parts]):
             **self._from_no_slip(),
         )
 
-    def _probabilities(self) -> Iterator[tuple[str, float, str]]:
-        """The known probabilities, each with its source; none if nothing has a distribution."""
-        law, preloads = self.scatter.friction_law, self.scatter.preload_laws
-        some_start = "probability for some start"
+    def _probability(self) -> pd.DataFrame:
+        """A row for each known probability, with its source."""
+        laws = self.scatter.laws
         limit: ShakedownLimit | None = self.known.get("limit")
         required: RequiredFriction | None = self.known.get("required")
         assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
-        if preloads and limit is not None:
-            answer = limit.probability(friction=law, preload=preloads)
-            yield some_start, answer.probability, answer.method
-        if law is None or preloads:
-            return
-        if required is not None:
-            source = "exact: the probability of more than the required friction"
-            yield some_start, required.probability(law), source
-        if assembled is not None and assembled.required < np.inf:
-            source = (
-                "from no slip: the probability of more than the friction as assembled, if the "
-                "contact stops with all frictions between those tried"
-            )
-            value = float(law.sf(assembled.required))
-            yield "probability as assembled", value, source
+        rows = list[tuple[str, float, str]]()
+        # One coefficient of friction that alone is random has an exact probability.
+        law = None if isinstance(laws.get("friction"), Mapping) else laws.get("friction")
+        if len(laws) > 1 or law is None:
+            if limit is not None:
+                answer = limit.probability(**laws)
+                rows.append((_SOME_START, answer.probability, answer.method))
+        else:
+            if required is not None:
+                source = "exact: the probability of more than the required friction"
+                rows.append((_SOME_START, required.probability(law), source))
+            if assembled is not None and assembled.required < np.inf:
+                source = (
+                    "from no slip: the probability of more than the friction as assembled, if the "
+                    "contact stops with all frictions between those tried"
+                )
+                value = float(law.sf(assembled.required))
+                rows.append(("probability as assembled", value, source))
+        if not rows:
+            raise NoContinuation("no limit is known, of which it is the probability")
+        return pd.DataFrame(rows, columns=["number", "value", "meaning"])
 
     def _from_no_slip(self) -> dict[str, Any]:
         """Options of a search by transients from no slip."""
@@ -340,7 +380,13 @@ class Pages(Generic[Parts]):
             friction=self.friction,
             missing=missing,
             scatter=self.scatter.in_words(),
-            origin=self._origin,
+            origin=self.origin,
+            identity=self.identity,
+            states={
+                key: state
+                for key, state in self.states.known.items()
+                if isinstance(state, SteadyState)
+            },
             **known,
         )
 
@@ -350,6 +396,7 @@ class Pages(Generic[Parts]):
             part
             for part, attribute in _PARTS.items()
             if attribute not in self.known and part not in self.missing
+            if part != "probability" or self.scatter.laws
         ]
 
     def _interrupted(self) -> Parts:
@@ -358,11 +405,9 @@ class Pages(Generic[Parts]):
         return replace(self.report(), missing=missing)
 
 
-def _origin(system: ContactSystem, cycle: LoadCycle, friction: Array) -> str:
+def _origin(identity: Array) -> str:
     """The version, the day, and a checksum of the input, in a sentence."""
-    arrays = [system.S, system.points, system.gap, friction, *reactions(system, cycle.unscaled)]
-    arrays += [*reactions(system, cycle.corners)]
-    checksum = sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
+    checksum = sha256(identity.tobytes()).hexdigest()
     by = written_by()
     return f"frictopt {by['version']}, {by['date'][:10]}, checksum of the input {checksum[:12]}."
 

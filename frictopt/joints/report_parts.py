@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -51,6 +52,10 @@ class ReportParts:
     title: str = ""
     notes: str = ""
     origin: str = ""
+    bodies: pd.DataFrame = field(default_factory=pd.DataFrame)
+    model: Any = None
+    states: Mapping[tuple[str, float], SteadyState] = field(default_factory=dict)
+    identity: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def mean_load_opens(parts: ReportParts) -> bool:

@@ -143,7 +143,9 @@ def _with_load(parts: ReportParts) -> Iterator[Section]:
 def _limits(parts: ReportParts) -> Iterator[Section]:
     numbers = numbers_of_limits(parts)
     if not numbers.empty:
-        yield Section("Limits", [], numbers[_BRIEF], numbers, parts.limit)
+        rows = parts.probability.itertuples(index=False)
+        found = [f"The {name} is found: {method}." for name, _, method in rows]
+        yield Section("Limits", found, numbers[_BRIEF], numbers, parts.limit)
     if parts.missing:
         yield Section("Without an answer", missing_in_words(parts))
 

@@ -1,16 +1,17 @@
-"""The scatter of friction and of preloads, and its corners."""
+"""The scatter of friction, of preloads and of the load, and its corners."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from ..base import ROUNDING, Array, distribution, finite_number, is_distribution, listed, shown
-from ..base.checks import checked_cases
+from ..base.checks import checked_cases, is_named
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..errors import ModelError
 
@@ -31,11 +32,13 @@ class Corner:
 
 @dataclass(frozen=True)
 class Scatter:
-    """The nominal input of a report, and the ranges of its friction and its preloads.
+    """The nominal input of a report, and the ranges of its friction, its preloads and its load.
 
     Frictions are (N,); `least_friction` and `most_friction` are None if the friction has no range.
-    `preload` maps a load case of the mean load to its least and largest amplitude. `friction_law`
-    and `preload_laws` are the distributions of ranges that come from one.
+    `preload` maps a load case of the mean load to its least and largest amplitude. `load` has the
+    least and the largest load factor, or 1 alone. `laws` are the arguments of
+    `ShakedownLimit.probability`, with the distributions of ranges that come from one. `tightening`
+    maps a load case to its factor alpha_A.
     """
 
     cycle: LoadCycle
@@ -43,13 +46,14 @@ class Scatter:
     least_friction: Array | None = None
     most_friction: Array | None = None
     preload: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    friction_law: Any = None
-    preload_laws: Mapping[str, Any] = field(default_factory=dict)
+    load: tuple[float, ...] = (1.0,)
+    laws: Mapping[str, Any] = field(default_factory=dict)
+    tightening: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def exists(self) -> bool:
         """Whether anything scatters."""
-        return self.least_friction is not None or bool(self.preload)
+        return self.least_friction is not None or bool(self.preload) or len(self.load) > 1
 
     def frictions(self) -> dict[str, Array]:
         """The ends of the range of friction by their names; without a range the nominal one."""
@@ -69,21 +73,27 @@ class Scatter:
         return [
             corner
             for friction_name, friction in self.frictions().items()
-            for corner in self._corners_of_preload(friction_name, friction)
+            for corner in self._corners_of_loads(friction_name, friction)
         ]
 
     def corners_of_least_friction(self) -> list[Corner]:
-        """The corners of the preloads with the least friction."""
+        """The corners of the preloads and the load with the least friction."""
         friction_name, friction = next(iter(self.frictions().items()))
-        return list(self._corners_of_preload(friction_name, friction))
+        return list(self._corners_of_loads(friction_name, friction))
 
-    def _corners_of_preload(self, friction_name: str, friction: Array) -> Iterator[Corner]:
-        for amplitudes in product(*self.preload.values()):
+    def _corners_of_loads(self, friction_name: str, friction: Array) -> Iterator[Corner]:
+        for factor, *amplitudes in product(self.load, *self.preload.values()):
             loads = dict(zip(self.preload, amplitudes, strict=True))
             names = [f"{case} {amplitude:g}" for case, amplitude in loads.items()]
+            if len(self.load) > 1:
+                names.append(f"load factor {factor:g}")
             if friction_name:
                 names.insert(0, friction_name)
-            cycle = replace(self.cycle, mean={**self.cycle.mean, **loads})
+            corners = [
+                {case: factor * amplitude for case, amplitude in corner.items()}
+                for corner in self.cycle.corners
+            ]
+            cycle = replace(self.cycle, mean={**self.cycle.mean, **loads}, corners=corners)
             yield Corner(", ".join(names) or NOMINAL, friction, cycle)
 
     def in_words(self) -> str:
@@ -93,17 +103,27 @@ class Scatter:
             text = (
                 f"friction of {_range_of(self.least_friction)} to {_range_of(self.most_friction)}"
             )
-            texts.append(text + _in_words(self.friction_law))
+            texts.append(text + _in_words(self.laws.get("friction")))
+        if "correlation_length" in self.laws:
+            texts.append(f"correlation length of friction {self.laws['correlation_length']:g}")
         for case, (least, most) in self.preload.items():
-            law = _in_words(self.preload_laws.get(case))
-            texts.append(f"{case} of {least:g} to {most:g}{law}")
+            law = _in_words(self.laws.get("preload", {}).get(case))
+            text = f"{case} of {least:g} to {most:g}{law}"
+            if case in self.tightening:
+                text += f", tightening factor alpha_A = {self.tightening[case]:g} of VDI 2230"
+            texts.append(text)
+        if len(self.load) > 1:
+            law = _in_words(self.laws.get("load"))
+            texts.append(f"load factor of {self.load[0]:g} to {self.load[1]:g}{law}")
         return ", ".join(texts)
 
 
 def _in_words(law: Any) -> str:
-    """A distribution in words; "" if it is None."""
+    """A distribution, or those of contacts, in words; "" if there is none."""
     if law is None:
         return ""
+    if isinstance(law, Mapping):
+        return ",".join(f" {name}{_in_words(each)}" for name, each in law.items())
     return (
         f" in 95 % of all joints ({law.dist.name}, mean {law.mean():.3g}, standard deviation "
         f"{law.std():.3g})"
@@ -116,41 +136,82 @@ def _range_of(friction: Array) -> str:
 
 
 def checked_scatter(
-    system: ContactSystem, cycle: LoadCycle, friction: object, preload: object
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    preload: object = None,
+    load: Any = None,
+    correlation_length: Any = None,
 ) -> Scatter:
-    """Check the friction of a report, a tuple of three or a distribution, and the preloads."""
-    given: Any = dict(preload) if isinstance(preload, Mapping) else preload
+    """Check the scatter of a report: ranges, and distributions, which become ranges and laws."""
     laws = dict[str, Any]()
-    for case, law in given.items() if isinstance(given, dict) else ():
-        if is_distribution(law):
-            laws[case] = distribution(f"preload[{case!r}]", law)
-            given[case] = tuple(law.ppf(QUANTILES[::2]))
-    preloads = _checked_preload(cycle, given)
-    friction_law = None
-    if is_distribution(friction):
-        friction_law = distribution("friction", friction)
-        friction = tuple(friction_law.ppf(QUANTILES))
-    if not isinstance(friction, tuple) or len(friction) != 3:
-        friction = _coefficients(friction, system)
-        return Scatter(cycle, friction, preload=preloads, preload_laws=laws)
-    least, nominal, most = (_coefficients(part, system) for part in friction)
-    if (least > nominal).any() or (nominal > most).any():
-        raise ModelError(
-            f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
-            "not fall; give one coefficient per node as a list or an array"
+    friction_law = _friction_law(friction)
+    if friction_law is not None:
+        laws["friction"] = friction_law
+        friction = tuple(_at_share(friction, share) for share in QUANTILES)
+    if correlation_length is not None:
+        if friction_law is None:
+            raise ModelError(
+                f"correlation_length: {shown(correlation_length)}, and the friction has no "
+                "distribution; give one, or leave the length out"
+            )
+        laws["correlation_length"] = finite_number(
+            "correlation_length", correlation_length, least=0.0
         )
-    return Scatter(cycle, nominal, least, most, preloads, friction_law, laws)
+    preloads, preload_laws, tightening = _checked_preload(cycle, preload)
+    if preload_laws:
+        laws["preload"] = preload_laws
+    loads: tuple[float, ...] = (1.0,)
+    if load is not None:
+        if is_distribution(load):
+            laws["load"] = load
+        loads = _checked_range("load", load, 1.0)
+    nominal, least, most = friction, None, None
+    if isinstance(friction, tuple) and len(friction) == 3:
+        least, nominal, most = (_coefficients(part, system) for part in friction)
+        if (least > nominal).any() or (nominal > most).any():
+            raise ModelError(
+                f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which "
+                "must not fall; give one coefficient per node as a list or an array"
+            )
+    nominal = _coefficients(nominal, system)
+    return Scatter(cycle, nominal, least, most, preloads, loads, laws, tightening)
+
+
+def _friction_law(friction: Any) -> Any:
+    """The distribution of friction, or those of contacts by their names; None without any."""
+    if not is_named(friction):
+        return distribution("friction", friction) if is_distribution(friction) else None
+    laws = {
+        name: distribution(f"friction[{name!r}]", law)
+        for name, law in dict(friction).items()
+        if is_distribution(law)
+    }
+    return laws or None
+
+
+def _at_share(friction: Any, share: float) -> Any:
+    """The friction that this share of all joints is below, of each contact if it has names."""
+    if is_distribution(friction):
+        return float(friction.ppf(share))
+    if is_named(friction):
+        return {name: _at_share(law, share) for name, law in dict(friction).items()}
+    return friction
 
 
 def _coefficients(friction: Any, system: ContactSystem) -> Array:
     return np.array(friction_coefficients(friction, system))
 
 
-def _checked_preload(cycle: LoadCycle, preload: object) -> dict[str, tuple[float, float]]:
-    """Check the ranges of preloads, which lie around their amplitudes in the mean load."""
-    if preload is None:
-        return {}
-    cases = checked_cases("preload", preload, "(least, most) amplitude in the mean load")
+def _checked_preload(
+    cycle: LoadCycle, preload: object
+) -> tuple[dict[str, tuple[float, float]], dict[str, Any], dict[str, float]]:
+    """The ranges of preloads, their distributions, and their tightening factors."""
+    ranges = dict[str, tuple[float, float]]()
+    laws = dict[str, Any]()
+    tightening = dict[str, float]()
+    meaning = "(least, most) amplitude in the mean load"
+    cases = {} if preload is None else checked_cases("preload", preload, meaning)
     # Largest number of preloads that scatter. Each doubles the number of corners, and each corner
     # has a steady state of its own.
     most = 4
@@ -159,21 +220,45 @@ def _checked_preload(cycle: LoadCycle, preload: object) -> dict[str, tuple[float
             f"preload: {len(cases)} load cases; give at most {most}, and put bolts with the same "
             "scatter into one load case"
         )
-    ranges = dict[str, tuple[float, float]]()
-    for case, ends in cases.items():
+    for case, given in cases.items():
         name = f"preload[{case!r}]"
         if case not in cycle.mean:
             raise ModelError(
                 f"{name}: the mean load has no such load case; it has {sorted(cycle.mean)}"
             )
-        pair = [finite_number(name, end) for end in listed(name, ends)]
         nominal = cycle.mean[case]
-        rounding = ROUNDING * abs(nominal)
-        is_range = len(pair) == 2 and pair[0] - rounding <= nominal <= pair[1] + rounding
-        if not is_range:
-            raise ModelError(
-                f"{name}: {shown(ends)}; give (least, most) around {nominal:g}, its amplitude in "
-                "the mean load"
-            )
-        ranges[case] = pair[0], pair[1]
-    return ranges
+        if isinstance(given, Real):
+            # The largest factor of VDI 2230 is 4; a force given by mistake is refused.
+            factor = finite_number(f"{name}, a factor alpha_A", given, above=1.0, below=10.0)
+            tightening[case] = factor
+            given = _tightened(nominal, factor)
+        if is_distribution(given):
+            laws[case] = given
+        ranges[case] = _checked_range(name, given, nominal)
+    return ranges, laws, tightening
+
+
+def _tightened(nominal: float, factor: float) -> Any:
+    """The normal distribution of a preload whose most is alpha_A times its least.
+
+    VDI 2230 gives no law; 95 % of all preloads are between both, symmetric to the nominal one.
+    """
+    from scipy.stats import norm  # imported here, because scipy.stats is slow to import
+
+    half_range = abs(nominal) * (factor - 1) / (factor + 1)
+    return norm(nominal, half_range / norm.ppf(QUANTILES[2]))
+
+
+def _checked_range(name: str, given: Any, nominal: float) -> tuple[float, float]:
+    """Check the (least, most) of a range around its nominal value, or those of a distribution."""
+    ends = given
+    if is_distribution(given):
+        ends = distribution(name, given).ppf(QUANTILES[::2])
+    pair = [finite_number(name, end) for end in listed(name, ends)]
+    rounding = ROUNDING * abs(nominal)
+    is_range = len(pair) == 2 and pair[0] - rounding <= nominal <= pair[1] + rounding
+    if not is_range:
+        raise ModelError(
+            f"{name}: {shown(given)}; give (least, most) around {nominal:g}, the nominal value"
+        )
+    return pair[0], pair[1]

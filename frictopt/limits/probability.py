@@ -168,12 +168,10 @@ def probability_of(
     numbers = np.random.default_rng(seed).standard_normal((draws, len(random.names)))
     design = random.design_point()
     limits, safe = _by_sample(random, numbers)
-    form, importance, on_plane, method = (
-        0.0,
-        dict[str, float](),
-        np.zeros(draws),
-        f"by {draws} draws",
-    )
+    form = np.nan
+    importance = dict[str, float]()
+    on_plane = np.zeros(draws)
+    method = f"by {draws} draws"
     if design is not None:
         distance, direction = design
         form = float(ndtr(distance))
@@ -182,14 +180,13 @@ def probability_of(
         for name, share in zip(random.names, direction**2, strict=True):
             importance[name] = importance.get(name, 0.0) + float(share)
     missed = safe - 1.0 * on_plane
-    probability = float(np.clip(form + missed.mean(), 0.0, 1.0))
+    probability = float(np.clip(np.nan_to_num(form) + missed.mean(), 0.0, 1.0))
     # One more draw that the plane gets wrong keeps the error above 0.
     variance = (np.abs(missed).sum() + 1) / (draws + 2) - missed.mean() ** 2
     error = float(np.sqrt(variance / draws))
     method += f"; standard error {error:.2g}"
-    by_form = np.nan if design is None else form
     return ShakedownProbability(
-        probability, error, by_form, float(safe.mean()), method, importance, limits
+        probability, error, form, float(safe.mean()), method, importance, limits
     )
 
 

@@ -255,7 +255,7 @@ CALLS = {
         r"design: \d+ programs, 00:\d\d, load factor 0.5521 so far",
     ),
     "protocol": (
-        lambda **o: fo.limit_after_protocol(fo.shakedown_limit(PAIR, CYCLE, 0.6), scan=5, **o),
+        lambda **o: fo.limit_after_protocol(guaranteed().shakedown, scan=5, **o),
         "limit after a protocol",
         3,
         "table",

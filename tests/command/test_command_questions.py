@@ -161,7 +161,8 @@ def test_every_argument_of_a_function_is_an_option_or_needs_python():
             written |= parameters.keys() & values
             left |= parameters.keys() - values
     supplied = {"system", "cycle", "progress"}
-    assert left - supplied == {"open_nodes", "initial_slip", "initial_state", "show"}
+    for_python = {"open_nodes", "initial_slip", "initial_state", "show"}
+    assert left - supplied == for_python | {"load", "correlation_length", "life", "model"}
     assert {"steps", "load_factor", "load_factors", "events", "overload"} <= written
 
 
@@ -170,7 +171,7 @@ def test_a_report_has_a_range_of_frictions(tmp_path, capsys):
     PUNCH.save(file)
     options = ["--pages", "2", "--load-factors", ".5"]
     assert main(["report", str(file), *PULL, "--friction", ".4:.5:.6", *options]) == 0
-    joint = fo.report(PUNCH, SIGMA, (0.4, 0.5, 0.6), [0.5], pages=2)
+    joint = fo.report(PUNCH, SIGMA, (0.4, 0.5, 0.6), [0.5], pages=2, file=file)
     assert capsys.readouterr().out.strip() == str(joint).strip()
     for odd in (".4:.5", ".4:a:.6", ".4:.5:.6:.7"):
         with pytest.raises(SystemExit):
@@ -191,7 +192,10 @@ def test_a_report_has_thresholds_and_ranges_of_preloads(tmp_path, capsys):
         PUNCH, SIGMA, 0.5, [0.5], preload={"P": (0.9, 1.1)}, limits={"slip range": 1.0}, pages=2
     )
     assert "Scatter: P of 0.9 to 1.1." in said and f"{sheet.verdicts['value'][0]:.4g}" in said
-    for odd in ("P=.9", "P=.9:x", ".9:1.1", "P=.9:1.1,P=.5:1.5"):
+    tightened = ["--preload", "P=1.2", "--pages", "1"]
+    assert main(["report", str(file), *PULL, *F, *tightened]) == 0
+    assert "alpha_A = 1.2 of VDI 2230" in " ".join(capsys.readouterr().out.split())
+    for odd in ("P=", "P=.9:x", ".9:1.1", "P=.9:1.1,P=.5:1.5"):
         with pytest.raises(SystemExit):
             main(["report", str(file), *PULL, *F, "--preload", odd])
 

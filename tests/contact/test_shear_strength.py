@@ -468,6 +468,7 @@ def test_a_report_leaves_out_what_does_not_know_it():
     assert {
         "guaranteed limit",
         "required friction",
+        "friction as assembled",
     } == joint.missing.keys()
     assert joint.limit.load_factor < fo.shakedown_limit(ROD, PUSHES, 0.5).load_factor
 

@@ -265,8 +265,8 @@ FAULTS = (
     Fault(
         "joints/scatter.py",
         "the least preloads alone",
-        old="product(*self.preload.values())",
-        new="product(*[ends[:1] for ends in self.preload.values()])",
+        old="product(self.load, *self.preload.values())",
+        new="product(self.load, *[ends[:1] for ends in self.preload.values()])",
         tests="sheet::test_against_gross_slip_the_least_friction_and_a_corner_of_the_preloads_are_the_worst",
     ),
     Fault(

@@ -138,6 +138,35 @@ def test_an_interrupt_keeps_what_is_known():
     assert "interrupted" in str(interrupt.value.report)
 
 
+def test_the_same_call_goes_on_from_its_store(tmp_path):
+    """States and limits that are marked in the store stand in the report of the next call."""
+    store = tmp_path / "joint.npz"
+    question = {"friction": (0.4, 0.5, 0.6), "load_factors": [0.4, 1.0], "limits": {"work": 1.0}}
+
+    def stop(text):
+        if "Page 2" in text:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store, show=stop)
+    kept = fo.results.load(store)
+    assert len(kept.states) == 4 and kept.limit is None
+    marked = {key: replace(state, cycles=99) for key, state in kept.states.items()}
+    replace(kept, states=marked).save(store)
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store)
+    assert joint.steady.cycles == 99 and len(joint.states) == 4
+    assert str(joint.numbers) == str(fo.report(BLOCK, PUSHED_AND_PULLED, **question).numbers)
+    replace(joint, required=replace(joint.required, reason="kept")).save(store)
+    again = fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store)
+    assert again.required.reason == "kept" and again.assembled is not None
+    for odd in ({"friction": (0.4, 0.5, 0.7)}, {"load": (0.9, 1.1)}, {"steps": 2}):
+        with pytest.raises(fo.ModelError, match=r"store: .*no report on this input"):
+            fo.report(BLOCK, PUSHED_AND_PULLED, **{**question, **odd}, store=store)
+    joint.limit.save(store)
+    with pytest.raises(fo.ModelError, match=r"store: .*no report on this input"):
+        fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store)
+
+
 def test_one_file_has_text_tables_and_pictures(tmp_path):
     file, known = tmp_path / "joint.html", plt.get_fignums()  # those of other tests
     fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4, 1.0]).save(file)

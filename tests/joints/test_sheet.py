@@ -8,6 +8,7 @@ import re
 import sys
 from dataclasses import replace
 from datetime import UTC, datetime
+from hashlib import sha256
 
 import numpy as np
 import pandas as pd
@@ -267,7 +268,13 @@ def test_units_change_no_verdict(seed):
         ({"preload": {"B": (0.9, 1.1)}}, "no such load case"),
         ({"preload": {"N": (1.1, 1.2)}}, "around 1"),
         ({"preload": {"N": (0.9, np.inf)}}, "finite"),
-        ({"preload": {"N": 0.9}}, "give a list"),
+        ({"preload": {"N": 0.9}}, "alpha_A: 0.9.*above 1"),
+        ({"preload": {"N": 20e3}}, "alpha_A: 20000.*below 10"),
+        ({"preload": {"N": "all"}}, "give a list"),
+        ({"load": (1.1, 1.2)}, "load: .*around 1"),
+        ({"load": 1.2}, "load: "),
+        ({"correlation_length": 1.0}, "correlation_length: 1.0.*no distribution"),
+        ({"friction": {"lap": norm(0.3, 0.03)}}, "friction: "),
         ({"preload": dict.fromkeys("abcde", (0.9, 1.1))}, "at most 4"),
         ({"title": 7}, "title: 7"),
         ({"life": 1e6}, "life: 1000000.0; give the table of `FatigueBand.life`"),
@@ -547,6 +554,32 @@ def test_a_sheet_names_its_joint_its_version_its_day_and_its_input(tmp_path):
     assert joint.origin in " ".join(str(joint).split())
 
 
+def test_a_sheet_of_a_model_has_its_bodies_its_file_and_its_picture(tmp_path):
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    file, deck, archive = (tmp_path / name for name in ("joint.html", "punch.inp", "joint.npz"))
+    deck.write_text("*HEADING", encoding="utf-8")
+    question = model.condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 0.1}, {"sigma": -0.1}]), 0.5
+    joint = fo.report(*question, model=model, file=deck, pages=1)
+    joint.save(file)
+    sheet = file.read_text(encoding="utf-8").split('<div class="details">')[0]
+    assert sheet.count('<img alt="joint"') == 1 and "largest_element (length)" in sheet
+    assert f"File punch.inp, SHA-256 {sha256(b'*HEADING').hexdigest()[:12]}." in sheet
+    bodies = joint.bodies.set_index("body")
+    assert set(bodies.index) == model.bodies.keys()
+    for name, body in model.bodies.items():
+        assert bodies.loc[name, "E"] == body.material.E
+        assert bodies.loc[name, "nodes"] == body.mesh.p.shape[1]
+        assert f"<td>{name}</td>" in sheet
+    joint.save(archive)
+    again = fo.results.load(archive)
+    assert again.model is None and again.bodies.equals(joint.bodies)
+    for odd in ({"model": fo.scenes.PunchOnHalfPlane(elements=8).model()}, {"model": "punch"}):
+        with pytest.raises(fo.ModelError, match=r"model: .*that made this system"):
+            fo.report(*question, **odd)
+    with pytest.raises(fo.ModelError, match=r"file: .*cannot be read"):
+        fo.report(*question, file=tmp_path / "none.inp")
+
+
 def test_another_input_has_another_checksum():
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1)
     assert joint.origin == fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1).origin
@@ -588,7 +621,7 @@ def test_a_sheet_has_the_shortest_lives_and_more_cycles_are_better():
 # Probability
 
 
-def test_the_probability_of_a_block_is_that_of_its_friction():
+def test_the_probability_of_a_block_is_that_of_its_friction(tmp_path):
     """A force of 1 on a pressure of 1 needs friction of 1, from any start."""
     friction = lognorm(0.1, scale=0.97)
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], limits={"gross slip": 1.0})
@@ -602,6 +635,9 @@ def test_the_probability_of_a_block_is_that_of_its_friction():
     assert any(
         "slip stops as assembled with the probability 0.3" in sentence for sentence in joint.advice
     )
+    joint.save(tmp_path / "joint.html")
+    sheet = (tmp_path / "joint.html").read_text(encoding="utf-8").split('<div class="details">')[0]
+    assert "The probability for some start is found: exact" in sheet
     assert fo.report(BLOCK, PUSHED_AND_PULLED, 0.97).probability.empty
 
 
@@ -618,13 +654,74 @@ def test_as_assembled_a_joint_stops_with_the_frictions_that_count():
     assert abs(np.mean(stops) - assembled) <= 3 * error + 1 / 64
 
 
-def test_random_preload_and_friction_have_a_probability_by_two_methods():
+# VDI 2230: alpha_A is the most over the least preload, of which the sheet says 95 %.
+ALPHA_A = 1.2
+
+
+@pytest.mark.parametrize("given", [norm(1.0, 0.05), ALPHA_A])
+def test_random_preload_and_friction_have_a_probability_by_two_methods(given):
     """A force of 1 is held if friction times pressure is at least 1."""
-    friction, preload = lognorm(0.1, scale=1.05), norm(1.0, 0.05)
+    friction, preload = lognorm(0.1, scale=1.05), given
+    if given is ALPHA_A:
+        preload = norm(1.0, (2 * ALPHA_A / (1 + ALPHA_A) - 1) / norm.ppf(0.975))
     exact = quad(lambda p: friction.sf(1 / p) * preload.pdf(p), 0.7, 1.3)[0]
-    joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], preload={"N": preload})
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], preload={"N": given})
     ((name, value, method),) = joint.probability.itertuples(index=False)
     assert name == "probability for some start" and "FORM" in method
-    assert value == pytest.approx(exact, abs=0.1)
+    assert value == pytest.approx(exact, abs=0.03)
     least, most = preload.ppf([0.025, 0.975])
     assert f"N of {least:g} to {most:g} in 95 % of all joints (norm, mean 1" in joint.scatter
+    assert ("alpha_A = 1.2 of VDI 2230" in joint.scatter) == (given is ALPHA_A)
+
+
+def two_faces():
+    """Two nodes on springs of their own; a face holds the load factor if `f` is at least 0.2 of it.
+
+    The mean load presses them with 2, and the load shears them by 0.4.
+    """
+    loads = {"P": (np.zeros(2), np.ones(2)), "Q": (np.ones(2), np.zeros(2))}
+    system = fo.ContactSystem.from_blocks(
+        np.eye(2), np.zeros((2, 2)), np.eye(2), np.arange(2.0), loads, contact=["head", "lap"]
+    )
+    return system, fo.LoadCycle({"P": 2.0}, [{"Q": 0.4}, {"Q": -0.4}])
+
+
+def test_random_friction_of_a_face_and_random_load_are_those_of_an_integral():
+    law, load = lognorm(0.2, scale=0.22), uniform(0.8, 0.4)
+    joint = fo.report(*two_faces(), {"head": law, "lap": 0.5}, [1.0], load=load)
+    exact = quad(lambda factor: law.sf(0.2 * factor) * load.pdf(factor), 0.8, 1.2)[0]
+    ((_, value, method),) = joint.probability.itertuples(index=False)
+    assert value == pytest.approx(exact, abs=0.03) and "corrected by 200 draws" in method
+    assert joint.friction == pytest.approx([0.22, 0.5])
+    assert "head in 95 % of all joints (lognorm" in joint.scatter
+    assert "load factor of 0.81 to 1.19 in 95 % of all joints (uniform" in joint.scatter
+
+
+def test_scatter_from_node_to_node_is_that_of_independent_nodes():
+    system, cycle = two_faces()
+    law = lognorm(0.2, scale=0.22)
+    joint = fo.report(system, cycle, law, [1.0], correlation_length=0.0)
+    ((_, value, _),) = joint.probability.itertuples(index=False)
+    exact = law.sf(0.2) ** 2
+    assert abs(value - exact) <= 3 * (exact * (1 - exact) / 200) ** 0.5
+    assert "correlation length of friction 0" in joint.scatter
+
+
+def test_the_largest_load_is_the_worst():
+    """A load of 1.2 leaves factors that are smaller by 1.2, and the slip of Jenkins' element."""
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.4}, {"Q": -0.4}])
+    factor = fo.report(FREE, cycle, 0.5, load=(0.9, 1.2), pages=2).safety.loc[0]
+    assert factor["worst"] == pytest.approx(0.5 / 0.4 / 1.2) and factor["at"] == "load factor 1.2"
+    limits = {"slip range": 1.0}
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, load=(0.9, 1.2), limits=limits, pages=2)
+    slip = row(joint.verdicts, "quantity", "slip range")
+    assert slip["value"] == pytest.approx(jenkins(0.5, 1.2)[0]) and slip["at"] == "load factor 1.2"
+
+
+def test_a_probability_without_a_limit_is_missing_with_its_reason():
+    """The mean load leaves a node open, so limits change with the mesh."""
+    system = random_system(np.random.default_rng(1), 4).with_gap([10.0, 0.0, 0.0, 0.0])
+    joint = fo.report(system, CYCLE, uniform(0.3, 0.2), [0.5])
+    assert "mesh_limits=True" in joint.missing["probability"] and joint.probability.empty
+    first = fo.report(BLOCK, PUSHED_AND_PULLED, uniform(0.3, 0.2), pages=1)
+    assert "page 3" in first.missing["probability"]

@@ -490,8 +490,8 @@ FAULTS = (
     Fault(
         "limits/probability.py",
         "FORM needs no sample",
-        old="np.clip(form + missed.mean(), 0.0, 1.0)",
-        new="np.clip(form, 0.0, 1.0)",
+        old="np.nan_to_num(form) + missed.mean()",
+        new="np.nan_to_num(form)",
         tests="probability",
     ),
     Fault(
