@@ -42,7 +42,7 @@ class ContactProducts(ContactSystem):
         The operator T in single precision with 4 digits, for the search; None: `pressing`.
     slides
         (t N, r) slips that nothing resists: rigid motions of the bodies along the contact, which
-        open no pair. Empty: supports hold the bodies. Products need to be right for forces that do
+        open no pair. None: supports hold the bodies. Products need to be right for forces that do
         no work on slides.
 
     Raises
@@ -76,7 +76,7 @@ class ContactProducts(ContactSystem):
     pressing: Any
     slipping: Any
     rough: Any = None
-    slides: Array = field(default_factory=lambda: frozen([]))
+    slides: Any = None
 
     def __getattr__(self, name: str) -> Any:
         """ModelError for the stiffness, which is not known."""
@@ -96,16 +96,14 @@ class ContactProducts(ContactSystem):
             )
         size = tangents * n
         rough = self.pressing if self.rough is None else self.rough
-        slides = self.slides if np.size(self.slides) else np.zeros((size, 0))
+        slides = np.zeros((size, 0)) if self.slides is None else self.slides
         slides = np.linalg.qr(finite_array("slides", slides, (size, None)))[0]
         shapes = {"pressing": (n, size), "rough": (n, size), "slipping": (size, size)}
         operators = {"pressing": self.pressing, "rough": rough, "slipping": self.slipping}
         for name, shape in shapes.items():
-            if np.shape(operators[name]) != shape:
-                raise ModelError(
-                    f"{name}: shape {np.shape(operators[name])}; give a linear operator of shape "
-                    f"{shape}"
-                )
+            given = getattr(operators[name], "shape", None)
+            if given != shape:
+                raise ModelError(f"{name}: shape {given}; give a linear operator of shape {shape}")
         random = np.random.default_rng(0)
         shear, other = (q - slides @ (slides.T @ q) for q in random.normal(size=(2, size)))
         lifts = random.normal(size=n)

@@ -636,6 +636,13 @@ FAULTS = (
         tests="quadratic",
     ),
     Fault(
+        "fem/products.py",
+        "rigid slides are pinned without a stiffness",
+        old="stiffness[self.first_slip :].mean()",
+        new="0.0",
+        tests="products",
+    ),
+    Fault(
         "fem/elasticity.py",
         "two points of integration a direction",
         old="_ORDERS.get(type(mesh))",
