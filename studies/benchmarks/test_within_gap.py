@@ -25,9 +25,9 @@ def steps_of(limit):
     return int(re.search(r"(\d+) steps", limit.reason)[1])
 
 
-def random_contact(rng, tangents, coupling):
+def random_contact(rng, tangents, coupling, below=30):
     """A contact whose compliance falls with the distance of its nodes, and its load cycle."""
-    nodes, corners = int(rng.integers(4, 30)), int(rng.integers(2, 5))
+    nodes, corners = int(rng.integers(4, below)), int(rng.integers(2, 5))
     x = rng.uniform(0, 1, (nodes, 2))
     if tangents == 1:
         x[:, 0].sort()
