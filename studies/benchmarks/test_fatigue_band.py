@@ -37,7 +37,7 @@ def test_a_stress_map_against_recoveries_one_by_one(compare, model):
     )
 
 
-@pytest.mark.parametrize(("parameter", "most"), [("Crossland", 0.3), ("SWT", 8.0)])
+@pytest.mark.parametrize(("parameter", "most"), [("Crossland", 0.3), ("SWT", 5.0)])
 def test_a_band_with_both_ends_against_thirty_recoveries(
     compare, model, stresses, cycle, parameter, most
 ):
