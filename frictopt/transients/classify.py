@@ -24,9 +24,6 @@ class ClassifySettings:
     # Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
     # is a part of the residual.
     excess: float = RESIDUAL / 10
-    # Least cosine between the last slip of a node and its path to the limit, for a node that slips
-    # towards the limit.
-    ahead: float = 0.9
 
 
 SETTINGS = ClassifySettings()
@@ -203,19 +200,15 @@ def work_to_come(last: Sequence[FollowedCycle], limit: FollowedCycle, no_work: A
     """Relative distance of the last work from the work at the limit; 0 if no node may yet stop.
 
     Such a node slips in the last cycles, but its work at the limit is at most `no_work` (N,). The
-    distance is also 0 if all these nodes are known to stop at the limit: the last cycles have the
-    same events as the limit, and each node slips in the direction of its path to the limit.
+    distance is also 0 if all these nodes are known to stop at the limit, because the last cycles
+    have the same events as the limit.
     """
     end = last[-1]
     slipped = (np.array([cycle.work for cycle in last]) > no_work).any(axis=0)
     stops = (limit.work <= no_work) & slipped
     if not stops.any() or (limit.work <= no_work).all():
         return 0.0
-    to_limit = (limit.after - end.after).reshape(-1, len(no_work))[:, stops]
-    slip = (end.after - end.before).reshape(-1, len(no_work))[:, stops]
-    sizes = np.linalg.norm(to_limit, axis=0) * np.linalg.norm(slip, axis=0)
-    ahead = (to_limit * slip).sum(axis=0) >= SETTINGS.ahead * sizes
-    if ahead.all() and all(cycle.events == limit.events for cycle in last):
+    if all(cycle.events == limit.events for cycle in last):
         return 0.0
     return float(np.abs(end.work - limit.work).sum() / limit.work.sum())
 

@@ -380,13 +380,6 @@ FAULTS = (
     ),
     Fault(
         "transients/classify.py",
-        "nodes that stop do so at the limit",
-        old="ahead.all() and all((cycle.events == limit.events for cycle in last))",
-        new="all((cycle.events == limit.events for cycle in last))",
-        tests="spatial_cycles",
-    ),
-    Fault(
-        "transients/classify.py",
         "what happens to others stops no node elsewhere",
         old="cycle.events == limit.events",
         new="True",
