@@ -1389,11 +1389,11 @@ FAULTS = (
         tests="within_gap::test_an_open_node_that_touches_limits_the_load_together_with_friction",
     ),
     Fault(
-        "limits/between/bounds.py",
-        "the proof does not measure what rough products leave",
-        old="cones.roughly().stress(moves - first)",
-        new="cones.roughly().stress(moves)",
-        tests="products",
+        "limits/between/search.py",
+        "rough products prove the bound",
+        old="mechanism(self._cones, self._likely.moves, *STEPS.proof)",
+        new="mechanism(self._rough, self._likely.moves, *STEPS.proof)",
+        tests="products within_gap",
     ),
     Fault(
         "limits/shakedown.py",
