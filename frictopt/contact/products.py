@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base import Array, finite_array, frozen
 from ..errors import ModelError
+from .given_parts import checked_gap
 from .system import ContactSystem
 
 # Largest difference of two products that are equal, relative to the sizes of their vectors.
@@ -90,7 +91,7 @@ class ContactProducts(ContactSystem):
 
     def _check_stiffness(self, n: int, tangents: int) -> None:
         """Check the operators, and that their transposes fit."""
-        if self.gap.any():
+        if checked_gap(self.gap, n).any():
             raise ModelError(
                 "gap: products know no initial gap; condense the bodies (`model.condense()`)"
             )

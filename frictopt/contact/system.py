@@ -198,6 +198,7 @@ class ContactSystem(Shown, Plotted):
             )
         tangents = axes - 1
         slip_shape = (n,) if tangents == 1 else (n, tangents)
+        self._check_stiffness(n, tangents)
         gap = checked_gap(self.gap, n)
         bonded = checked_bonded("bonded", self.bonded, n, tangents)
         vars(self).update(
@@ -217,7 +218,6 @@ class ContactSystem(Shown, Plotted):
         )
         if self.axisymmetric and tangents == 2:
             raise ModelError("axisymmetric: True for a contact in space; leave it out")
-        self._check_stiffness(n, tangents)
         self._check_optional_parts()
         if tangents == 1:
             _ = self.x  # refuses nodes that are not in their order
