@@ -8,7 +8,6 @@ import pickle
 from dataclasses import replace
 from functools import cache
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -294,14 +293,6 @@ def test_the_problem_of_an_order_names_its_places_and_its_sets_of_open_nodes(pin
     limit = fo.shakedown_limit(pin(8), PIN, 0.8, events=True)
     text = str(limit.problem)
     assert "way[1] <= way[2]" in text and "q[k] == q0_2[k] + load_factor * q1_2[k]" in text
-
-
-def test_the_picture_marks_nodes_that_are_open_in_a_part_of_the_cycle(pin):
-    axes = fo.shakedown_limit(pin(8), PIN, 0.8, events=True).plot()
-    assert "open in part of the cycle" in [
-        text.get_text() for text in axes.get_legend().get_texts()
-    ]
-    plt.close(axes.figure)
 
 
 def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_order(pin, monkeypatch):
