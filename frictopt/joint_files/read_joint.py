@@ -27,7 +27,7 @@ from .deck_conditions import Conditions
 from .deck_model import DeckModel
 from .joint import Joint, known
 from .refused import check_not_refused
-from .states import load_cases
+from .states import Field, load_cases
 
 # Entries of a joint file, and their kinds in TOML.
 _OF_ALL = {"title": str, "units": str, "cycle": dict, "friction": dict, "preload": dict}
@@ -105,17 +105,8 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         raise ModelError(f"deck {file.name}: no *STATIC step; a joint needs one")
     cases, states = load_cases(conditions.states)
     setting = conditions.states[-1].setting
-    if not cases and min(conditions.clearances.values(), default=0.0) >= 0:
-        raise ModelError(
-            f"deck {file.name}: no step has a load; if the meshes overlap by a fit, write ADJUST=0 "
-            "in *CONTACT PAIR, and the overlap as *CLEARANCE, VALUE=-overlap"
-        )
-    if all(pair[:2] in setting.removed for pair in conditions.pairs):
-        raise ModelError(
-            f"deck {file.name}: no *CONTACT PAIR that may slide is in force at the end; a joint "
-            "needs one: pairs that are TIED are glued"
-        )
     try:
+        _check_is_joint(conditions, cases)
         made = DeckModel(conditions, cases, file.name)
         model = made.model(setting, cases)
     except ModelError as error:
@@ -133,6 +124,21 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         [state.name for state in conditions.states if state.setting != setting],
         [state.name for state in conditions.states if state.locked],
     )
+
+
+def _check_is_joint(conditions: Conditions, cases: Mapping[str, Field]) -> None:
+    """Refuse a deck without loads, or without contacts that may slide."""
+    if not cases and min(conditions.clearances.values(), default=0.0) >= 0:
+        raise ModelError(
+            "no step has a load; if the meshes overlap by a fit, write ADJUST=0 in *CONTACT PAIR, "
+            "and the overlap as *CLEARANCE, VALUE=-overlap"
+        )
+    removed = conditions.states[-1].setting.removed
+    if all(pair[:2] in removed for pair in conditions.pairs):
+        raise ModelError(
+            "no *CONTACT PAIR that may slide is in force at the end; a joint needs one: pairs that "
+            "are TIED are glued"
+        )
 
 
 def _known_loads(loads: Mapping[str, float], model: ContactModel) -> dict[str, float]:

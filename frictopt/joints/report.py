@@ -311,26 +311,16 @@ def report(
     thresholds = checked_limits(system, limits)
     whole_number("pages", pages, least=1, most=len(PAGES))
     with_mesh_limits = flag("mesh_limits", mesh_limits)
-    for name, text in (("title", title), ("notes", notes)):
-        if not (isinstance(text, str) and text == ""):
-            check_text(name, text, "a printable text")
-    if show is not None and (isinstance(show, type) or not callable(show)):
-        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
-    made = getattr(model, "_assembly", None)
-    if model is not None and (made is None or len(made.pairs.nodes) != system.nodes):
-        raise ModelError(f"model: {shown(model)}; give the ContactModel that made this system")
+    _check_shows(show)
+    identity = _checked_identity(system, title, notes, life, model)
     origin = "" if file is None else _of_file(file)
     kept_in = None if store is None else file_path("store", store)
     if steps is None and system.tangents == 2:
         steps = 2
-    if life is not None and not {*LIVES} <= {*getattr(life, "columns", ())}:
-        raise ModelError(f"life: {shown(life)}; give the table of `FatigueBand.life`")
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:
         parts = Pages(system, scatter, thresholds, steps, bar, Report)
-        parts.known.update(title=title, notes=notes, life=pd.DataFrame() if life is None else life)
-        if model is not None:
-            parts.known.update(model=model, bodies=model.to_frame())
+        parts.known.update(identity)
         parts.origin += origin
         if kept_in is not None and kept_in.exists():
             parts.take(kept_in)
@@ -350,6 +340,29 @@ def report(
                 show(shown_page(parts.report(), page, pages))
         parts.leave_out_after(pages)
     return parts.report()
+
+
+def _check_shows(show: Any) -> None:
+    if show is not None and (isinstance(show, type) or not callable(show)):
+        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
+
+
+def _checked_identity(
+    system: ContactSystem, title: str, notes: str, life: Any, model: Any
+) -> dict[str, Any]:
+    """What a sheet says of its joint, and does not compute."""
+    for name, text in (("title", title), ("notes", notes)):
+        if not (isinstance(text, str) and text == ""):
+            check_text(name, text, "a printable text")
+    if life is not None and not {*LIVES} <= {*getattr(life, "columns", ())}:
+        raise ModelError(f"life: {shown(life)}; give the table of `FatigueBand.life`")
+    says = {"title": title, "notes": notes, "life": pd.DataFrame() if life is None else life}
+    if model is None:
+        return says
+    made = getattr(model, "_assembly", None)
+    if made is None or len(made.pairs.nodes) != system.nodes:
+        raise ModelError(f"model: {shown(model)}; give the ContactModel that made this system")
+    return {**says, "model": model, "bodies": model.to_frame()}
 
 
 def _of_file(file: str | Path) -> str:
