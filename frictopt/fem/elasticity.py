@@ -50,13 +50,7 @@ _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
 _SERENDIPITY = {8: skfem.ElementQuadS2, 20: skfem.ElementHexS2}
 # Order of integration. Three points a direction are exact for uniform stress in curved elements,
 # and for any stress in straight elements.
-_ORDERS = {
-    skfem.MeshHex1: 5,
-    skfem.MeshQuad2: 5,
-    skfem.MeshHex2: 5,
-    MeshMixedPlane2: 5,
-    MeshMixed2: 5,
-}
+_ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2: 5}
 # Largest distance of a midside node from the middle of its corners, relative to the distance of the
 # corners: some 45 degrees of arc.
 _OFF = 0.1

@@ -171,6 +171,8 @@ def eliminate(
 
 def solve(factors: Sequence[Factor], F: Array) -> Array:
     """(unknowns, n) displacements under n loads F, by the factors of a complete elimination."""
+    if not factors:
+        return F.copy()
     u: Array = F.astype(factors[0][2].dtype)
     trsm = blas.get_blas_funcs("trsm", (u,))
     for unknowns, later, triangle, coupling in factors:

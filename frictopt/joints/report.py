@@ -315,7 +315,9 @@ def report(
     identity = _checked_identity(system, title, notes, life, model)
     origin = "" if file is None else _of_file(file)
     kept_in = None if store is None else file_path("store", store)
-    if steps is None and system.tangents == 2:
+    if steps is not None:
+        steps = whole_number("steps", steps, least=1)
+    elif system.tangents == 2:
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:

@@ -11,13 +11,6 @@ import frictopt as fo
 from helpers.refused import refused
 
 SQUARE = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1., 1., 0.\n4, 0., 1., 0.\n*ELEMENT, TYPE=CPE4, ELSET=E\n1, 1, 2, 3, 4\n*NSET, NSET=TOP\n3, 4\n"
-CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-CUBE = (
-    "*NODE\n"
-    + "".join(f"{i + 1}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(CORNERS))
-    + "20, 0.5, 0.5, 2.\n21, 0.5, 0.5, 2.\n"
-)
-CUBE += "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*NSET, NSET=TOP\n5, 6, 7, 8\n*NSET, NSET=EDGE\n5, 6\n"
 
 
 def job(folder, deck, labels, K=None):
@@ -112,10 +105,6 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
         ("*EQUATION\n3\n3, 2, 1., 2, 2, -1.\n", "a block \\*EQUATION that cannot be read here"),
         ("*EQUATION, REMOVE\n3, 2\n", "the deck has a block \\*EQUATION .*REMOVE"),
         ("*BOUNDARY\nLOST, 1, 2\n", "a block \\*BOUNDARY that cannot be read here: 'LOST'"),
-        (
-            "*RIGID BODY, NSET=TOP, REF NODE=99, ROT NODE=1\n",
-            "a block \\*RIGIDBODY that cannot be read here: 99",
-        ),
     ],
 )
 def test_forces_of_which_the_deck_says_nothing_are_refused(tmp_path, text, message):
@@ -133,99 +122,6 @@ def test_rows_say_what_is_held_and_what_follows(tmp_path):
         ["2.1", "2.2", "3.1", "4.1", "4.2"],
     )
     assert found.unknowns.tolist() == [[-1, -1], [0, 1], [2, -2], [3, 4]]
-
-
-TOP_LABELS = [f"{node}.{k}" for node in (1, 2, 3, 4, 20, 21) for k in (1, 2, 3)]
-RIGID = "*RIGID BODY, NSET={}, REF NODE=20{}\n"
-
-
-def test_a_rotation_of_a_rigid_part_is_a_generalised_coordinate(tmp_path):
-    """Forces on the part, and a moment on its rotation, do the work that they do on the nodes."""
-    random = np.random.default_rng(0)
-    K = random.normal(size=(18, 18))
-    K = (K + K.T) / 2
-    found = job(tmp_path, CUBE + RIGID.format("TOP", ", ROT NODE=21"), TOP_LABELS, K)
-    assert found.labels[15:].tolist() == [
-        [20, 4],
-        [20, 5],
-        [20, 6],
-    ]
-    assert found.generalised.tolist() == [15, 16, 17]
-    assert np.allclose(found.K.toarray(), K)
-    # Displacements of nodes 1 to 4, displacement and rotation of the reference.
-    y = random.normal(size=18)
-    arms = dict(zip(found.deck.numbers.tolist(), found.points - found.points[8], strict=True))
-    u = {node: y[12:15] + np.cross(y[15:], arms[node]) for node in (5, 6, 7, 8)}
-    forces = random.normal(size=(4, 3))
-    assert found.force("TOP", nodal=forces) @ y == pytest.approx(
-        sum(force @ u[node] for node, force in zip((5, 6, 7, 8), forces, strict=True))
-    )
-    assert on(found, found.force([9], nodal=[1.0, 2.0, 3.0])) == {
-        "20.4": 1.0,
-        "20.5": 2.0,
-        "20.6": 3.0,
-    }
-
-
-def test_the_reference_of_a_rigid_part_has_its_rotation_in_abaqus(tmp_path):
-    (tmp_path / "a.inp").write_text(CUBE + RIGID.format("TOP", ""))
-    (tmp_path / "a.mtx").write_text(
-        "".join(
-            f"20,{i}, 20,{j}, {7.0 if i == j else 1.0}\n"
-            for i in range(1, 7)
-            for j in range(1, i + 1)
-        )
-    )
-    found = fo.readers.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
-    assert found.generalised.tolist() == [3, 4, 5]
-    # Node 5, half beside it both ways.
-    assert on(found, found.force([4], nodal=[0.0, 0.0, 1.0])) == {
-        "20.3": 1.0,
-        "20.4": -0.5,
-        "20.5": 0.5,
-    }
-
-
-def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
-    labels = [label for label in TOP_LABELS if label not in ("20.1", "20.2")]
-    K = np.diag([*np.ones(15), 0.0])  # CalculiX writes the rotation about z too
-    coupling = "*SURFACE, NAME=S, TYPE=NODE\nTOP, 1.\n*COUPLING, REF NODE=20, SURFACE=S, CONSTRAINT NAME=C\n*KINEMATIC\n3\n"
-    found = job(tmp_path, CUBE.replace("21, 0.5, 0.5, 2.\n", "") + coupling, labels, K)
-    assert len(found.labels) == 15
-    assert found.labels[:, 0].max() == 20
-    assert np.linalg.matrix_rank(found.K.toarray()) == 15
-
-
-def test_a_rigid_part_whose_reference_follows_hands_its_forces_on(tmp_path):
-    deck = CUBE + RIGID.format("TOP", ", ROT NODE=21") + "*EQUATION\n2\n20, 1, 1., 1, 1, -1.\n"
-    found = job(tmp_path, deck, [label for label in TOP_LABELS if label != "20.1"])
-    # Node 5, 0.5 in front and 1 below.
-    assert on(found, found.force([4], nodal=[2.0, 0.0, 0.0])) == {
-        "1.1": 2.0,
-        "20.5": -2.0,
-        "20.6": 1.0,
-    }
-
-
-@refused(
-    (
-        RIGID.format("TOP", "") + "*RIGID BODY, NSET=EDGE, REF NODE=1\n",
-        [*TOP_LABELS[:15], "22.1"],
-        "rigid parts .*: 2, .* nodes 22 that",
-    ),
-    (
-        RIGID.format("TOP", ""),
-        [*TOP_LABELS[:15], "22.1", "23.1"],
-        "rigid parts .*: 1, .* nodes 22, 23 that",
-    ),
-    (
-        RIGID.format("EDGE", ", ROT NODE=21").replace("=20", "=5"),
-        TOP_LABELS,
-        "follow REF NODE 5 do not determine its rotation",
-    ),
-)
-def test_rigid_parts_that_cannot_be_resolved_are_refused(text, labels, tmp_path):
-    job(tmp_path, CUBE + text, labels)
 
 
 def test_keyword_lines_go_on_after_a_comma(tmp_path):

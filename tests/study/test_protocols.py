@@ -72,7 +72,8 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is():
         for which in (pair, contact)
     )
     assert other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit)
-    assert len(other.starts) == len(one.starts) > 2
+    # Slips that go equally far in a direction are starts in one contact, not always in both.
+    assert len(other.starts) > 2 < len(one.starts)
 
 
 def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit(paper_punch):
