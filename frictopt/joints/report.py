@@ -238,7 +238,7 @@ def report(
         scatter belong in one load case. Each corner of the scatter needs its own steady states.
     load
         (least, most) load factor around 1, or its distribution, for safety factors, verdicts and
-        the probability. Numbers and curves are those of load factor 1.
+        the probability. Numbers and curves belong to load factor 1.
     correlation_length
         Length over which a friction with a distribution varies along its face, see
         `ShakedownLimit.probability`.
@@ -352,7 +352,7 @@ def _check_shows(show: Any) -> None:
 def _checked_identity(
     system: ContactSystem, title: str, notes: str, life: Any, model: Any
 ) -> dict[str, Any]:
-    """What a sheet says of its joint, and does not compute."""
+    """The parts of a sheet that describe its joint, and are not computed."""
     for name, text in (("title", title), ("notes", notes)):
         if not (isinstance(text, str) and text == ""):
             check_text(name, text, "a printable text")

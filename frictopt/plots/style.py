@@ -165,7 +165,7 @@ def spread(points: Array, most: int) -> list[int]:
 
 
 def named(panels: Sequence[AnyAxes]) -> Look:
-    """What is drawn under each label of some panels, as keywords of a legend."""
+    """The drawings under each label of some panels, as keywords of a legend."""
     by_label: dict[str, Any] = {}
     for axes in panels:
         handles, labels = axes.get_legend_handles_labels()
