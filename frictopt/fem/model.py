@@ -222,9 +222,10 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     def products(self, *, progress: bool = True) -> ContactProducts:
         """The contact by products with the glued bodies, for thousands of nodes in space.
 
-        It takes one factorisation of the bodies in contact, one that is not kept, and N solutions
-        in blocks. Memory is what the factors take, and `8 N^2` bytes in space. The model keeps
-        it. Gaps, overlaps (`Interference`) and springs of contacts need `condense`.
+        It takes two factorisations, of the glued bodies and of the bodies that slip freely, and N
+        solutions in blocks. The model keeps the contact, with the second factorisation and a
+        matrix of `8 N^2` bytes in space. Gaps, overlaps (`Interference`) and springs of contacts
+        need `condense`.
 
         Parameters
         ----------

@@ -21,6 +21,18 @@ from studies.half_space import CYCLE, punch_on_half_space
 BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
 
+def printed_by(code, *arguments):
+    """The numbers that a new process prints, with one thread."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
+    return [float(number) for number in done.stdout.split()]
+
+
 def steps_of(limit):
     return int(re.search(r"(\d+) steps", limit.reason)[1])
 
@@ -141,17 +153,7 @@ def test_2500_nodes_within_a_thousandth(tmp_path, record_property):
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)\n"
     )
     fo.scenes.SquarePunch(elements=49).condense().save(path)
-    answers = []
-    for gap in ("None", "0.001"):
-        done = subprocess.run(
-            [sys.executable, "-c", code, path, gap],
-            check=True,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-        )
-        answers.append([float(number) for number in done.stdout.split()])
-    exact, within = answers
+    exact, within = (printed_by(code, path, gap) for gap in ("None", "0.001"))
     ratio = within[2] / exact[2]
     record_property("ratio", ratio)
     print(
@@ -188,17 +190,7 @@ def test_900_nodes_by_products_alone(record_property):
         "print(limit.load_factor, limit.bound, time.process_time() - start)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)\n"
     )
-    answers = []
-    for kind in ("condense", "products"):
-        done = subprocess.run(
-            [sys.executable, "-c", code, kind],
-            check=True,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-        )
-        answers.append([float(number) for number in done.stdout.split()])
-    condensed, products = answers
+    condensed, products = (printed_by(code, kind) for kind in ("condense", "products"))
     ratio, memory = products[2] / condensed[2], products[3] / condensed[3]
     record_property("ratio", ratio)
     print(f"\n    {products[2]:.1f} s, ratio {ratio:.2f}; {products[3]:.2f} GB, ratio {memory:.2f}")

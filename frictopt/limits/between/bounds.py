@@ -103,6 +103,9 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: fl
     `enough` is the sum of the stresses, relative to the largest move, at which the rounds end. With
     more than `usable` they prove nothing, because residual shear may be larger than its unit.
     """
+    rough = cones.roughly()
+    closed = cones.sheared_parts[0]
+    node = cones.node[closed]
     moves = raised(moves)
     stress = cones.stress(moves)
     while rounds > 0 and np.abs(stress).sum() > enough * np.abs(moves).max():
@@ -110,10 +113,9 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: fl
         # Of small changes, rough products are exact enough until the stress has fallen.
         while rounds > 0 and np.abs(last).sum() > _REFRESH * np.abs(stress).sum():
             moves = moves.copy()
-            closed = cones.sheared_parts[0]
-            moves[:, :-1, closed] -= last[:, cones.node[closed]] / len(moves)
+            moves[:, :-1, closed] -= last[:, node] / len(moves)
             moves = raised(moves)
-            last = stress + cones.roughly().stress(moves - first)
+            last = stress + rough.stress(moves - first)
             rounds -= 1
         stress = cones.stress(moves)
     if np.abs(stress).sum() > usable * np.abs(moves).max():

@@ -108,9 +108,10 @@ class Furthest:
             # In the plane a program continues from the last one, whose rows it has.
             self._warm.price(cost)
             outcome, *solution = self._warm.solve()
-            end = self._checked(*solution)
-            if outcome == OPTIMAL and end.residual <= RESIDUAL:
-                return np.asarray(end.said)
+            if outcome == OPTIMAL:
+                end = self._checked(*solution)
+                if end.residual <= RESIDUAL:
+                    return np.asarray(end.said)
         try:
             claim, _ = answer(replace(self._arrays, cost=cost), self._checked)
         except NoOptimum:
