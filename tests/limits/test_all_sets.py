@@ -86,6 +86,13 @@ def test_a_set_that_carries_any_load_is_found(seed, nodes):
     assert fo.shakedown_limit(contact, cycle, friction).load_factor == np.inf
 
 
+def test_a_set_is_found_that_is_safe_only_far_above_the_forces_of_friction():
+    """The cyclic load balances the shear of the mean load, of which friction holds 2e-5."""
+    contact, cycle, friction = fuzzed(10)
+    limit = is_best(contact, cycle, friction, list(intervals(contact, cycle, friction)))
+    assert limit.least > 0.3 and limit.open.any()
+
+
 @pytest.mark.parametrize("outcome", ["unbounded", "infeasible"])
 def test_a_set_that_no_solver_answers_may_have_any_limit(outcome, monkeypatch):
     contact, cycle, friction = block(75)

@@ -210,7 +210,7 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
     A mechanism that stresses the contact a little gives no bound where slips can be large.
     """
     compared = 0
-    for seed in [52, 91, 234, 319, 340, *few(range(12))]:
+    for seed in [6, 52, 91, 234, 319, 340, *few(range(12))]:
         system, loads, f = wedged(seed)
         limit = fo.shakedown_limit(system, loads, f)
         safe = polygon_limit(system, loads, f)

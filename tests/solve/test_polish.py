@@ -135,16 +135,19 @@ def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
 
 @pytest.mark.parametrize("seed", few(range(1, 6)))
 def test_a_vertex_of_more_rows_than_unknowns_keeps_its_proof(seed):
-    """Many multipliers balance the objective there, so that their equations are singular."""
+    """Many multipliers balance the objective there, so that their equations are singular.
+
+    Two rows far from the vertex show how small the multipliers of inactive rows are.
+    """
     rng = np.random.default_rng(seed)
     rows = rng.uniform(0.2, 1.0, (5, 2))
     vertex = rng.standard_normal(2)
     z = cp.Variable(2)
     least = rows @ rng.uniform(0.2, 1.0, 2)  # of these multipliers, a combination of the columns
-    program = arrays_of(cp.Problem(cp.Maximize((rows.T @ least) @ z), [rows @ z <= rows @ vertex]))
-    at, slopes = polish(
-        program, vertex + 1e-7 * rng.standard_normal(2), least + 1e-6 * rng.random(5)
-    )
+    active, inactive = rows @ z <= rows @ vertex, z >= vertex - 1.0
+    program = arrays_of(cp.Problem(cp.Maximize((rows.T @ least) @ z), [active, inactive]))
+    multipliers = np.r_[least, 0.0, 0.0] + 1e-6 * rng.random(7)
+    at, slopes = polish(program, vertex + 1e-7 * rng.standard_normal(2), multipliers)
     assert program.off(at, slopes) < 1e-12
 
 

@@ -303,9 +303,8 @@ class _SetSearch(Generic[L]):
             self.limit(open_nodes, self._above)
             return self._bounds[open_nodes.tobytes()]
 
-        # An infinite limit that does not count is no measure of the others.
-        reached = np.nan_to_num(self.best.load_factor, posinf=0.0)
-        largest = max(reached, question.load_unit)
+        # Load factors above this value do not matter, if some set counts.
+        largest = max(self._reach, question.load_unit)
         program = LooseNodes(loose(question, nodes), nodes, "load_factor", largest)
         branches = Branches(program, lambda: self._wanted, bound_of)
         if len(nodes) == len(fixed):
@@ -420,10 +419,14 @@ class _SetSearch(Generic[L]):
 
     def _joins(self, limit: L) -> bool:
         """Whether a higher limit is safe at the best load factor."""
+        return not limit.least > self._reach * (1 + SEARCH.gain)
+
+    @property
+    def _reach(self) -> float:
+        """Largest load factor from which on a set may be safe and count; inf while none counts."""
         if not _counts(self.best, self._start_by):
-            return True
-        reach = max(self.best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
-        return not limit.least > reach * (1 + SEARCH.gain)
+            return np.inf
+        return max(self.best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
 
     def _count(self) -> None:
         self._programs += 1
