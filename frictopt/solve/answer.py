@@ -60,8 +60,9 @@ def answer(
     started = perf_counter()
     attempts = list[Attempt]()
     kind = kind_of(program)
-    # Multipliers of cones have fewer digits than a vertex, and the polish adds them.
-    enough = tolerance if kind == LP or tolerance > RESIDUAL else ROUNDING
+    # Multipliers of cones have fewer digits than a vertex. The polish adds them, but in a large
+    # program it would take longer than the solver.
+    enough = ROUNDING if kind == SOCP and tolerance <= RESIDUAL else tolerance
     claim_of_none: list[C | None] = []
     agreed = True
     for form, name in _ways(program, solver):
