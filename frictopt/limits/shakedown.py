@@ -261,8 +261,8 @@ class ShakedownLimits:
     ) -> ShakedownLimit:
         """The limit with given open nodes, at most `largest`.
 
-        `NotAbove` if it is at most `above`. Without `proven` a solver is believed
-        that no load factor is safe.
+        `NotAbove` if it is at most `above`. Without `proven`, for the many sets of a search, a
+        solver is believed that no load factor is safe, and plain cvxpy is not tried.
         """
         program = assembled.shakedown(question)
         if np.isfinite(largest):
@@ -289,6 +289,7 @@ class ShakedownLimits:
                 or self.solver is not None
                 or user is not None
                 or np.isfinite(largest)
+                or not proven
             ):
                 raise
             # Imported here, because cvxpy is slow to import.

@@ -31,7 +31,7 @@ from .solvers import (
 )
 
 # Number of unknowns above which our interior point is faster than Clarabel.
-_LARGE = 400
+_LARGE = 180
 
 
 def kind_of(program: Arrays) -> str:
