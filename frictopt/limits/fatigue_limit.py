@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy  # a part of it is imported when it is used
 
 from ..base import (
     ROUNDING,
@@ -200,7 +200,7 @@ def _check_mean(cycle: LoadCycle) -> None:
     corners = np.array([[corner.get(name, 0.0) for name in names] for corner in cycle.corners])
     relative = corners / np.abs(corners).max(axis=0, initial=np.finfo(float).tiny)
     sums = np.vstack([relative.T, np.ones(len(corners))])
-    _, off = nnls(sums, np.eye(len(sums))[-1])
+    _, off = scipy.optimize.nnls(sums, np.eye(len(sums))[-1])
     if off > ROUNDING:
         raise ModelError(
             "every: False, but the mean load is no mean of the loads at the corners, so that a "

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy  # a part of it is imported when it is used
 from scipy.linalg import block_diag
-from scipy.special import ndtr
 
 from ..base import (
     Array,
@@ -113,7 +113,7 @@ class RandomLimit:
         inputs = {**self.limit.cycle.mean, _LOAD: self.load}
         slopes = np.empty_like(normal)
         for k, (law, place) in enumerate(self._values):
-            value = float(law.ppf(ndtr(normal[k])))
+            value = float(law.ppf(scipy.special.ndtr(normal[k])))
             slopes[k] = density[k] / law.pdf(value)
             if isinstance(place, str):
                 inputs[place] = value
@@ -174,7 +174,7 @@ def probability_of(
     method = f"by {draws} draws"
     if design is not None:
         distance, direction = design
-        form = float(ndtr(distance))
+        form = float(scipy.special.ndtr(distance))
         on_plane = distance + numbers @ direction >= 0
         method = f"by FORM ({form:.3g}), corrected by {draws} draws"
         for name, share in zip(random.names, direction**2, strict=True):

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy  # a part of it is imported when it is used
 
 from ...base import FLOOR, RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, kept, worst
 from ...contact import ROWS, lengths
@@ -430,7 +430,7 @@ def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Ar
 
     columns = np.vstack([opening.T, needed])
     last = np.eye(len(slides) + 1)[-1]
-    *direction, share = columns @ nnls(columns, last)[0] - last
+    *direction, share = columns @ scipy.optimize.nnls(columns, last)[0] - last
     smallest = -np.array(direction) / share if share else slides
     if (opening @ smallest >= needed - RESIDUAL).all():
         slide[elastic.slips] = elastic.slides @ (slides - smallest)

@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+import scipy  # a part of it is imported when it is used
 
 from ...base import CONDENSATION, ROUNDING, Array, Booleans, Integers
 from ...contact import ContactSystem, LoadCycle
@@ -46,8 +46,8 @@ def vertices_of_hull(points: Array) -> list[int]:
     most_directions = 6
     if dimension <= most_directions and count > dimension + 1:
         # A hull that is nearly flat has no vertices that rounding leaves alone.
-        with suppress(QhullError):
-            return sorted(ConvexHull(along).vertices.tolist())
+        with suppress(scipy.spatial.QhullError):
+            return sorted(scipy.spatial.ConvexHull(along).vertices.tolist())
     return list(range(count))
 
 

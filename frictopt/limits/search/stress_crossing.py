@@ -17,7 +17,7 @@ from itertools import count
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # a part of it is imported when it is used
 
 from ...base import Array, worst
 from ...contact import StressMap
@@ -172,7 +172,7 @@ class StressCrossings:
             return None
         load_factor = 0.0
         if above(0.0) < 0:
-            load_factor = brentq(above, 0.0, largest, xtol=SETTINGS.gain * largest)
+            load_factor = scipy.optimize.brentq(above, 0.0, largest, xtol=SETTINGS.gain * largest)
         level = self._least(load_factor)
         for further in 10.0 ** np.arange(-7, 0):
             bound = min(load_factor * (1 + further), largest)
