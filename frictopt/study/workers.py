@@ -29,6 +29,7 @@ class Workers(ThreadPoolExecutor):
         self._own = threading.local()
         # The process at the other end of a pipe ends when the pipe is closed.
         self._pipes = list[Connection]()
+        self._pools = list[ProcessPoolExecutor]()
         begun = [self.submit(int) for _ in range(count)]
         wait(begun)
         error = begun[0].exception()
@@ -48,12 +49,17 @@ class Workers(ThreadPoolExecutor):
         for pipe in self._pipes:
             pipe.close()
         super().shutdown(wait, cancel_futures=cancel_futures)
+        # At its end Python wakes the threads of all pools that are left, and one that is just
+        # closing would print a traceback.
+        for pool in self._pools:
+            pool.shutdown(wait)
 
     def _by_process(self, task: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         if not hasattr(self._own, "pool"):
             end, pipe = _CONTEXT.Pipe(duplex=False)
             self._pipes.append(pipe)
             self._own.pool = ProcessPoolExecutor(1, _CONTEXT, _begin, (end,))
+            self._pools.append(self._own.pool)
         try:
             return self._own.pool.submit(_followed, task, *args, **kwargs).result()
         except BrokenExecutor:

@@ -74,7 +74,9 @@ def test_the_margin_is_that_of_a_program_with_all_corners(seed, share):
     factor = share * limit if np.isfinite(limit) else share
     assume(np.mean([(f * contact.reaction(loads)[1]).mean() for loads in cycle.unscaled]) > 0.05)
     safe = fo.safe_slip(contact, cycle, f, factor)
-    assume(not safe.open.any())
+    # The nodes of an uncoupled contact may open and close, of which the program knows nothing.
+    pressed = all(contact.reaction(loads)[1].min() >= 0 for loads in cycle.at(factor))
+    assume(not safe.open.any() and (contact.B.any() or pressed))
     assert safe.margin == pytest.approx(
         linprog_margin(contact, cycle, f, factor), rel=1e-7, abs=1e-8
     )

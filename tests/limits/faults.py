@@ -883,8 +883,8 @@ FAULTS = (
     Fault(
         "limits/search/set_search.py",
         "a set that begins above where the best one ends counts",
-        old="limit.least > reach * (1 + SEARCH.gain)",
-        new="False and limit.least > reach * (1 + SEARCH.gain)",
+        old="limit.least > self._reach * (1 + SEARCH.gain)",
+        new="False and limit.least > self._reach * (1 + SEARCH.gain)",
         tests="set_search",
     ),
     Fault(

@@ -333,7 +333,7 @@ def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask):
         for seed in few([0, 8, 16, 28, 32, 44, 4, 20], 6)  # the last two search for long
         if next(ask(seed)).result == "answer"
     ]
-    assert len(seeds) >= 5
+    assert len(seeds) >= 4
     for lie, least in (
         (lambda value: 0.98 * value, 2),
         (lambda value: 0.01 + 1.01 * value, len(seeds)),
