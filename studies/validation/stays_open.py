@@ -54,6 +54,8 @@ def interval_of_set(
             -inequalities[:, :-1],
             inequalities[:, -1],
             bounds=[(0, None)] + [(None, None)] * len(closed),
+            # The default of 1e-7 hides the limits of contacts of little friction.
+            options={"primal_feasibility_tolerance": 1e-10},
         )
         if answer.status not in (0, 3):
             return None
