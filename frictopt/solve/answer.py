@@ -188,8 +188,22 @@ def error_of_contradiction(unbalanced: float, lack: float) -> float:
     return RESIDUAL * far * unbalanced / lack if lack > 0 else np.inf
 
 
-def unbounded(program: Arrays) -> float | None:
-    """The error of the proof that `-cost @ x` grows without end; None without a proof."""
+def without_optimum(program: Arrays, outcome: str) -> tuple[Array | None, float] | None:
+    """The proof that a program has no optimum, and its error; None without a proof.
+
+    The proof is that of `infeasible`, or None if `-cost @ x` grows without end. That which a
+    solver reports as the outcome is tried first.
+    """
+    proofs = {INFEASIBLE: infeasible, UNBOUNDED: unbounded}
+    for name in sorted(proofs, key=lambda name: name != outcome):
+        found = proofs[name](program)
+        if found is not None:
+            return found
+    return None
+
+
+def unbounded(program: Arrays) -> tuple[None, float] | None:
+    """No multipliers, and the error of the proof that `-cost @ x` grows without end."""
     still = replace(program, right=np.zeros(len(program.right)))
     for ray in growths(program):
         size = float(np.abs(ray).max())
@@ -199,7 +213,7 @@ def unbounded(program: Arrays) -> float | None:
         for start in interiors(program):
             unsafe = program.violation(start) / max(1.0, float(np.abs(start).max()))
             if unsafe <= RESIDUAL:
-                return max(leaving, unsafe)
+                return None, max(leaving, unsafe)
     return None
 
 

@@ -42,6 +42,8 @@ def test_that_there_is_no_optimum_is_proven(kind, cone):
         y, error = none
         assert np.abs(program.columns(y)).sum() < 1e-9 * -(program.right @ y) and error <= 1e-9
         assert np.array_equal(program.admissible(y), y)
+    for outcome in (solvers.INFEASIBLE, solvers.UNBOUNDED):
+        assert str(answer.without_optimum(program, outcome)) == str(none or more)
 
 
 @pytest.mark.parametrize("kind", ["infeasible", "unbounded"])

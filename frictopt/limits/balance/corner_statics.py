@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base import CONDENSATION, FLOOR, ZERO_LOAD_FACTOR, Array, SolveRecord, kept, worst
 from ...contact import contact_law
-from ...solve.answer import answer, infeasible, unbounded
+from ...solve.answer import answer, without_optimum
 from ...solve.rows import LINEAR, program_of, rows_of
 from ...transients.balance import balance_rows, force_rows
 from ..program.question import Question
@@ -107,15 +107,15 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         proof = None if value == 0 and sense < 0 else y
         return claim(value, bound, residual, proof, x[:M] * units[:M])
 
-    def without_optimum(outcome: str) -> CornerAnswer | None:
-        found = infeasible(program)
-        if found is not None:
-            y, error = found
-            return claim(np.nan, np.nan, error, y)
-        grown = unbounded(program)
-        return None if grown is None else claim(np.inf, np.inf, grown)
+    def no_optimum(outcome: str) -> CornerAnswer | None:
+        proof = without_optimum(program, outcome)
+        if proof is None:
+            return None
+        y, error = proof
+        load_factor = np.inf if y is None else np.nan
+        return claim(load_factor, load_factor, error, y)
 
-    found, record = answer(program, claimed, no_optimum=without_optimum)
+    found, record = answer(program, claimed, no_optimum=no_optimum)
     assert found is not None
     return replace(found, record=record)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...base import COUNTS, Array, Booleans, worst
 from ...contact import ContactLaw, ContactSystem, contact_law
-from ...solve.answer import answer, infeasible, unbounded
+from ...solve.answer import answer, without_optimum
 from ...solve.rows import CONE, LINEAR, Rows, program_of, rows_of
 from ...transients.balance import balance_rows
 
@@ -103,14 +103,11 @@ def _at_corner(
         gap = abs(bound + x[-1]) + error
         return _Sliding(float(x[-1]) * unit, worst([gap, program.violation(x)]))
 
-    def without_optimum(_outcome: str) -> _Sliding | None:
-        found = infeasible(program)
-        if found is not None:
-            return _Sliding(0.0, found[1])
-        grown = unbounded(program)
-        return None if grown is None else _Sliding(np.inf, grown)
+    def no_optimum(outcome: str) -> _Sliding | None:
+        proof = without_optimum(program, outcome)
+        return None if proof is None else _Sliding(np.inf if proof[0] is None else 0.0, proof[1])
 
-    found, _ = answer(program, claimed, no_optimum=without_optimum, tolerance=_TOLERANCE)
+    found, _ = answer(program, claimed, no_optimum=no_optimum, tolerance=_TOLERANCE)
     assert found is not None
     return max(found.load_factor, 0.0)
 
