@@ -77,10 +77,9 @@ def _note_on_moves(argument: str, before: Body, after: Body) -> list[str]:
         return []
     edge = _shortest_edges(before.mesh)
     if (i := first_of(length > SETTINGS.largest * edge, length / edge)) is not None:
-        element = int(np.flatnonzero((before.mesh.t == i).any(axis=0))[0])
         raise ModelError(
             f"{argument}: node {before.numbers[i]} at {place(before.mesh.p[:, i])} would move by "
-            f"{length[i]:.3g}, and element {element} has an edge of {edge[i]:.3g}; a node may "
+            f"{length[i]:.3g}, and an element there has an edge of {edge[i]:.3g}; a node may "
             f"move by {SETTINGS.largest:g} of the shortest edge: reduce the tolerance, repair the "
             "mesh, or let the nodes of a Tie stay (adjust=False; in a deck ADJUST=NO)"
         )

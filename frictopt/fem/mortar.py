@@ -236,8 +236,8 @@ def _check_overlap(points: Array, distance: Array, allowed: Array, names: FaceNa
     if (i := first_of(distance < -allowed, -distance)) is not None:
         raise ModelError(
             f"{names.contact}, at {place(points[i])}: the bodies overlap by {-distance[i]:g}; move "
-            "them apart, and give an Interference load; or, if it is rounding or noise, give the "
-            "Contact adjust="
+            "them apart, and give an Interference load (in a deck *CLEARANCE); or, if it is "
+            "rounding or noise, give the Contact adjust= (in a deck *CONTACT PAIR, ADJUST=0)"
         )
 
 

@@ -85,13 +85,16 @@ class Conditions:
         self._initial = dict[int, float]()
         self._in_force = InForce()
         self._step_name = "MODEL"
+        self._interaction = ""
+        self._constants = dict[str, list[float]]()
+        self._coupled: Mapping[str, str] = {}
         self._steps = 0
         self._is_static = False
         # time at which a step begins, its duration, and the time in it at which loads count
         self._start, self._period, self._time = 0.0, 1.0, 1.0
         steps = [i for i, block in enumerate(blocks) if block.keyword == "STEP"]
         model = blocks[: (steps or [len(blocks)])[0]]
-        for block in sorted(model, key=lambda block: block.keyword not in _FIRST):
+        for block in sorted(model, key=_rank):
             self._read(block)
         for start, end in pairwise([*steps, len(blocks)]):
             self._read_step(blocks[start:end])
@@ -201,11 +204,11 @@ class Conditions:
         self._of_interaction[self._interaction] = self.pairs
 
     def _friction(self, block: Block) -> None:
-        coefficient, *slope = block.rows[0]
+        coefficient, *slope = entries(block.lines[0])
         self.friction[self._interaction] = number(coefficient)
-        if slope and self.is_rough:
+        if any(slope) and self.is_rough:
             self.stiffness[self._interaction][0] = number(slope[0])
-        elif slope:
+        elif any(slope):
             self.left_out["*FRICTION: stick slope"] = None
 
     def _surfacebehavior(self, block: Block) -> None:
@@ -220,6 +223,8 @@ class Conditions:
             self.left_out["*SURFACE BEHAVIOR: contact stiffness (penalty)"] = None
 
     def _contactpair(self, block: Block) -> None:
+        if self._steps:
+            raise ValueError("write it above the first *STEP")
         interaction = block.parameters["INTERACTION"]
         self._of_interaction[interaction] += self._pairs(block, interaction, "ADJUST")
 
@@ -228,7 +233,10 @@ class Conditions:
         adjust: float | Sequence[int] | None = None
         if entry := block.parameters.get(parameter):
             adjust = self.deck.nodes(entry).tolist() if entry in self.deck.sets else number(entry)
-        for slave, master, *_ in block.rows:
+        for row in block.rows:
+            slave, master = [*row, *row][:2]
+            if slave.upper() == master.upper():
+                raise ValueError(f"{slave} touches itself; name the surfaces of two bodies")
             yield Pair(slave.upper(), master.upper(), interaction, block, adjust)
 
     def _tie(self, block: Block) -> None:
@@ -245,8 +253,14 @@ class Conditions:
         self.axes[name] = np.reshape([*map(number, block.rows[0])], (2, 3))
 
     def _clearance(self, block: Block) -> None:
-        surfaces = block.parameters["SLAVE"], block.parameters["MASTER"]
+        surfaces = self._surfaces_of_pair(block.parameters["SLAVE"], block.parameters["MASTER"])
         self.clearances[surfaces] = number(block.parameters["VALUE"])
+
+    def _surfaces_of_pair(self, slave: str, master: str) -> tuple[str, str]:
+        surfaces = slave.upper(), master.upper()
+        if surfaces not in [pair[:2] for pair in [*self.pairs, *self.ties]]:
+            raise ValueError(f"no *CONTACT PAIR has the surfaces {surfaces}")
+        return surfaces
 
     def _pretensionsection(self, block: Block) -> None:
         self.bolts[self._row[int(block.parameters["NODE"])]] = block.parameters["SURFACE"]
@@ -274,6 +288,8 @@ class Conditions:
 
     def _amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]
+        if not values or len(values) % 2 or (np.diff(values[::2]) < 0).any():
+            raise ValueError("give a time and a value, and so on; times do not fall")
         of_all_steps = block.parameters.get("TIME", "").startswith("TOTAL")
         self._amplitudes[block.parameters["NAME"]] = values[::2], values[1::2], of_all_steps
 
@@ -291,14 +307,15 @@ class Conditions:
 
     def _static(self, block: Block) -> None:
         self._is_static = not self._is_linear
-        if block.lines and len(block.rows[0]) > 1:
-            self._period = number(block.rows[0][1])
+        _, period, *_ = [*entries("".join(block.lines[:1])), "", ""]
+        # Without a period, or with 0, it is 1.
+        self._period = number(period or "1") or 1.0
+        if self._period < 0:
+            raise ValueError(f"period {period}; give one above 0")
 
     def _modelchange(self, block: Block) -> None:
         for row in block.rows:
-            surfaces = tuple(name.upper() for name in row[:2])
-            if surfaces not in [pair[:2] for pair in [*self.pairs, *self.ties]]:
-                raise ValueError(f"no *CONTACT PAIR has the surfaces {surfaces}")
+            surfaces = self._surfaces_of_pair(*row[:2])
             self._in_force.removed[surfaces] = None
             if "REMOVE" not in block.parameters:
                 del self._in_force.removed[surfaces]
@@ -312,7 +329,7 @@ class Conditions:
         for line in block.lines:
             where, first, last, value, *_ = [*entries(line), "", "", ""]
             axes: Iterable[int] = (
-                range(int(first) - 1, int(last or first)) if first[:1].isdigit() else ()
+                range(_axis(first), _axis(last or first) + 1) if first[:1].isdigit() else ()
             )
             moved = number(value or "0")
             for row in self._rows(where):
@@ -339,7 +356,7 @@ class Conditions:
         for line in block.lines:
             where, axis, value = entries(line)[:3]
             for row in self._rows(where):
-                key: Key = ("CLOAD", row, int(axis) - 1)
+                key: Key = ("CLOAD", row, _axis(axis))
                 target = self._target("CLOAD", where)
                 if row in self.bolts:
                     key = ("BOLT", row)
@@ -384,3 +401,15 @@ class Conditions:
                 rise = value - self._initial.get(row, 0.0)
                 target = self._target("TEMPERATURE", where)
                 self._in_force.replace(("TEMPERATURE", row, 0), target, rise, of_rise)
+
+
+def _rank(block: Block) -> int:
+    """The turn of a block of the model; those of one turn are read in their order."""
+    # A clearance belongs to a contact pair.
+    return 2 if block.keyword == "CLEARANCE" else block.keyword not in _FIRST
+
+
+def _axis(direction: str) -> int:
+    if not 1 <= int(direction) <= 6:
+        raise ValueError(f"direction {direction}; give 1 to 3, and 4 to 6 for rotations")
+    return int(direction) - 1

@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -203,22 +204,17 @@ class DeckModel:
 
     def _pairs_of_bodies(self, pair: Pair) -> list[tuple[str, str]]:
         """The bodies on both sides of a contact pair or tie whose faces are near each other."""
-        slaves, masters = self._sides(pair)
-        bodies = [
-            (one, two)
-            for one in slaves
-            for two in masters
-            if (one, pair.slave) != (two, pair.master)
-        ]
+        bodies = [*product(*self._sides(pair))]
         near = [names for names in bodies if self._is_near(pair, names)] or bodies
         for one, two in set(bodies).difference(near):
             text = f"*{pair.block.keyword}: {pair.slave} of {one} far from {pair.master} of {two}"
             self.conditions.left_out[text] = None
         return near
 
-    def _sides(self, pair: Pair) -> list[list[str]]:
+    def _sides(self, pair: Pair) -> tuple[list[str], list[str]]:
         """The bodies of the slave and of the master of a pair."""
-        return [self._with(surface, pair.block.title) for surface in pair[:2]]
+        title = pair.block.title
+        return self._with(pair.slave, title), self._with(pair.master, title)
 
     def _is_near(self, pair: Pair, names: tuple[str, str]) -> bool:
         """Whether two faces come closer than their longest edge."""

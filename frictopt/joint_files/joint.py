@@ -16,6 +16,8 @@ from ..errors import ModelError
 from ..fem.model import ContactModel
 from ..joints.tightening import tightened
 
+_OTHER_TIMES = "; for another time of a step give the load cases then, CASE=X,CASE=Y"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Joint(Shown):
@@ -224,7 +226,7 @@ class Joint(Shown):
             if equals:
                 loads = {known("load case", name, self.model.loads): _number(part, value)}
             else:
-                state = known("state", part, self.states)
+                state = known("state", part, self.states, _OTHER_TIMES)
                 loads = self.states[state]
             for case, amplitude in loads.items():
                 total[case] = total.get(case, 0.0) + amplitude
@@ -297,12 +299,12 @@ def _number(part: str, value: str) -> float:
         raise ModelError(f"{part!r}: {value!r} is no number; give CASE=AMPLITUDE") from error
 
 
-def known(what: str, name: str, names: Iterable[str]) -> str:
-    """A name of a file, in letters of any size; ModelError with the nearest names."""
+def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
+    """A name of a file, in letters of any size; ModelError with the nearest names and a remedy."""
     by_letters = {each.casefold(): each for each in names}
     letters = name.strip().casefold()
     if letters not in by_letters:
         near = difflib.get_close_matches(letters, by_letters, cutoff=0.4) or by_letters
         listed = [by_letters[each] for each in near]
-        raise ModelError(f"{what} {name!r} is unknown; give one of {listed}")
+        raise ModelError(f"{what} {name!r} is unknown; give one of {listed}{remedy}")
     return by_letters[letters]

@@ -26,7 +26,7 @@ from ..readers.meshes import read_mesh
 from .deck_conditions import Conditions
 from .deck_model import DeckModel
 from .joint import Joint, known
-from .refused import check_not_refused
+from .refused import FIT, check_not_refused
 from .states import Field, load_cases
 
 # Entries of a joint file, and their kinds in TOML.
@@ -129,10 +129,7 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
 def _check_is_joint(conditions: Conditions, cases: Mapping[str, Field]) -> None:
     """Refuse a deck without loads, or without contacts that may slide."""
     if not cases and min(conditions.clearances.values(), default=0.0) >= 0:
-        raise ModelError(
-            "no step has a load; if the meshes overlap by a fit, write ADJUST=0 in *CONTACT PAIR, "
-            "and the overlap as *CLEARANCE, VALUE=-overlap"
-        )
+        raise ModelError(f"no step has a load; if the meshes overlap by a fit, {FIT}")
     removed = conditions.states[-1].setting.removed
     if all(pair[:2] in removed for pair in conditions.pairs):
         raise ModelError(

@@ -22,51 +22,68 @@ OUTPUT = ("FILE", "PRINT", "OUTPUT")
 
 _BY_HAND = "make the model in Python, with read_mesh and ContactModel"
 _NO_AXES = f"directions are global; {_BY_HAND}"
-_CHANGES = "contacts are the same in all steps; write a deck for each set of contacts"
+FIT = "write ADJUST=0 in *CONTACT PAIR, and the overlap as *CLEARANCE, VALUE=-overlap"
+"""The way of a deck to say that meshes overlap by a fit."""
 
-ALWAYS = {
-    "CONTACT": "general contact names no pairs; write *CONTACT PAIR",
-    "CONTACTINCLUSIONS": "general contact names no pairs; write *CONTACT PAIR",
-    "EQUATION": f"{_BY_HAND} and RigidCoupling",
-    "MPC": f"{_BY_HAND} and RigidCoupling",
-    "DISTRIBUTINGCOUPLING": "write *COUPLING with *DISTRIBUTING",
-    "KINEMATICCOUPLING": "write *COUPLING with *KINEMATIC",
-    "EMBEDDEDELEMENT": "mesh the parts as one body",
-    "TRANSFORM": _NO_AXES,
-    "SPRING": f"{_BY_HAND}, with solids in its place",
-    "CHANGESURFACEBEHAVIOR": _CHANGES,
-    "CHANGECONTACTTYPE": _CHANGES,
-    "SUBMODEL": "give the loads themselves",
-    **dict.fromkeys(PLASTIC, "bodies are elastic; take it out, or read with elastic=True"),
+# A way out, and what it is for: a keyword, a parameter of it, or a value of the parameter.
+_REFUSED = {
+    "general contact names no pairs; write *CONTACT PAIR": "CONTACT CONTACTINCLUSIONS",
+    FIT: "CONTACTINTERFERENCE CONTACTCLEARANCE",
+    f"{_BY_HAND} and RigidCoupling": "EQUATION MPC",
+    "write *COUPLING with *DISTRIBUTING": "DISTRIBUTINGCOUPLING",
+    "write *COUPLING with *KINEMATIC": "KINEMATICCOUPLING",
+    "mesh the parts as one body": "EMBEDDEDELEMENT",
+    _NO_AXES: "TRANSFORM SOLIDSECTION,ORIENTATION",
+    f"{_BY_HAND}, with solids in its place": "SPRING",
+    "contacts are the same in all steps; write a deck for each set of contacts": (
+        "CHANGESURFACEBEHAVIOR CHANGECONTACTTYPE"
+    ),
+    "give the loads themselves": "SUBMODEL",
+    "write *TIE": "CONTACTPAIR,TIED",
+    "contacts open; take it out": "SURFACEBEHAVIOR,NOSEPARATION",
+    "give the coefficient alone": (
+        "FRICTION,TAUMAX FRICTION,ANISOTROPIC FRICTION,EXPONENTIALDECAY FRICTION,USER"
+    ),
+    "give all bodies sectors of the same angle": "TIE,MULTISTAGE",
+    "a bolt consists of solids; give its SURFACE": "PRE-TENSIONSECTION,ELEMENT",
+    "give an isotropic material": (
+        "ELASTIC,TYPE=ORTHO ELASTIC,TYPE=ANISO ELASTIC,TYPE=ENGINEERINGCONSTANTS "
+        "EXPANSION,TYPE=ORTHO EXPANSION,TYPE=ANISO"
+    ),
+    "take it out": (
+        "INITIALCONDITIONS,TYPE=STRESS INITIALCONDITIONS,TYPE=DISPLACEMENT "
+        "INITIALCONDITIONS,TYPE=PLASTICSTRAIN"
+    ),
+    "list nodes and temperatures": "TEMPERATURE,FILE",
+    "list nodes and forces": "CLOAD,USER CLOAD,SECTOR",
+    "give displacements": "BOUNDARY,TYPE=VELOCITY BOUNDARY,TYPE=ACCELERATION",
+    "shift the times of its amplitude": (
+        "CLOAD,TIMEDELAY DLOAD,TIMEDELAY BOUNDARY,TIMEDELAY TEMPERATURE,TIMEDELAY"
+    ),
+    "give a table": (
+        "AMPLITUDE,DEFINITION=PERIODIC AMPLITUDE,DEFINITION=SMOOTHSTEP "
+        "AMPLITUDE,DEFINITION=MODULATED AMPLITUDE,DEFINITION=DECAY "
+        "AMPLITUDE,DEFINITION=EQUALLYSPACED AMPLITUDE,DEFINITION=USER"
+    ),
+    "give multiples of the load": "AMPLITUDE,VALUE=ABSOLUTE",
+    "shift the table itself": "AMPLITUDE,SHIFTX AMPLITUDE,SHIFTY",
+    "bodies are elastic; take it out, or read with elastic=True": " ".join(PLASTIC),
 }
-"""Keyword -> why it is refused."""
-PARAMETERS = (
-    ("TIE", "MULTISTAGE", (), "give all bodies sectors of the same angle"),
-    ("SOLIDSECTION", "ORIENTATION", (), _NO_AXES),
-    ("PRE-TENSIONSECTION", "ELEMENT", (), "a bolt consists of solids; give its SURFACE"),
-    ("TEMPERATURE", "FILE", (), "list nodes and temperatures"),
-    ("CLOAD", "USER", (), "list nodes and forces"),
-    ("CLOAD", "SECTOR", (), "list nodes and forces"),
-    ("AMPLITUDE", "DEFINITION", ("PERIODIC", "SMOOTHSTEP", "MODULATED", "DECAY"), "give a table"),
-    ("ELASTIC", "TYPE", ("ORTHO", "ANISO", "ENGINEERINGCONSTANTS"), "give an isotropic material"),
-    ("EXPANSION", "TYPE", ("ORTHO", "ANISO"), "give an isotropic material"),
-    ("INITIALCONDITIONS", "TYPE", ("STRESS", "DISPLACEMENT", "PLASTICSTRAIN"), "take it out"),
-)
-"""Keyword, parameter, its values that are refused (without any: all), and a way out."""
-ONE_LINE = ("ELASTIC", "EXPANSION", "FRICTION")
-"""Keywords of constants: several lines make them depend on something."""
+_REMEDIES = {name: remedy for remedy, names in _REFUSED.items() for name in names.split()}
+# Keywords of constants: several lines make them depend on something.
+_ONE_LINE = ("ELASTIC", "EXPANSION", "FRICTION", "DENSITY")
 
 
 def check_not_refused(block: Block, *, elastic: bool) -> None:
     """ModelError if a joint cannot have a block; `elastic` bodies pass over plasticity."""
-    reason = ALWAYS.get(block.keyword, "")
+    names = [block.keyword]
+    for parameter, value in block.parameters.items():
+        named = f"{block.keyword},{parameter}"
+        names += [named, f"{named}={''.join(value.split())}"]
+    reason = next((_REMEDIES[name] for name in names if name in _REMEDIES), "")
     if elastic and block.keyword in PLASTIC:
         reason = ""
-    for keyword, parameter, values, remedy in PARAMETERS:
-        value = "".join(block.parameters.get(parameter, "").split())
-        if keyword == block.keyword and parameter in block.parameters:
-            reason = remedy if not values or value in values else reason
-    if block.keyword in ONE_LINE and len(block.lines) != 1:
+    if block.keyword in _ONE_LINE and len(block.lines) != 1:
         reason = "give one line of constants"
     kind = block.parameters.get("TYPE", "")
     if block.keyword == "ELEMENT" and kind.startswith((*SLENDER, "SPRING", "DASHPOT", "GAP", "U")):

@@ -131,6 +131,17 @@ def test_a_load_may_jump_at_the_beginning_of_its_step(tmp_path):
     assert of_states(joint)["STEP 1@0.25"] == [24, -40]
 
 
+@pytest.mark.parametrize(
+    ("line", "force"), [("0., 0.", 24), (",", 24), ("", 24), (", 2.", 48), (".5, 2.", 48)]
+)
+def test_a_step_lasts_1_unless_its_period_is_above_0(tmp_path, line, force):
+    """As CalculiX 2.20: a force of 8 on three nodes, times its table, which grows in time."""
+    more = "*AMPLITUDE, NAME=RAMP\n0., 0., 4., 4.\n"
+    text = deck("*CLOAD, AMPLITUDE=RAMP\nNTOP, 1, 8.\n", more=more)
+    joint = joint_of(tmp_path, text.replace("1., 1.\n*CLOAD", f"{line}\n*CLOAD"))
+    assert of_states(joint) == {"STEP 1": [force, 0]}
+
+
 def test_temperatures_and_displacements_within_a_step(tmp_path):
     """N = E alpha dT A and E u / h A between walls, without lateral strain; half of each."""
     table = "*AMPLITUDE, NAME=WAVE\n0., 0., .5, .5, 1., 1.\n"

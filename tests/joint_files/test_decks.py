@@ -110,6 +110,7 @@ def test_one_step_gives_load_cases_and_a_next_line_that_runs(tmp_path, capsys):
             "presses no contact; .*'DLOAD ETOP P3'",
         ),
         (["--mean", "STEP 7", "--corners", "STEP 1"], r"state 'STEP 7' is unknown; .*\['STEP 1'\]"),
+        (["--mean", "STEP 1@0.3", "--corners", "STEP 1"], "'STEP 1@0.3' .* another time .* CASE=X"),
         (["--mean", "STEP 1", "--corners", "DLOAD ETOP=1"], r"load case .*'DLOAD ETOP P3'"),
         (["--mean", "STEP 1", "--corners", "CLOAD NTOP=x"], "'x' is no number"),
     ],
@@ -489,6 +490,61 @@ REFUSED = {
         "",
         r"'SOME' has no face of a body",
     ),
+    "glued pair": (
+        "*CONTACT PAIR, INTERACTION=DRY, TIED\nSLOW, SHIGH\n",
+        "",
+        r"TIED: write \*TIE",
+    ),
+    "pair of one": ("*CONTACT PAIR, INTERACTION=DRY\nSLOW, slow\n", "", r"SLOW touches itself"),
+    "pair in a step": (
+        "",
+        "*CONTACT PAIR, INTERACTION=DRY\nSLOW, SHIGH\n",
+        r"write it above the first \*STEP",
+    ),
+    "faces that cling": (
+        "*SURFACE INTERACTION, NAME=WET\n*SURFACE BEHAVIOR, NO SEPARATION\n",
+        "",
+        r"NOSEPARATION: contacts open",
+    ),
+    "largest shear": (
+        "*SURFACE INTERACTION, NAME=WET\n*FRICTION, TAUMAX=3.\n.5\n",
+        "",
+        r"TAUMAX=3.: give the coefficient alone",
+    ),
+    "no coefficient": (
+        "*SURFACE INTERACTION, NAME=WET\n*FRICTION\n, 1.E6\n",
+        "",
+        r"\*FRICTION: could not convert string to float: ''",
+    ),
+    "clearance of no pair": (
+        "*CLEARANCE, MASTER=SLOW, SLAVE=SHIGH, VALUE=-.01\n",
+        "",
+        r"\*CLEARANCE .*: no \*CONTACT PAIR has the surfaces",
+    ),
+    "velocity": ("", "*BOUNDARY, TYPE=VELOCITY\nNTOP, 2, 2, 1.\n", r"VELOCITY: give displacements"),
+    "delay": ("", "*CLOAD, TIME DELAY=1.\nNTOP, 1, 1.\n", r"TIMEDELAY=1.: shift the times"),
+    "direction 0": ("", "*BOUNDARY\nNTOP, 0, 1\n", r"direction 0; give 1 to 3"),
+    "temperature of a node": ("", "*BOUNDARY\nNTOP, 11, 11, 20.\n", r"direction 11; give 1 to 3"),
+    "direction 7": ("", "*CLOAD\nNTOP, 7, 1.\n", r"direction 7; give 1 to 3"),
+    "absolute values": (
+        "*AMPLITUDE, NAME=W, VALUE=ABSOLUTE\n0., 1.\n",
+        "",
+        r"VALUE=ABSOLUTE: give multiples",
+    ),
+    "shifted table": ("*AMPLITUDE, NAME=W, SHIFTX=1.\n0., 1.\n", "", r"SHIFTX=1.: shift the table"),
+    "table without times": (
+        "*AMPLITUDE, NAME=W, DEFINITION=EQUALLY SPACED, FIXED INTERVAL=1.\n0., 1.\n",
+        "",
+        r"\*AMPLITUDE .*: give a table",
+    ),
+    "times that fall": (
+        "*AMPLITUDE, NAME=W\n1., 1., 0., 0.\n",
+        "",
+        r"give a time and a value, and so on; times do not fall",
+    ),
+    "half a pair": ("*AMPLITUDE, NAME=W\n0., 1., 1.\n", "", r"\*AMPLITUDE NAME=W: give a time"),
+    "kinematic alone": ("*KINEMATIC\n1, 3\n", "", r"\*KINEMATIC: 'REFNODE' is not in this deck"),
+    "period below 0": ("", "*END STEP\n*STEP\n*STATIC\n1., -2.\n", r"\*STATIC: period -2.; give"),
     "no interaction": (
         "*CONTACT PAIR, INTERACTION=WET\nSLOW, SHIGH\n",
         "",
@@ -501,6 +557,12 @@ REFUSED = {
 def test_what_cannot_be_meant_is_refused_by_keyword(tmp_path, model, step, message):
     with pytest.raises(fo.ModelError, match=message):
         joint_of(tmp_path, deck(PRESS + step, more=model))
+
+
+def test_a_clearance_may_stand_before_its_pair(tmp_path):
+    clearance = "*CLEARANCE, MASTER=shigh, SLAVE=SLOW, VALUE=.25\n"
+    joint = joint_of(tmp_path, deck(PRESS, pair=clearance + PAIR))
+    assert joint.system().gap == pytest.approx(0.25)
 
 
 def test_decks_without_contacts_steps_or_materials_are_refused(tmp_path):
