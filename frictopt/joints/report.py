@@ -321,14 +321,14 @@ def report(
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:
-        parts = Pages(system, scatter, thresholds, steps, bar, Report)
+        parts = Pages(system, scatter, thresholds, factors, steps, pages, bar, Report)
         parts.known.update(identity)
         parts.origin += origin
         if kept_in is not None and kept_in.exists():
             parts.take(kept_in)
         questions: list[Callable[[], None]] = [
             parts.ask_at_load,
-            lambda: parts.ask_with_load(factors),
+            parts.ask_with_load,
             lambda: parts.ask_limits(with_mesh_limits),
         ]
         for page, ask in enumerate(questions[:pages], start=1):
@@ -340,7 +340,7 @@ def report(
             bar.update()
             if show is not None:
                 show(shown_page(parts.report(), page, pages))
-        parts.leave_out_after(pages)
+        parts.leave_out_the_rest()
     return parts.report()
 
 

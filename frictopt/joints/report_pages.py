@@ -44,7 +44,7 @@ from .report_parts import ReportParts, areas_move, mean_load_opens
 from .report_tables import units_of
 from .safety import SteadyStates, safety_table, verdict_table
 from .scatter import Scatter
-from .thresholds import FACE_SLIP, SLIP_RANGE, SLIPPING_SHARE
+from .thresholds import FACE_SLIP, GROSS_SLIP, SLIP_RANGE, SLIPPING_SHARE
 
 Parts = TypeVar("Parts", bound=ReportParts)
 
@@ -82,6 +82,8 @@ _ON_PAGE = {
     "friction as assembled": 3,
     "probability": 3,
 }
+# Thresholds whose safety factors are searched.
+_SEARCHED = (SLIP_RANGE, SLIPPING_SHARE)
 _SOME_START = "probability for some start"
 # Width of the interval of the limit and of the friction as assembled, relative to the largest value
 # tried: with the values that are tried first, at most eight transients.
@@ -107,7 +109,9 @@ class Pages(Generic[Parts]):
         system: ContactSystem,
         scatter: Scatter,
         limits: Mapping[str, float],
+        factors: Array | None,
         steps: int | None,
+        pages: int,
         bar: Bar,
         made: type[Parts],
     ) -> None:
@@ -116,7 +120,9 @@ class Pages(Generic[Parts]):
         self.cycle: LoadCycle = scatter.cycle
         self.friction: Array = scatter.friction
         self.limits = limits
+        self.factors = factors
         self.steps = steps
+        self.pages = pages
         self.states = SteadyStates(system, scatter, steps)
         corners = [np.r_[sketch(system, at.cycle), at.friction] for at in self.states.all_corners()]
         self.identity = np.concatenate([[steps or 0], *corners])
@@ -126,6 +132,21 @@ class Pages(Generic[Parts]):
         self.missing = dict[str, str]()
         self._bar = bar
         self._made = made
+        self._searches = pages > 1 and not limits.keys().isdisjoint(_SEARCHED)
+        self._plan(None)
+
+    def _plan(self, slides: GrossSlip | None) -> None:
+        """Plan the steady states of the curve and of the verdicts, as far as gross slip is known.
+
+        Searches for safety factors follow others, whose number is not known before.
+        """
+        nominal, *corners = self.states.all_corners()
+        self._planned = {(nominal.name, 1.0)}
+        if self.pages > 1:
+            factors = self._factors_of_curve(slides)
+            self._planned = {(nominal.name, factor) for factor in factors.tolist()}
+            if not self.limits.keys() <= {GROSS_SLIP, FACE_SLIP}:
+                self._planned |= {(corner.name, 1.0) for corner in corners}
 
     def take(self, file: Path) -> None:
         """Take the steady states and the limits of a stored report on the same input."""
@@ -168,8 +189,14 @@ class Pages(Generic[Parts]):
             "report",
             self._interrupted,
             note,
-            lambda: f"{doing}, {number_of(len(self.states.known), 'steady state')}",
+            lambda: f"{doing}, {self._number_known()}",
         )
+
+    def _number_known(self) -> str:
+        """The number of steady states that are known, and the number that is needed, in words."""
+        known = self.states.known.keys()
+        needed = number_of(len(known | self._planned), "steady state")
+        return f"{len(known)} of {needed}{' or more' if self._searches else ''}"
 
     def ask_at_load(self) -> None:
         """Page 1: the contact, gross slip by statics, and the steady state at load factor 1."""
@@ -200,7 +227,7 @@ class Pages(Generic[Parts]):
         answer.states()  # tables need them: an error of theirs is one of the steady state
         return answer
 
-    def ask_with_load(self, factors: Array | None) -> None:
+    def ask_with_load(self) -> None:
         """Page 2: the load at which a fit slides off, the curve, and the safety factors."""
         slides: GrossSlip | None = self.known.get("gross_slip")
         if slides is not None and slides.self_stress is not None:
@@ -209,9 +236,11 @@ class Pages(Generic[Parts]):
             )
             if slides is not None and _AT_LOAD in self.missing and not slides.rests_at(1.0):
                 self.missing[_AT_LOAD] = slides.reason
-        self._ask_curve(factors, slides)
+        self._plan(slides)
+        self._ask_curve(slides)
         self._keep("safety factors")
-        self._judge(slides, (FACE_SLIP, SLIP_RANGE, SLIPPING_SHARE))
+        self._judge(slides, (FACE_SLIP, *_SEARCHED))
+        self._searches = False
 
     def _judge(self, slides: GrossSlip | None, factors_against: Sequence[str]) -> None:
         """Safety factors against gross slip and some thresholds, and verdicts on all thresholds."""
@@ -226,15 +255,21 @@ class Pages(Generic[Parts]):
             self.states, safety, self.limits, units_of(self.report())
         )
 
-    def _ask_curve(self, factors: Array | None, slides: GrossSlip | None) -> None:
-        """The backbone curve, with load factor 1 unless the bodies slide off below."""
+    def _factors_of_curve(self, slides: GrossSlip | None) -> Array:
+        """The load factors of the curve, with load factor 1 unless the bodies slide off below."""
         upper = np.inf if slides is None else slides.load_factor
+        factors = self.factors
         if factors is None:
             factors = np.array(LOAD_FACTORS[self.system.tangents - 1])
             if upper > 0:
                 factors *= min(1.0, SETTINGS.below_gross_slip * upper / factors[-1])
         if slides is None or slides.rests_at(1.0):
             factors = np.union1d(factors, [1.0])
+        return factors
+
+    def _ask_curve(self, slides: GrossSlip | None) -> None:
+        """The backbone curve."""
+        factors = self._factors_of_curve(slides)
         joint, load = with_compliance(self.system, self.cycle, self.friction, None)
         gross = slides or SolverError(self.missing["gross-slip load"])
         nominal = self.scatter.nominal()
@@ -354,12 +389,12 @@ class Pages(Generic[Parts]):
             # The closed nodes do not hold the open ones.
             raise NoContinuation(str(error)) from error
 
-    def leave_out_after(self, pages: int) -> None:
+    def leave_out_the_rest(self) -> None:
         """State for the parts of later pages that they were not requested."""
         for part in self._left():
-            if _ON_PAGE[part] > pages:
+            if _ON_PAGE[part] > self.pages:
                 self.missing[part] = _OTHER_PAGE.format(page=_ON_PAGE[part])
-        if pages == 1 and self.scatter.exists:
+        if self.pages == 1 and self.scatter.exists:
             self.missing[_SAFETY] = _OTHER_PAGE.format(page=2)
 
     def report(self) -> Parts:

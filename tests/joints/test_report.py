@@ -4,7 +4,10 @@ Its numbers are compared with closed forms and with the calls that it summarises
 what it leaves out, and the file that it writes.
 """
 
+import io
 import re
+import time
+from contextlib import redirect_stderr
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
@@ -15,6 +18,7 @@ from matplotlib.text import Text
 import frictopt as fo
 from frictopt import __main__ as command
 from helpers.cases import few
+from helpers.screens import soon
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
 from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system
@@ -136,6 +140,33 @@ def test_an_interrupt_keeps_what_is_known():
     assert interrupt.value.report.missing["shakedown limit"] == "interrupted"
     assert "`report`" in interrupt.value.__notes__[0]
     assert "interrupted" in str(interrupt.value.report)
+
+
+@pytest.mark.parametrize("limits", [{"work": 1.0}, {"slip range": 0.3}])
+def test_progress_counts_the_steady_states_that_a_report_needs(limits):
+    """The curve has two load factors, and four corners of the scatter are judged at the second.
+
+    A safety factor needs a search besides.
+    """
+    log, known = io.StringIO(), []
+    last = {"work": "6 of 6", "slip range": r"(\d+) of \1"}[next(iter(limits))]
+
+    def wait(text):
+        line = rf"{last} steady states\n"
+        if "Page 1" in text:
+            line = "1 of 6 steady states" + (" or more" if "slip range" in limits else "") + "\n"
+        if "Page 3" not in text:
+            end = time.monotonic() + 60
+            while not (found := re.search(line, log.getvalue())):
+                assert time.monotonic() < end, f"no {line!r} in {log.getvalue()[-300:]!r}"
+                time.sleep(0.01)
+            known.append(found[0])
+
+    ranges = {"friction": (0.4, 0.5, 0.6), "preload": {"N": (0.9, 1.1)}, "limits": limits}
+    with soon(), redirect_stderr(log):
+        joint = fo.report(BLOCK, PUSHED_AND_PULLED, load_factors=[0.4, 1.0], show=wait, **ranges)
+    assert known[1].startswith(f"{len(joint.states)} of {len(joint.states)} ")
+    assert (len(joint.states) > 6) == ("slip range" in limits)
 
 
 def test_the_same_call_goes_on_from_its_store(tmp_path):
