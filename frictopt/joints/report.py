@@ -37,9 +37,9 @@ _WRITERS: dict[str, Callable[[ReportParts, Path], None]] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Kept, ReportParts):
-    """All answers about a joint under its loads; `print` shows them as text.
+    """All answers about a joint under its loads; `print` shows them as text of up to 40 lines.
 
-    `save` writes them with their pictures.
+    `save` writes them in full with their pictures.
 
     Attributes
     ----------

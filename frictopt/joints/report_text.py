@@ -22,6 +22,12 @@ from .report_tables import (
 PAPER = 68
 """Characters of a line on paper, and on a page of the documentation."""
 
+_MOST_LINES = 40  # of the text of a whole report
+_FIRST = "As assembled"
+_BY_IMPORTANCE = (
+    *(_FIRST, "Without an answer", "Verdicts", "Numbers", "Face by face", "Safety factors"),
+    *("Limits", "The contact", "What grows with the load"),
+)
 _SHOWN_CORNERS = 4  # corners whose loads and forces are shown
 _GAP = "  "  # between two columns
 _BRIEF = ["number", "value", "unit", "converges"]
@@ -68,7 +74,7 @@ def title_of(parts: ReportParts) -> str:
 
 
 def loads_of(parts: ReportParts) -> str:
-    """The loads of a report, the scatter of its input, what is not in its model, and its origin."""
+    """The loads of a report, the scatter of its input, its origin, and what is not in its model."""
     mean = ", ".join(f"{name} = {value:.4g}" for name, value in parts.cycle.mean.items())
     names = parts.cycle.corner_names
     corners = [*names[:_SHOWN_CORNERS]]
@@ -77,9 +83,9 @@ def loads_of(parts: ReportParts) -> str:
     text = f"Mean load: {mean or 'none'}. Corners at load factor 1: {'; '.join(corners)}."
     if parts.scatter:
         text += f" Scatter: {parts.scatter}."
-    if parts.notes:
-        text += f" Not in the model: {parts.notes}."
-    return f"{text} {parts.origin}" if parts.origin else text
+    if parts.origin:
+        text += f" {parts.origin}"
+    return f"{text} Not in the model: {parts.notes}." if parts.notes else text
 
 
 def sections_of(parts: ReportParts, page: int) -> Iterator[Section]:
@@ -88,8 +94,8 @@ def sections_of(parts: ReportParts, page: int) -> Iterator[Section]:
 
 
 def _at_load(parts: ReportParts) -> Iterator[Section]:
-    sentences = [*advice_on(parts), *gross_slip_in_words(parts), kind_of_contact(parts)]
-    yield Section("As assembled", list(dict.fromkeys(sentences)))
+    yield Section(_FIRST, list(advice_on(parts)))
+    yield Section("The contact", [*gross_slip_in_words(parts), kind_of_contact(parts)])
     if not parts.verdicts.empty:
         sentence = (
             "Passed if the value is at most its limit; of a safety factor, at least. The margin "
@@ -160,27 +166,44 @@ def missing_in_words(parts: ReportParts) -> list[str]:
 
 def page_text(parts: ReportParts, page: int) -> str:
     """The text of a page, in lines of paper; "" if nothing on it is known."""
-    lines = list[str]()
-    for section in sections_of(parts, page):
-        # The sentences that a report begins with need no heading.
-        lines += ["", f"{section.title}:"] if lines or page > 1 else [""]
-        # The columns of the tables are explained on the sheet and on the page of the report.
-        if section.table is None:
-            lines += [fill(sentence, PAPER) for sentence in section.sentences]
-        else:
-            table = section.table
-            if section.title != "Verdicts":
-                table = table.drop(columns=_NOT_ON_PAPER, errors="ignore")
-            in_lines = list(table_lines(table, section.units or {}))
-            # The columns of numbers need no names.
-            lines += in_lines["number" in table :]
-    return "\n".join(lines[1:])
+    return "\n\n".join(_section_text(section) for section in sections_of(parts, page))
+
+
+def _section_text(section: Section) -> str:
+    """The text of a section; the sentences that a report begins with need no heading."""
+    heading = [] if section.title == _FIRST else [f"{section.title}:"]
+    # The columns of the tables are explained on the sheet and on the page of the report.
+    if section.table is None:
+        return "\n".join([*heading, *(fill(sentence, PAPER) for sentence in section.sentences)])
+    table = section.table
+    if section.title != "Verdicts":
+        table = table.drop(columns=_NOT_ON_PAPER, errors="ignore")
+    in_lines = list(table_lines(table, section.units or {}))
+    # The columns of numbers need no names.
+    return "\n".join([*heading, *in_lines["number" in table :]])
 
 
 def whole_text(parts: ReportParts) -> str:
-    """The text of all pages, of some 40 lines."""
-    pages = [page_text(parts, page) for page in range(1, len(PAGES) + 1)]
-    return "\n\n".join([_head(parts), *filter(None, pages)])
+    """The text of all pages in at most `_MOST_LINES` lines.
+
+    It has the columns of a table that fit beside each other, and names the sections that do not
+    fit.
+    """
+    sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
+    texts = {section.title: _section_text(section).split("\n\n")[0] for section in sections}
+    left = list[str]()
+    # The sentence on sections that do not fit takes an empty line and up to two lines of text.
+    room = _MOST_LINES - 3 - len(_head(parts).splitlines())
+    for title in filter(texts.get, _BY_IMPORTANCE):
+        needed = 1 + len(texts[title].splitlines())
+        if needed > room:
+            del texts[title]
+            left.append(title.lower())
+        else:
+            room -= needed
+    if left:
+        texts["left"] = fill(f"On the pages of `save` also: {', '.join(left)}.", PAPER)
+    return "\n\n".join([_head(parts), *filter(None, texts.values())])
 
 
 def shown_page(parts: ReportParts, page: int, pages: int) -> str:
@@ -192,7 +215,9 @@ def shown_page(parts: ReportParts, page: int, pages: int) -> str:
 
 
 def _head(parts: ReportParts) -> str:
-    return f"{fill(title_of(parts), PAPER)}\n{fill(loads_of(parts), PAPER)}"
+    # On the sheet, the title, the loads and the notes are not cut.
+    title = fill(title_of(parts), PAPER, max_lines=2, placeholder=" ...")
+    return f"{title}\n{fill(loads_of(parts), PAPER, max_lines=6, placeholder=' ...')}"
 
 
 def table_lines(table: pd.DataFrame, units: Mapping[str, tuple[str, str]]) -> Iterator[str]:

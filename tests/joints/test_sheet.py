@@ -487,16 +487,27 @@ def test_a_reason_has_no_list_of_61_nodes():
 
 
 def test_the_text_fits_on_paper():
-    """The text fits on paper with names of 40 characters, many corners, and all tables."""
+    """The text fits on paper with names of 40 characters, many corners, notes, and all tables.
+
+    It keeps the advice and the verdicts, and names what the pages have in addition.
+    """
     name = "a contact with a name that is 40 wide"
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(6, EA=1.0, h=1.0))
     rod = replace(rod, contact=[f"{name} 1"] * 3 + [f"{name} 2"] * 3, units="kN, mm")
     cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     limits = {"slip range": 1.0, "slipping share": 0.5, "work": 1.0, "gross slip": 1.2}
-    joint = fo.report(rod, cycle, (0.4, 0.5, 0.6), limits=limits)
+    options = {"limits": limits, "notes": "a part that is left out, " * 40, "title": "T " * 99}
+    pages = []
+    joint = fo.report(rod, cycle, (0.4, 0.5, 0.6), **options, show=pages.append)
     lines = str(joint).splitlines()
+    assert len(lines) <= 40
     assert max(map(len, lines)) <= 68 and not any(line.endswith("\\") for line in lines)
-    assert sum("utilisation" in line.split() for line in lines) == 1
+    assert all(sentence in " ".join(lines) for sentence in joint.advice)
+    starts = [line.split("  ")[0] for line in lines]
+    assert [starts.count(name) for name in joint.verdicts["quantity"]] == [1] * len(limits)
+    _, _, left = " ".join(lines).partition("On the pages of `save` also: ")
+    heads = re.findall(r"^([A-Z][a-z ]+):$", "\n".join(pages), re.MULTILINE)
+    assert left and all((head.lower() in left) != (f"{head}:" in lines) for head in heads)
 
 
 # Files
