@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..base import Array
+from ..base import Array, Outcome
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..limits import (
     GrossSlip,
@@ -98,3 +98,20 @@ def motion_of_load(parts: ReportParts) -> float:
     _, load = with_compliance(parts.system, parts.cycle, parts.friction, None)
     displacement = load.measured(parts.steady)["displacement"]
     return displacement / load_size(parts.system, parts.cycle)
+
+
+def motions_of_points(parts: ReportParts) -> dict[str, float]:
+    """Point -> half the range of its motion at load factor 1, along its force.
+
+    A point is a load case of forces whose amplitude in the cycle is 0.
+    """
+    steady, system, cycle = parts.steady, parts.system, parts.cycle
+    if steady is None or steady.outcome is Outcome.RATCHETING or system.compliance is None:
+        return {}
+    loads = [cycle.mean, *cycle.corners, *(cycle.fixed or ())]
+    named = dict.fromkeys(case for corner in loads for case in corner)
+    return {
+        case: float(np.ptp(steady.displacement(case)) / 2 / system.load_size[case])
+        for case in named
+        if case in system.load_size and not any(corner.get(case, 0.0) for corner in loads)
+    }

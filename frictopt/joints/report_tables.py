@@ -17,6 +17,7 @@ from .report_parts import (
     many_nodes_slip,
     mean_load_opens,
     motion_of_load,
+    motions_of_points,
 )
 from .thresholds import QUANTITIES, SLIP_RANGE
 
@@ -105,6 +106,9 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
             "this steady state"
         )
         yield "motion of the load", motion, units["motion"], _if_fine(steady, "yes"), meaning
+    for point, motion in motions_of_points(parts).items():
+        meaning = "half the range of its motion, along its force, in this steady state"
+        yield f"motion of {point}", motion, units["motion"], _if_fine(steady, "yes"), meaning
 
 
 def _converges(parts: ReportParts, steady: SteadyState) -> str:

@@ -11,12 +11,13 @@ import pandas as pd
 
 from ..base import Plotted
 from .advice import advice_on, gross_slip_in_words, kind_of_contact
-from .report_parts import ReportParts
+from .report_parts import ReportParts, motions_of_points
 from .report_tables import (
     columns_with_units,
     curve_table,
     numbers_at_load,
     numbers_of_limits,
+    units_of,
 )
 
 PAPER = 68
@@ -75,12 +76,15 @@ def title_of(parts: ReportParts) -> str:
 
 def loads_of(parts: ReportParts) -> str:
     """The loads of a report, the scatter of its input, its origin, and what is not in its model."""
-    mean = ", ".join(f"{name} = {value:.4g}" for name, value in parts.cycle.mean.items())
+    loads = {name: value for name, value in parts.cycle.mean.items() if value}
+    mean = ", ".join(f"{name} = {value:.4g}" for name, value in loads.items())
     names = parts.cycle.corner_names
     corners = [*names[:_SHOWN_CORNERS]]
     if len(names) > _SHOWN_CORNERS:
         corners.append("...")
     text = f"Mean load: {mean or 'none'}. Corners at load factor 1: {'; '.join(corners)}."
+    for point, motion in motions_of_points(parts).items():
+        text += f" They move {point} by +-{motion:.4g} {units_of(parts)['motion']}."
     if parts.scatter:
         text += f" Scatter: {parts.scatter}."
     if parts.origin:

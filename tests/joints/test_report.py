@@ -142,6 +142,25 @@ def test_an_interrupt_keeps_what_is_known():
     assert "interrupted" in str(interrupt.value.report)
 
 
+def test_loads_have_the_amplitude_that_they_make_at_a_named_point():
+    """The glued body moves a point by 0.5 for each F, and slip moves it as the block.
+
+    The unit load of the point is a force of 2.
+    """
+    loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0]), "tip": ([-2.0], [0.0])}
+    compliance = [[0, 0, 0], [0, 1, 1], [0, 1, 4]]
+    blocks = [[3.0]], [[0.0]], [[1.0]], [0.0], loads
+    block = fo.ContactSystem.from_blocks(*blocks, compliance=compliance)
+    block = replace(block, load_size={"tip": 2.0})
+    cycle = replace(PUSHED_AND_PULLED, mean={"N": 1.0, "tip": 0.0})
+    report = fo.report(block, cycle, 0.5, pages=1)
+    motion = value(report, "motion of tip")
+    assert motion == pytest.approx(0.5 + (1 - 0.5) / 3)
+    text = " ".join(str(report).split())
+    assert f"F = -1. They move tip by +-{motion:.4g} length." in text and "tip = 0" not in text
+    assert "motion of tip" not in str(fo.report(block, PUSHED_AND_PULLED, 0.5, pages=1))
+
+
 @pytest.mark.parametrize("limits", [{"work": 1.0}, {"slip range": 0.3}])
 def test_progress_counts_the_steady_states_that_a_report_needs(limits):
     """The curve has two load factors, and four corners of the scatter are judged at the second.
