@@ -7,6 +7,8 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import Any
 
+from .checks import is_distribution
+
 
 def strict_json(value: object) -> str:
     """A value as strict JSON, see `plain`."""
@@ -40,6 +42,8 @@ def _plain_of_object(value: Any) -> Any:
         return {name: plain(getattr(value, name)) for name in names}
     if hasattr(value, "to_dict") and hasattr(value, "columns"):
         return [plain(row) for row in value.to_dict("records")]
+    if is_distribution(value):
+        return {"distribution": value.dist.name, "parameters": plain(value.args), **value.kwds}
     if hasattr(value, "tolist"):  # an array, or a number of numpy
         return plain(value.tolist())
     import pandas as pd

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..base.checks import named_distribution
 from ..errors import ModelError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -55,8 +56,9 @@ def add_friction(command: argparse.ArgumentParser, *, scatters: bool) -> None:
     friction = "coefficient of friction, one, one per node, or NAME=X per contact"
     read, form = numbers_of, "[NAME=]X[,X]"
     if scatters:
-        friction += "; LEAST:NOMINAL:MOST for safety factors with scatter"
-        read, form = scatter_of, "[NAME=]X[,X]|X:X:X"
+        friction += "; LEAST:NOMINAL:MOST for safety factors with scatter, or a distribution of "
+        friction += "scipy.stats for a probability: lognorm:.15:0:.3 is lognorm(.15, 0, .3)"
+        read, form = scatter_of, "[NAME=]X[,X]|X:X:X|LAW:X[:X]"
     friction += " (default: that of a deck)"
     part = _named(read)
     command.add_argument("--friction", nargs="+", type=part, metavar=form, help=friction)
@@ -111,8 +113,8 @@ def friction_of(options: argparse.Namespace, joint: Joint | None) -> Any:
         if len(options.friction) > 1:
             raise ModelError("--friction: several numbers; give one, or NAME=X for each contact")
         return given[""]
-    if joint is not None and any({**joint.coefficients, **given}.values()):
-        return joint.friction_of(given)
+    if joint is not None and any({**joint.friction, **given}.values()):
+        return joint.friction_with(given)
     if joint is None and given:
         return given
     raise ModelError("--friction: there is none; give the coefficient of friction")
@@ -173,34 +175,46 @@ def loads_of(text: str) -> dict[str, float]:
 
 
 def ranges_of(text: str) -> dict[str, Any]:
-    """Ranges of amplitudes, or tightening factors: "P=0.9:1.1,Q=1.6"."""
+    """Ranges of amplitudes, distributions, or tightening factors: "P=0.9:1.1,Q=1.6"."""
     ranges = dict[str, Any]()
+    form = "CASE=LEAST:MOST or CASE=ALPHA_A, several with commas between"
     for number, part in enumerate(text.split(","), start=1):
         name, _, ends = part.rpartition("=")
-        try:
-            values = tuple(float(end) for end in ends.split(":"))
-        except ValueError:
-            values = ()
-        ranges[name] = values if len(values) == 2 else next(iter(values), None)
-        if not name or len(values) not in (1, 2) or len(ranges) < number:
-            raise argparse.ArgumentTypeError(
-                f"{text!r}; give CASE=LEAST:MOST or CASE=ALPHA_A, several with commas between"
-            )
+        ranges[name] = _scattered(text, ends, (1, 2), form)
+        if not name or len(ranges) < number:
+            raise argparse.ArgumentTypeError(f"{text!r}; give {form}")
     return ranges
 
 
+def load_of(text: str) -> Any:
+    """The range of a load factor, ".8:1.2", or its distribution."""
+    return _scattered(text, text, (2,), "LEAST:MOST")
+
+
 def scatter_of(text: str) -> Any:
-    """A number, a list of several, or the tuple of three with colons between: ".1:.15:.2"."""
-    parts = text.split(":")
-    if len(parts) == 1:
+    """A number, a list of several, the tuple of three of ".1:.15:.2", or a distribution."""
+    if ":" not in text:
         return numbers_of(text)
+    return _scattered(text, text, (3,), "LEAST:NOMINAL:MOST, or numbers with commas between")
+
+
+def _scattered(text: str, part: str, counts: Sequence[int], form: str) -> Any:
+    """A part of a text: a number or several with colons between, or a distribution.
+
+    "norm:1:0.1" is `scipy.stats.norm(1, 0.1)`.
+    """
+    family, *parameters = part.split(":")
     try:
-        least, nominal, most = map(float, parts)
-    except ValueError as error:
+        if family.isidentifier():
+            return named_distribution(family, family, *map(float, parameters))
+        ends = tuple(map(float, part.split(":")))
+    except ValueError as error:  # a ModelError is one
         raise argparse.ArgumentTypeError(
-            f"{text!r}; give LEAST:NOMINAL:MOST, or numbers with commas between"
+            f"{text!r}: {error}; give {form}, or a distribution of scipy.stats: norm:MEAN:DEVIATION"
         ) from error
-    return least, nominal, most
+    if len(ends) not in counts:
+        raise argparse.ArgumentTypeError(f"{text!r}; give {form}")
+    return ends if len(ends) > 1 else ends[0]
 
 
 def numbers_of(text: str) -> Any:

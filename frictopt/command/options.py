@@ -13,18 +13,19 @@ from typing import Any
 
 import frictopt
 
-from .inputs import loads_of, numbers_of, ranges_of
+from .inputs import load_of, loads_of, numbers_of, ranges_of
 
 # Parameters that a command supplies.
 _SUPPLIED = ("system", "cycle", "friction", "progress")
 # Arrays and states of nodes are for Python.
-_FOR_PYTHON = ("open_nodes", "initial_slip", "initial_state", "correlation_length")
+_FOR_PYTHON = ("open_nodes", "initial_slip", "initial_state")
 
 _BY_NAME: dict[str, dict[str, Any]] = {
     "slip_bound": {"type": numbers_of, "metavar": "X[,X]"},
     "load_factors": {"type": float, "nargs": "+", "metavar": "X"},
     "contacts": {"nargs": "+", "metavar": "NAME"},
-    "preload": {"type": ranges_of, "metavar": "CASE=X[:X][,CASE=X[:X]]"},
+    "preload": {"type": ranges_of, "metavar": "CASE=X[:X]|CASE=LAW:X[:X]"},
+    "load": {"type": load_of, "metavar": "X:X|LAW:X[:X]"},
     "store": {"metavar": "FILE"},
     "limits": {"type": loads_of, "metavar": "NAME=X[,NAME=X]"},
 }

@@ -14,6 +14,7 @@ from ..base import Array, Shown
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..fem.model import ContactModel
+from ..joints.scatter import at_share
 from ..joints.tightening import tightened
 
 _OTHER_TIMES = "; for another time of a step give the load cases then, CASE=X,CASE=Y"
@@ -34,8 +35,8 @@ class Joint(Shown):
     states
         State at the end of each static step, such as "STEP 1", and at each time within it at which
         an amplitude of a load has a value, "STEP 1@0.25" -> load case -> amplitude.
-    coefficients
-        Contact -> coefficient of friction, or (least, nominal, most).
+    friction
+        Contact -> coefficient of friction, (least, nominal, most), or a distribution.
     interactions
         `*SURFACE INTERACTION` -> its contacts.
     materials
@@ -52,7 +53,8 @@ class Joint(Shown):
     asked
         The load cycle of a joint file: its `mean` and `corners`, or `harmonic` loads.
     of_report
-        Arguments of `report` from a joint file: `title`, `preload`, `limits`.
+        Arguments of `report` from a joint file: `title`, `preload`, `load`, `correlation_length`,
+        `limits`.
 
     Examples
     --------
@@ -66,7 +68,7 @@ class Joint(Shown):
     model: ContactModel
     thickness: float | None
     states: Mapping[str, Mapping[str, float]]
-    coefficients: Mapping[str, Any]
+    friction: Mapping[str, Any]
     interactions: Mapping[str, Sequence[str]]
     materials: Mapping[str, str]
     left_out: Sequence[str] = ()
@@ -83,7 +85,7 @@ class Joint(Shown):
             states[name] = ", ".join(parts) or "no load"
         about = {
             "supports": [str(support) for support in self.model.supports],
-            "friction": dict(self.coefficients),
+            "friction": dict(self.friction),
             "states": states,
         }
         return {"name": self.name, **self.model._answer(), **about, "left_out": self.left_out}
@@ -172,7 +174,7 @@ class Joint(Shown):
             return cycle
         tight = replace(cycle, mean=self._when_tightened(state, base))
         nominal = self.friction if friction is None else friction
-        nominal = nominal[1] if isinstance(nominal, tuple) else nominal
+        nominal = at_share(nominal, 0.5)
         tight = tightened(system, tight, nominal)
         bolts = {case: tight.mean[case] for case in system.bolts if case in tight.mean}
         return replace(cycle, mean={**base, **bolts})
@@ -258,32 +260,13 @@ class Joint(Shown):
         corners_in_words = " ".join(f'"{corner}"' for corner in corners)
         return f'--mean "{mean}" --corners {corners_in_words}'
 
-    def coefficients_with(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The coefficients, with other values for some contacts or interactions."""
-        friction = dict(self.coefficients)
+    def friction_with(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The friction, with other values for some contacts or interactions."""
+        friction = dict(self.friction)
         for name, value in given.items():
-            found = known("friction of", name, {**self.interactions, **self.coefficients})
+            found = known("friction of", name, {**self.interactions, **self.friction})
             friction.update(dict.fromkeys(self.interactions.get(found, [found]), value))
         return friction
-
-    @property
-    def friction(self) -> Any:
-        """Friction as `report` takes it: contact -> coefficient, or three such mappings."""
-        return self.friction_of({})
-
-    def friction_of(self, given: Mapping[str, Any]) -> Any:
-        """Friction with other values for some contacts or interactions.
-
-        A value may be (least, nominal, most): then there are three mappings.
-        """
-        friction = self.coefficients_with(given)
-        if not any(isinstance(value, tuple) for value in friction.values()):
-            return friction
-        ranges = {
-            contact: value if isinstance(value, tuple) else (value,) * 3
-            for contact, value in friction.items()
-        }
-        return tuple({contact: value[k] for contact, value in ranges.items()} for k in range(3))
 
 
 def _presses(system: ContactSystem, p: Array) -> bool:

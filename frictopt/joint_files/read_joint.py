@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..base import choice, flag
+from ..base.checks import named_distribution
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
@@ -30,8 +31,14 @@ from .refused import FIT, check_not_refused
 from .states import Field, load_cases
 
 # Entries of a joint file, and their kinds in TOML.
-_OF_ALL = {"title": str, "units": str, "cycle": dict, "friction": dict, "preload": dict}
-_OF_ALL |= {"limits": dict}
+_OF_ALL: dict[str, type] = {
+    "title": str,
+    "units": str,
+    "cycle": dict,
+    "friction": dict,
+    "preload": dict,
+}
+_OF_ALL |= {"limits": dict, "load": object, "correlation_length": float}
 _OF_DECK = {"deck": str, "elastic": bool, "stiffness": str, **_OF_ALL}
 _OF_MESH = {"mesh": str, "kinematics": str, "thickness": float, "materials": dict, "bodies": dict}
 _OF_MESH |= {"contacts": list, "supports": list, "loads": dict, "ties": list, **_OF_ALL}
@@ -158,16 +165,18 @@ def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
         joint = _joint_of_mesh(file, tables)
     else:
         raise ModelError(f"{file.name}: neither deck nor mesh; name the file of one")
-    friction = {name: _tuple(value) for name, value in tables.get("friction", {}).items()}
+    friction = _scatters("friction", tables.get("friction", {}))
     of_report: dict[str, Any] = {
-        name: tables[name] for name in ("title", "limits") if name in tables
+        name: tables[name] for name in ("title", "limits", "correlation_length") if name in tables
     }
     if "preload" in tables:
-        of_report["preload"] = {case: _tuple(ends) for case, ends in tables["preload"].items()}
+        of_report["preload"] = _scatters("preload", tables["preload"])
+    if "load" in tables:
+        of_report["load"] = _scatter("load", tables["load"])
     return replace(
         joint,
         name=file.name,
-        coefficients=joint.coefficients_with(friction),
+        friction=joint.friction_with(friction),
         units=tables.get("units"),
         asked=tables.get("cycle", {}),
         of_report=of_report,
@@ -203,7 +212,7 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
     for table in tables["contacts"]:
         friction = table.get("friction", 0.0) if isinstance(table, dict) else 0.0
         contacts.append(_made("contacts", Contact, table, "friction"))
-        coefficients[str(contacts[-1].name)] = _tuple(friction)
+        coefficients[str(contacts[-1].name)] = _scatter("contacts.friction", friction)
     model = ContactModel(
         split_bodies(read_mesh(file.parent / str(tables["mesh"])), bodies),
         [_chosen("supports", _SUPPORTS, table) for table in tables.get("supports", [])],
@@ -249,5 +258,13 @@ def _made(where: str, kind: Any, table: Any, beside: str = "") -> Any:
         raise ModelError(f"{where}: {error}") from error
 
 
-def _tuple(value: Any) -> Any:
+def _scatters(name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    return {part: _scatter(f"{name}.{part}", value) for part, value in values.items()}
+
+
+def _scatter(name: str, value: Any) -> Any:
+    """A number, a range as tuple, or the distribution of a table."""
+    if isinstance(value, dict):
+        parameters = dict(value)
+        return named_distribution(name, parameters.pop("distribution", None), **parameters)
     return tuple(value) if isinstance(value, list) else value

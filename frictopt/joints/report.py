@@ -223,10 +223,10 @@ def report(
     system, cycle
         The contact and its load cycle.
     friction
-        Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most). A
-        frozen distribution of `scipy.stats`, or one for some contacts by their names, has its
-        median as nominal value, and 95 % between least and most. The report then has the
-        probability that slip stops.
+        Coefficient of friction, one, one per node, or contact -> coefficient. A tuple of three is
+        (least, nominal, most). A frozen distribution of `scipy.stats` has its median as nominal
+        value, and 95 % between least and most. The report then has the probability that slip stops.
+        Some contacts may have either by their names.
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2
         (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to

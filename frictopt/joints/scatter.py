@@ -99,11 +99,16 @@ class Scatter:
     def in_words(self) -> str:
         """The ranges in words; "" if nothing scatters."""
         texts = []
-        if self.least_friction is not None and self.most_friction is not None:
+        law = self.laws.get("friction")
+        if isinstance(law, Mapping):
+            for name, each in law.items():
+                least, _, most = each.ppf(QUANTILES)
+                texts.append(f"friction of {name} of {least:g} to {most:g}{_in_words(each)}")
+        elif self.least_friction is not None and self.most_friction is not None:
             text = (
                 f"friction of {_range_of(self.least_friction)} to {_range_of(self.most_friction)}"
             )
-            texts.append(text + _in_words(self.laws.get("friction")))
+            texts.append(text + _in_words(law))
         if "correlation_length" in self.laws:
             texts.append(f"correlation length of friction {self.laws['correlation_length']:g}")
         for case, (least, most) in self.preload.items():
@@ -119,11 +124,9 @@ class Scatter:
 
 
 def _in_words(law: Any) -> str:
-    """A distribution, or those of contacts, in words; "" if there is none."""
+    """A distribution in words; "" if there is none."""
     if law is None:
         return ""
-    if isinstance(law, Mapping):
-        return ",".join(f" {name}{_in_words(each)}" for name, each in law.items())
     return (
         f" in 95 % of all joints ({law.dist.name}, mean {law.mean():.3g}, standard deviation "
         f"{law.std():.3g})"
@@ -148,7 +151,12 @@ def checked_scatter(
     friction_law = _friction_law(friction)
     if friction_law is not None:
         laws["friction"] = friction_law
-        friction = tuple(_at_share(friction, share) for share in QUANTILES)
+    named = dict(friction).values() if is_named(friction) else ()
+    has_ranges = any(isinstance(part, tuple) for part in named)
+    if has_ranges and friction_law is not None:
+        raise ModelError(f"friction: {shown(friction)}; give ranges or distributions, not both")
+    if has_ranges or friction_law is not None:
+        friction = tuple(at_share(friction, share) for share in QUANTILES)
     if correlation_length is not None:
         if friction_law is None:
             raise ModelError(
@@ -190,12 +198,17 @@ def _friction_law(friction: Any) -> Any:
     return laws or None
 
 
-def _at_share(friction: Any, share: float) -> Any:
-    """The friction that this share of all joints is below, of each contact if it has names."""
+def at_share(friction: Any, share: float) -> Any:
+    """The friction that this share of all joints is below, of each contact if it has names.
+
+    (least, nominal, most) have the shares of `QUANTILES`.
+    """
+    if isinstance(friction, tuple) and len(friction) == len(QUANTILES):
+        return friction[QUANTILES.index(share)]
     if is_distribution(friction):
         return float(friction.ppf(share))
     if is_named(friction):
-        return {name: _at_share(law, share) for name, law in dict(friction).items()}
+        return {name: at_share(law, share) for name, law in dict(friction).items()}
     return friction
 
 

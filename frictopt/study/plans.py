@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import pandas as pd
-from scipy import stats
 
 from ..base import choice, whole_number
+from ..base.checks import named_distribution
 from ..base.files import TABLES, output
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
@@ -147,15 +147,10 @@ def _distributions(
     distribution: object = None, draws: object = 1, seed: object = 0, **parameters: Any
 ) -> dict[str, Any]:
     """Frictions that are drawn from a distribution, and their seed, as arguments of the study."""
-    family = getattr(stats, distribution, None) if isinstance(distribution, str) else None
-    if not isinstance(family, stats.rv_continuous) or not isinstance(draws, int):
-        raise ModelError(
-            f"friction: distribution {distribution!r}, draws {draws!r}; give one of scipy.stats, "
-            "such as 'norm', and a number"
-        )
+    law = named_distribution("friction", distribution, **parameters)
     # More contacts would fill the memory.
     count = whole_number("draws", draws, least=1, most=100_000)
-    return {"friction": [_call("friction", family, **parameters)] * count, "seed": seed}
+    return {"friction": [law] * count, "seed": seed}
 
 
 def read_table(file: str | Path) -> pd.DataFrame:

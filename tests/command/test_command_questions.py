@@ -14,6 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
+from scipy.integrate import quad
 
 import frictopt as fo
 from frictopt.base import strict_json
@@ -162,7 +164,7 @@ def test_every_argument_of_a_function_is_an_option_or_needs_python():
             left |= parameters.keys() - values
     supplied = {"system", "cycle", "progress"}
     for_python = {"open_nodes", "initial_slip", "initial_state", "show"}
-    assert left - supplied == for_python | {"load", "correlation_length", "life", "model"}
+    assert left - supplied == for_python | {"life", "model"}
     assert {"steps", "load_factor", "load_factors", "events", "overload"} <= written
 
 
@@ -198,6 +200,44 @@ def test_a_report_has_thresholds_and_ranges_of_preloads(tmp_path, capsys):
     for odd in ("P=", "P=.9:x", ".9:1.1", "P=.9:1.1,P=.5:1.5"):
         with pytest.raises(SystemExit):
             main(["report", str(file), *PULL, *F, "--preload", odd])
+
+
+def test_a_report_has_random_inputs_as_scipy_defines_them(tmp_path, capsys):
+    """A node holds a load factor if its friction is at least 0.2 of it: an integral over both."""
+    file, loads = str(tmp_path / "two.npz"), {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
+    eye, zero = np.eye(2), np.zeros((2, 2))
+    faces = {"contact": ["head", "lap"]}
+    fo.ContactSystem.from_blocks(eye, zero, eye, [0.0, 1.0], loads, **faces).save(file)
+    asked = ["report", file, "--mean", "P=2", "--corners", "Q=.4", "Q=-.4", "--load-factors", "1"]
+    laws = ["--friction", "head=lognorm:.2:0:.22", "lap=.5", "--load", "uniform:.8:.4"]
+    assert main([*asked, *laws, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    law = stats.lognorm(0.2, scale=0.22)
+    exact = quad(lambda factor: law.sf(0.2 * factor) / 0.4, 0.8, 1.2)[0]
+    assert told["answer"]["probability_for_some_start"] == pytest.approx(exact, abs=0.03)
+    assert told["question"]["load"] == {"distribution": "uniform", "parameters": [0.8, 0.4]}
+    field = [
+        "--friction",
+        "lognorm:.2:0:.22",
+        "--correlation-length",
+        "0",
+        "--preload",
+        "P=norm:2:.1",
+    ]
+    assert main([*asked, *field, "--pages", "1"]) == 0
+    assert "correlation length of friction 0, P of 1.80" in " ".join(
+        capsys.readouterr().out.split()
+    )
+    ranges = ["--friction", "head=.1:.2:.3", "lap=.5", "--pages", "1"]
+    assert main([*asked, *ranges, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["answer"]
+    assert told["scatter"] == "friction of 0.1 to 0.5 to 0.3 to 0.5"
+    assert main([*asked, *ranges[:2], "lap=norm:.5:.1"]) == 2
+    assert "give ranges or distributions, not both" in capsys.readouterr().err
+    for odd in (["load", "1"], ["load", "norm:x"], ["preload", "P=nothing:1"], ["load", ".9:1:2"]):
+        with pytest.raises(SystemExit):
+            main([*asked, "--friction", ".3", f"--{odd[0]}", odd[1]])
+        assert f"argument --{odd[0]}: {odd[1]!r}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", questions.COMMANDS, ids=lambda command: command.name)

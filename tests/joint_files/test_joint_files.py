@@ -8,10 +8,12 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from scipy import stats
 
 import frictopt as fo
 from helpers.command import main
 
+LOGNORM = 'distribution = "lognorm", s = 0.2, scale = 0.2'
 DATA = Path(__file__).parents[1] / "data"
 PAGE = (Path(__file__).parents[2] / "docs" / "command.md").read_text(encoding="utf-8")
 BESIDE_DECK, BESIDE_MESH = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
@@ -57,7 +59,7 @@ def test_a_file_adds_to_a_deck_its_cycle_scatter_and_thresholds(capsys):
     """f = 0.1 and 0.9 of the pressure: 0.1 x 3600 / 600, a third of the nominal."""
     joint = read(BESIDE_DECK)
     assert joint.cycle().corners == ({"CLOAD NLEFT": 1.0}, {"CLOAD NLEFT": -1.0})
-    assert [each["SPUNCH-SBLOCK"] for each in joint.friction] == [0.1, 0.2, 0.3]
+    assert joint.friction == {"SPUNCH-SBLOCK": (0.1, 0.2, 0.3)}
     assert main(["report", "joint.toml", "--pages", "2", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["answer"]
     assert told["title"] == "Punch 7" and told["scatter"].startswith("friction of 0.1 to 0.3")
@@ -70,6 +72,46 @@ def test_a_file_adds_to_a_deck_its_cycle_scatter_and_thresholds(capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["answer"]["load_factor"] == pytest.approx(2 / 3, rel=1e-6)
     assert found["question"]["units"] == "N, mm"
+
+
+def test_a_file_has_distributions_as_a_call_of_python_has_them(capsys):
+    """The same numbers come from the distributions of scipy; preloads and bolts take the median."""
+    text = BESIDE_DECK.replace("DRY = [0.1, 0.2, 0.3]", f"DRY = {{ {LOGNORM} }}").replace(
+        '"DLOAD ETOP P3" = [0.9, 1.1]',
+        '"DLOAD ETOP P3" = { distribution = "norm", loc = 1.0, scale = 0.05 }',
+    )
+    load = (
+        'load = { distribution = "uniform", loc = 0.8, scale = 0.4 }\ncorrelation_length = 50.0\n'
+    )
+    joint = read(load + text)
+    assert joint.cycle().corners == ({"CLOAD NLEFT": 1.0}, {"CLOAD NLEFT": -1.0})
+    assert main(["report", "joint.toml", "--pages", "2", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["question"]["friction"]["SPUNCH-SBLOCK"]["distribution"] == "lognorm"
+    laws = {
+        "friction": {"SPUNCH-SBLOCK": stats.lognorm(0.2, scale=0.2)},
+        "preload": {"DLOAD ETOP P3": stats.norm(1.0, 0.05)},
+        "load": stats.uniform(0.8, 0.4),
+        "correlation_length": 50.0,
+    }
+    sheet = fo.report(joint.system(), joint.cycle(), **laws, pages=2, limits={"gross slip": 1.3})
+    assert told["answer"]["scatter"] == sheet.scatter
+    assert told["answer"]["gross-slip_load"] == sheet.gross_slip.load_factor
+
+
+@pytest.mark.parametrize(
+    ("load", "message"),
+    [
+        ('{ distribution = "nothing" }', "load: distribution 'nothing'"),
+        ("{ loc = 1.0 }", "load: distribution None"),
+        ('{ distribution = "norm", name = 1.0 }', "load: .*parameters of `scipy.stats`"),
+        ('{ distribution = "norm", loc = "one" }', "load: "),
+        ('{ distribution = "norm", scale = -1.0 }', "load: .*frozen distribution"),
+    ],
+)
+def test_odd_distributions_are_refused_by_name(load, message):
+    with pytest.raises(fo.ModelError, match=message):
+        read(f"load = {load}\n{BESIDE_DECK}")
 
 
 def test_a_file_describes_a_joint_beside_a_mesh(capsys):

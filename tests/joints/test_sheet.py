@@ -704,7 +704,9 @@ def test_random_friction_of_a_face_and_random_load_are_those_of_an_integral():
     ((_, value, method),) = joint.probability.itertuples(index=False)
     assert value == pytest.approx(exact, abs=0.03) and "corrected by 200 draws" in method
     assert joint.friction == pytest.approx([0.22, 0.5])
-    assert "head in 95 % of all joints (lognorm" in joint.scatter
+    least, most = law.ppf([0.025, 0.975])
+    head = f"friction of head of {least:g} to {most:g} in 95 % of all joints (lognorm"
+    assert joint.scatter.startswith(head) and "lap" not in joint.scatter
     assert "load factor of 0.81 to 1.19 in 95 % of all joints (uniform" in joint.scatter
 
 
