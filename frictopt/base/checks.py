@@ -274,21 +274,6 @@ def distribution(name: str, value: Any) -> Any:
     return value
 
 
-def named_distribution(name: str, family: object, /, *values: float, **parameters: Any) -> Any:
-    """The distribution of scipy.stats of this name, with its parameters."""
-    from scipy import stats  # imported here, because it is slow to import
-
-    made = getattr(stats, family, None) if isinstance(family, str) else None
-    if not isinstance(made, stats.rv_continuous):
-        raise ModelError(
-            f"{name}: distribution {family!r}; give one of scipy.stats, such as 'norm'"
-        )
-    try:
-        return distribution(name, made(*values, **parameters))
-    except TypeError as error:
-        raise ModelError(f"{name}: {error}; give the parameters of `scipy.stats`") from error
-
-
 def flag(name: str, value: object) -> bool:
     """Check True or False."""
     if not isinstance(value, bool | np.bool_):

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..base.checks import named_distribution
 from ..errors import ModelError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -203,6 +202,8 @@ def _scattered(text: str, part: str, counts: Sequence[int], form: str) -> Any:
 
     "norm:1:0.1" is `scipy.stats.norm(1, 0.1)`.
     """
+    from ..study.plans import named_distribution
+
     family, *parameters = part.split(":")
     try:
         if family.isidentifier():

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..base import choice, flag
-from ..base.checks import named_distribution
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
@@ -24,6 +23,7 @@ from ..readers.deck_text import blocks, text_of
 from ..readers.instances import flat
 from ..readers.keywords import read_deck
 from ..readers.meshes import read_mesh
+from ..study.plans import named_distribution
 from .deck_conditions import Conditions
 from .deck_model import DeckModel
 from .joint import Joint, known

@@ -85,6 +85,7 @@ _ON_PAGE = {
 # Thresholds whose safety factors are searched.
 _SEARCHED = (SLIP_RANGE, SLIPPING_SHARE)
 _SOME_START = "probability for some start"
+_AS_ASSEMBLED = "probability as assembled"
 # Width of the interval of the limit and of the friction as assembled, relative to the largest value
 # tried: with the values that are tried first, at most eight transients.
 _TOLERANCE = 1 / 64
@@ -94,6 +95,10 @@ _OF_THE_MESH = (
 )
 _LONG_SEARCH = (
     "omitted, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
+)
+_LONG_SAMPLE = (
+    "omitted, because in space 200 steady states take minutes: call "
+    "`limit.probability(..., assembled=True)` yourself"
 )
 _OTHER_PAGE = "on page {page}, which was not requested"
 
@@ -359,8 +364,13 @@ class Pages(Generic[Parts]):
         law = None if isinstance(laws.get("friction"), Mapping) else laws.get("friction")
         if len(laws) > 1 or law is None:
             if limit is not None:
-                answer = limit.probability(**laws)
+                answer = limit.probability(**laws, assembled=self.system.tangents == 1)
                 rows.append((_SOME_START, answer.probability, answer.method))
+                from_no_slip = answer.assembled
+                if from_no_slip is None:
+                    self.missing[_AS_ASSEMBLED] = _LONG_SAMPLE
+                else:
+                    rows.append((_AS_ASSEMBLED, from_no_slip.probability, from_no_slip.method))
         else:
             if required is not None:
                 source = "exact: the probability of more than the required friction"
@@ -371,7 +381,7 @@ class Pages(Generic[Parts]):
                     "contact stops with all frictions between those tried"
                 )
                 value = float(law.sf(assembled.required))
-                rows.append(("probability as assembled", value, source))
+                rows.append((_AS_ASSEMBLED, value, source))
         if not rows:
             raise NoContinuation("no limit is known, of which it is the probability")
         return pd.DataFrame(rows, columns=["number", "value", "meaning"])
@@ -407,7 +417,7 @@ class Pages(Generic[Parts]):
             if "guaranteed" in known:
                 curve = replace(curve, guaranteed_limit=known["guaranteed"].load_factor)
             known["curve"] = curve
-        names = [*_PARTS, _SAFETY]
+        names = [*_PARTS, _AS_ASSEMBLED, _SAFETY]
         missing = {part: self.missing[part] for part in names if part in self.missing}
         return self._made(
             system=self.system,

@@ -19,6 +19,7 @@ from scipy.linalg import block_diag
 
 from ..base import (
     Array,
+    Booleans,
     Kept,
     checked_cases,
     distribution,
@@ -36,6 +37,8 @@ from .answers.shakedown_answer import ShakedownAnswer
 
 AskLimit = Callable[[LoadCycle, Array], ShakedownAnswer]
 """The limit of a load cycle with a friction, with the open nodes of the given limit."""
+Stops = Callable[[ShakedownAnswer, float], bool]
+"""Whether slip stops with the input of a limit, at a load factor."""
 _LOAD = "the load factor"
 # Distance of two points, in standard deviations, that counts as none.
 _SAME = 1e-3
@@ -62,6 +65,8 @@ class ShakedownProbability(Kept):
         such a point.
     limits
         (draws,) limits of the sample.
+    assembled
+        The probability from no slip, whose `form` is that for some start; None if not requested.
 
     Examples
     --------
@@ -82,6 +87,7 @@ class ShakedownProbability(Kept):
     method: str
     importance: dict[str, float] = field(repr=False)
     limits: Array = field(repr=False)
+    assembled: ShakedownProbability | None = field(default=None, repr=False)
 
 
 class RandomLimit:
@@ -160,33 +166,45 @@ def probability_of(
     correlation_length: Any,
     draws: Any,
     seed: Any,
+    stops: Stops | None,
 ) -> ShakedownProbability:
-    """The probability that the load factor has a safe slip, by FORM and by a sample."""
+    """The probability that the load factor has a safe slip, by FORM and by a sample.
+
+    With `stops`, also the probability that slip stops, with the same plane as control variate.
+    """
     draws = whole_number("draws", draws, least=10)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
     random = _random_limit(RandomLimit(limit, ask, load), friction, preload, correlation_length)
     numbers = np.random.default_rng(seed).standard_normal((draws, len(random.names)))
     design = random.design_point()
-    limits, safe = _by_sample(random, numbers)
+    limits, safe, stopped = _by_sample(random, numbers, stops)
     form = np.nan
     importance = dict[str, float]()
     on_plane = np.zeros(draws)
-    method = f"by {draws} draws"
+    by_form = ""
     if design is not None:
         distance, direction = design
         form = float(scipy.special.ndtr(distance))
         on_plane = distance + numbers @ direction >= 0
-        method = f"by FORM ({form:.3g}), corrected by {draws} draws"
+        by_form = f"by FORM ({form:.3g}), corrected "
         for name, share in zip(random.names, direction**2, strict=True):
             importance[name] = importance.get(name, 0.0) + float(share)
-    missed = safe - 1.0 * on_plane
-    probability = float(np.clip(np.nan_to_num(form) + missed.mean(), 0.0, 1.0))
-    # One more draw that the plane gets wrong keeps the error above 0.
-    variance = (np.abs(missed).sum() + 1) / (draws + 2) - missed.mean() ** 2
-    error = float(np.sqrt(variance / draws))
-    method += f"; standard error {error:.2g}"
-    return ShakedownProbability(
-        probability, error, form, float(safe.mean()), method, importance, limits
+
+    def corrected(outcomes: Booleans, way: str) -> ShakedownProbability:
+        missed = outcomes - 1.0 * on_plane
+        probability = float(np.clip(np.nan_to_num(form) + missed.mean(), 0.0, 1.0))
+        # One more draw that the plane gets wrong keeps the error above 0.
+        variance = (np.abs(missed).sum() + 1) / (draws + 2) - missed.mean() ** 2
+        error = float(np.sqrt(variance / draws))
+        method = f"{by_form}by {draws} {way}; standard error {error:.2g}"
+        sampled = float(outcomes.mean())
+        return ShakedownProbability(probability, error, form, sampled, method, importance, limits)
+
+    answer = corrected(safe, "draws")
+    if stops is None:
+        return answer
+    return replace(
+        answer, assembled=corrected(stopped, "steady states from no slip (FORM: some start)")
     )
 
 
@@ -210,17 +228,22 @@ def _random_limit(
     return random
 
 
-def _by_sample(random: RandomLimit, numbers: Array) -> tuple[Array, Array]:
-    """The limits of a sample, and whether the load factors have a safe slip."""
+def _by_sample(
+    random: RandomLimit, numbers: Array, stops: Stops | None
+) -> tuple[Array, Booleans, Booleans]:
+    """The limits of a sample, whether a slip is safe, and whether slip stops, if this is asked."""
     limits = list[float]()
     safe = list[bool]()
+    stopped = list[bool]()
     with progress_bar(True, "probability", "draw", total=len(numbers)) as bar:
         for u in numbers:
             drawn, factor, _ = random.at(u)
             limits.append(drawn.load_factor)
             safe.append(bool(drawn.least <= factor <= drawn.load_factor))
+            if stops is not None:
+                stopped.append(stops(drawn, factor))
             bar.update()
-    return frozen(limits), np.array(safe)
+    return frozen(limits), np.array(safe), np.array(stopped)
 
 
 def _add_friction(random: RandomLimit, friction: Any, correlation_length: Any) -> None:

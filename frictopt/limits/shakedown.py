@@ -23,6 +23,7 @@ from ..base import (
     ZERO_LOAD_FACTOR,
     Array,
     LimitKind,
+    Outcome,
     PerNode,
     SolveRecord,
     Table,
@@ -35,7 +36,7 @@ from ..base import (
 from ..base.checks import finite_number, flag, flags, whole_number
 from ..contact import ContactProducts, ContactSystem, LoadCycle, other_laws
 from ..contact.diagnosis import growth_diagnosis
-from ..errors import ModelError, ModelWarning, SolverError
+from ..errors import ModelError, ModelWarning, NoContinuation, SolverError
 from ..solve.arrays import Arrays
 from ..solve.solvers import INFEASIBLE, NoOptimum
 from . import rest_intervals
@@ -745,6 +746,7 @@ class ShakedownLimit(ShakedownAnswer):
         preload: Mapping[str, Any] | None = None,
         load: Any = 1.0,
         correlation_length: float | None = None,
+        assembled: bool = False,
         draws: int = 200,
         seed: int = 0,
     ) -> ShakedownProbability:
@@ -768,6 +770,9 @@ class ShakedownLimit(ShakedownAnswer):
             Length over which the friction of a face varies from node to node. The correlation of
             two nodes is `exp(-distance / correlation_length)`; 0 makes nodes independent. None: a
             face has one coefficient. The scatter of nodes lowers the limit itself.
+        assembled
+            Whether to compute the probability from no slip, too, by a steady state for each draw. A
+            draw whose transient does not continue does not stop.
         draws, seed
             Number of limits of the sample, at least 10, and the seed of its random numbers. A
             smaller probability of failure than `1 / draws` is known from FORM alone.
@@ -799,7 +804,18 @@ class ShakedownLimit(ShakedownAnswer):
         def ask(cycle: LoadCycle, friction: Array) -> ShakedownLimit:
             return shakedown_limit(self.system, cycle, friction, open_nodes=self.open)
 
-        return probability_of(self, ask, friction, preload, load, correlation_length, draws, seed)
+        def stops_as_assembled(drawn: ShakedownAnswer, factor: float) -> bool:
+            from ..transients.steady import steady_state  # imported here, because numba is slow
+
+            try:
+                steady = steady_state(self.system, drawn.cycle, drawn.friction, factor)
+            except NoContinuation:
+                return False
+            return steady.outcome is Outcome.SHAKEDOWN
+
+        stops = stops_as_assembled if flag("assembled", assembled) else None
+        laws = friction, preload, load, correlation_length
+        return probability_of(self, ask, *laws, draws, seed, stops)
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.

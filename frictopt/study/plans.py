@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import pandas as pd
+from scipy import stats
 
 from ..base import choice, whole_number
-from ..base.checks import named_distribution
+from ..base.checks import distribution as checked_distribution
 from ..base.files import TABLES, output
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
@@ -151,6 +152,19 @@ def _distributions(
     # More contacts would fill the memory.
     count = whole_number("draws", draws, least=1, most=100_000)
     return {"friction": [law] * count, "seed": seed}
+
+
+def named_distribution(name: str, family: object, /, *values: float, **parameters: Any) -> Any:
+    """The distribution of scipy.stats of this name, with its parameters."""
+    made = getattr(stats, family, None) if isinstance(family, str) else None
+    if not isinstance(made, stats.rv_continuous):
+        raise ModelError(
+            f"{name}: distribution {family!r}; give one of scipy.stats, such as 'norm'"
+        )
+    try:
+        return checked_distribution(name, made(*values, **parameters))
+    except TypeError as error:
+        raise ModelError(f"{name}: {error}; give the parameters of `scipy.stats`") from error
 
 
 def read_table(file: str | Path) -> pd.DataFrame:

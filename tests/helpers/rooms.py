@@ -28,7 +28,7 @@ BELOW = {
     "study": _BASE | {"plots", "contact", "transients", "limits"},
     "joints": _BASE | {"plots", "contact", "transients", "limits", "study"},
     "results": _BASE | {"contact", "transients", "limits", "study", "joints"},
-    "joint_files": _BASE | {"contact", "fem", "readers", "joints"},
+    "joint_files": _BASE | {"contact", "fem", "readers", "study", "joints"},
     "command": _BASE | {"contact", "fem", "readers", "study", "joint_files"},
 }
 """Room -> the rooms that it may import, in their order. Each room stands below these rooms."""

@@ -105,6 +105,44 @@ def test_scatter_from_node_to_node_lowers_the_limit_of_many_nodes():
 
 
 @pytest.mark.parametrize("seed", few(range(3)))
+def test_as_assembled_joints_stop_as_often_as_drawn_transients(seed):
+    """Nodes that change each other's pressure, with friction and load at which some slip on."""
+    contact = random_system(np.random.default_rng(seed), 4)
+    needed = fo.required_friction(contact, CYCLE, 1.0).required
+    limit = fo.shakedown_limit(contact, CYCLE, needed)
+    laws = {"friction": uniform(needed, needed), "load": uniform(0.8, 0.4)}
+    some = limit.probability(**laws, assembled=True, draws=150)
+    random = some.assembled
+    numbers = np.random.default_rng(seed + 7)
+    stops = [
+        fo.steady_state(contact, CYCLE, friction, factor).outcome is fo.Outcome.SHAKEDOWN
+        for friction, factor in zip(
+            laws["friction"].rvs(150, random_state=numbers),
+            laws["load"].rvs(150, random_state=numbers),
+            strict=True,
+        )
+    ]
+    share = np.mean(stops)
+    # One more draw of each outcome keeps the error above 0.
+    spread = (150 * share + 1) * (150 * (1 - share) + 1) / 152**2
+    assert abs(share - random.probability) <= 4 * np.hypot(
+        random.standard_error, (spread / 150) ** 0.5
+    )
+    assert "corrected by 150 steady states from no slip" in random.method
+    assert random.form == some.form
+    assert some.probability == limit.probability(**laws, draws=150).probability
+
+
+def test_as_assembled_a_body_that_slides_off_does_not_stop():
+    """A free body stops if `f P` is at least 0.4, and else slides off, without a steady state."""
+    loads = {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}
+    free = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], loads)
+    laws = {"friction": FRICTION, "preload": {"P": norm(2.0, 1e-6)}}
+    random = limit_of(free).probability(**laws, assembled=True, draws=40)
+    assert agrees(random.assembled, FRICTION.sf(0.2))
+
+
+@pytest.mark.parametrize("seed", few(range(3)))
 def test_the_sample_has_the_limits_of_its_inputs(seed):
     """Limits of drawn frictions and preloads have the mean and the share of the sample."""
     contact = random_system(np.random.default_rng(seed), 4)
