@@ -54,6 +54,8 @@ _ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2
 # Largest distance of a midside node from the middle of its corners, relative to the distance of the
 # corners: some 45 degrees of arc.
 _OFF = 0.1
+# Elements whose stiffness is computed at once: their arrays fit into a cache.
+_AT_ONCE = 256
 
 
 @dataclass(frozen=True)
@@ -119,12 +121,23 @@ class Material:
 
 def basis_of(mesh: Mesh) -> Basis:
     """The functions of one displacement of a body, and points of integration."""
-    return Basis(mesh, mesh.elem(), intorder=_ORDERS.get(type(mesh)))
+    return Basis(mesh, mesh.elem(), quadrature=_quadrature(mesh))
 
 
-def element_means(basis: Basis, values: Array) -> Array:
-    """Replace values (elements, ..., integration points) by their means over each element."""
-    dx = np.expand_dims(basis.dx, tuple(range(1, values.ndim - 1)))
+def _quadrature(mesh: Mesh) -> tuple[Array, Array]:
+    """Points (d, q) of integration in the reference element, and their weights (q,)."""
+    element = mesh.elem()
+    order = _ORDERS.get(type(mesh), 2 * element.maxdeg)
+    points, weights = get_quadrature(element.refdom, order)
+    return points, weights
+
+
+def element_means(dx: Array, values: Array) -> Array:
+    """Replace values (elements, ..., integration points) by their means over each element.
+
+    `dx` (elements, integration points) are volumes.
+    """
+    dx = np.expand_dims(dx, tuple(range(1, values.ndim - 1)))
     means = (values * dx).sum(axis=-1) / dx.sum(axis=-1)
     return np.broadcast_to(means[..., None], values.shape)
 
@@ -152,16 +165,41 @@ def body_stiffness(
     can then keep its volume without locking. There are no zero-energy modes, because the second
     constant acts in full. In triangles and tetrahedra div u is uniform, so nothing changes there.
     """
-    basis = basis_of(mesh)
-    lam, mu = material._plane_lame(kinematics)
-    weights = basis.dx
-    if kinematics == "axisymmetric":
-        x = np.asarray(basis.global_coordinates())[0]
-        weights = weights * circumference(x, kinematics)
+    elements = np.array_split(np.arange(mesh.nelements), mesh.nelements // _AT_ONCE + 1)
+    lame = material._plane_lame(kinematics)
+    parts = [_of_elements(mesh, some, *lame, element, kinematics) for some in elements]
+    stiffness = np.concatenate(parts)
+    count, d, n = stiffness.shape[:3]
+
+    numbers = np.arange(d)[:, None, None] * mesh.p.shape[1] + mesh.dofs.element_dofs
+    unknowns = numbers.reshape(d * n, count).T.astype(np.int32)
+    rows = np.repeat(unknowns, d * n, axis=1)
+    columns = np.tile(unknowns, d * n)
+    entries = (stiffness.ravel(), (rows.ravel(), columns.ravel()))
+    return csr_matrix(entries, shape=(mesh.p.size,) * 2)
+
+
+def _of_elements(
+    mesh: Mesh,
+    elements: Integers,
+    lam: float,
+    mu: float,
+    element: ElementName | None,
+    kinematics: Kinematics,
+) -> Array:
+    """(elements, d, n, d, n) stiffness matrices of some elements of n nodes."""
+    mapping = mesh.mapping()
+    points, quadrature = _quadrature(mesh)
+    values, derivatives = functions_of(mesh.elem(), len(mesh.dofs.element_dofs), points)
     # (element, direction, node, point) slopes of the functions
-    gradients = np.array([field.grad for (field,) in basis.basis])
-    slopes = np.ascontiguousarray(np.moveaxis(gradients, 2, 0).swapaxes(1, 2))
+    inverse = mapping.invDF(points, elements)
+    slopes = np.einsum("ijeq,niq->ejnq", inverse, derivatives)
     count, d, n, _ = slopes.shape
+    dx = np.abs(mapping.detDF(points, elements)) * quadrature
+    weights = dx
+    if kinematics == "axisymmetric":
+        x = mapping.F(points, elements)[0]
+        weights = dx * circumference(x, kinematics)
 
     def products(functions: Array) -> Array:
         """(element, function, function) integrals of products of two functions."""
@@ -171,12 +209,12 @@ def body_stiffness(
     # K_aibj = int (lambda div_ai div_bj + mu N_i,b N_j,a + mu delta_ab sum_c N_i,c N_j,c)
     squares = products(slopes)
     if kinematics == "axisymmetric":
-        hoop = np.stack([np.broadcast_to(field, x.shape) / x for (field,) in basis.basis], axis=1)
+        hoop = values / x[:, None]
         dilatation = slopes.copy()
         dilatation[:, 0] += hoop
         volume = products(dilatation)
     elif element == "mean_dilatation":
-        volume = products(element_means(basis, slopes))
+        volume = products(element_means(dx, slopes))
     else:
         volume = squares
     stiffness = lam * volume.reshape(count, d, n, d, n)
@@ -187,13 +225,7 @@ def body_stiffness(
         stiffness[:, a, :, a] += same_direction
     if kinematics == "axisymmetric":
         stiffness[:, 0, :, 0] += 2 * mu * products(hoop)
-
-    numbers = np.arange(d)[:, None, None] * mesh.p.shape[1] + basis.element_dofs
-    unknowns = numbers.reshape(d * n, count).T
-    rows = np.repeat(unknowns, d * n, axis=1)
-    columns = np.tile(unknowns, d * n)
-    entries = (stiffness.ravel(), (rows.ravel(), columns.ravel()))
-    return csr_matrix(entries, shape=(mesh.p.size,) * 2)
+    return np.asarray(stiffness)
 
 
 def boundary_forces(

@@ -290,7 +290,7 @@ class Expansion(Part):
         strain = self._strain(basis)
         mean_strain = strain
         if body.element == "mean_dilatation":
-            mean_strain = element_means(basis, strain)
+            mean_strain = element_means(basis.dx, strain)
         free_directions = 2 if kinematics == "plane_stress" else 3
         return free_directions * lam * mean_strain + 2 * mu * strain
 

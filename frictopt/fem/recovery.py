@@ -338,7 +338,7 @@ class NodalFields:
         self._slopes = [self._moments(functions, slope) for slope in slopes]
         self._volume = self._slopes
         if body.element == "mean_dilatation":
-            means = [element_means(basis, slope) for slope in slopes]
+            means = [element_means(basis.dx, slope) for slope in slopes]
             self._volume = [self._moments(functions, slope) for slope in means]
         self._hoop = None
         if kind == "axisymmetric":

@@ -176,6 +176,8 @@ def solve(factors: Sequence[Factor], F: Array) -> Array:
     u: Array = F.astype(factors[0][2].dtype)
     trsm = blas.get_blas_funcs("trsm", (u,))
     for unknowns, later, triangle, coupling in factors:
+        if not u[unknowns].any():
+            continue  # Loads at few places leave most fronts without load.
         u[unknowns] = trsm(1.0, triangle, u[unknowns], lower=1)
         u[later] -= coupling @ u[unknowns]
     for unknowns, later, triangle, coupling in reversed(factors):
