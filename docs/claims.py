@@ -88,6 +88,12 @@ CLAIMS = (
         tests="test_within_gap::test_both_numbers_are_proven_by_hand_in_the_plane test_within_gap::test_the_exact_limit_in_space_lies_between_both_numbers test_within_gap::test_a_gap_below_single_precision_is_not_reached_and_says_so",
     ),
     Claim(
+        "answers.sentences.REQUIRED_BETWEEN",
+        by="`RequiredFriction`",
+        source='the contact law for the upper number, multipliers for the lower one (theory, "A limit between two proven numbers")',
+        tests="test_friction_within_gap::test_both_frictions_are_proven_by_hand_in_the_plane test_friction_within_gap::test_the_exact_friction_in_space_lies_between_both",
+    ),
+    Claim(
         "answers.sentences.NO_BOUND",
         by="`ShakedownLimit`",
         source="the contact law, checked in each run",

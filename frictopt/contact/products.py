@@ -21,9 +21,10 @@ _ADJOINT = 1e-9
 class ContactProducts(ContactSystem):
     """N node pairs of two elastic bodies, known by products instead of a stiffness matrix.
 
-    `shakedown_limit(..., gap=)` needs no more (theory, "A limit between two proven numbers"). Other
-    questions need the stiffness `S`, and raise a ModelError that says so. The bodies stay in
-    contact at all nodes: initial gaps and open nodes need the stiffness, too.
+    `shakedown_limit(..., gap=)` and `required_friction(..., gap=)` need no more (theory, "A limit
+    between two proven numbers"). Other questions need the stiffness `S`, and raise a ModelError
+    that says so. The bodies stay in contact at all nodes: initial gaps and open nodes need the
+    stiffness, too.
 
     `ContactModel.products` makes it of finite elements. You can make your own, for instance of a
     boundary-element code with hierarchical matrices: all products are linear operators of
@@ -85,8 +86,8 @@ class ContactProducts(ContactSystem):
             raise AttributeError(name)
         raise ModelError(
             "system: it is known by products, and this question needs its stiffness S; condense "
-            "the bodies (`model.condense()`), or ask for shakedown_limit(..., gap=0.01) with all "
-            "nodes closed"
+            "the bodies (`model.condense()`), or ask shakedown_limit or required_friction with "
+            "gap=0.01 and all nodes closed"
         )
 
     def _check_stiffness(self, n: int, tangents: int) -> None:

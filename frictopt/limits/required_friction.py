@@ -6,6 +6,7 @@ factor are kept as a function of friction (`SafeByFriction`).
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
@@ -30,8 +31,8 @@ from ..base import (
     warns_of_odd_values,
     worst,
 )
-from ..contact import ContactSystem, LoadCycle
-from ..errors import ModelError, SolverError
+from ..contact import ContactProducts, ContactSystem, LoadCycle
+from ..errors import ModelError, ModelWarning, SolverError
 from .answers.answered import Answered
 from .answers.reasons import where
 from .answers.sentences import (
@@ -42,7 +43,12 @@ from .answers.sentences import (
     NONE_NEEDED,
     NONE_STOPS_IT,
     NOT_FROM_EVERY_START,
+    REQUIRED_BETWEEN,
+    STOPPED_WIDE,
 )
+from .between.cones import check_known, check_options, cones_of, without_gap
+from .between.judged import slip_of
+from .between.least_friction import FrictionBracket
 from .events.lift_off import LiftOff, Order, has_static_shear
 from .moving.moving_areas import uncoupled
 from .program.assembled import most_pressed
@@ -50,7 +56,7 @@ from .program.mechanism import Mechanism
 from .program.question import Question, pose, with_friction, with_open
 from .program.solution import Solution, Solved, solve
 from .rest_intervals import moving_areas_at
-from .safe_slip import SafeSlip, SafeSlips
+from .safe_slip import SafeSlip, SafeSlips, checked_load_factor
 
 if TYPE_CHECKING:
     import cvxpy as cp
@@ -226,7 +232,8 @@ class RequiredFriction(Answered):
         friction is enough.
     bound
         Coefficient of friction with which no slip is safe, with all nodes closed or with the open
-        nodes of `required`. Its relative distance from `required` is below 1e-5. NaN if no friction
+        nodes of `required`. Its relative distance from `required` is below 1e-5, or at most `gap`
+        if this is given. NaN if no friction
         is needed. If nodes open and close in each cycle (`events`), other states may need less
         friction.
     slip
@@ -268,7 +275,10 @@ class RequiredFriction(Answered):
         it is below 0. ModelError if no friction is enough.
         """
         if self._solved is None:
-            raise ModelError("problem: this answer has none; ask again with enough friction")
+            raise ModelError(
+                "problem: this answer has none; ask for a load factor for which some friction is "
+                "enough, with gap=None"
+            )
         # Imported here, because cvxpy is slow to import, and answers do not need it.
         from .printed.listing import problem_of
 
@@ -278,7 +288,8 @@ class RequiredFriction(Answered):
         """Probability that some residual slip is safe at the load factor, exactly.
 
         It is the probability that the friction is above `required`: with more friction some slip is
-        safe, and with less none is, for the node states of the answer.
+        safe, and with less none is, for the node states of the answer. With a `gap` some slip may
+        be safe with a little less, so that it is a lower bound.
 
         Parameters
         ----------
@@ -312,8 +323,9 @@ class RequiredFriction(Answered):
         super().check_kept()
         if not (self._question.friction == self.required).all():
             raise ValueError(f"it requires the friction {self.required:g}, its slip another one")
-        # Both are at most the widest proof away from the least friction.
-        nearest = (1 - 3 * SEARCH.widest_proof) * self.required
+        # Both are at most the widest proof away from the least friction, but for a given gap.
+        exact = self._solved is not None or np.isinf(self.required)
+        nearest = (1 - 3 * SEARCH.widest_proof) * self.required if exact else 0.0
         if not (nearest <= self.bound <= self.required or self.required == 0):
             raise ValueError(f"it requires {self.required:g}, and {self.bound:g} is not enough")
 
@@ -326,6 +338,7 @@ def required_friction(
     *,
     events: bool = False,
     slip_bound: PerNode | None = None,
+    gap: float | None = None,
     progress: bool = True,
 ) -> RequiredFriction:
     """Least friction with a safe slip, one value for all nodes; the start decides if slip stops.
@@ -355,13 +368,19 @@ def required_friction(
     ----------
     system, cycle, slip_bound
         See `ShakedownModel`. Without a `slip_bound`, wedged faces may need far more slip than
-        assembly can leave.
+        assembly can leave. With a `gap` the system may also be a `ContactProducts`.
     load_factor
         Load factor, >= 0.
     events
         See `shakedown_limit`. The answer without events is checked by a search just below it; each
         friction that needs events has a search of its own. Not needed if slip changes no pressure
         (B = 0): then loads alone open and close nodes.
+    gap
+        Relative distance that `RequiredFriction.required` and `RequiredFriction.bound` may have,
+        above 0 and below 1, such as 0.01; None: below 1e-5. With a gap, all nodes stay closed, and
+        `events` and `slip_bound` are refused. See `shakedown_limit`, whose method proves the room
+        of a slip, or that there is none, with some ten frictions. If the two frictions remain
+        farther apart, a `ModelWarning` and the reason say so.
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
@@ -388,10 +407,19 @@ def required_friction(
     >>> required = fo.required_friction(node, cycle, 1.0)
     >>> round(required.required, 5), required.bound < required.required
     (1.0, True)
+    >>> close = fo.required_friction(node, cycle, 1.0, gap=0.01)
+    >>> 0.99 <= close.bound <= 1.0 <= close.required <= 1.01
+    True
     """
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     question = pose(system, cycle, 1.0, slip_bound=slip_bound)
     with_events = flag("events", events)
+    if gap is not None:
+        given = {"events": with_events, "slip_bound": slip_bound is not None}
+        check_options(given, without_gap(system))
+        gap = finite_number("gap", gap, above=0, below=1)
+        with progress_bar(progress, "required friction"):
+            return _within(question, checked_load_factor(question, load_factor), gap)
     with progress_bar(progress, "required friction", "program") as bar:
         safe_slips = SafeByFriction(question, load_factor, with_events, bar)
 
@@ -549,6 +577,65 @@ def _answer(
         mechanism=too_little._motion.table(enough.system, too_little._question.names),
         reason=reason,
         _solved=enough._solved,
+    )
+
+
+def _within(question: Question, load_factor: float, gap: float) -> RequiredFriction:
+    """The answer between two proven frictions, with all nodes closed."""
+    remedy = without_gap(question.system)
+    check_known(question, remedy)
+    bracket = FrictionBracket(cones_of(question), load_factor / question.load_unit)
+    bracket.narrow(gap, SEARCH.smallest)
+    if bracket.enough <= RESIDUAL and has_static_shear(question, load_factor):
+        bracket.enough = 0.0
+        return _answer_within(question, load_factor, bracket, np.nan, NONE_NEEDED(within=""))
+    if bracket.enough <= SEARCH.smallest:
+        raise SolverError(_NEXT_TO_ZERO.format(smallest=SEARCH.smallest))
+    enough_is_known = np.isfinite(bracket.enough)
+    if bracket.too_little == 0 or not enough_is_known:
+        missing = "too little" if enough_is_known else "enough with all nodes closed"
+        raise SolverError(
+            f"gap: {bracket.steps} steps do not prove that some friction is {missing}; {remedy}"
+        )
+    stopped = ""
+    if not bracket.is_within(gap):
+        stopped = STOPPED_WIDE(gap=gap, remedy=remedy)
+        warnings.warn(f"required_friction: {stopped[2:]}", ModelWarning, stacklevel=4)
+    reason = REQUIRED_BETWEEN(
+        lower=bracket.too_little,
+        upper=bracket.enough,
+        gap=100 * (1 - bracket.too_little / bracket.enough),
+        steps=bracket.steps,
+        stopped=stopped,
+    )
+    return _answer_within(question, load_factor, bracket, bracket.too_little, reason)
+
+
+def _answer_within(
+    question: Question, load_factor: float, bracket: FrictionBracket, bound: float, reason: str
+) -> RequiredFriction:
+    """The answer of a bracket of frictions, after both proofs have been judged."""
+    at_enough = with_friction(question, bracket.enough)
+    slip = slip_of(at_enough, bracket.shear)
+    motion, residual = bracket.proof(with_friction(question, bracket.too_little))
+    if not isinstance(question.system, ContactProducts):
+        # The stiffness shows an error of the products.
+        residual = worst([residual, at_enough.violation(load_factor, slip)])
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"gap: rounding leaves an error of {residual:.1e} in the slip or in the mechanism "
+            f"(tolerance {RESIDUAL:g}); {without_gap(question.system)}"
+        )
+    record = SolveRecord("primal-dual hybrid gradient", residual=residual)
+    return RequiredFriction(
+        load_factor=load_factor,
+        slip=frozen(slip),
+        record=record.joined([], question.started),
+        _question=at_enough,
+        required=bracket.enough,
+        bound=bound,
+        mechanism=motion.table(question.system, question.names),
+        reason=reason,
     )
 
 

@@ -45,8 +45,8 @@ from .answers.reasons import shakedown_reason
 from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
 from .between.bounds import margins
-from .between.cones import Cones, Point, check_known, cones_of
-from .between.judged import judged
+from .between.cones import Cones, Point, check_known, check_options, cones_of, without_gap
+from .between.judged import judged, mechanism_of
 from .between.search import Method, search
 from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
@@ -61,8 +61,6 @@ from .program.rest_program import RestProgram
 from .program.solution import UNBOUNDED, Solution, Solved, contradiction, growth, solve
 from .search.order_search import best_with_events
 from .search.set_search import NotAbove, best_open_set, is_at_most, may_open
-
-_NO_GAP = "pass gap=None for the exact limit"
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
 
@@ -159,9 +157,7 @@ def shakedown_limit(
         if gap is not None:
             given = {"events": flag("events", events), "programs": programs is not None}
             given |= {"slip_bound": slip_bound is not None, "solver": solver is not None}
-            for argument, holds in given.items():
-                if holds:
-                    raise ModelError(f"{argument}: a limit with a gap does not know it; {_NO_GAP}")
+            check_options(given, without_gap(system))
             return limit_within(question, open_nodes, finite_number("gap", gap, above=0, below=1))
         if programs is not None:
             programs = whole_number("programs", programs, least=1)
@@ -368,33 +364,62 @@ def _with_given(question: Question, open_nodes: Any) -> Question:
 
 def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLimit:
     """The limit between two proven numbers, with given open nodes or those of the mean load."""
+    remedy = without_gap(question.system)
+    by_products = isinstance(question.system, ContactProducts)
     if open_nodes is not None:
         question = _with_given(question, open_nodes)
-    elif not isinstance(question.system, ContactProducts):
+    elif not by_products:
         if moving_areas(question) is not None:
             raise ModelError(
                 "gap: loads alone open and close nodes of this uncoupled contact in each cycle, "
-                f"which a limit with a gap does not know; give open_nodes, or {_NO_GAP}"
+                f"which a limit with a gap does not know; give open_nodes, or {remedy}"
             )
         # If fixed parts differ, the mean load has no single set.
         if may_open(question) and not question.fixed:
             for opened in open_under_mean(question):
                 if not opened.all():
                     question = with_open(question, opened) or question
-    check_known(question, _NO_GAP)
+    check_known(question, remedy)
     cones = cones_of(question)
     found = search(cones, gap)
     safe, bound = found.safe.best, found.multipliers.bound
     if found.safe.grows or bound < 0:
-        # The exact program proves that the limit is infinite, or that no slip is safe.
-        return ShakedownLimits().of_set(question)
-    if safe is None or bound == np.inf:
+        if not by_products:
+            # The exact program proves that the limit is infinite, or that no slip is safe.
+            return ShakedownLimits().of_set(question)
+        limit = _not_finite_by_products(question, cones, found)
+        if limit is not None:
+            return limit
+    if safe is None or not np.isfinite(bound):
         missing = "safe slip" if safe is None else "bound"
         raise SolverError(
             f"gap: {found.steps} steps found no {missing}, and nothing proves that there is none; "
-            f"{_NO_GAP}"
+            f"{remedy}"
         )
     return _between(question, cones, found, safe, gap)
+
+
+def _not_finite_by_products(
+    question: Question, cones: Cones, found: Method
+) -> ShakedownLimit | None:
+    """The proof that no slip is safe, or that every load factor is; None without a proof."""
+    if found.multipliers.bound < 0:
+        moves = found.multipliers.moves
+        # The cyclic loads must not do work against the mechanism, so that no load factor helps.
+        against = float((moves * cones.rate).sum().clip(0.0) / -(moves * cones.start).sum())
+        motion = mechanism_of(question, cones, moves)
+        limit = _not_finite(question, LimitKind.NO_SAFE_SLIP, against, motion)
+        return limit if against <= RESIDUAL else None
+    first, last = found.first, found.safe.best
+    if last is None or margins(first.rows).min() < 0:
+        return None
+    # Residual shear that grows with the load factor, or that stays.
+    along = (last.shear - first.shear) / max(last.load_factor - first.load_factor, FLOOR)
+    for shear in (along, np.zeros_like(along)):
+        unsafe = -float(margins(cones.rate + cones.effects(shear)).min().clip(max=0.0))
+        if unsafe <= RESIDUAL:
+            return _not_finite(question, LimitKind.UNBOUNDED, unsafe, least=0.0)
+    return None
 
 
 def _between(
@@ -413,12 +438,12 @@ def _between(
     if not residual <= RESIDUAL:
         raise SolverError(
             f"gap: rounding leaves an error of {residual:.1e} in the slip or in the mechanism "
-            f"(tolerance {RESIDUAL:g}); {_NO_GAP}"
+            f"(tolerance {RESIDUAL:g}); {without_gap(question.system)}"
         )
     proven = (upper - lower) / size
     stopped = ""
     if proven > gap:
-        stopped = STOPPED_WIDE(gap=gap)
+        stopped = STOPPED_WIDE(gap=gap, remedy=without_gap(question.system))
         warnings.warn(f"shakedown_limit: {stopped[2:]}", ModelWarning, stacklevel=5)
     why = BETWEEN(
         lower=lower,

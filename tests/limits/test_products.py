@@ -11,7 +11,7 @@ from skfem import MeshQuad
 import frictopt as fo
 from helpers import spatial
 from helpers.refused import refused
-from helpers.systems import CYCLE, at_corners, fixed_contact, linprog_limit, random_system
+from helpers.systems import CYCLE, NODE, at_corners, fixed_contact, linprog_limit, random_system
 
 BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 GAP = 0.01
@@ -143,6 +143,42 @@ def test_limits_of_a_model_by_products(name):
         _ = limit.reactions
 
 
+@pytest.mark.parametrize(
+    ("mean", "corners", "kind"),
+    [
+        ({"P": 1.0}, [{"N": 1.0}, {"N": 2.0, "Q": 0.1}], fo.LimitKind.UNBOUNDED),
+        ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], fo.LimitKind.NO_SAFE_SLIP),
+        ({"P": -1.0}, [{"N": -1.0}, {"N": -1.0, "Q": 0.1}], fo.LimitKind.NO_SAFE_SLIP),
+    ],
+    ids=["pressed", "pulled", "pulled and lifted"],
+)
+def test_products_prove_that_there_is_no_limit(mean, corners, kind):
+    cycle = fo.LoadCycle(mean, corners)
+    exact = fo.shakedown_limit(NODE, cycle, 0.5, open_nodes=[False])
+    limit = fo.shakedown_limit(by_products(NODE), cycle, 0.5, gap=GAP)
+    assert limit.kind is exact.kind is kind and 0 <= limit.residual <= 1e-9
+    assert limit.least == exact.least or kind is fo.LimitKind.NO_SAFE_SLIP
+    if kind is fo.LimitKind.NO_SAFE_SLIP:
+        assert "see the mechanism" in limit.reason
+        assert set(limit.mechanism.node) == set(exact.mechanism.node)
+
+
+def test_what_products_do_not_prove_is_said_to_be_unknown():
+    """A node that is pulled by 1, pressed and sheared by the load, is safe from 2.5 on."""
+    cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
+    assert fo.shakedown_limit(NODE, cycle, 1.0).least == pytest.approx(2.5)
+    words = r"no bound, and nothing proves that there is none; condense"
+    with pytest.raises(fo.SolverError, match=words):
+        fo.shakedown_limit(by_products(NODE), cycle, 1.0, gap=GAP)
+
+
+def test_a_large_limit_is_not_infinite():
+    """The load unloads a node by a millionth of what presses it at the other corner."""
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1e-6}])
+    limit, exact = closed_limits(by_products(NODE), NODE, cycle, 0.5)
+    assert limit.kind is fo.LimitKind.FINITE and exact == pytest.approx(1e6)
+
+
 PLANE = by_products(random_system(np.random.default_rng(0), 4))
 
 
@@ -152,6 +188,7 @@ PLANE = by_products(random_system(np.random.default_rng(0), 4))
     (lambda: fo.march(PLANE, CYCLE, 0.5, load_factor=1.0), "stiffness S; condense"),
     (lambda: fo.steady_state(PLANE, CYCLE, 0.5, 1.0), "stiffness S; condense"),
     (lambda: fo.gross_slip(PLANE, CYCLE, 0.5), "stiffness S; condense"),
+    (lambda: fo.required_friction(PLANE, CYCLE, 1.0), "stiffness S; condense.*gap=0.01"),
     (lambda: PLANE.save("contact.npz"), "stiffness S; condense"),
     (lambda: PLANE.with_gap(np.full(4, 0.1)), "gap: products know no initial gap"),
     (lambda: PLANE.with_interference({"fit": 0.1}), "stiffness S; condense"),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...base import ROUNDING, Array, LimitKind, number_of, place
-from ...contact import ContactSystem, other_laws
+from ...contact import ContactProducts, ContactSystem, other_laws
 from ...contact.diagnosis import in_contact
 from ...transients.mean_load import unscaled_diagnosis
 from ..events.lift_off import may_open_and_close, path_of
@@ -211,6 +211,9 @@ def _slip(limit: ShakedownAnswer) -> str:
 def _mean_load(limit: ShakedownAnswer) -> str:
     """Diagnosis of the mean load, in words."""
     question = limit._question
+    if isinstance(question.system, ContactProducts):
+        # Products are too few to diagnose it.
+        return "see the mechanism"
     advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
     return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
 
@@ -233,6 +236,9 @@ def _call_with_events(limit: ShakedownAnswer) -> str:
     unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
     # Such a node would have to keep its slip in a state of rest with events, too.
     if limit.kind is LimitKind.FINITE and _slides_freely(limit):
+        return ""
+    # Products know no open nodes.
+    if isinstance(question.system, ContactProducts):
         return ""
     if unknown or not may_open_and_close(question, path_of(question.cycle)):
         return ""

@@ -61,7 +61,7 @@ BETWEEN = Sentence(
     "mechanism",
 )
 STOPPED_WIDE = Sentence(
-    "; stopped with a wider gap than {gap:g}, which was asked: pass gap=None for the exact limit",
+    "; stopped with a wider gap than {gap:g}, which was asked: {remedy}",
     assumes="the steps of the method are used up",
 )
 HIGHER_WITH_OTHERS_OPEN = Sentence(
@@ -264,6 +264,13 @@ LESS_IS_NOT_SAFE = Sentence(
     "no residual slip{within} is safe with less, {node_states}: see the mechanism",
     assumes="all nodes are closed, or the counted nodes are open; if nodes open and close in each "
     "cycle, the search has found no state of rest with less friction, which is not proven",
+)
+REQUIRED_BETWEEN = Sentence(
+    "the least friction is between {lower:.6g} and {upper:.6g} (gap {gap:.2g} %) with all nodes "
+    "closed: a residual slip is safe with the upper number, and none is with the lower one; "
+    "{steps} steps{stopped}",
+    assumes="a gap is given; the upper number is proven by its slip, the lower one by its "
+    "mechanism",
 )
 ENOUGH_WITH_EVENTS = Sentence(
     "; with this friction nodes open and close in each cycle; with less friction the search finds "

@@ -13,13 +13,14 @@ factors by `Question.load_unit`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from ...base import Array, Booleans, Integers
-from ...contact import ROWS, ContactProducts
+from ...contact import ROWS, ContactProducts, ContactSystem
 from ...contact.diagnosis import in_contact
 from ...errors import ModelError
 from ..program.question import Question
@@ -110,16 +111,30 @@ class Cones:
         return self.balanced(np.array(slips) + by_lift)
 
     def relaxed(self) -> Array:
-        """(t, N) residual shear that takes away the shear of the mean load, as without friction."""
+        """(t, N) residual shear that takes away the shear at load factor 0, as without friction."""
         first = np.zeros((self.start.shape[1] - 1, self.pressing.shape[0]))
         closed = self.sheared_parts[0]
-        first[:, self.node[closed]] = -self.start[0, :-1, closed]
+        first[:, self.node[closed]] = -self.start[:, :-1, closed].mean(axis=0)
         return self.balanced(first)
 
     def at(self, load_factor: float, shear: Array) -> Point:
         """The point of a load factor and balanced residual shear."""
         rows = self.start + load_factor * self.rate + self.effects(shear)
         return Point(load_factor, shear, rows)
+
+
+def without_gap(system: ContactSystem) -> str:
+    """The way to an answer without a gap, as a part of an error."""
+    if isinstance(system, ContactProducts):
+        return "condense the bodies (`model.condense()`), and pass gap=None for the exact answer"
+    return "pass gap=None for the exact answer"
+
+
+def check_options(given: Mapping[str, bool], remedy: str) -> None:
+    """ModelError if an option is given that does not go with a gap."""
+    for option, is_given in given.items():
+        if is_given:
+            raise ModelError(f"{option}: a gap cannot be combined with it; {remedy}")
 
 
 def check_known(question: Question, remedy: str) -> None:

@@ -27,10 +27,6 @@ class Judged(NamedTuple):
 
 def judged(question: Question, cones: Cones, safe: Point, moves: Array) -> Judged:
     """The slip of a safe point, and the mechanism of multipliers (K, t + 1, R) of the rows."""
-    parts = elastic(question)
-    slip = np.zeros(safe.shear.size)
-    slip[parts.slips] = parts.compliance @ (question.force * safe.shear.ravel()[parts.slips])
-    slip = slip.reshape(question.system.slip_shape, order="F")
     load_factor = safe.load_factor * question.load_unit
     unsafe = -float(margins(cones.at(safe.load_factor, safe.shear).rows).min())
 
@@ -40,20 +36,29 @@ def judged(question: Question, cones: Cones, safe: Point, moves: Array) -> Judge
     work = np.abs(cones.stress(moves)) * np.maximum(np.abs(safe.shear), 1.0)
     return Judged(
         load_factor,
-        question.slip_at_mean_load(slip),
+        slip_of(question, safe.shear),
         unsafe,
-        Mechanism.of(question, _by_node(question, cones, moves / drive)),
+        mechanism_of(question, cones, moves / drive),
         float((moves * cones.start).sum()) / drive * question.load_unit,
         float(work.sum()) / drive * question.load_unit,
     )
 
 
-def _by_node(question: Question, cones: Cones, moves: Array) -> Array:
-    """(K, M) moves of the forces, and of the gaps of open nodes, by those of the rows."""
+def slip_of(question: Question, shear: Array) -> Array:
+    """(N,) or (N, 2) slip of all nodes that causes residual shear (t, N)."""
+    parts = elastic(question)
+    slip = np.zeros(shear.size)
+    slip[parts.slips] = parts.compliance @ (question.force * shear.ravel()[parts.slips])
+    return question.slip_at_mean_load(slip.reshape(question.system.slip_shape, order="F"))
+
+
+def mechanism_of(question: Question, cones: Cones, moves: Array) -> Mechanism:
+    """The mechanism of multipliers (K, t + 1, R) of the rows."""
+    # Moves of the forces, and of the gaps of open nodes, by those of the rows.
     by_node = np.zeros_like(question.r1)
     unit = np.where(question.open_nodes, question.clearance, question.force)[cones.node]
     for corner, of_rows in zip(cones.corners, moves * question.load_unit / unit, strict=True):
         for axis, part in enumerate(of_rows):
             weight = cones.slope if axis == len(of_rows) - 1 else cones.sheared
             by_node[corner, axis] = np.bincount(cones.node, weight * part, by_node.shape[-1])
-    return by_node.reshape(len(by_node), -1)
+    return Mechanism.of(question, by_node.reshape(len(by_node), -1))

@@ -63,27 +63,27 @@ class State(NamedTuple):
 
 def search(cones: Cones, gap: float) -> Method:
     """Look for a safe point and multipliers whose load factors are within a relative gap."""
-    shear = cones.relaxed()
-    first = cones.at(0.0, shear)
+    first = cones.at(0.0, cones.relaxed())
     if margins(first.rows).min() < 0:
-        first = cones.at(0.0, _with_most_room(cones, first))
+        room = most_room(cones).safe.best
+        assert room is not None
+        first = cones.at(0.0, room.shear)
     return _run(Method(cones, first, gap))
 
 
-def _with_most_room(cones: Cones, first: Point) -> Array:
-    """(t, N) residual shear that is safe without cyclic load, if the steps suffice to find one.
+def most_room(cones: Cones) -> Method:
+    """Look for residual shear that is safe at load factor 0, or for multipliers against it.
 
-    The same method finds it: in place of the load factor stands the least room of a row, counted
-    from one unit below that of the first state.
+    In place of the load factor stands the least room of a row, counted from one unit below that of
+    the first state. Above `Method.enough` it proves that the shear is safe, below that none is.
     """
+    first = cones.at(0.0, cones.relaxed())
     least = float(margins(first.rows).min()) - 1.0
     rate, raised = np.zeros_like(cones.rate), cones.start.copy()
     rate[:, -1] = -1.0
     raised[:, -1] -= least
     of_room = replace(cones, rate=rate, start=raised)
-    room = _run(Method(of_room, of_room.at(0.0, first.shear), 0.0, -least))
-    assert room.safe.best is not None
-    return room.safe.best.shear
+    return _run(Method(of_room, of_room.at(0.0, first.shear), 0.0, -least))
 
 
 def _run(method: Method) -> Method:
@@ -108,7 +108,7 @@ class Method:
         self._cones = cones
         self._rough = cones.roughly()
         self._gap = gap
-        self._enough = enough
+        self.enough = enough
         self.steps = 0
         self.done = False
         self.safe = SafePoints(cones)
@@ -198,7 +198,7 @@ class Method:
         """Whether the bounds are close enough, or are known not to be finite."""
         low, high = safe.load_factor, multipliers.bound
         close = np.isfinite(high) and high - low <= self._gap * max(high, FLOOR)
-        decided = low > self._enough or high < self._enough
+        decided = low > self.enough or high < self.enough
         return bool(close or decided or high < 0 or safe.grows)
 
     def prove(self) -> None:

@@ -1,0 +1,115 @@
+"""The least friction with a safe slip at one load factor, between two proven numbers.
+
+Friction that is proven to be enough, or too little, by the room of the rows narrows a bracket. A
+safe point needs no more friction than its largest ratio of shear to pressure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...base import Array, worst
+from ..program.mechanism import Mechanism
+from ..program.question import Question
+from .bounds import margins, raised
+from .cones import Cones
+from .judged import mechanism_of
+from .search import most_room
+
+# Frictions that are tried until one is enough, or until neither proof is found.
+_FIRST = tuple(4.0**k for k in range(8))
+# Ratio of the two frictions that are supposed while none is known to be too little.
+_LOWER = 1 / 16
+# Within three gaps, a friction is tried that closes the gap if it is too little: the larger one is
+# usually better than the smaller one. The share of the gap is that between the two.
+_CLOSE, _SHARE = 3.0, 0.9
+
+
+class FrictionBracket:
+    """The largest friction that is proven too little, and the smallest that is proven enough.
+
+    Attributes
+    ----------
+    too_little, enough
+        The two frictions; at first 0, and what the shear needs that no friction would leave.
+    moves
+        Multipliers (K, t + 1, R) that prove that no slip is safe with `too_little`.
+    shear
+        (t, N) residual shear that is safe with `enough`.
+    steps
+        Number of steps of all searches.
+    """
+
+    def __init__(self, cones: Cones, load_factor: float) -> None:
+        """`cones` are those of friction 1 with all nodes closed."""
+        start = cones.start + load_factor * cones.rate
+        self._cones = replace(cones, start=start, rate=np.zeros_like(start))
+        self.shear = self._cones.relaxed()
+        self.too_little, self.enough = 0.0, self._enough_for(self.shear)
+        self.moves = np.zeros_like(start)
+        self.steps = 0
+
+    def _with_friction(self, friction: float) -> Cones:
+        """The cones of the load factor, at which they stay, with this friction."""
+        start = self._cones.start.copy()
+        start[:, -1] *= friction
+        return replace(self._cones, slope=friction * self._cones.slope, start=start)
+
+    def narrow(self, gap: float, smallest: float) -> None:
+        """Try frictions until the two are within a relative gap, or neither proof is found.
+
+        It ends, too, if `smallest` is enough.
+        """
+        for friction in _FIRST:
+            if self.enough < np.inf or not self._try(friction):
+                break
+        while smallest < self.enough < np.inf and not self.is_within(gap):
+            ratio = self.too_little / self.enough or _LOWER
+            first = np.sqrt(ratio)
+            if ratio > 1 - _CLOSE * gap:
+                first = max(first, 1 - _SHARE * gap)
+            # Next to the least friction itself, neither proof is found, but beside it.
+            if not any(self._try(self.enough * share) for share in (first, np.sqrt(first))):
+                break
+
+    def is_within(self, gap: float) -> bool:
+        """Whether the two frictions are within a relative gap."""
+        return self.enough - self.too_little <= gap * self.enough
+
+    def _try(self, friction: float) -> bool:
+        """Look for a proof that a friction is enough or too little; whether the bracket shrinks."""
+        before = self.too_little, self.enough
+        found = most_room(self._with_friction(friction))
+        self.steps += found.steps
+        assert found.safe.best is not None
+        shear = found.safe.best.shear
+        enough = self._enough_for(shear)
+        if enough < self.enough:
+            self.enough, self.shear = enough, shear
+        if found.multipliers.bound < found.enough and friction > self.too_little:
+            self.too_little, self.moves = friction, found.multipliers.moves
+        return before != (self.too_little, self.enough)
+
+    def proof(self, question: Question) -> tuple[Mechanism, float]:
+        """The mechanism against `too_little`, the friction of the question, and both errors.
+
+        The larger counts of the violation of a row by `shear`, and of the work that the multipliers
+        do because they do not balance exactly, per lift.
+        """
+        rows = self._with_friction(self.enough).at(0.0, self.shear).rows
+        cones = self._with_friction(self.too_little)
+        moves = raised(self.moves)
+        work = float((np.abs(cones.stress(moves)) * np.maximum(np.abs(self.shear), 1.0)).sum())
+        wrong = max(work, float((moves * cones.start).sum()) + work)
+        error = wrong / (float(moves[:, -1].sum()) or 1.0)
+        return mechanism_of(question, cones, moves), worst([-margins(rows).min(), error])
+
+    def _enough_for(self, shear: Array) -> float:
+        """The least friction with which residual shear (t, N) is safe; inf if it opens a node."""
+        rows = self._cones.at(0.0, shear).rows
+        pressure = rows[:, -1]
+        if pressure.min() <= 0:
+            return np.inf
+        return float((np.linalg.norm(rows[:, :-1], axis=1) / pressure).max())
