@@ -126,12 +126,12 @@ class Conditions:
 
     def _turns(self, blocks: Sequence[Block]) -> list[float]:
         """The times within a static step at which the amplitudes of its loads have a value."""
-        turns = set[float]()
-        for block in blocks[1:]:
-            times, _, of_all_steps = self._amplitudes.get(
-                block.parameters.get("AMPLITUDE", ""), ([], [], False)
-            )
-            turns |= {time - of_all_steps * self._start for time in times}
+        turns = {
+            time
+            for block in blocks[1:]
+            if block.parameters.get("AMPLITUDE") in self._amplitudes
+            for time in self._table(block)[0].tolist()
+        }
         within = sorted(time for time in turns if 0 < time < self._period and self._is_static)
         if len(within) > _MOST_TURNS:
             text = f"{self._step_name}: states at {len(within)} times of its amplitudes"
@@ -171,8 +171,13 @@ class Conditions:
         """The amplitude of a block at the time that is read; None: it has none."""
         if "AMPLITUDE" not in block.parameters:
             return None
+        return float(np.interp(self._time, *self._table(block)))
+
+    def _table(self, block: Block) -> tuple[Array, list[float]]:
+        """The times in this step, and values, of the amplitude of a block."""
         times, values, of_all_steps = self._amplitudes[block.parameters["AMPLITUDE"]]
-        return float(np.interp(self._time + of_all_steps * self._start, times, values))
+        delay = number(block.parameters.get("TIMEDELAY", "0"))
+        return np.array(times) + delay - of_all_steps * self._start, values
 
     # The model.
 

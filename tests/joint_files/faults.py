@@ -20,8 +20,8 @@ FAULTS = (
     Fault(
         "joint_files/deck_conditions.py",
         "an amplitude counts at the begin of its step",
-        old="self._time + of_all_steps * self._start",
-        new="of_all_steps * self._start",
+        old="np.interp(self._time, *self._table(block))",
+        new="np.interp(0.0, *self._table(block))",
         tests="deck_states",
     ),
     Fault(

@@ -93,6 +93,28 @@ def test_an_amplitude_counts_at_the_end_of_its_step_and_its_load_stays(tmp_path)
     assert [force[0] for force in of_states(joint).values()] == [0, 12, 12, 24]
 
 
+@pytest.mark.parametrize("time", ["STEP TIME", "TOTAL TIME"])
+def test_a_delay_shifts_the_times_of_an_amplitude(tmp_path, time):
+    """As CalculiX 2.20: the table gives 1 at 0.5, so a load with a delay of 0.25 has 1 at 0.75."""
+    table = f"*AMPLITUDE, NAME=W, TIME={time}\n0., 0., .5, 1., 1., 0.\n"
+    late = "*CLOAD, AMPLITUDE=W, TIME DELAY=.25\nNTOP, 1, 8.\n"
+    forces = of_states(joint_of(tmp_path, deck(late, more=table)))
+    assert forces == {
+        "STEP 1@0.25": [0, 0],
+        "STEP 1@0.75": [24, 0],
+        "STEP 1": [12, 0],
+    }
+    late = late.replace(".25", "1.25")
+    forces = of_states(joint_of(tmp_path, deck(PRESS, late, more=table)))
+    first = {"STEP 1": [0, -40]}
+    if time == "STEP TIME":
+        assert forces == {**first, "STEP 2": [0, -40]}
+    else:
+        # 1.25 to 2.25 in total time: 1 at 1.75.
+        later = {"STEP 2@0.25": [0, -40], "STEP 2@0.75": [24, -40], "STEP 2": [12, -40]}
+        assert forces == {**first, **later}
+
+
 def test_a_state_at_each_time_at_which_an_amplitude_has_a_value(tmp_path):
     """Loads without an amplitude grow, and fade, in proportion to the time of the step.
 
