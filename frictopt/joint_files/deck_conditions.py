@@ -1,6 +1,6 @@
 """A deck beside its mesh: materials, contacts, bolts, couplings, supports, loads of steps."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,8 +17,10 @@ from .states import InForce, Key, State
 
 # Read before all others, wherever these are listed: loads act on bolts and couplings, contact pairs
 # have interactions, and the axis of a ring belongs to a tie.
-_FIRST = {"PRE-TENSIONSECTION", "COUPLING", "KINEMATIC", "DISTRIBUTING", "RIGIDBODY", "TIE"}
-_FIRST |= {"SURFACEINTERACTION", "SURFACEBEHAVIOR", "FRICTION"}
+_FIRST = set(
+    "PRE-TENSIONSECTION COUPLING KINEMATIC DISTRIBUTING RIGIDBODY TIE SURFACEINTERACTION "
+    "SURFACEBEHAVIOR FRICTION".split()
+)
 
 # Most times within a step that are states: a load cycle has few corners, measured loads thousands.
 _MOST_TURNS = 100
@@ -97,9 +99,9 @@ class Conditions:
         for block in sorted(model, key=_rank):
             self._read(block)
         for start, end in pairwise([*steps, len(blocks)]):
-            self._read_step(blocks[start:end])
+            self._follow(blocks[start:end])
 
-    def _read_step(self, blocks: Sequence[Block]) -> None:
+    def _follow(self, blocks: Sequence[Block]) -> None:
         """Read the blocks of a step for each time at which it has a state; the last is its end."""
         self._steps += 1
         self._step_name = blocks[0].parameters.get("NAME", f"STEP {self._steps}")
@@ -140,7 +142,7 @@ class Conditions:
         return within
 
     def _read(self, block: Block) -> None:
-        read = getattr(self, f"_{block.keyword.lower().replace('-', '')}", None)
+        read = getattr(self, f"_read_{block.keyword.lower().replace('-', '')}", None)
         if read is None:
             known = {*KEPT, *CONSTRAINING, *WITHOUT_EFFECT}
             if block.keyword not in known and not block.keyword.endswith(OUTPUT):
@@ -155,11 +157,6 @@ class Conditions:
     def _rows(self, entry: str) -> Sequence[int]:
         """Nodes that an entry names, by a number or a set."""
         return [self._row[int(entry)]] if entry.isdecimal() else self.deck.nodes(entry).tolist()
-
-    def _elements(self, entry: str) -> Sequence[int]:
-        if entry.isdecimal():
-            return [int(entry)]
-        return list(self.deck.element_sets[entry.upper()].tolist())
 
     def _target(self, keyword: str, entry: str, label: str = "") -> str:
         """The name of the load case of an entry; those of bare numbers in a step share one."""
@@ -181,34 +178,35 @@ class Conditions:
 
     # The model.
 
-    def _element(self, block: Block) -> None:
+    def _read_element(self, block: Block) -> None:
         kind = block.parameters["TYPE"]
         if kind.startswith(("C3D", "CP", "CAX")) and kind[-1] in "RI":
             self.left_out[f"{kind}: its elements are integrated in full"] = None
 
-    def _material(self, block: Block) -> None:
+    def _read_material(self, block: Block) -> None:
         self._constants = self.materials.setdefault(block.parameters["NAME"], {})
 
-    def _elastic(self, block: Block) -> None:
-        self._constants[block.keyword] = [number(entry) for entry in block.rows[0]]
+    def _read_elastic(self, block: Block) -> None:
+        self._constants[block.keyword] = [number(entry or "0") for entry in entries(block.lines[0])]
 
-    _density = _expansion = _elastic
+    _read_density = _read_expansion = _read_elastic
 
-    def _plastic(self, block: Block) -> None:
+    def _read_plastic(self, block: Block) -> None:
         self.left_out[f"*{block.keyword}: bodies are elastic"] = None
 
-    _creep = _hyperelastic = _cyclichardening = _deformationplasticity = _plastic
+    _read_creep = _read_hyperelastic = _read_plastic
+    _read_cyclichardening = _read_deformationplasticity = _read_plastic
 
-    def _solidsection(self, block: Block) -> None:
+    def _read_solidsection(self, block: Block) -> None:
         self.sections.append((block.parameters["ELSET"], block.parameters["MATERIAL"]))
 
-    def _surfaceinteraction(self, block: Block) -> None:
+    def _read_surfaceinteraction(self, block: Block) -> None:
         self._interaction = block.parameters["NAME"]
         self.friction[self._interaction] = 0.0
         self.stiffness[self._interaction] = [np.inf, np.inf]
         self._of_interaction[self._interaction] = self.pairs
 
-    def _friction(self, block: Block) -> None:
+    def _read_friction(self, block: Block) -> None:
         coefficient, *slope = entries(block.lines[0])
         self.friction[self._interaction] = number(coefficient)
         if any(slope) and self.is_rough:
@@ -216,7 +214,7 @@ class Conditions:
         elif any(slope):
             self.left_out["*FRICTION: stick slope"] = None
 
-    def _surfacebehavior(self, block: Block) -> None:
+    def _read_surfacebehavior(self, block: Block) -> None:
         kind = block.parameters.get("PRESSURE-OVERCLOSURE", "HARD")
         if kind == "TIED":
             self._of_interaction[self._interaction] = self.ties
@@ -227,7 +225,7 @@ class Conditions:
         elif kind != "HARD":
             self.left_out["*SURFACE BEHAVIOR: contact stiffness (penalty)"] = None
 
-    def _contactpair(self, block: Block) -> None:
+    def _read_contactpair(self, block: Block) -> None:
         if self._steps:
             raise ValueError("write it above the first *STEP")
         interaction = block.parameters["INTERACTION"]
@@ -239,25 +237,23 @@ class Conditions:
         if entry := block.parameters.get(parameter):
             adjust = self.deck.nodes(entry).tolist() if entry in self.deck.sets else number(entry)
         for row in block.rows:
-            slave, master = [*row, *row][:2]
-            if slave.upper() == master.upper():
-                raise ValueError(f"{slave} touches itself; name the surfaces of two bodies")
-            yield Pair(slave.upper(), master.upper(), interaction, block, adjust)
+            slave, master = [*map(str.upper, row), ""][:2]
+            yield Pair(slave, master, interaction, block, adjust)
 
-    def _tie(self, block: Block) -> None:
+    def _read_tie(self, block: Block) -> None:
         pairs = self._pairs(block, "", "POSITIONTOLERANCE")
         if "CYCLICSYMMETRY" in block.parameters:
             (self.cuts[block.parameters.get("NAME", "")],) = pairs
         else:
             self.ties += pairs
 
-    def _cyclicsymmetrymodel(self, block: Block) -> None:
+    def _read_cyclicsymmetrymodel(self, block: Block) -> None:
         name = block.parameters.get("TIE") or next(iter(self.cuts), "")
         if name not in self.cuts:
             raise ValueError(f"there is no *TIE, CYCLIC SYMMETRY, NAME={name}")
         self.axes[name] = np.reshape([*map(number, block.rows[0])], (2, 3))
 
-    def _clearance(self, block: Block) -> None:
+    def _read_clearance(self, block: Block) -> None:
         surfaces = self._surfaces_of_pair(block.parameters["SLAVE"], block.parameters["MASTER"])
         self.clearances[surfaces] = number(block.parameters["VALUE"])
 
@@ -267,21 +263,21 @@ class Conditions:
             raise ValueError(f"no *CONTACT PAIR has the surfaces {surfaces}")
         return surfaces
 
-    def _pretensionsection(self, block: Block) -> None:
+    def _read_pretensionsection(self, block: Block) -> None:
         self.bolts[self._row[int(block.parameters["NODE"])]] = block.parameters["SURFACE"]
 
-    def _coupling(self, block: Block) -> None:
+    def _read_coupling(self, block: Block) -> None:
         self._coupled = block.parameters
 
-    def _kinematic(self, block: Block) -> None:
+    def _read_kinematic(self, block: Block) -> None:
         axes = [int(entry) for row in block.rows for entry in row]
         if axes and (min(axes) > 1 or max(axes) < 3):
             raise ValueError("it leaves displacements free; give 1, 3")
         self._couple(block, self._coupled, "SURFACE")
 
-    _distributing = _kinematic
+    _read_distributing = _read_kinematic
 
-    def _rigidbody(self, block: Block) -> None:
+    def _read_rigidbody(self, block: Block) -> None:
         self._couple(block, block.parameters, "NSET")
 
     def _couple(self, block: Block, parameters: Mapping[str, str], where: str) -> None:
@@ -291,26 +287,28 @@ class Conditions:
         node = self._row[int(parameters["REFNODE"])]
         self.couplings[node] = Coupled(parameters[where], is_rigid, row, block.title)
 
-    def _amplitude(self, block: Block) -> None:
+    def _read_amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]
         if not values or len(values) % 2 or (np.diff(values[::2]) < 0).any():
             raise ValueError("give a time and a value, and so on; times do not fall")
         of_all_steps = block.parameters.get("TIME", "").startswith("TOTAL")
         self._amplitudes[block.parameters["NAME"]] = values[::2], values[1::2], of_all_steps
 
-    def _initialconditions(self, block: Block) -> None:
+    def _read_initialconditions(self, block: Block) -> None:
+        if block.parameters["TYPE"] != "TEMPERATURE":
+            return
         for where, temperature, *_ in block.rows:
             self._initial.update(dict.fromkeys(self._rows(where), number(temperature)))
 
     # The steps.
 
-    def _step(self, block: Block) -> None:
+    def _read_step(self, block: Block) -> None:
         if any(state.name == self._step_name for state in self.states):
             raise ValueError("another step has this name; give each its own")
         if block.parameters.get("NLGEOM", "NO") != "NO":
             self.left_out["NLGEOM: displacements are small"] = None
 
-    def _static(self, block: Block) -> None:
+    def _read_static(self, block: Block) -> None:
         self._is_static = not self._is_linear
         _, period, *_ = [*entries("".join(block.lines[:1])), "", ""]
         # Without a period, or with 0, it is 1.
@@ -318,27 +316,25 @@ class Conditions:
         if self._period < 0:
             raise ValueError(f"period {period}; give one above 0")
 
-    def _modelchange(self, block: Block) -> None:
+    def _read_modelchange(self, block: Block) -> None:
         for row in block.rows:
             surfaces = self._surfaces_of_pair(*row[:2])
             self._in_force.removed[surfaces] = None
             if "REMOVE" not in block.parameters:
                 del self._in_force.removed[surfaces]
 
-    def _changefriction(self, block: Block) -> None:
+    def _read_changefriction(self, block: Block) -> None:
         self._interaction = block.parameters["INTERACTION"]
         _ = self.friction[self._interaction]  # is in this deck
 
-    def _boundary(self, block: Block) -> None:
+    def _read_boundary(self, block: Block) -> None:
         self._in_force.begin(block, "BOUNDARY")
         for line in block.lines:
             where, first, last, value, *_ = [*entries(line), "", "", ""]
-            axes: Iterable[int] = (
-                range(_axis(first), _axis(last or first) + 1) if first[:1].isdigit() else ()
-            )
+            axes = HELD_BY_NAME.get(first.upper()) or range(_axis(first), _axis(last or first) + 1)
             moved = number(value or "0")
             for row in self._rows(where):
-                for axis in axes or HELD_BY_NAME[first.upper()]:
+                for axis in axes:
                     if row in self.bolts:
                         self._hold_bolt(block, row, axis)
                     elif "FIXED" in block.parameters:
@@ -356,7 +352,7 @@ class Conditions:
             raise ValueError("tighten a bolt by *CLOAD, and keep its length by *BOUNDARY, FIXED")
         self._in_force.locked[row] = None
 
-    def _cload(self, block: Block) -> None:
+    def _read_cload(self, block: Block) -> None:
         self._in_force.begin(block, "CLOAD", "BOLT")
         for line in block.lines:
             where, axis, value = entries(line)[:3]
@@ -370,7 +366,7 @@ class Conditions:
                     target = f"CLOAD {where.upper()}"
                 self._in_force.add(key, target, number(value), self._factor(block))
 
-    def _dload(self, block: Block) -> None:
+    def _read_dload(self, block: Block) -> None:
         self._in_force.begin(block, "FACE", "GRAV", "CENTRIF")
         for line in block.lines:
             where, label, *listed = entries(line.upper())
@@ -384,7 +380,7 @@ class Conditions:
             for face in self._faces(block, where, label):
                 self._in_force.add(face, self._target(block.keyword, where, label), size, factor)
 
-    _dsload = _dload
+    _read_dsload = _read_dload
 
     def _faces(self, block: Block, where: str, label: str) -> Iterator[Key]:
         """The faces that a pressure acts on: element, and number of the face."""
@@ -392,11 +388,12 @@ class Conditions:
             for members, face in self.deck.surfaces[where]:
                 yield from (("FACE", element, face) for element in members.tolist())
         elif block.keyword == "DLOAD" and label[:1] == "P" and label[1:].isdecimal():
-            yield from (("FACE", element, int(label[1:])) for element in self._elements(where))
+            elements = [int(where)] if where.isdecimal() else self.deck.element_sets[where]
+            yield from (("FACE", int(element), int(label[1:])) for element in elements)
         else:
             raise ValueError(f"the load {label} is not read; give P1 to P6, P, GRAV or CENTRIF")
 
-    def _temperature(self, block: Block) -> None:
+    def _read_temperature(self, block: Block) -> None:
         self._in_force.begin(block, "TEMPERATURE")
         for where, temperature, *_ in block.rows:
             factor = self._factor(block)

@@ -92,7 +92,7 @@ class DeckModel:
         self.materials = dict[str, str]()
         self.constants = self._materials(mesh.nelements)
         bodies = {
-            part: Material(*data["ELASTIC"][:2], *data.get("DENSITY", [])[:1])
+            part: Material(*[*data["ELASTIC"], 0.0][:2], *data.get("DENSITY", [])[:1])
             for part, data in self.constants.items()
         }
         self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), bodies)
@@ -106,21 +106,20 @@ class DeckModel:
             single = np.diff(self.origin[part].indptr) == 1
             numbers[single] = self.deck.numbers[self.origin[part][single].indices]
             vars(body).update(deck_node=numbers)
-        used = [np.diff((part != 0).tocsc().indptr) > 0 for part in self.origin.values()]
-        shared = int(np.count_nonzero(np.sum(used, axis=0) > 1))
+        used = [(part != 0).sum(axis=0) > 0 for part in self.origin.values()]
+        shared = int((np.sum(used, axis=0) > 1).sum())
         if shared:
             text = f"{number_of(shared, 'node')} that bodies share: only faces join elements"
             conditions.left_out[text] = None
 
     def _materials(self, elements: int) -> dict[str, dict[str, list[float]]]:
-        owner = np.full(elements, -1)
-        for number, (where, _) in enumerate(self.conditions.sections):
+        sections = [("", ""), *self.conditions.sections]
+        owner = np.zeros(elements, dtype=int)
+        for number, (where, _) in enumerate(sections):
             owner[self.sets.get(where, [])] = number
         constants = {}
         for part, members in self.parts.items():
-            names = sorted(
-                {self.conditions.sections[i][1] if i >= 0 else "" for i in owner[members]}
-            )
+            names = sorted({sections[i][1] for i in owner[members]})
             found = [self.conditions.materials.get(name, {}) for name in names]
             self.materials[part] = " and ".join(names)
             constants[part] = found[0]
@@ -239,9 +238,9 @@ class DeckModel:
 
     def _supports(self) -> Iterator[Support]:
         for name, body in self.bodies.items():
-            held = [self._made_of(name, self.held[:, k]) for k in range(len(self.axes))]
+            held = np.array([self._made_of(name, self.held[:, k]) for k in range(len(self.axes))])
             for axes in np.unique(held, axis=1).T:
-                nodes = (np.array(held) == axes[:, None]).all(axis=0)
+                nodes = (held.T == axes).all(axis=1)
                 if axes.any():
                     yield Support(name, _AtNodes(body, nodes), _letters(axes))
 

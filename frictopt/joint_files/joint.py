@@ -197,12 +197,11 @@ class Joint(Shown):
 
     def _when_tightened(self, state: str, base: Mapping[str, float]) -> Mapping[str, float]:
         """The loads under which the bolts of a mean load are tightened."""
-        if state not in self.locked:
-            return base
-        names = [*self.states]
-        earlier = names[: names.index(state)]
-        free = [name for name in earlier if name not in self.locked]
-        return self.states[free[-1]] if free else base
+        loads = base
+        if state in self.locked:
+            for name in [*self.states][: [*self.states].index(state)]:
+                loads = loads if name in self.locked else self.states[name]
+        return loads
 
     def _corners(self) -> Any:
         """The corners of the joint file."""
@@ -249,13 +248,13 @@ class Joint(Shown):
     def suggestion(self) -> str:
         """Options of a command: the first state that presses, and all that follow."""
         names = [name for name in self.states if name not in self.unlike]
-        pressing = [name for name in names if self.states[name].keys() & set(self.pressing)]
-        mean = next(iter(pressing), "")
+        presses = set(self.pressing)
+        mean = next((name for name in names if self.states[name].keys() & presses), "")
         corners = names[names.index(mean) + 1 :] if mean else []
         if not corners:
             mean = ",".join(f"{case}=1" for case in self.pressing)
-            cases = [case for case in self.model.loads if case not in self.pressing]
-            case = next(iter(cases), next(iter(self.model.loads)))
+            cases = self.model.loads
+            case = next((case for case in cases if case not in presses), next(iter(cases)))
             corners = [f"{case}=0.5", f"{case}=-0.5"]
         corners_in_words = " ".join(f'"{corner}"' for corner in corners)
         return f'--mean "{mean}" --corners {corners_in_words}'

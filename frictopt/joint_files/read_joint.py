@@ -37,11 +37,23 @@ _OF_ALL: dict[str, type] = {
     "cycle": dict,
     "friction": dict,
     "preload": dict,
+    "load": object,
+    "correlation_length": float,
+    "limits": dict,
 }
-_OF_ALL |= {"limits": dict, "load": object, "correlation_length": float}
 _OF_DECK = {"deck": str, "elastic": bool, "stiffness": str, **_OF_ALL}
-_OF_MESH = {"mesh": str, "kinematics": str, "thickness": float, "materials": dict, "bodies": dict}
-_OF_MESH |= {"contacts": list, "supports": list, "loads": dict, "ties": list, **_OF_ALL}
+_OF_MESH = {
+    "mesh": str,
+    "kinematics": str,
+    "thickness": float,
+    "materials": dict,
+    "bodies": dict,
+    "contacts": list,
+    "supports": list,
+    "loads": dict,
+    "ties": list,
+    **_OF_ALL,
+}
 _STIFFNESS = ("rigid", "deck")
 _LOADS = {kind.__name__: kind for kind in get_args(Load)}
 _SUPPORTS = {kind.__name__: kind for kind in (Support, Cyclic, *get_args(Coupling))}
@@ -118,12 +130,15 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         model = made.model(setting, cases)
     except ModelError as error:
         raise ModelError(f"deck {file.name}: {error}") from error
-    fit = {"FIT": 1.0}
+    states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
     return Joint(
         file.name,
         model,
         made.thickness if made.is_plane else None,
-        {name: _known_loads(fit | loads, model) for name, loads in states.items()},
+        {
+            name: {case: loads[case] for case in loads if case in model.loads}
+            for name, loads in states.items()
+        },
         made.friction,
         made.interactions,
         made.materials,
@@ -143,11 +158,6 @@ def _check_is_joint(conditions: Conditions, cases: Mapping[str, Field]) -> None:
             "no *CONTACT PAIR that may slide is in force at the end; a joint needs one: pairs that "
             "are TIED are glued"
         )
-
-
-def _known_loads(loads: Mapping[str, float], model: ContactModel) -> dict[str, float]:
-    """The amplitudes of the load cases that the model has."""
-    return {case: amplitude for case, amplitude in loads.items() if case in model.loads}
 
 
 def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
@@ -217,7 +227,10 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
         split_bodies(read_mesh(file.parent / str(tables["mesh"])), bodies),
         [_chosen("supports", _SUPPORTS, table) for table in tables.get("supports", [])],
         {
-            case: [_chosen(f"loads.{case}", _LOADS, table) for table in _list(listed)]
+            case: [
+                _chosen(f"loads.{case}", _LOADS, table)
+                for table in (listed if isinstance(listed, list) else [listed])
+            ]
             for case, listed in tables["loads"].items()
         },
         contacts,
@@ -237,10 +250,6 @@ def _chosen(where: str, kinds: Mapping[str, Any], table: Any) -> Any:
     if kinds is _LOADS:
         raise ModelError(f"{where}: {table!r}; give the table of a load, {{ Pressure = {{...}} }}")
     return _made(where, Support, table)
-
-
-def _list(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
 
 
 def _made(where: str, kind: Any, table: Any, beside: str = "") -> Any:

@@ -4,20 +4,15 @@ from ..errors import ModelError
 from ..readers.deck_text import Block
 from ..readers.element_types import SLENDER
 
-PLASTIC = {"PLASTIC", "CYCLICHARDENING", "CREEP", "HYPERELASTIC", "HYPERFOAM", "USERMATERIAL"}
-PLASTIC |= {"MOHRCOULOMB", "DEFORMATIONPLASTICITY"}
+_PLASTIC = "PLASTIC CYCLICHARDENING CREEP HYPERELASTIC HYPERFOAM USERMATERIAL MOHRCOULOMB "
+_PLASTIC += "DEFORMATIONPLASTICITY"
 
 # Keywords of output, and others that the loads and the bodies do not need. Their steps are told.
-WITHOUT_EFFECT = {"HEADING", "PREPRINT", "RESTART", "MONITOR", "PHYSICALCONSTANTS", "ORIENTATION"}
-WITHOUT_EFFECT |= {"TIMEPOINTS", "CONTROLS", "DAMPING", "CONDUCTIVITY", "SPECIFICHEAT", "ASSEMBLY"}
-WITHOUT_EFFECT |= {
-    "ENDSTEP",
-    "ENDASSEMBLY",
-    "SECTIONCONTROLS",
-    "FREQUENCY",
-    "DYNAMIC",
-    "HEATTRANSFER",
-}
+WITHOUT_EFFECT = set(
+    "HEADING PREPRINT RESTART MONITOR PHYSICALCONSTANTS ORIENTATION TIMEPOINTS CONTROLS DAMPING "
+    "CONDUCTIVITY SPECIFICHEAT ASSEMBLY ENDSTEP ENDASSEMBLY SECTIONCONTROLS FREQUENCY DYNAMIC "
+    "HEATTRANSFER".split()
+)
 OUTPUT = ("FILE", "PRINT", "OUTPUT")
 
 _BY_HAND = "make the model in Python, with read_mesh and ContactModel"
@@ -64,7 +59,7 @@ _REFUSED = {
     ),
     "give multiples of the load": "AMPLITUDE,VALUE=ABSOLUTE",
     "shift the table itself": "AMPLITUDE,SHIFTX AMPLITUDE,SHIFTY",
-    "bodies are elastic; take it out, or read with elastic=True": " ".join(PLASTIC),
+    "bodies are elastic; take it out, or read with elastic=True": _PLASTIC,
 }
 _REMEDIES = {name: remedy for remedy, names in _REFUSED.items() for name in names.split()}
 # Keywords of constants: several lines make them depend on something.
@@ -78,7 +73,7 @@ def check_not_refused(block: Block, *, elastic: bool) -> None:
         named = f"{block.keyword},{parameter}"
         names += [named, f"{named}={''.join(value.split())}"]
     reason = next((_REMEDIES[name] for name in names if name in _REMEDIES), "")
-    if elastic and block.keyword in PLASTIC:
+    if elastic and block.keyword in _PLASTIC.split():
         reason = ""
     if block.keyword in _ONE_LINE and len(block.lines) != 1:
         reason = "give one line of constants"

@@ -194,9 +194,8 @@ def without_optimum(program: Arrays, outcome: str) -> tuple[Array | None, float]
     The proof is that of `infeasible`, or None if `-cost @ x` grows without end. That which a
     solver reports as the outcome is tried first.
     """
-    proofs = {INFEASIBLE: infeasible, UNBOUNDED: unbounded}
-    for name in sorted(proofs, key=lambda name: name != outcome):
-        found = proofs[name](program)
+    for prove in (unbounded, infeasible) if outcome == UNBOUNDED else (infeasible, unbounded):
+        found = prove(program)
         if found is not None:
             return found
     return None

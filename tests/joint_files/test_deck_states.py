@@ -168,6 +168,7 @@ def test_temperatures_and_displacements_within_a_step(tmp_path):
     """N = E alpha dT A and E u / h A between walls, without lateral strain; half of each."""
     table = "*AMPLITUDE, NAME=WAVE\n0., 0., .5, .5, 1., 1.\n"
     more = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 20.\n*BOUNDARY\nNTOP, 1, 2\n" + table
+    more += "*INITIAL CONDITIONS, TYPE=VELOCITY\nNALL, 1, 5.\n"
     material = MATERIAL.replace("0.3", "0.0")
     for step, half, whole in (
         ("*TEMPERATURE\nNALL, 120.\n*BOUNDARY, AMPLITUDE=WAVE\nNTOP, 2, 2, 0.\n", -20, -40),

@@ -75,12 +75,14 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     cost[M] = -sense
     program = program_of([balance, *rows, at_least_0], units, cost)
 
+    no_forces = np.full(M, np.nan)
+
     def claim(
         load_factor: float,
         bound: float,
         residual: float,
         y: Array | None = None,
-        forces: Array | None = None,
+        forces: Array = no_forces,
     ) -> CornerAnswer:
         """The claim with the motion of multipliers, and how far it is no rigid mechanism.
 
@@ -92,8 +94,6 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
             size = float(np.linalg.norm(phi.reshape(-1, system.nodes), axis=0).max())
             phi = phi / (size or np.nan)
             residual = worst([residual, error_of_motion(question, phi)])
-        if forces is None:
-            forces = np.full(M, np.nan)
         return CornerAnswer(asked, load_factor, bound, residual, phi, forces)
 
     def claimed(x: Array, y: Array) -> CornerAnswer:

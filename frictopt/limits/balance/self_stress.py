@@ -91,10 +91,6 @@ def sliding_off(
     def follow_all_cycles(load_factor: float) -> None:
         steady_without_step_error(system, cycle, friction, load_factor, None, steps)
 
-    end_at_once = partial(_end_of, partial(follow_first_cycle, retries=False))
-    end_in_first_cycle = partial(_end_of, follow_first_cycle)
-    end_in_any_cycle = partial(_end_of, follow_all_cycles)
-
     if np.isfinite(statics):
         start = SEARCH.start * statics
         end = SEARCH.end * statics
@@ -107,28 +103,28 @@ def sliding_off(
     cycles = False
 
     def approach(
-        end_at: Callable[[float], str], start: float, end: float, low: float = 0.0
+        follow: Callable[[float], None], start: float, end: float, low: float = 0.0
     ) -> None:
         nonlocal known
-        for known in _approached(end_at, start, end, low, tolerance):
+        for known in _approached(partial(_end_of, follow), start, end, low, tolerance):
             bar.best = f"they reach {known.low:.4g}"
 
     try:
         with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
             # The first cycle takes little time, also near the load that is sought, and nearly
             # always decides.
-            approach(end_at_once, start, end)
+            approach(partial(follow_first_cycle, retries=False), start, end)
             if steps and known.why:
                 # An increment without a state takes ten times as long if all methods try it, so
                 # they try the smallest load factor alone at which the first one failed.
                 first = known.high if known.low > 0 else start
-                approach(end_in_first_cycle, first, end, known.low)
-            why = end_in_any_cycle(known.low) if known.low > 0 else ""
+                approach(follow_first_cycle, first, end, known.low)
+            why = _end_of(follow_all_cycles, known.low) if known.low > 0 else ""
             cycles = True
             if why:
                 known = Bracket(0.0, known.low, why)
                 first = SEARCH.start * known.high
-                approach(end_in_any_cycle, first, known.high)
+                approach(follow_all_cycles, first, known.high)
     except OutOfTime:
         return replace(known, complete=False, cycles=cycles)
     return known
