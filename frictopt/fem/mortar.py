@@ -248,8 +248,9 @@ def _checked_gap(
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(
             f"{names.contact}, at {place(points[i])}: the faces do not touch, they are "
-            f'{distance[i]:g} apart; move them, or give gap="measured"; or, if it is rounding or '
-            "noise, give the Contact adjust="
+            f'{distance[i]:g} apart; move them, or give gap="measured" (in a deck no *CLEARANCE); '
+            "or, if it is rounding or noise, give the Contact adjust= (in a deck *CONTACT PAIR, "
+            "ADJUST)"
         )
     if (i := first_of(gap < 0, -gap)) is not None:
         raise ModelError(

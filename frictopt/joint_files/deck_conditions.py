@@ -112,15 +112,15 @@ class Conditions:
             if block.keyword == "STATIC":
                 self._read(block)
         before = self._in_force
+        # Loads without an amplitude may also jump at the beginning of the step.
+        is_jump = blocks[0].parameters.get("AMPLITUDE") == "STEP"
         for time in [*self._turns(blocks), self._period]:
             self._time = time
-            # Loads without an amplitude may also jump at the beginning of the step.
-            is_jump = blocks[0].parameters.get("AMPLITUDE") == "STEP"
-            self._in_force = before.next_step(1.0 if is_jump else self._time / self._period)
+            self._in_force = before.next_step(1.0 if is_jump else time / self._period)
             for block in blocks:
                 self._read(block)
             if self._is_static:
-                at = f"@{self._time:g}" if self._time < self._period else ""
+                at = f"@{time:g}" if time < self._period else ""
                 self.states.append(self._in_force.state(f"{self._step_name}{at}", self.friction))
         self._start += self._period
         if not self._is_static:
@@ -332,7 +332,6 @@ class Conditions:
         for line in block.lines:
             where, first, last, value, *_ = [*entries(line), "", "", ""]
             axes = HELD_BY_NAME.get(first.upper()) or range(_axis(first), _axis(last or first) + 1)
-            moved = number(value or "0")
             for row in self._rows(where):
                 for axis in axes:
                     if row in self.bolts:
@@ -343,6 +342,7 @@ class Conditions:
                         self._in_force.held[row, axis] = None
                         place = ("BOUNDARY", row, axis)
                         target = self._target("BOUNDARY", where)
+                        moved = number(value or "0")
                         self._in_force.replace(place, target, moved, self._factor(block))
 
     def _hold_bolt(self, block: Block, row: int, axis: int) -> None:

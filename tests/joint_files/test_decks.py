@@ -577,6 +577,18 @@ def test_what_cannot_be_meant_is_refused_by_keyword(tmp_path, model, step, messa
         joint_of(tmp_path, deck(PRESS + step, more=model))
 
 
+def test_faces_apart_or_overlapping_need_the_keyword_that_the_error_names(tmp_path):
+    clearance = "*CLEARANCE, MASTER=SHIGH, SLAVE=SLOW, VALUE=.02\n"
+    with pytest.raises(
+        fo.ModelError, match=r"\(in a deck no \*CLEARANCE\).* \*CONTACT PAIR, ADJUST"
+    ):
+        joint_of(tmp_path, deck(PRESS, lift=0.01, more=clearance))
+    assert joint_of(tmp_path, deck(PRESS, lift=0.01)).system().gap == pytest.approx(0.01)
+    with pytest.raises(fo.ModelError, match=r"in a deck \*CLEARANCE\).* \*CONTACT PAIR, ADJUST=0"):
+        joint_of(tmp_path, deck(PRESS, lift=-0.01))
+    assert not joint_of(tmp_path, deck(PRESS, pair=adjusted(0), lift=-0.01)).system().gap.any()
+
+
 def test_a_clearance_may_stand_before_its_pair(tmp_path):
     clearance = "*CLEARANCE, MASTER=shigh, SLAVE=SLOW, VALUE=.25\n"
     joint = joint_of(tmp_path, deck(PRESS, pair=clearance + PAIR))
