@@ -228,9 +228,10 @@ def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
         f"As assembled it stops up to load factor {assembled.load_factor:.3g}{from_any}, from no "
         f"start above {assembled.shakedown_limit:.3g}."
     )
-    for name, value, _ in parts.probability.tail(1).itertuples(index=False):
+    for name, value, error, _ in parts.probability.tail(1).itertuples(index=False):
         which = name.removeprefix("probability ")
-        yield f"At your load, slip stops {which} with the probability {value:.3g}."
+        known = f"{value:.3f} (standard error {error:.2g})" if error else f"{value:.3g}"
+        yield f"At your load, slip stops {which} with the probability {known}."
     if not assembled.monotonic:
         yield f"It also stops at some load factors above {assembled.upper:.3g}, where it slips."
 

@@ -36,7 +36,8 @@ def face_table(
         table = steady.by_contact()
         with np.errstate(divide="ignore", invalid="ignore"):
             used = [np.abs(table[f"Q_{k}"]) / table[f"fP_{k}"] for k in range(len(cycle.corners))]
-        table["utilisation"] = np.nan_to_num(used, nan=0.0).max(axis=0)
+        utilisation = np.nan_to_num(used, nan=0.0).max(axis=0)
+        table["utilisation"] = np.where(utilisation > ROUNDING, utilisation, 0.0)
         corners["slides_at_steady"] = _in_steady_state(corners["slides_at"], steady)
     for name, of_cycle in corners.items():
         table[name] = [

@@ -77,8 +77,8 @@ class Report(Kept, ReportParts):
         The ranges of friction and preloads in words; "" if there is no scatter.
     probability
         DataFrame with a row for each probability that slip stops at load factor 1, or at the load
-        factors of its distribution, if an input has a distribution: columns number, value and
-        meaning, which has the method.
+        factors of its distribution, if an input has a distribution: columns number, value, error
+        (standard error of a sample), and meaning, which has the method.
     title, notes, life, origin
         The input; notes are facts that the model leaves out, and the life is an empty table if none
         is given. The origin is the version of frictopt, the day, a checksum of the input, and the

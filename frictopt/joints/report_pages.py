@@ -359,32 +359,33 @@ class Pages(Generic[Parts]):
         limit: ShakedownLimit | None = self.known.get("limit")
         required: RequiredFriction | None = self.known.get("required")
         assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
-        rows = list[tuple[str, float, str]]()
+        rows = list[tuple[str, float, float, str]]()
         # One coefficient of friction that alone is random has an exact probability.
         law = None if isinstance(laws.get("friction"), Mapping) else laws.get("friction")
         if len(laws) > 1 or law is None:
             if limit is not None:
                 answer = limit.probability(**laws, assembled=self.system.tangents == 1)
-                rows.append((_SOME_START, answer.probability, answer.method))
+                rows.append((_SOME_START, answer.probability, answer.standard_error, answer.method))
                 from_no_slip = answer.assembled
                 if from_no_slip is None:
                     self.missing[_AS_ASSEMBLED] = _LONG_SAMPLE
                 else:
-                    rows.append((_AS_ASSEMBLED, from_no_slip.probability, from_no_slip.method))
+                    known = from_no_slip.probability, from_no_slip.standard_error
+                    rows.append((_AS_ASSEMBLED, *known, from_no_slip.method))
         else:
             if required is not None:
                 source = "exact: the probability of more than the required friction"
-                rows.append((_SOME_START, required.probability(law), source))
+                rows.append((_SOME_START, required.probability(law), 0.0, source))
             if assembled is not None and assembled.required < np.inf:
                 source = (
                     "from no slip: the probability of more than the friction as assembled, if the "
                     "contact stops with all frictions between those tried"
                 )
                 value = float(law.sf(assembled.required))
-                rows.append((_AS_ASSEMBLED, value, source))
+                rows.append((_AS_ASSEMBLED, value, 0.0, source))
         if not rows:
             raise NoContinuation("no limit is known, of which it is the probability")
-        return pd.DataFrame(rows, columns=["number", "value", "meaning"])
+        return pd.DataFrame(rows, columns=["number", "value", "error", "meaning"])
 
     def _from_no_slip(self) -> dict[str, Any]:
         """Options of a search by transients from no slip."""

@@ -159,7 +159,7 @@ def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
             f"from it on, and not with {friction.lower:.4g}"
         )
         yield "friction as assembled", friction.required, "coefficient", converges, meaning
-    for name, value, meaning in parts.probability.itertuples(index=False):
+    for name, value, _, meaning in parts.probability.itertuples(index=False):
         yield name, value, "probability", converges, meaning
 
 

@@ -154,7 +154,7 @@ def _limits(parts: ReportParts) -> Iterator[Section]:
     numbers = numbers_of_limits(parts)
     if not numbers.empty:
         rows = parts.probability.itertuples(index=False)
-        found = [f"The {name} is found: {method}." for name, _, method in rows]
+        found = [f"The {name} is found: {method}." for name, _, _, method in rows]
         yield Section("Limits", found, numbers[_BRIEF], numbers, parts.limit)
     if parts.missing:
         yield Section("Without an answer", missing_in_words(parts))

@@ -70,6 +70,14 @@ def test_a_face_that_the_loads_do_not_shear_never_slides():
     assert fo.report(node, cycle, 0.5, pages=1).contacts["slides_at"].item() == np.inf
 
 
+def test_a_strain_beside_a_face_sends_no_force_through_it():
+    """The shear forces balance each other but for rounding."""
+    punch = fo.scenes.PunchOnHalfPlane(elements=16, growth=1.3).condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
+    face = fo.report(punch, cycle, 0.4, pages=1).contacts.loc[0]
+    assert (face["slides_at"], face["utilisation"]) == (np.inf, 0.0)
+
+
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_force_and_moment_of_a_flat_face_by_plain_cvxpy(seed):
     """The pressure of the mean load is the bonded one, because slip changes no pressure."""

@@ -677,9 +677,11 @@ def test_random_preload_and_friction_have_a_probability_by_two_methods(given):
         preload = norm(1.0, (2 * ALPHA_A / (1 + ALPHA_A) - 1) / norm.ppf(0.975))
     exact = quad(lambda p: friction.sf(1 / p) * preload.pdf(p), 0.7, 1.3)[0]
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, friction, [1.0], preload={"N": given})
-    for name, value, method in joint.probability.itertuples(index=False):
+    for name, value, error, method in joint.probability.itertuples(index=False):
         assert value == pytest.approx(exact, abs=0.03) and "FORM" in method
         assert ("steady states from no slip" in method) == (name == "probability as assembled")
+        assert f"standard error {error:.2g}" in method
+    assert f"the probability {value:.3f} (standard error" in " ".join(joint.advice)
     least, most = preload.ppf([0.025, 0.975])
     assert f"N of {least:g} to {most:g} in 95 % of all joints (norm, mean 1" in joint.scatter
     assert ("alpha_A = 1.2 of VDI 2230" in joint.scatter) == (given is ALPHA_A)
@@ -701,7 +703,7 @@ def test_random_friction_of_a_face_and_random_load_are_those_of_an_integral():
     law, load = lognorm(0.2, scale=0.22), uniform(0.8, 0.4)
     joint = fo.report(*two_faces(), {"head": law, "lap": 0.5}, [1.0], load=load)
     exact = quad(lambda factor: law.sf(0.2 * factor) * load.pdf(factor), 0.8, 1.2)[0]
-    (_, value, method), (_, from_no_slip, _) = joint.probability.itertuples(index=False)
+    (_, value, _, method), (_, from_no_slip, _, _) = joint.probability.itertuples(index=False)
     assert (
         from_no_slip == value == pytest.approx(exact, abs=0.03)
         and "corrected by 200 draws" in method
@@ -717,7 +719,7 @@ def test_scatter_from_node_to_node_is_that_of_independent_nodes():
     system, cycle = two_faces()
     law = lognorm(0.2, scale=0.22)
     joint = fo.report(system, cycle, law, [1.0], correlation_length=0.0)
-    (_, value, _), _ = joint.probability.itertuples(index=False)
+    (_, value, _, _), _ = joint.probability.itertuples(index=False)
     exact = law.sf(0.2) ** 2
     assert abs(value - exact) <= 3 * (exact * (1 - exact) / 200) ** 0.5
     assert "correlation length of friction 0" in joint.scatter

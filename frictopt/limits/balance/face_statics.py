@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base import COUNTS, Array, Booleans, worst
+from ...base import COUNTS, ROUNDING, Array, Booleans, worst
 from ...contact import ContactLaw, ContactSystem, contact_law
 from ...solve.answer import answer, without_optimum
 from ...solve.rows import CONE, LINEAR, Rows, program_of, rows_of
@@ -89,8 +89,12 @@ def _at_corner(
 
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0
-    unit = force / (float(np.abs(motions.T @ shear(load.cyclic)).max()) or 1.0)
-    balance = balance_rows(motions, shear(load.shear), shear(load.cyclic), np.full(k, force))
+    cyclic = shear(load.cyclic)
+    # Forces that balance each other, as of a strain beside the face, have a resultant of rounding.
+    if (np.abs(motions.T @ cyclic) <= ROUNDING * (np.abs(motions.T) @ np.abs(cyclic))).all():
+        cyclic = np.zeros_like(cyclic)
+    unit = force / (float(np.abs(motions.T @ cyclic).max()) or 1.0)
+    balance = balance_rows(motions, shear(load.shear), cyclic, np.full(k, force))
     one = np.ones(1)
     least = rows_of("load_factor", LINEAR, [[(np.array([count]), one)]], 0.0 * one, unit * one)
     rows = [balance, least, *_friction_rows(system, law, face, load, force)]
