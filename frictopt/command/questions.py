@@ -109,7 +109,7 @@ def _add_options(question: Question, command: argparse.ArgumentParser) -> None:
         command.add_argument("--kind", choices=kinds, default=kinds[0], help=about)
     add_outputs(command, question.picture)
     if is_report:
-        page = "write the report with its pictures: html"
+        page = "write the report with its pictures: html; --save also writes it as json and xlsx"
         command.add_argument("--page", metavar="FILE", help=page)
     add_options(command, functions, shared=several)
     command.set_defaults(run=partial(_answer, question))

@@ -221,7 +221,7 @@ def shown_page(parts: ReportParts, page: int, pages: int) -> str:
 def _head(parts: ReportParts) -> str:
     # On the sheet, the title, the loads and the notes are not cut.
     title = fill(title_of(parts), PAPER, max_lines=2, placeholder=" ...")
-    return f"{title}\n{fill(loads_of(parts), PAPER, max_lines=6, placeholder=' ...')}"
+    return f"{title}\n{fill(loads_of(parts), PAPER, max_lines=9, placeholder=' ...')}"
 
 
 def table_lines(table: pd.DataFrame, units: Mapping[str, tuple[str, str]]) -> Iterator[str]:

@@ -197,6 +197,11 @@ def test_a_report_has_thresholds_and_ranges_of_preloads(tmp_path, capsys):
     tightened = ["--preload", "P=1.2", "--pages", "1"]
     assert main(["report", str(file), *PULL, *F, *tightened]) == 0
     assert "alpha_A = 1.2 of VDI 2230" in " ".join(capsys.readouterr().out.split())
+    for name, friction in (("today.json", ".5"), ("oiled.json", ".4")):
+        options = ["--friction", friction, "--pages", "1", "--save", name]
+        assert main(["report", str(file), *PULL, *options]) == 0
+    assert main(["compare", "today.json", "oiled.json"]) == 0
+    assert re.search(r"work per cycle .* (today|oiled)\n", capsys.readouterr().out)
     for odd in ("P=", "P=.9:x", ".9:1.1", "P=.9:1.1,P=.5:1.5"):
         with pytest.raises(SystemExit):
             main(["report", str(file), *PULL, *F, "--preload", odd])
