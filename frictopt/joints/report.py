@@ -321,7 +321,8 @@ def report(
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:
-        parts = Pages(system, scatter, thresholds, factors, steps, pages, bar, Report)
+        parts = Pages(system, scatter, thresholds, steps, bar, Report)
+        parts.plan(pages, factors)
         parts.known.update(identity)
         parts.origin += origin
         if kept_in is not None and kept_in.exists():

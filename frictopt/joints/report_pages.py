@@ -114,9 +114,7 @@ class Pages(Generic[Parts]):
         system: ContactSystem,
         scatter: Scatter,
         limits: Mapping[str, float],
-        factors: Array | None,
         steps: int | None,
-        pages: int,
         bar: Bar,
         made: type[Parts],
     ) -> None:
@@ -125,9 +123,7 @@ class Pages(Generic[Parts]):
         self.cycle: LoadCycle = scatter.cycle
         self.friction: Array = scatter.friction
         self.limits = limits
-        self.factors = factors
         self.steps = steps
-        self.pages = pages
         self.states = SteadyStates(system, scatter, steps)
         corners = [np.r_[sketch(system, at.cycle), at.friction] for at in self.states.all_corners()]
         self.identity = np.concatenate([[steps or 0], *corners])
@@ -137,7 +133,12 @@ class Pages(Generic[Parts]):
         self.missing = dict[str, str]()
         self._bar = bar
         self._made = made
-        self._searches = pages > 1 and not limits.keys().isdisjoint(_SEARCHED)
+
+    def plan(self, pages: int, factors: Array | None) -> None:
+        """Plan the pages, and the load factors of the curve."""
+        self.pages = pages
+        self.factors = factors
+        self._searches = pages > 1 and not self.limits.keys().isdisjoint(_SEARCHED)
         self._plan(None)
 
     def _plan(self, slides: GrossSlip | None) -> None:
@@ -324,6 +325,8 @@ class Pages(Generic[Parts]):
         self.ask("friction as assembled", self._friction_as_assembled)
         if self.scatter.laws:
             self.ask("probability", self._probability)
+            if self._needs_sample and "probability" in self.known and system.tangents == 2:
+                self.missing[_AS_ASSEMBLED] = _LONG_SAMPLE
 
     def _limit_as_assembled(self) -> LimitAfterProtocol:
         """The load factor up to which the contact comes to rest from no slip, by bisection."""
@@ -353,6 +356,12 @@ class Pages(Generic[Parts]):
             **self._from_no_slip(),
         )
 
+    @property
+    def _needs_sample(self) -> bool:
+        """Whether more is random than one coefficient of friction, which has exact answers."""
+        laws = self.scatter.laws
+        return len(laws) > 1 or isinstance(laws.get("friction", {}), Mapping)
+
     def _probability(self) -> pd.DataFrame:
         """A row for each known probability, with its source."""
         laws = self.scatter.laws
@@ -360,19 +369,15 @@ class Pages(Generic[Parts]):
         required: RequiredFriction | None = self.known.get("required")
         assembled: FrictionAfterProtocol | None = self.known.get("required_assembled")
         rows = list[tuple[str, float, float, str]]()
-        # One coefficient of friction that alone is random has an exact probability.
-        law = None if isinstance(laws.get("friction"), Mapping) else laws.get("friction")
-        if len(laws) > 1 or law is None:
+        if self._needs_sample:
             if limit is not None:
-                answer = limit.probability(**laws, assembled=self.system.tangents == 1)
-                rows.append((_SOME_START, answer.probability, answer.standard_error, answer.method))
-                from_no_slip = answer.assembled
-                if from_no_slip is None:
-                    self.missing[_AS_ASSEMBLED] = _LONG_SAMPLE
-                else:
-                    known = from_no_slip.probability, from_no_slip.standard_error
-                    rows.append((_AS_ASSEMBLED, *known, from_no_slip.method))
+                some = limit.probability(**laws, assembled=self.system.tangents == 1)
+                for name, found in ((_SOME_START, some), (_AS_ASSEMBLED, some.assembled)):
+                    if found is not None:
+                        known = found.probability, found.standard_error, found.method
+                        rows.append((name, *known))
         else:
+            law = laws["friction"]
             if required is not None:
                 source = "exact: the probability of more than the required friction"
                 rows.append((_SOME_START, required.probability(law), 0.0, source))

@@ -151,12 +151,7 @@ def checked_scatter(
     friction_law = _friction_law(friction)
     if friction_law is not None:
         laws["friction"] = friction_law
-    named = dict(friction).values() if is_named(friction) else ()
-    has_ranges = any(isinstance(part, tuple) for part in named)
-    if has_ranges and friction_law is not None:
-        raise ModelError(f"friction: {shown(friction)}; give ranges or distributions, not both")
-    if has_ranges or friction_law is not None:
-        friction = tuple(at_share(friction, share) for share in QUANTILES)
+    frictions = _checked_frictions(system, friction, friction_law is not None)
     if correlation_length is not None:
         if friction_law is None:
             raise ModelError(
@@ -174,16 +169,28 @@ def checked_scatter(
         if is_distribution(load):
             laws["load"] = load
         loads = _checked_range("load", load, 1.0)
-    nominal, least, most = friction, None, None
-    if isinstance(friction, tuple) and len(friction) == 3:
-        least, nominal, most = (_coefficients(part, system) for part in friction)
-        if (least > nominal).any() or (nominal > most).any():
-            raise ModelError(
-                f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which "
-                "must not fall; give one coefficient per node as a list or an array"
-            )
-    nominal = _coefficients(nominal, system)
-    return Scatter(cycle, nominal, least, most, preloads, loads, laws, tightening)
+    return Scatter(cycle, *frictions, preloads, loads, laws, tightening)
+
+
+def _checked_frictions(
+    system: ContactSystem, friction: Any, is_random: bool
+) -> tuple[Array, Array | None, Array | None]:
+    """The nominal, the least and the most friction of the nodes; the nominal alone has no range."""
+    named = dict(friction).values() if is_named(friction) else ()
+    has_ranges = any(isinstance(part, tuple) for part in named)
+    if has_ranges and is_random:
+        raise ModelError(f"friction: {shown(friction)}; give ranges or distributions, not both")
+    if has_ranges or is_random:
+        friction = tuple(at_share(friction, share) for share in QUANTILES)
+    if not (isinstance(friction, tuple) and len(friction) == 3):
+        return _coefficients(friction, system), None, None
+    least, nominal, most = (_coefficients(part, system) for part in friction)
+    if (least > nominal).any() or (nominal > most).any():
+        raise ModelError(
+            f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
+            "not fall; give one coefficient per node as a list or an array"
+        )
+    return nominal, least, most
 
 
 def _friction_law(friction: Any) -> Any:

@@ -160,18 +160,17 @@ class RandomLimit:
 def probability_of(
     limit: ShakedownAnswer,
     ask: AskLimit,
-    friction: Any,
-    preload: Any,
-    load: Any,
-    correlation_length: Any,
+    stops: Stops | None,
+    laws: tuple[Any, Any, Any, Any],
     draws: Any,
     seed: Any,
-    stops: Stops | None,
 ) -> ShakedownProbability:
     """The probability that the load factor has a safe slip, by FORM and by a sample.
 
-    With `stops`, also the probability that slip stops, with the same plane as control variate.
+    The laws are those of friction, preload and load, and the correlation length. With `stops`, also
+    the probability that slip stops, with the same plane as control variate.
     """
+    friction, preload, load, correlation_length = laws
     draws = whole_number("draws", draws, least=10)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
     random = _random_limit(RandomLimit(limit, ask, load), friction, preload, correlation_length)

@@ -840,7 +840,7 @@ class ShakedownLimit(ShakedownAnswer):
 
         stops = stops_as_assembled if flag("assembled", assembled) else None
         laws = friction, preload, load, correlation_length
-        return probability_of(self, ask, *laws, draws, seed, stops)
+        return probability_of(self, ask, stops, laws, draws, seed)
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.
