@@ -324,9 +324,7 @@ class Pages(Generic[Parts]):
         self.ask("limit as assembled", self._limit_as_assembled)
         self.ask("friction as assembled", self._friction_as_assembled)
         if self.scatter.laws:
-            self.ask("probability", self._probability)
-            if self._needs_sample and "probability" in self.known and system.tangents == 2:
-                self.missing[_AS_ASSEMBLED] = _LONG_SAMPLE
+            self._ask_probability()
 
     def _limit_as_assembled(self) -> LimitAfterProtocol:
         """The load factor up to which the contact comes to rest from no slip, by bisection."""
@@ -355,6 +353,12 @@ class Pages(Generic[Parts]):
             scan=2,
             **self._from_no_slip(),
         )
+
+    def _ask_probability(self) -> None:
+        """The probabilities; in space a sample of steady states takes too long."""
+        known = self.ask("probability", self._probability)
+        if known is not None and self._needs_sample and self.system.tangents == 2:
+            self.missing[_AS_ASSEMBLED] = _LONG_SAMPLE
 
     @property
     def _needs_sample(self) -> bool:
