@@ -45,14 +45,14 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     """
     written = (points if corners is None else points[corners]).ravel()
     rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
-    unit = np.zeros(points.shape)
+    # Numbers of one sign that have few digits have at least the decimals of all numbers.
+    sizes = np.abs(written)
+    unit = np.full(points.shape, _by_decimals(sizes[sizes > rounding]))
     for sign in (-1, 1):
         # A coordinate of 1e-17 is zero with the rounding of the code that computed it.
         sizes = sign * written[sign * written > rounding]
         has_sign = sign * points >= 0
-        # All sizes with the decimals of the largest one: the unit is the same for all.
-        largest = np.full(sizes.shape, _exponent(sizes.max(initial=0.0)))
-        by_decimals = _unit(largest[:1], _digits(sizes, largest)).max(initial=0.0)
+        by_decimals = _by_decimals(sizes)
         # Each size with its own exponent and the same number of digits.
         digits = _digits(sizes, _exponent(sizes))
         by_digits = _unit(_exponent(sign * points[has_sign]), digits)
@@ -63,6 +63,12 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     # Two roundings of one number may differ by a whole unit: a little more than half of it is
     # allowed to each.
     return np.asarray(np.maximum((1 + COUNTS) / 2 * unit, rounding))
+
+
+def _by_decimals(sizes: Array) -> float:
+    """Unit of sizes with the decimals of the largest one, which is the same for all; 0 if none."""
+    largest = np.full(sizes.shape, _exponent(sizes.max(initial=0.0)))
+    return float(_unit(largest[:1], _digits(sizes, largest)).max(initial=0.0))
 
 
 def _exponent(sizes: Array) -> Array:

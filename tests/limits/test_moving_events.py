@@ -172,7 +172,7 @@ def test_turning_points_on_a_line_change_nothing():
     The ends of the line stand for any history of one load.
     """
     found = 0
-    for seed in few(range(60)):
+    for seed in [10, 11, 14, 15, *few(range(60))]:
         rng = np.random.default_rng([75, 2, seed])
         system = pulled_system(rng, int(rng.integers(2, 4)))
         between = rng.uniform(-0.9, 0.7, size=4)

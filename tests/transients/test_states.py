@@ -244,6 +244,8 @@ def test_the_states_of_each_steady_state_are_found_and_in_equilibrium():
             for parts in ((path.slip, path.gap), (path.q, path.p), (path.bonded_q, path.bonded_p))
         )
         assert np.abs(r - load - u @ contact.S).max() < 1e-10 * np.abs(load).max()
-        assert path.work[-1].sum() == pytest.approx(steady.dissipation, rel=1e-7, abs=1e-9)
+        work = steady.period * steady.dissipation
+        # Rounding of forces moves the slip of a contact that next to nothing holds.
+        assert path.work[-1].sum() == pytest.approx(work, rel=2e-5, abs=1e-9)
         accepted += 1
     assert accepted > 10
