@@ -46,7 +46,7 @@ from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
 from .between.bounds import margins
 from .between.cones import Cones, Point, check_known, check_options, cones_of, without_gap
-from .between.judged import judged, mechanism_of
+from .between.judged import judged, mechanism_of, record_of
 from .between.search import Method, search
 from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
@@ -431,15 +431,7 @@ def _between(
     )
     upper = max(bound + defect, lower)
     size = max(upper, FLOOR * question.load_unit)
-    residual = worst([unsafe, defect / size])
-    if not isinstance(question.system, ContactProducts):
-        # The stiffness shows an error of the products.
-        residual = worst([residual, question.violation(lower, slip)])
-    if not residual <= RESIDUAL:
-        raise SolverError(
-            f"gap: rounding leaves an error of {residual:.1e} in the slip or in the mechanism "
-            f"(tolerance {RESIDUAL:g}); {without_gap(question.system)}"
-        )
+    record = record_of(question, lower, slip, worst([unsafe, defect / size]))
     proven = (upper - lower) / size
     stopped = ""
     if proven > gap:
@@ -454,7 +446,6 @@ def _between(
         steps=found.steps,
         stopped=stopped,
     )
-    record = SolveRecord("primal-dual hybrid gradient", residual=residual)
     limit = ShakedownLimit(
         lower,
         slip,

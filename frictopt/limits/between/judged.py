@@ -6,12 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base import Array
+from ...base import RESIDUAL, Array, SolveRecord, worst
+from ...contact import ContactProducts
+from ...errors import SolverError
 from ..program.mechanism import Mechanism
 from ..program.question import Question
 from ..program.rest_program import elastic
 from .bounds import margins, raised
-from .cones import Cones, Point
+from .cones import Cones, Point, without_gap
 
 
 class Judged(NamedTuple):
@@ -32,16 +34,36 @@ def judged(question: Question, cones: Cones, safe: Point, moves: Array) -> Judge
 
     moves = raised(moves)
     drive = -float((moves * cones.rate).sum())
-    # The stress does work on residual shear of the size of that of the safe point, or of the unit.
-    work = np.abs(cones.stress(moves)) * np.maximum(np.abs(safe.shear), 1.0)
     return Judged(
         load_factor,
         slip_of(question, safe.shear),
         unsafe,
         mechanism_of(question, cones, moves / drive),
         float((moves * cones.start).sum()) / drive * question.load_unit,
-        float(work.sum()) / drive * question.load_unit,
+        work_of_stress(cones, moves, safe.shear) / drive * question.load_unit,
     )
+
+
+def work_of_stress(cones: Cones, moves: Array, shear: Array) -> float:
+    """The work that multipliers do because they do not balance exactly.
+
+    Their stress does it on residual shear (t, N) of the size of the given one, or of the unit.
+    """
+    return float((np.abs(cones.stress(moves)) * np.maximum(np.abs(shear), 1.0)).sum())
+
+
+def record_of(question: Question, load_factor: float, slip: Array, error: float) -> SolveRecord:
+    """The record of two proofs with this error; SolverError if rounding hides one of them."""
+    residual = worst([error])
+    if not isinstance(question.system, ContactProducts):
+        # The stiffness shows an error of the products.
+        residual = worst([error, question.violation(load_factor, slip)])
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"gap: rounding leaves an error of {residual:.1e} in the slip or in the mechanism "
+            f"(tolerance {RESIDUAL:g}); {without_gap(question.system)}"
+        )
+    return SolveRecord("primal-dual hybrid gradient", residual=residual)
 
 
 def slip_of(question: Question, shear: Array) -> Array:

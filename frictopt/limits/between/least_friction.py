@@ -15,7 +15,7 @@ from ..program.mechanism import Mechanism
 from ..program.question import Question
 from .bounds import margins, raised
 from .cones import Cones
-from .judged import mechanism_of
+from .judged import mechanism_of, work_of_stress
 from .search import most_room
 
 # Frictions that are tried until one is enough, or until neither proof is found.
@@ -101,7 +101,7 @@ class FrictionBracket:
         rows = self._with_friction(self.enough).at(0.0, self.shear).rows
         cones = self._with_friction(self.too_little)
         moves = raised(self.moves)
-        work = float((np.abs(cones.stress(moves)) * np.maximum(np.abs(self.shear), 1.0)).sum())
+        work = work_of_stress(cones, moves, self.shear)
         wrong = max(work, float((moves * cones.start).sum()) + work)
         error = wrong / (float(moves[:, -1].sum()) or 1.0)
         return mechanism_of(question, cones, moves), worst([-margins(rows).min(), error])
