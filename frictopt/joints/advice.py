@@ -230,8 +230,8 @@ def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
     )
     for name, value, error, _ in parts.probability.tail(1).itertuples(index=False):
         which = name.removeprefix("probability ")
-        known = f"{value:.3f} (standard error {error:.2g})" if error else f"{value:.3g}"
-        yield f"At your load, slip stops {which} with the probability {known}."
+        by_sample = f" (standard error {error:.2g})" if error else ""
+        yield f"At your load, slip stops {which} with the probability {value:.3g}{by_sample}."
     if not assembled.monotonic:
         yield f"It also stops at some load factors above {assembled.upper:.3g}, where it slips."
 

@@ -148,7 +148,7 @@ def checked_scatter(
 ) -> Scatter:
     """Check the scatter of a report: ranges, and distributions, which become ranges and laws."""
     laws = dict[str, Any]()
-    friction_law = _friction_law(friction)
+    friction_law = _friction_law(system, friction)
     if friction_law is not None:
         laws["friction"] = friction_law
     frictions = _checked_frictions(system, friction, friction_law is not None)
@@ -193,8 +193,11 @@ def _checked_frictions(
     return nominal, least, most
 
 
-def _friction_law(friction: Any) -> Any:
-    """The distribution of friction, or those of contacts by their names; None without any."""
+def _friction_law(system: ContactSystem, friction: Any) -> Any:
+    """The distribution of friction, or those of contacts by their names; None without any.
+
+    The name of the only contact stands for all nodes, whose probability is exact.
+    """
     if not is_named(friction):
         return distribution("friction", friction) if is_distribution(friction) else None
     laws = {
@@ -202,7 +205,8 @@ def _friction_law(friction: Any) -> Any:
         for name, law in dict(friction).items()
         if is_distribution(law)
     }
-    return laws or None
+    faces = [] if system.contact is None else np.unique(system.contact)
+    return next(iter(laws.values())) if len(laws) == len(faces) == 1 else laws or None
 
 
 def at_share(friction: Any, share: float) -> Any:

@@ -681,27 +681,27 @@ def test_random_preload_and_friction_have_a_probability_by_two_methods(given):
         assert value == pytest.approx(exact, abs=0.03) and "FORM" in method
         assert ("steady states from no slip" in method) == (name == "probability as assembled")
         assert f"standard error {error:.2g}" in method
-    assert f"the probability {value:.3f} (standard error" in " ".join(joint.advice)
+    assert f"the probability {value:.3g} (standard error" in " ".join(joint.advice)
     least, most = preload.ppf([0.025, 0.975])
     assert f"N of {least:g} to {most:g} in 95 % of all joints (norm, mean 1" in joint.scatter
     assert ("alpha_A = 1.2 of VDI 2230" in joint.scatter) == (given is ALPHA_A)
 
 
-def two_faces():
+def two_faces(*names):
     """Two nodes on springs of their own; a face holds the load factor if `f` is at least 0.2 of it.
 
     The mean load presses them with 2, and the load shears them by 0.4.
     """
     loads = {"P": (np.zeros(2), np.ones(2)), "Q": (np.ones(2), np.zeros(2))}
     system = fo.ContactSystem.from_blocks(
-        np.eye(2), np.zeros((2, 2)), np.eye(2), np.arange(2.0), loads, contact=["head", "lap"]
+        np.eye(2), np.zeros((2, 2)), np.eye(2), np.arange(2.0), loads, contact=names
     )
     return system, fo.LoadCycle({"P": 2.0}, [{"Q": 0.4}, {"Q": -0.4}])
 
 
 def test_random_friction_of_a_face_and_random_load_are_those_of_an_integral():
     law, load = lognorm(0.2, scale=0.22), uniform(0.8, 0.4)
-    joint = fo.report(*two_faces(), {"head": law, "lap": 0.5}, [1.0], load=load)
+    joint = fo.report(*two_faces("head", "lap"), {"head": law, "lap": 0.5}, [1.0], load=load)
     exact = quad(lambda factor: law.sf(0.2 * factor) * load.pdf(factor), 0.8, 1.2)[0]
     (_, value, _, method), (_, from_no_slip, _, _) = joint.probability.itertuples(index=False)
     assert (
@@ -715,8 +715,15 @@ def test_random_friction_of_a_face_and_random_load_are_those_of_an_integral():
     assert "load factor of 0.81 to 1.19 in 95 % of all joints (uniform" in joint.scatter
 
 
+def test_the_name_of_the_only_contact_has_the_exact_probability():
+    law = lognorm(0.2, scale=0.22)
+    joint = fo.report(*two_faces("lap", "lap"), {"lap": law}, [1.0])
+    assert joint.probability["value"].to_list() == pytest.approx([law.sf(0.2)] * 2, rel=0.05)
+    assert joint.probability["error"].to_list() == [0.0, 0.0]
+
+
 def test_scatter_from_node_to_node_is_that_of_independent_nodes():
-    system, cycle = two_faces()
+    system, cycle = two_faces("head", "lap")
     law = lognorm(0.2, scale=0.22)
     joint = fo.report(system, cycle, law, [1.0], correlation_length=0.0)
     (_, value, _, _), _ = joint.probability.itertuples(index=False)
