@@ -79,7 +79,9 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
     gross = parts.gross_slip
     if gross is None:
         return
-    motion = motion_in_words(parts.system, gross)
+    contacts = [] if parts.model is None else parts.model.contacts
+    bodies = {contact.body_1 for contact in contacts}
+    motion = motion_in_words(parts.system, gross, bodies.pop() if len(bodies) == 1 else "1")
     if np.isnan(gross.load_factor):
         yield f"No load factor has a state of rest: {motion}."
     elif gross.load_factor == np.inf and gross.self_stress is None:

@@ -57,13 +57,16 @@ def motion_of_joint(system: ContactSystem, gross_slip: GrossSlip) -> str:
     return next((name for name in _ORDER if name in motions), "")
 
 
-def motion_in_words(system: ContactSystem, gross_slip: GrossSlip) -> str:
-    """Text such as "body 1 pries at lap and slides at head, nut"; "" without a motion."""
+def motion_in_words(system: ContactSystem, gross_slip: GrossSlip, body: str) -> str:
+    """Text such as "body blade pries at lap and slides at head, nut"; "" without a motion.
+
+    `body` is the name of body 1, or "1".
+    """
     by_motion = dict[str, list[str]]()
     for contact, motion in motions_of_contacts(system, gross_slip).items():
         by_motion.setdefault(motion, []).append(contact)
     texts = [f"{name} at {_some(by_motion[name])}" for name in _ORDER if name in by_motion]
-    return f"body 1 {' and '.join(texts)}" if texts else ""
+    return f"body {body} {' and '.join(texts)}" if texts else ""
 
 
 def _some(contacts: Sequence[str]) -> str:

@@ -62,6 +62,7 @@ _PARTS = {  # name of a part -> attribute of the report, the most important part
     "mean load": "mean_state",
     "faces": "contacts",
     "curve": "curve",
+    _SAFETY: "verdicts",
     "shakedown limit": "limit",
     "guaranteed limit": "guaranteed",
     "required friction": "required",
@@ -75,6 +76,7 @@ _ON_PAGE = {
     "gross-slip load": 1,
     _AT_LOAD: 1,
     "curve": 2,
+    _SAFETY: 2,
     "shakedown limit": 3,
     "guaranteed limit": 3,
     "required friction": 3,
@@ -414,8 +416,6 @@ class Pages(Generic[Parts]):
         for part in self._left():
             if _ON_PAGE[part] > self.pages:
                 self.missing[part] = _OTHER_PAGE.format(page=_ON_PAGE[part])
-        if self.pages == 1 and self.scatter.exists:
-            self.missing[_SAFETY] = _OTHER_PAGE.format(page=2)
 
     def report(self) -> Parts:
         """The known parts; the curve gets the limits for its picture."""
@@ -427,7 +427,7 @@ class Pages(Generic[Parts]):
             if "guaranteed" in known:
                 curve = replace(curve, guaranteed_limit=known["guaranteed"].load_factor)
             known["curve"] = curve
-        names = [*_PARTS, _AS_ASSEMBLED, _SAFETY]
+        names = [*_PARTS, _AS_ASSEMBLED]
         missing = {part: self.missing[part] for part in names if part in self.missing}
         return self._made(
             system=self.system,

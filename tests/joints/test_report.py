@@ -130,9 +130,16 @@ def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_th
 
 def test_an_interrupt_keeps_what_is_known():
     def stop(text):
-        if "Page 2" in text:
+        if page in text:
             raise KeyboardInterrupt
 
+    page = "Page 1"
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        fo.report(BLOCK, PUSHED_AND_PULLED, (0.4, 0.5, 0.6), [0.4], show=stop)
+    first = interrupt.value.report
+    assert first.missing["safety factors and verdicts"] == "interrupted"
+    assert "Safety factors:" not in str(first)
+    page = "Page 2"
     with pytest.raises(KeyboardInterrupt) as interrupt:
         fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4], show=stop)
     assert interrupt.value.report.steady.dissipation == pytest.approx(1 / 3)

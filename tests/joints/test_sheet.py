@@ -581,6 +581,9 @@ def test_a_sheet_of_a_model_has_its_bodies_its_file_and_its_picture(tmp_path):
         assert bodies.loc[name, "E"] == body.material.E
         assert bodies.loc[name, "nodes"] == body.mesh.p.shape[1]
         assert f"<td>{name}</td>" in sheet
+    pushed = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}])
+    pries = fo.report(question[0], pushed, 0.5, model=model, pages=1)
+    assert "body punch pries at contact" in " ".join(str(pries).split())
     joint.save(archive)
     again = fo.results.load(archive)
     assert again.model is None and again.bodies.equals(joint.bodies)
