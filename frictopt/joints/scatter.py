@@ -205,8 +205,9 @@ def _friction_law(system: ContactSystem, friction: Any) -> Any:
         for name, law in dict(friction).items()
         if is_distribution(law)
     }
-    faces = [] if system.contact is None else np.unique(system.contact)
-    return next(iter(laws.values())) if len(laws) == len(faces) == 1 else laws or None
+    if laws and system.contact is not None and len(set(system.contact)) == 1:
+        return next(iter(laws.values()))
+    return laws or None
 
 
 def at_share(friction: Any, share: float) -> Any:
