@@ -84,8 +84,9 @@ class Report(Kept, ReportParts):
         is given. The origin is the version of frictopt, the day, a checksum of the input, and the
         name of its file with its SHA-256.
     states, identity
-        The steady states that were followed, (corner of the scatter, load factor) -> state, and
-        numbers of the input, by which a `store` is found to be of the same call.
+        The steady states that were followed, (corner of the scatter, load factor) -> state, or the
+        reason why there is none; and numbers of the input, by which a `store` is found to be of the
+        same call.
     bodies, model
         DataFrame with a row for each body of the model, and the model. A file of the report leaves
         the model out, and with it the picture of the joint.

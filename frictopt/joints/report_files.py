@@ -33,8 +33,8 @@ td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; ver
 white-space: nowrap}
 .long td:last-child, .long td:nth-last-child(2) {white-space: normal}
 img {max-width: 100%}
-img[alt="joint"] {max-height: 22em}
-.signed {display: flex; gap: 2em; margin: 3em 0 2em}
+img[alt="joint"] {float: right; max-width: 48%; max-height: 22em}
+.signed {clear: both; display: flex; gap: 2em; margin: 3em 0 2em}
 .signed span {flex: 1; border-top: 1px solid; padding-top: .3em}
 @media print {
   @page {size: A4; margin: 14mm}
@@ -57,7 +57,12 @@ def write_html(parts: ReportParts, file: Path) -> None:
     """Write the sheet, one page to print and sign; behind it tables in full and pictures."""
     sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
     lines = [_HEAD, f"<h1>{escape(title_of(parts))}</h1><p>{escape(loads_of(parts))}</p>"]
+    picture = [] if parts.model is None else [_image("joint", parts.model)]
     for section in sections:
+        if section.title == "Numbers":
+            # Beside narrow tables there is room for it.
+            lines += picture
+            picture = []
         lines.append(f"<h2>{section.title}</h2>")
         if section.table is not None:
             lines.append(_table(parts, section, section.table))
@@ -65,8 +70,7 @@ def write_html(parts: ReportParts, file: Path) -> None:
     if parts.model is not None:
         bodies = Section("Bodies", [], units={})
         lines.append(f"<h2>Bodies</h2>{_table(parts, bodies, parts.bodies)}")
-        lines.append(_image("joint", parts.model))
-    lines += [_SIGNED, '<div class="details">']
+    lines += [*picture, _SIGNED, '<div class="details">']
     for section in sections:
         if section.in_full is not None:
             lines.append(f"<h3>{section.title}</h3>")

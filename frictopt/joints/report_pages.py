@@ -172,7 +172,8 @@ class Pages(Generic[Parts]):
                 "file"
             )
         self._stored = stored
-        self.states.known.update(stored.states)
+        for key, state in stored.states.items():
+            self.states.known[key] = NoContinuation(state) if isinstance(state, str) else state
 
     def ask(self, part: str, question: Callable[[], Any]) -> Any:
         """Keep and return an answer; if there is none, keep the reason and return None."""
@@ -438,9 +439,8 @@ class Pages(Generic[Parts]):
             origin=self.origin,
             identity=self.identity,
             states={
-                key: state
+                key: state if isinstance(state, SteadyState) else str(state)
                 for key, state in self.states.known.items()
-                if isinstance(state, SteadyState)
             },
             **known,
         )

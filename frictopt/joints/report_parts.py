@@ -54,7 +54,7 @@ class ReportParts:
     origin: str = ""
     bodies: pd.DataFrame = field(default_factory=pd.DataFrame)
     model: Any = None
-    states: Mapping[tuple[str, float], SteadyState] = field(default_factory=dict)
+    states: Mapping[tuple[str, float], SteadyState | str] = field(default_factory=dict)
     identity: Array = field(default_factory=lambda: np.zeros(0))
 
 

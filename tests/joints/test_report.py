@@ -213,9 +213,13 @@ def test_the_same_call_goes_on_from_its_store(tmp_path):
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store)
     assert joint.steady.cycles == 99 and len(joint.states) == 4
     assert str(joint.numbers) == str(fo.report(BLOCK, PUSHED_AND_PULLED, **question).numbers)
-    replace(joint, required=replace(joint.required, reason="kept")).save(store)
+    # So does the reason why there is no state, which is long to find out, too.
+    reasons = {key: "marked" for key in joint.states if key[1] == 1.0}
+    replace(joint, states=reasons, required=replace(joint.required, reason="kept")).save(store)
     again = fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store)
     assert again.required.reason == "kept" and again.assembled is not None
+    assert again.missing["steady state at load factor 1"] == "marked"
+    assert again.verdicts["where"].to_list() == ["no steady state: marked"]
     for odd in ({"friction": (0.4, 0.5, 0.7)}, {"load": (0.9, 1.1)}, {"steps": 2}):
         with pytest.raises(fo.ModelError, match=r"store: .*no report on this input"):
             fo.report(BLOCK, PUSHED_AND_PULLED, **{**question, **odd}, store=store)
