@@ -110,9 +110,8 @@ def test_newtons_method_alone_finds_them_too():
         engine = fo.increments.NewtonIncrement(system, 0.4)
         state = engine.solve(slip, parted(load, 2))
         swept = engine._swept
-        engine._swept = lambda u, r, law, swept=swept: (
-            replace(swept(0 * u, r, law)[0], u=0 * u, error=np.inf),
-            r,
+        engine._swept = lambda u, r, law, swept=swept: replace(
+            swept(0 * u, r, law), u=0 * u, error=np.inf
         )
         again = engine.solve(slip, parted(load, 2))
         assert again.record.solver == "NEWTON" and state.record.solver == "SWEEPS"
@@ -525,7 +524,7 @@ def test_open_nodes_in_space_are_eliminated_with_their_strengths():
         fo.increments.NewtonIncrement(system, 0.4).along(np.r_[np.zeros(12), -system.gap], loads)
     )
     swept, eliminated, left = engine._swept, engine._without_open, []
-    engine._swept = lambda u, r, law: (replace(swept(u, r, law)[0], error=np.inf), r)
+    engine._swept = lambda u, r, law: replace(swept(u, r, law), error=np.inf)
     engine._without_open = lambda *arguments: left.append(eliminated(*arguments)) or left[-1]
     for (u, r, status), (v, q, kind) in zip(
         plain, engine.along(np.r_[np.zeros(12), -system.gap], loads), strict=True

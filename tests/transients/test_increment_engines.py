@@ -140,27 +140,22 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
     """Increments in succession agree with increments that are solved one by one.
 
     In succession, open nodes start from their gap, and reactions from the reactions before. One by
-    one, each increment begins closed, from its own reactions. If sweeps reach no state, they are
-    not tried again once cycles repeat; cycles begin at the motions of the cycle before.
+    one, each increment begins closed, from its own reactions.
     """
     engine, drawn = random_problem(seed, nodes, in_space, friction)
     contact = engine.system
     loads = [drawn() for _ in range(6)]
-    starts = []
     swept = engine._swept
 
     def failing(u, r, law):
-        starts.append(u)
-        state, r = swept(u, r, law)
-        return replace(state, error=np.inf), r
+        return replace(swept(u, r, law), error=np.inf)
 
     one_by_one = fo.increments.NewtonIncrement(contact, friction)
     if hard:
         engine._swept = failing
     slip = np.zeros(contact.slip_shape)
     u = joined(np.zeros(contact.slip_shape), -contact.gap)
-    for _ in range(5):
-        starts.clear()
+    for _ in range(2):
         for load, (found, r, status) in zip(loads, engine.along(u, loads), strict=True):
             (v, w), (q, p) = parted(found, contact.tangents + 1), parted(r, contact.tangents + 1)
             state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
@@ -180,7 +175,6 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
                 assert np.allclose(one.gap, w + contact.gap, atol=1e-9)
                 assert (one.status == status).all()
             slip, u = v, found
-    assert not starts or friction > 0.5
 
 
 def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
@@ -190,7 +184,7 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     engine = fo.increments.NewtonIncrement(contact, 0.4)
     by_newton = engine._by_newton
     load = joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
-    engine._swept = lambda u, r, law: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
+    engine._swept = lambda u, r, law: State(u, r, np.zeros(20, np.int8), 0, np.inf)
     engine._by_newton = lambda *start: steps.append(by_newton(*start)) or steps[-1]
     engine._without_open = lambda *state: None
     (begin, _, _), (u, r, _) = list(engine.along(np.zeros(60), [load, 1.01 * load]))
@@ -234,7 +228,7 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
     newton = fo.increments.NewtonIncrement._by_newton
     newton_calls = []
     long = []
-    engine._swept = lambda u, r, law: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
+    engine._swept = lambda u, r, law: State(u, r, np.zeros(n, np.int8), 0, np.inf)
     engine._by_newton = lambda *start: newton_calls.append(1) or newton(engine, *start)
     shear = np.tile(rng.normal(size=n), contact.tangents)
     press = np.where(far, 0.0, 1.0)
@@ -288,7 +282,7 @@ def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
     monkeypatch.setattr(
         fo.increments.NewtonIncrement,
         "_swept",
-        lambda engine, u, r, law: (State(u, r, np.zeros(36, np.int8), 0, np.inf), r),
+        lambda engine, u, r, law: State(u, r, np.zeros(36, np.int8), 0, np.inf),
     )
     around = fo.LoadCycle(
         {"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")]

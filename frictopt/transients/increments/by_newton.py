@@ -34,8 +34,6 @@ from .sweeps import increment, reactions
 class QuickSettings:
     """The numbers of the quick way."""
 
-    # Motions repeat if they differ by less from those of the cycle before, over the largest motion.
-    repeats: float = 0.1
     # Further open nodes are eliminated if they are more than this share of the nodes that remain:
     # the elimination of few takes longer than it saves.
     worth_eliminating: float = 0.05
@@ -62,66 +60,34 @@ class _Nodes:
         self._sizes = sizes
         self._gap = gap
         self._unit = unit
-        # Of increments whose state sweeps did not reach, by the key of their segment and load: the
-        # motions, and whether they nearly repeat those of the cycle before.
-        self._begun: dict[bytes, tuple[Array, bool]] = {}
+        # Whether sweeps have failed once: then open nodes are eliminated.
+        self.sweeps_failed = False
 
-    def _moved(self, u: Array, r: Array, force: float, key: bytes) -> Moved | None:
+    def _moved(self, u: Array, r: Array, force: float) -> Moved | None:
         """The state that follows motions u with reactions r, which the load has changed.
 
-        None if no state is found that obeys the law to rounding. Newton's method begins at the gaps
-        before the increment, or at the motions of the cycle before once they repeat. If several
-        states obey the law, the motions of a jump would lead to the next jump.
+        It begins at the gaps before the increment. None if no state is found that obeys the law to
+        rounding.
         """
         n = len(self._gap)
         length = force / self._unit
         law = self.law.per_force(force)
         begin = np.concatenate([np.zeros(len(u) - n), u[-n:] + self._gap]) / length
-        state = None
-        if key not in self._begun:
-            state, _ = self._swept(begin.copy(), r / force, law)
-        if state is None or state.error > ROUNDING:
-            state = self._solved_law(law, r / force, begin, state, length, key)
-            if state is None:
+        state = self._swept(begin.copy(), r / force, law)
+        if state.error > ROUNDING:
+            self.sweeps_failed = True
+            state = self._by_newton(law, reactions(law.S, r / force, -begin), state.u)
+            if not state.error <= STALLED:
                 return None
         gap = length * np.maximum(state.u[-n:], 0.0)
         moved = np.concatenate([u[:-n] + length * state.u[:-n], gap - self._gap])
         return moved, force * state.r, state.status
 
-    def _solved_law(
-        self,
-        law: Law,
-        r: Array,
-        begin: Array,
-        swept: State | None,
-        length: float,
-        key: bytes,
-    ) -> State | None:
-        """The state by Newton's method, from where sweeps end, if they were tried; None without."""
-        last, repeats = self._begun.get(key, (np.full(begin.shape, np.nan), False))
-        if swept:
-            start = swept.u
-        elif repeats:
-            start = last / length
-        else:
-            start = begin
-        state = self._by_newton(law, reactions(law.S, r, -begin), start)
-        if not state.error <= STALLED:
-            return None
-        motions = length * state.u
-        change = np.abs(motions - last).max()
-        nearly = change <= _SETTINGS.repeats * length * np.abs(state.u).max()
-        self._begun[key] = motions, bool(nearly)
-        return state
-
     def _by_newton(self, law: Law, trial: Array, start: Array) -> State:
         return newton(law, trial, start if np.isfinite(start).all() else np.zeros_like(start))
 
-    def _swept(self, u: Array, r: Array, law: Law) -> tuple[State, Array]:
-        """The state after sweeps from motions u and reactions r, which change in place.
-
-        The reactions of the state are on the law, those next to it are exact.
-        """
+    def _swept(self, u: Array, r: Array, law: Law) -> State:
+        """The state after sweeps from motions u and reactions r, which change in place."""
         forces = np.empty_like(r)
         status = np.empty(len(u) // len(law.augmentation), dtype=np.int8)
         error = increment(
@@ -135,7 +101,7 @@ class _Nodes:
             forces,
             status,
         )
-        return State(u, forces, status, 0, error), r
+        return State(u, forces, status, 0, error)
 
 
 @warns_of_odd_values
@@ -178,17 +144,16 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
         """
         n, S = self.system.nodes, self.system.S
         for load in loads:
-            key = loads[0].tobytes() + load.tobytes()
             stress = self._stands[1] if u is self._stands[0] else S @ u
             r = load + stress
             force = force_scale(load[-n:], r)
             moved, acting = None, r
-            if self._begun:
-                moved = self._without_open(u, r, force, key)
+            if self.sweeps_failed:
+                moved = self._without_open(u, r, force)
             if moved:
                 acting = reactions(S, r, moved[0] - u)
             if moved is None or not np.abs(acting - moved[1]).max() <= STALLED * force:
-                moved = self._moved(u, r, force, key)
+                moved = self._moved(u, r, force)
                 if moved is None and not self.retries:
                     raise SolverError("friction increment: Newton's method finds no state at once")
                 moved = moved or self._solved_by_itself(u, load)
@@ -197,7 +162,7 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
             self._stands = u, acting - load
             yield moved
 
-    def _without_open(self, u: Array, r: Array, force: float, key: bytes) -> Moved | None:
+    def _without_open(self, u: Array, r: Array, force: float) -> Moved | None:
         """A state with open nodes eliminated, without those that would land in the increment.
 
         None if no open node is left, or if the nodes that remain have no state that obeys the law.
@@ -209,7 +174,7 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
                     self._rest = _Rest(self.law, self._gap, self._unit, opened)
                 except LinAlgError:
                     return None
-            moved = self._rest.after(u, r, force, key)
+            moved = self._rest.after(u, r, force)
             if moved is None:
                 return None
             gap = moved[0][-len(opened) :] + self._gap
@@ -237,7 +202,7 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
 
     def _solved(self, posed: Posed) -> Increment:
         """The state by Newton's method from the end of sweeps; if that fails, see `_otherwise`."""
-        state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
+        state = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
         answer = posed.result(self._by_newton(posed.law, posed.trial, state.u), _NEWTON)
@@ -302,10 +267,10 @@ class _Rest(_Nodes):
         )
         super().__init__(reduced, sizes_of(S, size), gap[remaining], unit)
 
-    def after(self, u: Array, r: Array, force: float, key: bytes) -> Moved | None:
+    def after(self, u: Array, r: Array, force: float) -> Moved | None:
         """The state of all nodes, from motions with reactions that the load has changed."""
         acting = cho_solve(self._factor, r[self._out])
-        found = self._moved(u[self._in], r[self._in] - self._carried @ r[self._out], force, key)
+        found = self._moved(u[self._in], r[self._in] - self._carried @ r[self._out], force)
         if found is None:
             return None
         moved = u.copy()
