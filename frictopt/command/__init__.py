@@ -8,7 +8,7 @@ In come the arguments of a shell, out go a text or JSON, files, and an exit code
 - `inputs.py`: contact, load cycle and friction from files and arguments
 - `answers.py`: an answer as text, as JSON, as a table and as a picture
 - `check.py`: `check`, on files of all kinds
-- `jobs.py`: `look` and `condense`, on contacts and on jobs of CalculiX
+- `look.py`: the content of a contact, a deck or a joint file
 - `studies.py`: `study` and `merge`
 
 Commands import what they need when they run, so that `frictopt --help` is quick.

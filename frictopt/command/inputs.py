@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` i
 
 def add_system(command: argparse.ArgumentParser) -> None:
     """The options of a contact in a file."""
-    about = "SYSTEM.npz of ContactSystem.save or of `frictopt condense`, a deck, or a joint file"
+    about = "SYSTEM.npz of ContactSystem.save, a deck, or a joint file"
     command.add_argument("file", help=about)
     command.add_argument("--keep", metavar="FILE", help="write the contact of a deck: npz")
     units = "names of the units of force and length, if the file has none, such as 'N, mm'"
@@ -73,16 +73,9 @@ def _named(read: Callable[[str], Any]) -> Callable[[str], tuple[str, Any]]:
     return named
 
 
-def is_joint(file: str) -> bool:
-    """Whether a file is a joint file, or a deck without a matrix of CalculiX beside it."""
-    path = Path(file)
-    is_deck = path.suffix.lower() == ".inp" and not path.with_suffix(".sti").exists()
-    return is_deck or path.suffix.lower() == ".toml"
-
-
 def joint_of(options: argparse.Namespace) -> Joint | None:
     """The joint of a deck, with its units; None for a contact system."""
-    if not is_joint(options.file):
+    if Path(options.file).suffix.lower() not in (".inp", ".toml"):
         return None
     from ..joint_files.read_joint import read_joint
 

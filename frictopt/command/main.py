@@ -16,7 +16,7 @@ from .. import __version__
 from ..base.files import TABLES, output, to_its_end
 from ..base.strict_json import strict_json
 from ..errors import FrictoptError, ModelError, StoreError
-from . import check, jobs, questions, studies
+from . import check, look, questions, studies
 from .answers import ExitCode, partial_answer
 from .options import Command
 
@@ -29,7 +29,6 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
     "table": TABLES,
     "picture": (),
     "save": (),
-    "system": (".npz",),
     "page": (".html",),
     "keep": (".npz",),
 }
@@ -76,10 +75,9 @@ def _exit_code(error: Exception) -> int:
 
 def _check_files(options: argparse.Namespace) -> None:
     """Check the files to be read and to be written before anything is computed."""
-    for name in ("file", "job", "history"):
+    for name in ("file", "history"):
         file = getattr(options, name, None)
-        # A job may go without ending.
-        if file and not any(Path(file + ending).exists() for ending in ("", ".inp", ".sti")):
+        if file and not Path(file).exists():
             raise FileNotFoundError(f"there is no file {file!r}; give its path")
     for name, endings in _OUTPUTS.items():
         file = getattr(options, name, None)
@@ -89,7 +87,7 @@ def _check_files(options: argparse.Namespace) -> None:
 
 def commands() -> tuple[Command, ...]:
     """All commands, in the order of `frictopt --help`."""
-    return (*jobs.COMMANDS, *questions.COMMANDS, *studies.COMMANDS, *check.COMMANDS)
+    return (*look.COMMANDS, *questions.COMMANDS, *studies.COMMANDS, *check.COMMANDS)
 
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:

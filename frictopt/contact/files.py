@@ -45,7 +45,7 @@ def write(path: str | Path, system: Any) -> None:
 
 def read(source: str | Path) -> dict[str, Any]:
     """The arguments of a contact system, from an archive."""
-    remedy = "give a file that `frictopt condense` or ContactSystem.save wrote"
+    remedy = "give a file that ContactSystem.save wrote"
     return unpacked(source, _FORM, _arguments, "a contact system", remedy, any_version=True)
 
 

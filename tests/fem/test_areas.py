@@ -10,7 +10,6 @@ from skfem import MeshHex, MeshTet
 
 import frictopt as fo
 from helpers.calculix import Block, deck, node_set, run
-from helpers.command import main
 from helpers.quadratic import arched, two_boxes
 
 GRID = [0.0, 0.2, 0.7, 1.0], [0.0, 0.5, 2.0]
@@ -136,28 +135,6 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     assert table["work"].sum() == pytest.approx(steady.dissipation)
     assert np.allclose(table["work_density"] * system.width, table["work"])
     assert np.allclose(forces["p_mean"], table["pressure_mean"] * system.width, rtol=1e-9)
-
-
-@pytest.mark.ccx
-def test_the_command_condenses_with_areas(bricks, tmp_path):
-    assert (
-        main(
-            [
-                "condense",
-                str(tmp_path / "job.inp"),
-                str(tmp_path / "made.npz"),
-                "--contact",
-                "CU",
-                "CL",
-                "--load",
-                "P=TOP:pressure=1",
-            ]
-        )
-        == 0
-    )
-    made = fo.ContactSystem.load(tmp_path / "made.npz")
-    assert made.width.sum() == pytest.approx(2.0)
-    assert (made.bonded["P"][1]).sum() == pytest.approx(2.0)
 
 
 def test_bad_faces_are_named(flat):

@@ -261,8 +261,8 @@ def test_a_command_runs_as_it_is_typed(command, clone, typed):
 
 
 def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
-    """With the files that their page describes: a contact, a history, a job of CalculiX, and the
-    study that it shows."""
+    """With the files that their page describes: a contact, a history, a deck, and the study
+    that it shows."""
     page = (ROOT / FILES[1]).read_text(encoding="utf-8")
     punch = fo.scenes.PunchOnHalfPlane(elements=8).condense()
     punch.save(tmp_path / "punch.npz")
@@ -280,12 +280,6 @@ def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
         r"^```toml\n(.*?)^```", (ROOT / FILES[0]).read_text(encoding="utf-8"), re.M | re.S
     )
     (tmp_path / "joint.toml").write_text(joint[1], encoding="utf-8")
-    for file in (ROOT / "tests" / "data").glob("flat.*"):
-        shutil.copy(file, tmp_path / f"job{file.suffix}")
-    deck = tmp_path / "job.inp"
-    deck.write_text(
-        re.sub("N_CONTACT_", "N_", re.sub(r"\bN_(BLOCK|PUNCH)\b", r"ALL_\1", deck.read_text()))
-    )
     for name in ("clamp.inp", "clamp.toml"):
         shutil.copy(ROOT / "docs" / "tutorial" / name, tmp_path / name)
     for command in [command for name in FILES for command in FOUND[name]]:
@@ -295,7 +289,6 @@ def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
         "punch.png",
         "limit.csv",
         "limit.png",
-        "job.npz",
         "runs.csv",
         "runs.png",
         "runs.sqlite",
