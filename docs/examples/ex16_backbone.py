@@ -3,7 +3,7 @@ The backbone curve of a joint
 =============================
 
 A load shakes a joint. Work of friction and slipping share grow with the amplitude, stiffness falls,
-and damping depends on what assembly has left. With the load of a mode (`modal_load`) and its
+and damping depends on what assembly has left. With the load of a mode (`Modes.load`) and its
 `natural_frequency` the curve has the frequency, too.
 """
 

@@ -137,7 +137,7 @@ class Modes(Shown, Plotted):
         """The load case of mode k (0: the lowest), forces `M shape`, for `with_loads`.
 
         Amplitude 1 is a unit modal force. The load moves the bodies in this mode alone, and its
-        displacement is the modal amplitude, as with the function `modal_load`.
+        displacement is the modal amplitude.
 
         Raises
         ------

@@ -171,7 +171,7 @@ def _checked_frequency(natural_frequency: float, compliances: list[float]) -> fl
     if abs(closest / natural_frequency - 1) > same_mode:
         raise ModelError(
             f"natural_frequency: {natural_frequency:g}, and the compliance of the load says "
-            f"{closest:g}; give the load of a mass-normalised mode (`modal_load`), or leave the "
+            f"{closest:g}; give the load of a mass-normalised mode (`Modes.load`), or leave the "
             "natural frequency out"
         )
     return float(closest)

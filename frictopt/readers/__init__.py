@@ -9,11 +9,11 @@ The readers, and the class that they return:
 - `meshes.py`: `read_mesh`. `groups.py` and `gmsh.py` find the named groups of mesh files,
   `mixed_elements.py` makes meshes of elements of several shapes.
 - `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `matrix_files.py` reads columns of numbers,
-  `user_element.py` substructures of Abaqus, `printed_modes.py` modes of vibration.
+  `user_element.py` substructures of Abaqus.
 - `ansys_nastran.py`: `read_ansys`, `read_nastran`. `bulk_data.py` makes the deck of the cards that
   `nastran_cards.py` finds, also for `read_mesh`.
 - `job.py`: `MatrixJob`, with faces, pairs and forces. Its bases are `unmatched.py`, with faces that
-  do not match, and `labelled.py`, with rows, bodies and `modal_load`; `labels.py` checks labels.
+  do not match, and `labelled.py`, with rows and bodies; `labels.py` checks labels.
 
 Decks, from the text to the `Deck`:
 

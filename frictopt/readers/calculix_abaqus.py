@@ -24,15 +24,15 @@ _SECTORS = 180.0
 
 
 def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
-    """Read the matrices of a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE` of CalculiX.
+    """Read the stiffness of a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE` of CalculiX.
 
-    Its files are `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`. CalculiX writes one
-    triangle of each matrix. It leaves out the displacements that `*BOUNDARY` holds, or that a
+    Its files are `NAME.sti`, `NAME.dof` and the deck `NAME.inp`. CalculiX writes one triangle of
+    the matrix. It leaves out the displacements that `*BOUNDARY` holds, or that a
     constraint determines. It writes no loads: `MatrixJob.force` makes them, and takes the
     constraints into account. The incompatible modes of C3D8I, and the nodes of beams and shells are
-    generalised coordinates. Stiffness and mass of a plane job are
+    generalised coordinates. The stiffness of a plane job is
     divided by the thickness of its section. An axisymmetric job refers to the whole circumference:
-    its matrices are 180 times the matrices of the file. The contact itself must not be in the deck:
+    its stiffness is 180 times that of the file. The contact itself must not be in the deck:
     each body keeps its own nodes there.
 
     Parameters
@@ -45,12 +45,12 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     Returns
     -------
     MatrixJob
-        The matrices with their labels, nodes and sets, as arguments of `condense`.
+        The matrix with its labels, nodes and sets, as arguments of `condense`.
 
     Raises
     ------
     ModelError
-        A file is missing or damaged. A matrix has no labels, another size than its labels, or is
+        A file is missing or damaged. The matrix has no labels, another size than its labels, or is
         not symmetric. Plane elements have displacements along z in CalculiX (plane stress), or
         several thicknesses. The deck has a `*RIGID BODY` or a kinematic `*COUPLING`, which
         `read_joint` reads. A `*STEP, PERTURBATION` has a contact, whose springs are in the matrix.
@@ -64,17 +64,14 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     ((964, 964), [3, 1])
     """
     base = file_path("job", job)
-    if base.suffix in (".inp", ".sti", ".mas", ".dof"):
+    if base.suffix in (".inp", ".sti", ".dof"):
         base = base.with_suffix("")
-    sti, mas, dof, inp = (
-        base.with_name(f"{base.name}.{suffix}") for suffix in ("sti", "mas", "dof", "inp")
-    )
+    sti, dof, inp = (base.with_name(f"{base.name}.{suffix}") for suffix in ("sti", "dof", "inp"))
     _check_stiffness_is_there(sti)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
-    K = _matrix("stiffness", sti, dof, len(labels))
-    M = _matrix("mass", mas, dof, len(labels)) if mas.exists() else None
+    K = _stiffness(sti, dof, len(labels))
     if deck is None and not inp.exists():
-        return MatrixJob(K, labels, M=M)
+        return MatrixJob(K, labels)
 
     deck_path = inp if deck is None else file_path("deck", deck)
     _check_widths(deck_path)
@@ -84,7 +81,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     _check_no_plane_stress(labels, listed)
     # Per depth of a plane job, or of the whole circumference.
     factor = _SECTORS if listed.is_axisymmetric else 1 / listed.thickness
-    return MatrixJob(factor * K, labels, listed, M=None if M is None else factor * M)
+    return MatrixJob(factor * K, labels, listed)
 
 
 def _check_stiffness_is_there(sti: Path) -> None:
@@ -95,9 +92,9 @@ def _check_stiffness_is_there(sti: Path) -> None:
         ) from FileNotFoundError(sti)
 
 
-def _matrix(what: str, path: Path, dof: Path, size: int) -> csr_matrix:
-    """A matrix of which the file has one triangle."""
-    row, column, value = numbers_in(path, what, r"\s+", 3)
+def _stiffness(path: Path, dof: Path, size: int) -> csr_matrix:
+    """The matrix of which the file has one triangle."""
+    row, column, value = numbers_in(path, "stiffness", r"\s+", 3)
     first = min(row.min(), column.min())
     last = max(row.max(), column.max())
     if first < 1 or last != size:
@@ -108,10 +105,10 @@ def _matrix(what: str, path: Path, dof: Path, size: int) -> csr_matrix:
                 "matrix complex, and the labels are of its real part alone"
             )
         raise ModelError(
-            f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has "
+            f"stiffness: {path.name} has rows {first:g} to {last:g}, {dof.name} has "
             f"{number_of(size, 'label')}; {remedy}"
         )
-    return symmetric(what, row - 1, column - 1, value.astype(np.float64), size)
+    return symmetric(row - 1, column - 1, value.astype(np.float64), size)
 
 
 def _check_widths(path: Path) -> None:
@@ -269,7 +266,7 @@ def _assembled(file: Path) -> tuple[csr_matrix, Integers]:
     )
     labels, place = np.unique(ends, axis=0, return_inverse=True)
     row, column = np.split(place.ravel(), 2)
-    K = symmetric("stiffness", row, column, value.astype(np.float64), len(labels))
+    K = symmetric(row, column, value.astype(np.float64), len(labels))
     coupled = row != column
     free = np.unique(np.concatenate([row[coupled], column[coupled]]))
     return K[free][:, free], labels[free]

@@ -41,13 +41,11 @@ class MatrixJob(JoinedFaces):
     deck
         Nodes, sets, elements and constraints, as a reader returns them; or a mapping from the
         number of a node to its coordinates; None: unknown.
-    M
-        (n, n) mass matrix, symmetric and sparse, for `modal_load`; None: not known.
 
     Raises
     ------
     ModelError
-        K or M is not symmetric or does not have the size of the labels; a label occurs twice; no
+        K is not symmetric or does not have the size of the labels; a label occurs twice; no
         label is a displacement.
 
     Examples
@@ -150,7 +148,6 @@ class MatrixJob(JoinedFaces):
             csr_matrix(T.T @ self.K @ T),
             self.labels[remaining],
             replace(deck, constraints=deck.constraints.following(ends, weight)),
-            M=None if self.M is None else csr_matrix(T.T @ self.M @ T),
         )
 
     def _midside_terms(

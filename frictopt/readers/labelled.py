@@ -1,4 +1,4 @@
-"""A stiffness matrix of another code with labels and deck, and the load of a mode of vibration."""
+"""A stiffness matrix of another code with labels and deck."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,20 +14,14 @@ from scipy.sparse.csgraph import connected_components
 from skfem import Mesh
 
 from ..base import (
-    Array,
     Integers,
     Shown,
-    finite_array,
-    finite_number,
     first_of,
     frozen,
-    number_of,
     place,
     shown,
     whole,
-    whole_array,
 )
-from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.coincidence import coincident, coordinate_errors
 from ..fem.elasticity import facet_nodes, parts_of
@@ -41,104 +34,15 @@ from .element_types import SHAPES, SLENDER
 from .labels import checked_labels, displaced, rows_of_nodes
 from .listing import deck_of_points
 from .meshes import between, mesh_of, with_midsides, with_sets
-from .printed_modes import printed_modes
-
-
-def modal_load(
-    M: object,
-    mode: ArrayLike,
-    *,
-    natural_frequency: float | None = None,
-    glued: ArrayLike | None = None,
-) -> Array:
-    """The load that moves a structure only in one of its modes, `M mode`, for `condense`.
-
-    The displacement under the load is the amplitude of the mode.
-
-    Parameters
-    ----------
-    M
-        (n, n) mass matrix of the separate bodies, sparse; or, with a natural frequency, their
-        stiffness as `condense` takes it.
-    mode
-        (n,) shape of a mode of the glued structure, of any size, because it is normalised to unit
-        modal mass.
-    natural_frequency
-        Frequency of the mode in cycles per unit of time, if `M` is the stiffness. `K mode` is then
-        the sum of `omega^2 M mode` and of the forces between the glued bodies. None: `M` is the
-        mass matrix.
-    glued
-        With a natural frequency: (m, 2) rows that are glued to each other, such as
-        `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 for a held row. The glue forces
-        cancel in the sum of both rows, and each row gets one half of the sum.
-
-    Returns
-    -------
-    Array
-        (n,) forces.
-
-    Raises
-    ------
-    ModelError
-        The matrix is not square or does not have the size of the mode; the modal mass is not above
-        0; a stiffness is given without `glued`; or `glued` names rows that the stiffness does not
-        have.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import frictopt as fo
-    >>> K, M = np.diag([8.0, 18.0]), np.diag([2.0, 2.0])
-    >>> load = fo.readers.modal_load(M, [3.0, 0.0])
-    >>> load.round(6).tolist()
-    [1.414214, 0.0]
-    >>> by_stiffness = fo.readers.modal_load(
-    ...     K, [1.0, 0.0], natural_frequency=2.0 / (2 * np.pi), glued=np.empty((0, 2))
-    ... )
-    >>> by_stiffness.round(6).tolist()
-    [1.414214, 0.0]
-    """
-    shape = finite_array("mode", mode, (None,))
-    matrix = checked_stiffness(M, "M")
-    if matrix.shape != (len(shape), len(shape)):
-        raise ModelError(
-            f"M: shape {matrix.shape}, but the mode has {number_of(len(shape), 'unknown')}; give "
-            "both for the same unknowns"
-        )
-    load = np.asarray(matrix @ shape)
-    if natural_frequency is not None:
-        _take_off_glue_forces(load, glued)
-        omega = 2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)
-        load /= omega**2
-    modal_mass = float(shape @ load)
-    if not modal_mass > 0:
-        raise ModelError(
-            f"mode: its modal mass is {modal_mass:g}; give the mass matrix and a mode that moves it"
-        )
-    return frozen(load / np.sqrt(modal_mass))
-
-
-def _take_off_glue_forces(load: Array, glued: ArrayLike | None) -> None:
-    """Replace the forces on two glued rows by their mean, and by 0 if one of them is held."""
-    if glued is None:
-        raise ModelError(
-            "glued: None; a stiffness needs the rows that are glued to each other, "
-            "because the forces of the glue are not forces of the mode"
-        )
-    rows = whole_array("glued", glued, (None, 2), least=-1, most=len(load) - 1)
-    is_free = rows >= 0
-    mean = np.where(is_free.all(axis=1), load[rows].mean(axis=1), 0.0)
-    load[rows[is_free]] = np.repeat(mean, is_free.sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LabelledMatrix(Shown):
-    """Base of `MatrixJob`: its rows, bodies and mesh, matching faces of bodies, and modes."""
+    """Base of `MatrixJob`: its rows, bodies and mesh, and matching faces of bodies."""
 
     K: csr_matrix
     labels: Integers
     deck: Deck | Mapping[int, Sequence[float]] | None = None
-    M: csr_matrix | None = None
 
     def __post_init__(self) -> None:
         labels = checked_labels(self.labels)
@@ -148,17 +52,13 @@ class LabelledMatrix(Shown):
                 f"deck: {shown(self.deck)}; give the deck of another job, "
                 "a mapping number of a node -> its coordinates, or None"
             )
-        vars(self).update(labels=labels, deck=deck)
-        for name in ("K", "M"):
-            if name == "M" and self.M is None:
-                continue
-            matrix = checked_stiffness(getattr(self, name), name)
-            if matrix.shape[0] != len(labels):
-                raise ModelError(
-                    f"{name}: {shown(matrix)}; "
-                    f"give a real sparse matrix of the size of the labels, {len(labels)}"
-                )
-            vars(self)[name] = csr_matrix((matrix + matrix.T) / 2)
+        matrix = checked_stiffness(self.K)
+        if matrix.shape[0] != len(labels):
+            raise ModelError(
+                f"K: {shown(matrix)}; "
+                f"give a real sparse matrix of the size of the labels, {len(labels)}"
+            )
+        vars(self).update(labels=labels, deck=deck, K=csr_matrix((matrix + matrix.T) / 2))
 
     def _answer(self) -> Mapping[str, object]:
         answer: dict[str, object] = {
@@ -333,30 +233,6 @@ class LabelledMatrix(Shown):
             )
         whole_mesh, origin = self._whole
         return np.unique(origin[facet_nodes(whole_mesh, facets)].indices)
-
-    def modes(self, path: str | Path) -> tuple[Array, Array]:
-        """Natural frequencies (m,) and shapes (m, n) of the modes that CalculiX printed.
-
-        Frequencies are in cycles per unit of time; the shapes are for `modal_load`. The file
-        `NAME.dat` comes from a step `*FREQUENCY` with `*NODE PRINT` of the displacements U of all
-        nodes. Its deck must have the nodes of this job, with the contact glued: by `*TIE`, by
-        equations, or by shared nodes.
-
-        Raises
-        ------
-        ModelError
-            A file that is missing, has no modes, or has no node of the matrix; unknowns that are
-            not displacements.
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> job = fo.readers.read_calculix("tests/data/flat")
-        >>> frequencies, shapes = job.modes("tests/data/flat_glued.dat")
-        >>> frequencies.tolist(), shapes.shape
-        ([24757.59, 47452.97], (2, 964))
-        """
-        return printed_modes(file_path("modes", path), self.labels)
 
 
 def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:

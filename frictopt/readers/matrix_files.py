@@ -54,12 +54,12 @@ def _remedy(text: str, columns: int) -> str:
     return "give the file as the code wrote it"
 
 
-def symmetric(what: str, row: Integers, column: Integers, value: Array, size: int) -> csr_matrix:
+def symmetric(row: Integers, column: Integers, value: Array, size: int) -> csr_matrix:
     """(size, size) matrix from its entries: all entries, or the entries of one triangle."""
     finite = np.isfinite(value)
     if not finite.all():
         raise ModelError(
-            f"{what}: entry {int(np.argmin(finite)) + 1} is not finite; "
+            f"stiffness: entry {int(np.argmin(finite)) + 1} is not finite; "
             "let the code write the matrix again"
         )
     has_one_triangle = np.any(row < column) != np.any(row > column)
@@ -71,5 +71,5 @@ def symmetric(what: str, row: Integers, column: Integers, value: Array, size: in
         value = np.r_[value, value[off_diagonal]]
     K = csr_matrix((value, (row, column)), shape=(size, size))
     if K.nnz != len(value):
-        raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
+        raise ModelError("stiffness: entries are given twice; let the code write the matrix again")
     return K

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.linalg import eigh
-from scipy.sparse import csr_matrix
 from skfem import MeshQuad
 
 import frictopt as fo
@@ -599,55 +598,6 @@ def test_bad_input():
             fo.backbone_curve(punch, fo.LoadCycle(odd, cyclic), 0.5, [1.0])
     with pytest.raises(fo.ModelError, match="with_range: 'yes'"):
         fo.backbone_curve(punch, cycle, 0.5, [1.0], with_range="yes")
-
-
-def test_the_load_of_a_mode():
-    """The load of a mode has the frequency of the mode.
-
-    Two bodies of three springs and masses each are glued at their ends. The frequency of the glued
-    joint follows from its compliance.
-    """
-    rng = np.random.default_rng(4)
-    n = 12
-    root = rng.normal(size=(n, n))
-    bodies = np.repeat([0, 1], 6)
-    K = (root @ root.T + np.eye(n)) * np.equal.outer(bodies, bodies)
-    M = np.diag(rng.uniform(0.5, 2.0, n))
-    unknowns = np.arange(n).reshape(6, 2)
-    glue = np.delete(np.eye(n), [6, 7], axis=1)
-    glue[[6, 7], [0, 1]] = 1.0  # node 3 lies on node 0
-    squares, modes = eigh(glue.T @ K @ glue, glue.T @ M @ glue)
-    frequency = np.sqrt(squares[1]) / (2 * np.pi)
-    mode = glue @ modes[:, 1]
-    load = fo.readers.modal_load(M, -3.0 * mode)
-    by_stiffness = fo.readers.modal_load(
-        K, mode, natural_frequency=frequency, glued=[[0, 6], [1, 7]]
-    )
-    inertia, apart = M @ mode, np.r_[2:6, 8:12]
-    assert load == pytest.approx(-inertia) and by_stiffness[apart] == pytest.approx(inertia[apart])
-    assert by_stiffness[:2] == pytest.approx((inertia[:2] + inertia[6:8]) / 2) == by_stiffness[6:8]
-    points = np.array([[0, 0], [1, 1], [-1, 1], [0, 0], [1, -1], [-1, -1]], float)
-    for forces in (load, by_stiffness):
-        system = fo.condense(
-            csr_matrix(K),
-            {"mode": forces, "P": np.eye(n)[3]},
-            [[0, 3]],
-            [0.0, 1.0],
-            unknowns,
-            points,
-            width=[1.0],
-        )
-        assert 1 / np.sqrt(system.compliance[0, 0]) / (2 * np.pi) == pytest.approx(
-            frequency, rel=1e-9
-        )
-    for odd in (np.eye(3), np.zeros((n, n)), -M, "M", None):
-        with pytest.raises(fo.ModelError, match=r"^(M|mode): "):
-            fo.readers.modal_load(odd, mode)
-    with pytest.raises(fo.ModelError, match="natural_frequency"):
-        fo.readers.modal_load(K, mode, natural_frequency=0.0, glued=[[0, 6]])
-    for odd in (None, [[0, 12]], [[0, 1, 2]], [[0.5, 1]]):
-        with pytest.raises(fo.ModelError, match="glued: "):
-            fo.readers.modal_load(K, mode, natural_frequency=frequency, glued=odd)
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])

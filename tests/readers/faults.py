@@ -116,13 +116,6 @@ FAULTS = (
         tests="cards",
     ),
     Fault(
-        "readers/labelled.py",
-        "a mode of any mass",
-        old="load / np.sqrt(modal_mass)",
-        new="load",
-        tests="backbone",
-    ),
-    Fault(
         "readers/job.py",
         "areas in the order of the deck",
         old="areas[nodes]",
@@ -163,20 +156,6 @@ FAULTS = (
         old="boundary_forces(mesh, facets, _normals_and_one, self._kinematics)",
         new="boundary_forces(self.mesh, facets, _normals_and_one, self._kinematics)",
         tests="calculix_quadratic",
-    ),
-    Fault(
-        "readers/job.py",
-        "the mass of linear faces is that of the corners",
-        old="T.T @ self.M @ T",
-        new="self.M[T.indices][:, T.indices]",
-        tests="calculix_quadratic",
-    ),
-    Fault(
-        "readers/printed_modes.py",
-        "modes in the order of the file",
-        old="labels.tolist()",
-        new="sorted(labels.tolist())",
-        tests="matrices_modes",
     ),
     Fault(
         "readers/deck.py",

@@ -421,10 +421,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         HEAVY.modes(1).force,
         {"k": 0, "loads": [fo.fem.BodyForce("punch", y=1.0)], "acceleration": [0.0, 1.0]},
     ),
-    "modal_load": (
-        fo.readers.modal_load,
-        {"M": np.eye(2), "mode": [1.0, 0.5], "natural_frequency": 1.0, "glued": [[0, 1]]},
-    ),
     "wear": (
         fo.wear,
         {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5},
