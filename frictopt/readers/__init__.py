@@ -12,8 +12,8 @@ The readers, and the class that they return:
   `user_element.py` substructures of Abaqus.
 - `ansys_nastran.py`: `read_ansys`, `read_nastran`. `bulk_data.py` makes the deck of the cards that
   `nastran_cards.py` finds, also for `read_mesh`.
-- `job.py`: `MatrixJob`, with faces, pairs and forces. Its bases are `unmatched.py`, with faces that
-  do not match, and `labelled.py`, with rows and bodies; `labels.py` checks labels.
+- `job.py`: `MatrixJob`, with faces, pairs and forces. Its base is `labelled.py`, with rows
+  and bodies; `labels.py` checks labels.
 
 Decks, from the text to the `Deck`:
 

@@ -12,15 +12,16 @@ from scipy.spatial import cKDTree
 from ..base import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ..errors import ModelError
 from ..fem.coincidence import coordinate_errors
-from ..fem.elasticity import Kinematics, boundary_forces, midside_ties
+from ..fem.elasticity import Kinematics, boundary_forces, facet_nodes, midside_ties
 from ..fem.faces import facets_around, lines_along
 from ..fem.normals import Planes, node_normals
+from .element_types import SHAPES
+from .labelled import LabelledMatrix
 from .labels import rows_of_nodes
-from .unmatched import JoinedFaces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MatrixJob(JoinedFaces):
+class MatrixJob(LabelledMatrix):
     """Stiffness matrix of another code, with labels, and the nodes and sets of its deck.
 
     Its members are arguments of `condense`.
@@ -276,6 +277,42 @@ class MatrixJob(JoinedFaces):
             self._kinematics,
         )
         return frozen(areas[nodes])
+
+    def _corners(self, where: str | ArrayLike) -> Integers:
+        return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
+
+    def _check_midsides(self, corners: Integers) -> None:
+        """Check that midside nodes of contact faces between these corners follow the corners."""
+        deck = self._known
+        for kind, _, nodes in deck.unclear:
+            common = np.intersect1d(corners, nodes)
+            if len(common):
+                family = "C3D" if self._directions == 3 else "CPE"
+                known = ", ".join(name for name in SHAPES if name.startswith(family))
+                raise ModelError(
+                    f"faces: node {deck.numbers[common[0]]} is one of an element {kind}, whose "
+                    f"midside nodes are unknown; mesh this body with {known} "
+                    "in the code that writes the matrix"
+                )
+        if not len(deck.midsides):
+            return
+        mesh, origin = self._whole
+        on_faces = origin[facet_nodes(mesh, self._between(corners))].indices
+        rows = np.intersect1d(on_faces, deck.midsides)
+        unknowns = self.unknowns[rows]
+        not_in_matrix = rows[(unknowns < -1).any(axis=1)]
+        unexplained = np.setdiff1d(not_in_matrix, deck.constraints.ends[:, 0] // 6)
+        if len(unexplained):
+            raise ModelError(
+                f"faces: node {deck.numbers[unexplained[0]]}, a midside node of a contact face, "
+                "has no row in the matrix; retain such nodes"
+            )
+        free = rows[(unknowns >= 0).any(axis=1)]
+        if len(free):
+            raise ModelError(
+                f"faces: node {deck.numbers[free[0]]}, a midside node of a contact face, does not "
+                "follow its corners; use job.with_linear_faces()"
+            )
 
     @property
     def _kinematics(self) -> Kinematics:

@@ -68,8 +68,6 @@ OTHER_WORDS = {
     *(
         ("MatrixJob.force", "where"),
         ("MatrixJob.areas", "face"),
-        ("MatrixJob.mortar", "first"),
-        ("MatrixJob.mortar", "second"),
         ("MatrixJob.pairs", "first"),
         ("MatrixJob.pairs", "second"),
         ("condense", "projection"),

@@ -1,20 +1,17 @@
 """Faces of body 1 that reach beyond body 2.
 
 The tests cover the part that lies opposite, the nodes that carry the load, the free share,
-exchanged bodies, and both ways into the condensation.
+and exchanged bodies.
 """
 
 import re
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import block_diag
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from helpers.calculix import Block, lines, node_set
 from helpers.meshes import box, rotation, turned
 
 KINDS = [(MeshQuad, MeshQuad), (MeshTri, MeshQuad), (MeshHex, MeshHex), (MeshTet, MeshHex)]
@@ -176,148 +173,3 @@ def test_what_has_no_node_opposite_is_refused():
         fo.ModelError, match=r"around \(3\.5, 0\) has facets too large for the part of body 'lower'"
     ):
         model(bodies, "upper", "lower")
-
-
-def jobs(folder, edge, d):
-    """The blocks of `narrow_below` as a matrix with its deck, and the model of the same meshes."""
-    depth = lines((0, 1, 2)) if d == 3 else []
-    upper = Block(1, [*lines((0, 4, 8)), *depth, *lines((0, 1, 2))], 1.0, 0.3, "UP")
-    lower = Block(1001, [*lines((-1, edge, 5)), *depth, *lines((-1, 0, 2))], 2.0, 0.3, "LOW")
-    sets = {
-        "CU": upper.on(d - 1, 0.0),
-        "CL": lower.on(d - 1, 0.0),
-        "TOP": upper.on(d - 1, 1.0),
-        "BOT": lower.on(d - 1, -1.0),
-    }
-    numbers = np.concatenate([upper.numbers, lower.numbers])
-    labels = np.array([(n, k) for n in numbers for k in range(1, d + 1)])
-    free = ~np.isin(labels[:, 0], sets["BOT"])
-    K = block_diag([part.stiffness() for part in (upper, lower)], format="csr")[free][:, free]
-    entries = K.tocoo()
-    rows = np.column_stack([labels[free][entries.row], labels[free][entries.col]])
-    text = "".join(
-        f"{n}, {k}, {m}, {a}, {float(value)!r}\n"
-        for (n, k, m, a), value in zip(rows.tolist(), entries.data, strict=True)
-    )
-    (folder / "job_STIF1.mtx").write_text(text)
-    deck = upper.deck() + lower.deck() + "".join(node_set(*pair) for pair in sets.items())
-    (folder / "job.inp").write_text(f"{deck}*BOUNDARY\nBOT, 1, {d}\n")
-    job = fo.readers.read_abaqus(folder / "job_STIF1.mtx", deck=folder / "job.inp")
-    kinds = (MeshQuad, MeshQuad) if d == 2 else (MeshHex, MeshHex)
-    bodies = narrow_below(kinds, edge)
-    materials = {"upper": fo.fem.Material(1.0, 0.3), "lower": fo.fem.Material(2.0, 0.3)}
-    return job, {name: fo.fem.Body(body.mesh, materials[name]) for name, body in bodies.items()}
-
-
-@pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("edge", [2.5, 2.6, 2.9, 4.5])
-def test_matrices_of_a_deck_have_the_contact_of_the_model(tmp_path, d, edge):
-    job, bodies = jobs(tmp_path, edge, d)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        faces = job.mortar("CU", "CL")
-    assert bool(caught) is (edge < 4)
-    assert all(
-        f"of the first face, the {['length', 'area'][d - 2]}" in str(w.message) for w in caught
-    )
-    loads = {
-        "P": job.force("TOP", traction=-np.eye(d)[-1]),
-        "Q": job.force("TOP", traction=np.eye(d)[0]),
-    }
-    system = fo.condense(job.K, loads, **faces, unknowns=job.unknowns, points=job.points)
-    up = "xyz"[d - 1]
-    right = model(
-        bodies,
-        "upper",
-        "lower",
-        loads={
-            "P": [fo.fem.Traction("upper", f"{up}+", **{up: -1.0})],
-            "Q": [fo.fem.Traction("upper", f"{up}+", x=1.0)],
-        },
-    ).condense()
-    mine = np.lexsort(system.points.round(9).T)
-    theirs = np.lexsort(right.points.round(9).T)
-    assert np.allclose(system.points[mine], right.points[theirs])
-    assert np.allclose(system.width[mine], right.width[theirs])
-    for case in loads:
-        for one, other in zip(system.bonded[case], right.bonded[case], strict=True):
-            assert np.allclose(one[mine], other[theirs], rtol=0, atol=1e-9)
-    assert np.allclose(system.compliance, right.compliance, rtol=1e-9)
-
-    # The nodal forces of the contact balance the load on body 1, with their moments, and body 2
-    # gets the opposite ones.
-    q, p = system.bonded["P"]
-    shear = q[:, None] if d == 2 else q
-    force = np.einsum("nt,nta->na", shear, system.frames[:, :-1]) + p[:, None] * system.normals
-    relative = -faces["projection"].toarray()
-    relative[np.arange(system.nodes), faces["pairs"]] += 1.0
-    nodal = relative.T @ force
-    is_upper = job.deck.numbers < 1000
-    for side, sign in ((is_upper, 1.0), (~is_upper, -1.0)):
-        assert np.allclose(nodal[side].sum(axis=0), sign * 4 * np.eye(d)[-1])
-        assert job.points[side, 0] @ nodal[side, -1] == pytest.approx(sign * 4 * 2.0)
-
-
-@pytest.mark.parametrize("edge", [2.55, 2.7, 4.2])
-def test_the_projection_is_that_of_integrals_by_brute_force(tmp_path, edge):
-    """The projection agrees with integrals by brute force.
-
-    Biorthogonal functions on the part of each facet that lies opposite are summed over many points.
-    Beyond the edge the nearest node has the mean motion of both.
-    """
-    job, _ = jobs(tmp_path, edge, 2)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fo.ModelWarning)
-        faces = job.mortar("CU", "CL")
-    nodes = job.nodes("CU")[np.argsort(job.points[job.nodes("CU"), 0])]
-    others = job.nodes("CL")[np.argsort(job.points[job.nodes("CL"), 0])]
-    x, y = job.points[nodes, 0], job.points[others, 0]
-    D, M = np.zeros(len(x)), np.zeros((len(x), len(y)))
-    for a in range(len(x) - 1):
-        end = min(x[a + 1], y[-1])
-        if end <= x[a]:
-            continue
-        at = x[a] + (np.arange(20_000) + 0.5) / 20_000 * (end - x[a])
-        weight = (end - x[a]) / 20_000
-        phi = np.array([x[a + 1] - at, at - x[a]]) / (x[a + 1] - x[a])
-        psi = np.diag(weight * phi.sum(axis=1)) @ np.linalg.inv(weight * phi @ phi.T) @ phi
-        chi = np.array([np.interp(at, y, unit) for unit in np.eye(len(y))])
-        D[[a, a + 1]] += weight * phi.sum(axis=1)
-        M[[a, a + 1]] += weight * psi @ chi.T
-    inside = np.array(
-        [
-            any(min(x[i + 1], y[-1]) - x[i] >= 0.25 for i in (a - 1, a) if 0 <= i < len(x) - 1)
-            for a in range(len(x))
-        ]
-    )
-    last = int(np.flatnonzero(inside)[-1])
-    relative = np.zeros((len(x), len(job.points)))
-    relative[np.arange(len(x)), nodes] = D
-    relative[:, others] -= M
-    if last + 1 < len(x):
-        relative[last] += relative[last + 1]
-        D[last] += D[last + 1]
-    expected = relative[: last + 1] / D[: last + 1, None]
-    order = np.argsort(job.points[faces["pairs"], 0])
-    mine = -faces["projection"].toarray()
-    mine[np.arange(len(mine)), faces["pairs"]] += 1.0
-    assert len(mine) == last + 1 and np.allclose(faces["width"][order], D[: last + 1], atol=1e-6)
-    assert np.allclose(mine[order], expected, rtol=0, atol=1e-5)
-
-
-def test_gaps_of_a_deck_are_measured_and_bad_faces_refused(tmp_path):
-    job, _ = jobs(tmp_path, 4.5, 2)
-    moved = job.deck.points + np.array([0.0, 0.125, 0.0]) * (job.deck.numbers < 1000)[:, None]
-    apart = replace(job, deck=replace(job.deck, points=moved))
-    assert np.allclose(apart.mortar("CU", "CL", gap="measured")["gap"], 0.125)
-    with pytest.raises(fo.ModelError, match=r"'CU' and 'CL', at .* they are 0\.125 apart"):
-        apart.mortar("CU", "CL")
-    with pytest.raises(fo.ModelError, match="gap: 'wide'; give 'measured'"):
-        job.mortar("CU", "CL", gap="wide")
-    with pytest.raises(
-        fo.ModelError, match=r"the first face around .* has no opposite part of the second"
-    ):
-        job.mortar("CU", np.flatnonzero((job.points[:, 0] == 0) & (job.deck.numbers < 1000)))
-    into = job.deck.points - np.array([0.0, 0.125, 0.0]) * (job.deck.numbers < 1000)[:, None]
-    with pytest.raises(fo.ModelError, match=r"the bodies overlap by 0\.125"):
-        replace(job, deck=replace(job.deck, points=into)).mortar("CU", "CL")

@@ -39,20 +39,6 @@ FAULTS = (
         tests="instances",
     ),
     Fault(
-        "readers/unmatched.py",
-        "nodes beyond the edge keep their motions to themselves",
-        old="means @ (own[joint.nodes] - joint.projection)",
-        new="(own[joint.nodes] - joint.projection)[kept]",
-        tests="overhang",
-    ),
-    Fault(
-        "readers/unmatched.py",
-        "gaps of decks are not measured",
-        old="None if measured else (lambda places: np.zeros(len(places)))",
-        new="lambda places: np.zeros(len(places))",
-        tests="overhang",
-    ),
-    Fault(
         "readers/calculix_abaqus.py",
         "axisymmetric matrices of another angle",
         old="_SECTORS = 180.0",
@@ -137,7 +123,7 @@ FAULTS = (
         tests="calculix_quadratic",
     ),
     Fault(
-        "readers/unmatched.py",
+        "readers/job.py",
         "free midside nodes make pairs",
         old="unknowns >= 0",
         new="unknowns > 1000000000.0",

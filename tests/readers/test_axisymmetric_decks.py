@@ -77,52 +77,6 @@ def test_a_negative_radius_is_named(tmp_path):
     for question in (
         lambda: job.areas("TOP"),
         lambda: job.force("TOP", pressure=1.0),
-        lambda: job.mortar("TOP", "BORE"),
     ):
         with pytest.raises(fo.ModelError, match=radius):
             question()
-
-
-# A bolt through two flanges, which meet at y = 1: its ends follow the outer faces of the flanges.
-BOLT = [(r, y) for y in (0, 1, 2) for r in (0.5, 1)]
-LOWER = [(r, y) for y in (0, 1) for r in (1.2, 1.7, 2.2)]
-UPPER = [(r, y) for y in (1, 2) for r in (1.2, 1.5, 1.9, 2.2)]
-TIGHT = (
-    "*NODE, NSET=ALL\n"
-    + "".join(
-        f"{first + i}, {x}, {y}\n"
-        for first, places in ((1, BOLT), (11, LOWER), (21, UPPER))
-        for i, (x, y) in enumerate(places)
-    )
-    + "*NODE\n99, 0., 3.\n*ELEMENT, TYPE=CAX4, ELSET=E\n1, 1, 2, 4, 3\n2, 3, 4, 6, 5\n"
-    "11, 11, 12, 15, 14\n12, 12, 13, 16, 15\n21, 21, 22, 26, 25\n22, 22, 23, 27, 26\n"
-    "23, 23, 24, 28, 27\n*MATERIAL, NAME=M\n*ELASTIC\n210000., 0.3\n*DENSITY\n1.\n"
-    "*SOLID SECTION, ELSET=E, MATERIAL=M\n*SURFACE, NAME=CUT\n1, S3\n"
-    "*SURFACE, NAME=LOW\n11, S3\n12, S3\n*SURFACE, NAME=HIGH\n21, S1\n22, S1\n23, S1\n"
-    "*PRE-TENSION SECTION, NODE=99, SURFACE=CUT\n0., 1., 0.\n"
-    "*EQUATION\n2\n1, 2, 1., 11, 2, -1.\n2\n2, 2, 1., 11, 2, -1.\n"
-    "2\n5, 2, 1., 25, 2, -1.\n2\n6, 2, 1., 25, 2, -1.\n*BOUNDARY\n13, 2\n"
-)
-
-
-@pytest.mark.ccx
-def test_a_pre_tension_presses_what_it_clamps_with_its_force(tmp_path):
-    """A pre-tension presses the clamped parts with its force.
-
-    The upper half is in balance: the force that pulls its bolt presses its flange. The nodes of the
-    faces do not match, and the node of the section is an unknown of the matrix.
-    """
-    job = fo.readers.read_calculix(run(tmp_path, TIGHT)[0])
-    load = np.where((job.labels == [99, 1]).all(axis=1), 4000.0, 0.0)
-    assert load.any()
-    system = fo.condense(
-        job.K,
-        {"P": load},
-        **job.mortar("HIGH", "LOW"),
-        unknowns=job.unknowns,
-        points=job.points,
-        generalised=job.generalised,
-    )
-    assert system.nodes == 4
-    assert system.bonded["P"][1].sum() == pytest.approx(4000.0, rel=1e-9)
-    assert system.width.sum() == pytest.approx(np.pi * (2.2**2 - 1.2**2), rel=1e-9)

@@ -230,10 +230,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "MatrixJob": (fo.readers.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
     "MatrixJob.force": (JOB.force, {"where": "N_TOP", "nodal": [1.0, 0.0]}),
     "MatrixJob.areas": (JOB.areas, {"face": "N_TOP"}),
-    "MatrixJob.mortar": (
-        JOB.mortar,
-        {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK", "gap": "measured"},
-    ),
     "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
     "Dovetail": (condensed(fo.scenes.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
     "PinInPlate": (condensed(fo.scenes.PinInPlate), {"elements": 8, "growth": 3.0}),
