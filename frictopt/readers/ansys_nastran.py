@@ -234,8 +234,6 @@ def read_nastran(
     >>> job = fo.readers.read_nastran("tests/data/joint.pch", deck="tests/data/joint.bdf")
     >>> job
     MatrixJob(unknowns=66, directions=3, sets=[])
-    >>> [face.shape for face in job.matching_faces()]
-    [(6, 2)]
     """
     bulk, op4 = (library(f"pyyeti.nastran.{part}", "pyyeti", "nastran") for part in ("bulk", "op4"))
     file = file_path("path", path)

@@ -68,44 +68,17 @@ class MatrixJob(LabelledMatrix):
     ([[0, 1], [3, 4]], [2])
     """
 
-    def matching_faces(self) -> list[Integers]:
-        """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node.
-
-        They are proposals for `pairs` of `condense`. Body 1 is the body with the lower number. In
-        the plane the pairs are in the order of the face, with body 1 on the left. Bodies that only
-        touch at a point or an edge have no face there. In space a deck may have no elements, as for
-        a reduced model; the pairs then follow from the nodes.
-
-        Raises
-        ------
-        ModelError
-            A node coincides with several nodes of one other body; midside nodes do not follow their
-            corners; in the plane, the deck has no elements.
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> job = fo.readers.read_calculix("tests/data/flat")
-        >>> [face.shape for face in job.matching_faces()]
-        [(26, 2)]
-        >>> [int((job.bodies == i).sum()) for i in (0, 1)]
-        [275, 207]
-        """
-        faces = self._matching()
-        for pairs in faces:
-            self._check_midsides(pairs.ravel())
-        return faces
-
-    def with_linear_faces(self, *faces: str | ArrayLike) -> MatrixJob:
+    def with_linear_faces(
+        self, first: str | ArrayLike, second: str | ArrayLike, *others: str | ArrayLike
+    ) -> MatrixJob:
         """The job in which midside nodes of contact faces follow the corners.
 
         Only corner nodes then have pairs; see theory, "Quadratic elements".
 
         Parameters
         ----------
-        *faces
-            The nodes of each face, on both sides of each contact, see `nodes`. Without arguments:
-            all faces that match.
+        first, second, *others
+            The nodes of the faces on both sides of each contact, see `nodes`.
 
         Raises
         ------
@@ -117,14 +90,13 @@ class MatrixJob(LabelledMatrix):
         --------
         >>> import frictopt as fo
         >>> job = fo.readers.read_calculix("tests/data/flat")
-        >>> job.with_linear_faces().K.shape == job.K.shape  # its elements are linear
+        >>> linear = job.with_linear_faces("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
+        >>> linear.K.shape == job.K.shape  # its elements are linear
         True
         """
-        matching = [] if faces else self._matching()
-        sides = [*faces, *(side for pairs in matching for side in pairs.T)]
-        facets = [self._between(self.nodes(side)) for side in sides]
+        facets = [self._between(self.nodes(face)) for face in (first, second, *others)]
         node, axis, corner, corner_axis, weight = self._midside_terms(
-            np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *facets]))
+            np.unique(np.concatenate(facets))
         )
         rows = self.unknowns[node, axis]
         columns = self.unknowns[corner, corner_axis]
@@ -311,7 +283,7 @@ class MatrixJob(LabelledMatrix):
         if len(free):
             raise ModelError(
                 f"faces: node {deck.numbers[free[0]]}, a midside node of a contact face, does not "
-                "follow its corners; use job.with_linear_faces()"
+                "follow its corners; name both faces in job.with_linear_faces"
             )
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,18 +15,13 @@ from skfem import Mesh
 from ..base import (
     Integers,
     Shown,
-    first_of,
     frozen,
-    place,
     shown,
     whole,
 )
 from ..errors import ModelError
-from ..fem.coincidence import coincident, coordinate_errors
-from ..fem.elasticity import facet_nodes, parts_of
-from ..fem.faces import lines_along
+from ..fem.elasticity import facet_nodes
 from ..fem.matrix_checks import NumberedPoints, checked_stiffness
-from ..fem.mixed import places_among
 from ..fem.rigid import node_graph
 from .deck import Deck
 from .element_types import SHAPES, SLENDER
@@ -38,7 +32,7 @@ from .meshes import between, mesh_of, with_midsides, with_sets
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LabelledMatrix(Shown):
-    """Base of `MatrixJob`: its rows, bodies and mesh, and matching faces of bodies."""
+    """Base of `MatrixJob`: its rows, bodies and mesh."""
 
     K: csr_matrix
     labels: Integers
@@ -87,21 +81,19 @@ class LabelledMatrix(Shown):
     def _shaped(self) -> Deck:
         return self._known.with_known_shapes()
 
-    def _check_faces_are_known(self, corners: Integers) -> None:
-        """Check that no corner of a face belongs to an element whose faces are not known."""
-        for kind, _, nodes in self._known.without_faces:
-            common = np.intersect1d(corners, nodes)
+    def _between(self, nodes: Integers, numbers: Integers | None = None) -> Integers:
+        """Facets of the outline between some nodes, see `between`.
+
+        No corner of a facet may belong to an element whose faces are not known.
+        """
+        facets = between(self.mesh, nodes, numbers)
+        for kind, _, unknown in self._known.without_faces:
+            common = np.intersect1d(self.mesh.facets[:, facets], unknown)
             if len(common) and not kind.startswith(SLENDER):
                 raise ModelError(
                     f"deck: elements of type {kind} have node {self._known.numbers[common[0]]} of "
                     f"the face, and their faces are not known; give solids, {', '.join(SHAPES)}"
                 )
-
-    def _between(self, nodes: Integers, numbers: Integers | None = None) -> Integers:
-        """Facets of the outline between some nodes, see `between`."""
-        mesh = self.mesh
-        facets = between(mesh, nodes, numbers)
-        self._check_faces_are_known(np.unique(mesh.facets[:, facets]))
         return facets
 
     @cached_property
@@ -165,44 +157,6 @@ class LabelledMatrix(Shown):
         """The mesh with midside nodes, and the matrix of its nodes as means of deck nodes."""
         return with_midsides(self.mesh, self._shaped)
 
-    def _matching(self) -> list[Integers]:
-        """Pairs (N, 2) of each connected face at which two bodies lie on each other.
-
-        Both bodies have the nodes of the face, and the facets between these nodes. In space,
-        without elements, all nodes that two bodies share are one face.
-        """
-        body = self.bodies
-        needs_mesh = bool(self._known.elements) or self._directions == 2
-        mesh = self.mesh if needs_mesh else None
-        errors = coordinate_errors(self.points, self._known.corners)
-        first, second = coincident(self.points, errors)
-        # In each pair the node of the lower body comes first.
-        in_order = body[first] < body[second]
-        lower = np.where(in_order, first, second)
-        upper = np.where(in_order, second, first)
-        faces: list[Integers] = []
-        for a, b in combinations(np.unique(body[body >= 0]), 2):
-            between_both = (body[lower] == a) & (body[upper] == b)
-            one = lower[between_both]
-            two = upper[between_both]
-            self._check_each_once(one)
-            self._check_each_once(two)
-            # Node of body b -> the node of body a at the same place, or -1.
-            image = np.full(len(self.points), -1)
-            image[two] = one
-            faces += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
-        if mesh is not None and faces:
-            self._check_faces_are_known(np.concatenate([pairs.ravel() for pairs in faces]))
-        return faces
-
-    def _check_each_once(self, nodes: Integers) -> None:
-        node = first_of(np.bincount(nodes) > 1)
-        if node is not None:
-            raise ModelError(
-                f"matching_faces: the node at {place(self.points[node])} coincides with several "
-                "nodes of one other body; merge these nodes"
-            )
-
     def nodes(self, where: str | ArrayLike) -> Integers:
         """Nodes as rows of `points`, each once.
 
@@ -233,32 +187,3 @@ class LabelledMatrix(Shown):
             )
         whole_mesh, origin = self._whole
         return np.unique(origin[facet_nodes(whole_mesh, facets)].indices)
-
-
-def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
-    """Nodes of each connected face of the outline whose images are also a face of the outline.
-
-    `image` (nodes,) is -1 for a node without an image. Without a mesh all nodes with images are one
-    face.
-    """
-    if not (image >= 0).any():
-        return []
-    if mesh is None:
-        return [np.flatnonzero(image >= 0)]
-    outline = mesh.boundary_facets()
-    # (corners, m) corners of each facet of the outline
-    corners = mesh.facets[:, outline]
-    matches = (image[corners] >= 0).all(axis=0)
-    matches[matches] = places_among(image[corners[:, matches]].T, corners.T) >= 0
-    if not matches.any():
-        return []
-    if mesh.dim() == 2:
-        lines = lines_along(mesh, outline[matches], "matching_faces: the outline")
-        return [line for line, _ in lines]
-
-    # Facets that share a node belong to one face: the first corner of each facet is linked to its
-    # other corners.
-    corners = corners[:, matches]
-    links = (np.tile(corners[0], len(corners) - 1), corners[1:].ravel())
-    face = parts_of(links, len(image))[corners[0]]
-    return [np.unique(corners[:, face == number]) for number in dict.fromkeys(face.tolist())]

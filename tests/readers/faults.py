@@ -285,13 +285,6 @@ FAULTS = (
         tests="calculix_decks",
     ),
     Fault(
-        "readers/labelled.py",
-        "a facet of one body suffices for a face",
-        old="matches[matches] = places_among(image[corners[:, matches]].T, corners.T) >= 0",
-        new="pass",
-        tests="matching",
-    ),
-    Fault(
         "readers/user_element.py",
         "directions change one node late",
         old="np.searchsorted(starts, place, side='right')",
