@@ -47,7 +47,6 @@ _LINEAR = {second: first for first, second in QUADRATIC.items()} | {
 }
 # Elements by their number of nodes: facets, and serendipity elements.
 _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
-_SERENDIPITY = {8: skfem.ElementQuadS2, 20: skfem.ElementHexS2}
 # Order of integration. Three points a direction are exact for uniform stress in curved elements,
 # and for any stress in straight elements.
 _ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2: 5}
@@ -362,17 +361,6 @@ def corner_weights(kind: type[Mesh]) -> Array:
     """(nodes, corners) weights that make each node of a straight element a mean of its corners."""
     linear = _LINEAR[kind].elem()
     return functions_of(linear, linear.refdom.nnodes, kind.elem.doflocs.T)[0].T
-
-
-def completion(kind: type[Mesh], count: int) -> Array:
-    """(nodes, count) weights of the nodes of a quadratic element, from its first `count` nodes.
-
-    If only its edges have midside nodes, those of facets and of the element follow from the
-    functions of the serendipity element.
-    """
-    if count in _SERENDIPITY:
-        return functions_of(_SERENDIPITY[count](), count, kind.elem.doflocs.T)[0].T
-    return np.eye(count)
 
 
 def on_facets(kind: type[Mesh]) -> Booleans:

@@ -18,7 +18,6 @@ from .element_types import (
     LINES,
     PLANES,
     SHAPES,
-    SINGLE_SHAPES,
     SOLIDS,
     THIN,
     is_linear,
@@ -230,12 +229,6 @@ class Deck(Shown):
                 "axisymmetric element; x is its radius, >= 0: measure x from the axis, and model "
                 "only the half with x > 0"
             )
-
-    @property
-    def is_mixed(self) -> bool:
-        """Whether the elements with faces have several shapes, or are no shape of scikit-fem."""
-        shapes = {block.kind for block in self.by_shape()}
-        return len(shapes) > 1 or not shapes <= set(SINGLE_SHAPES)
 
     def by_shape(self) -> list[Elements]:
         """All elements with faces, shape by shape: its name in meshio, numbers and nodes.

@@ -4,12 +4,8 @@ import re
 
 # Number of corners of each shape, by its name in meshio. Corners come before midside nodes.
 PLANE_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
-SOLID_CORNERS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
-SOLID_CORNERS |= {"wedge": 6, "wedge15": 6, "pyramid": 5}
-CORNERS = PLANE_CORNERS | SOLID_CORNERS
-
-# Shapes of which scikit-fem has linear and quadratic elements.
-SINGLE_SHAPES = (*PLANE_CORNERS, "tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
+CORNERS = PLANE_CORNERS | {"tetra": 4, "tetra10": 4, "wedge": 6, "wedge15": 6, "pyramid": 5}
+CORNERS |= {"hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
 
 # Types of Abaqus that are read with their faces, and their shapes.
 SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"}

@@ -27,7 +27,8 @@ from .deck import Deck
 from .element_types import SHAPES, SLENDER
 from .labels import checked_labels, displaced, rows_of_nodes
 from .listing import deck_of_points
-from .meshes import between, mesh_of, with_midsides, with_sets
+from .meshes import between, mesh_of, with_sets
+from .mixed_elements import with_midsides
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,24 +3,22 @@
 import warnings
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..base import SAME_POINT, Integers, place
-from ..base.libraries import file_path, library
+from ..base import SAME_POINT, Integers
+from ..base.libraries import file_path
 from ..errors import ModelError, ModelWarning
-from ..fem.elasticity import QUADRATIC, completion
 from ..fem.mixed import MIXED, places_among
 from .bulk_data import bulk_deck
 from .deck import FREE, Deck
-from .element_types import CORNERS, LINES, PLANE_CORNERS, PLANES, THIN, corner_shape
+from .element_types import LINES, PLANE_CORNERS, PLANES, THIN, corner_shape
 from .groups import deck_of_file
 from .keywords import read_deck
-from .mixed_elements import FACE_CORNERS, in_tetrahedra, mixed_mesh, with_mixed_midsides
+from .mixed_elements import FACE_CORNERS, in_tetrahedra, mesh_through_corners, with_midsides
 
 # Ends of the names of files of Nastran's bulk data.
 _NASTRAN = (".bdf", ".fem", ".nas")
@@ -152,17 +150,7 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
             f"deck: z varies by {z:g}, and there are no solids; "
             "give a mesh in z = 0, or in gmsh physical groups of the volumes"
         )
-    if deck.is_mixed:
-        return mixed_mesh(parts, deck.points[:, :directions])
-    # Imported here, because it imports meshio. Without meshio `library` says how to install it.
-    meshio = library()
-    from skfem.io.meshio import from_meshio
-
-    linear_shape = corner_shape(shape)
-    corners = parts[0].nodes[:, : CORNERS[shape]]
-    return from_meshio(
-        meshio.Mesh(deck.points, [(linear_shape, corners)]), force_meshio_type=linear_shape
-    )
+    return mesh_through_corners(parts, deck.points[:, :directions])
 
 
 def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
@@ -189,54 +177,6 @@ def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Int
 def _outline_between(mesh: Mesh, nodes: Integers) -> Integers:
     facets = mesh.boundary_facets()
     return np.asarray(facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)])
-
-
-def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
-    """The mesh of the quadratic elements whose corners a mesh has; linear elements are unchanged.
-
-    `mesh` has the elements of the deck. The second result is the (nodes of the mesh, points of the
-    deck) matrix that makes these nodes of the points.
-    """
-    if deck.is_mixed:
-        return with_mixed_midsides(mesh, deck)
-    points = deck.points
-    elements = deck.by_shape()[0].nodes
-    # Imported here, because it imports meshio.
-    from skfem.io.meshio import INV_HEX_MAPPING
-
-    count = elements.shape[1]
-    corners = len(mesh.t)
-    # Nodes of the mesh that are corners, and the rows of the points that they are, both rising.
-    mesh_nodes = np.unique(mesh.t)
-    rows, corner_places = np.unique(elements[:, :corners], return_inverse=True)
-    if count == corners:
-        shape = (mesh.p.shape[1], len(points))
-        return mesh, csr_matrix((np.ones(len(rows)), (mesh_nodes, rows)), shape=shape)
-
-    kind = QUADRATIC[type(mesh)]
-    order = INV_HEX_MAPPING[:count] if corners == 8 else np.arange(count)
-    # Corners in the order of the file, because scikit-fem sorts those of triangles.
-    t = mesh_nodes[corner_places.reshape(-1, corners)][:, order[:corners]].T
-    curved = kind(mesh.p, np.ascontiguousarray(t), mesh.boundaries, mesh.subdomains)
-
-    # Each node of the curved mesh is a mean of the nodes of the first element that has it.
-    node, first = np.unique(curved.dofs.element_dofs, return_index=True)
-    place_in_element, element = np.divmod(first, len(elements))
-    weights = completion(kind, count)[place_in_element]
-    columns = elements[element][:, order]
-    origin = csr_matrix(
-        (weights.ravel(), (np.repeat(node, count), columns.ravel())),
-        shape=(curved.dofs.N, len(points)),
-    )
-    origin.eliminate_zeros()
-    unused = np.setdiff1d(elements, origin.indices)
-    if len(unused):
-        raise ModelError(
-            f"mesh: the midside node at {place(points[unused[0]])} is on an edge that has another "
-            "one; merge nodes that coincide"
-        )
-    coordinates = np.ascontiguousarray((origin @ points[:, : mesh.dim()]).T)
-    return replace(curved, doflocs=coordinates), origin
 
 
 def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:

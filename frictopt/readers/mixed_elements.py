@@ -1,4 +1,4 @@
-"""Meshes of decks with wedges or elements of several shapes, including midside nodes."""
+"""Meshes of the elements of decks, of one shape or several, with their midside nodes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -9,6 +9,7 @@ from scipy.sparse import csr_matrix
 from skfem import Mesh
 
 from ..base import ROUNDING, Array, Booleans, Integers, place
+from ..base.libraries import library
 from ..errors import ModelError
 from ..fem.elasticity import QUADRATIC, corner_weights, functions_of
 from ..fem.mixed import COLLAPSED, HEXAHEDRON, MIXED, MeshMixed, MeshMixedPlane, places_among
@@ -53,8 +54,8 @@ _PLAIN = {
 }
 
 
-def mixed_mesh(parts: Sequence[Elements], points: Array) -> Mesh:
-    """Mesh through the corners of elements of several shapes, its nodes in the order of the points.
+def mesh_through_corners(parts: Sequence[Elements], points: Array) -> Mesh:
+    """Mesh through the corners of elements of any shapes, its nodes in the order of the points.
 
     If all have the same corners, as linear and quadratic hexahedra, it is a mesh of that shape.
     """
@@ -81,7 +82,7 @@ def _at_corners(kind: type[Mesh], shape: str) -> Integers:
     return corners[HEXAHEDRON] if len(corners) == len(HEXAHEDRON) else corners
 
 
-def with_mixed_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
+def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     """The quadratic mesh through the corners of a mesh with the elements of a deck.
 
     If all elements are linear, it is the mesh itself. A linear element beside quadratic elements
@@ -99,18 +100,14 @@ def with_mixed_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     curved = kind(mesh.p, np.ascontiguousarray(t), mesh.boundaries, mesh.subdomains)
     _check_edges_are_alike(curved, np.concatenate([_are_linear(part) for part in parts]))
     weights = corner_weights(kind)
-    terms = []
+    node, place_in_element, element = _first_places(curved)
+    entries = []
     for part, first in _with_first(parts):
         of_shape = np.zeros((len(weights), CORNERS[part.kind]))
         np.add.at(of_shape.T, _at_corners(type(mesh), part.kind), weights.T)
-        terms.append((first, part, _functions(part.kind, of_shape)))
-
-    node, place_in_element, element = _first_places(curved)
-    entries = []
-    for first, part, values in terms:
         here = np.flatnonzero((element >= first) & (element < first + len(part.numbers)))
-        nodes = part.nodes[element[here] - first]
-        entries.append((values[place_in_element[here]], node[here], nodes))
+        values = _functions(part.kind, of_shape)[place_in_element[here]]
+        entries.append((values, node[here], part.nodes[element[here] - first]))
     return _placed(curved, entries, deck)
 
 
@@ -190,7 +187,8 @@ def _functions(shape: str, w: Array) -> Array:
     order = np.arange(count)
     corners = np.arange(w.shape[1])
     if w.shape[1] == len(HEXAHEDRON):
-        # Imported here, because it imports meshio.
+        # Imported here, because it imports meshio. Without it `library` says how to install it.
+        library()
         from skfem.io.meshio import INV_HEX_MAPPING
 
         order = np.array(INV_HEX_MAPPING[:count])
