@@ -2,13 +2,13 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..base import Integers
+from ..base.libraries import library
 from ..errors import ModelError
 from .deck import Elements
 
@@ -52,7 +52,7 @@ def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
     """
     raw = file.read_bytes()
     names = _names(raw)
-    entities = _groups_of_entities(raw)
+    entities = _groups_of_entities(file, raw)
     groups: Groups = defaultdict(list)
     numbered = set[_Key]()
     for i, (start, block) in enumerate(zip(starts, contents.cells, strict=True)):
@@ -105,53 +105,22 @@ def _check_groups_have_elements(
         raise ModelError(f"mesh {file.name}: {kind} {name!r}: it names no {members}; {GROUPED}")
 
 
-def _groups_of_entities(raw: bytes) -> dict[_Key, list[int]]:
+def _groups_of_entities(file: Path, raw: bytes) -> dict[_Key, list[int]]:
     """Numbers of all groups of each entity of a file of version 4.1; of another version none."""
     head = _FORMAT_4_1.search(raw)
     start = _ENTITIES.search(raw)
     if head is None or start is None:
         return {}
-    section = raw[start.end() :].partition(b"$EndEntities")[0]
-    numbers = _Numbers(section, binary=head[1] == b"1", size=int(head[2]))
-    groups = dict[_Key, list[int]]()
-    for dim, count in enumerate(numbers.sizes(4)):
-        for _ in range(count):
-            (entity,) = numbers.integers(1)
-            # Skip the place of a point, or the box of another entity.
-            numbers.skip_floats(3 if dim == 0 else 6)
-            # A minus says that the group has the entity reversed.
-            in_groups = [abs(number) for number in numbers.integers(*numbers.sizes(1))]
-            groups[dim, entity] = list(dict.fromkeys(in_groups))
-            if dim > 0:
-                # Skip the entities that bound it.
-                numbers.integers(*numbers.sizes(1))
-    return groups
-
-
-class _Numbers:
-    """The numbers of a section of a file, one after the other, as text or in binary form."""
-
-    def __init__(self, section: bytes, binary: bool, size: int) -> None:
-        self._size = f"u{size}"
-        self._raw = section if binary else None
-        self._words: Iterator[bytes] = iter(() if binary else section.split())
-        self._position = 0
-
-    def _next(self, kind: str, count: int) -> Any:
-        if self._raw is None:
-            return [next(self._words) for _ in range(count)]
-        numbers = np.frombuffer(self._raw, np.dtype(kind), count, self._position)
-        self._position += numbers.nbytes
-        return numbers
-
-    def sizes(self, count: int) -> list[int]:
-        return [int(value) for value in self._next(self._size, count)]
-
-    def integers(self, count: int) -> list[int]:
-        return [int(value) for value in self._next("i4", count)]
-
-    def skip_floats(self, count: int) -> None:
-        self._next("f8", count)
+    read = library("meshio.gmsh._gmsh41")._read_entities
+    with file.open("rb") as opened:
+        opened.seek(start.end())
+        by_dimension, _ = read(opened, head[1] == b"0", int(head[2]))
+    # A minus says that the group has the entity reversed.
+    return {
+        (dim, entity): list(dict.fromkeys(map(abs, numbers)))
+        for dim, entities in enumerate(by_dimension)
+        for entity, numbers in entities.items()
+    }
 
 
 def without_copies(elements: list[Elements], groups: Groups) -> tuple[list[Elements], Groups]:

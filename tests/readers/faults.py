@@ -203,8 +203,8 @@ FAULTS = (
     Fault(
         "readers/gmsh.py",
         "reversed entities are in no group",
-        old="abs(number)",
-        new="number",
+        old="map(abs, numbers)",
+        new="numbers",
         tests="groups",
     ),
     Fault(
