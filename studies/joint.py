@@ -128,7 +128,7 @@ def _fretting(
     """The steady state under the history, and its fretting table with the stress of body 2."""
     steady = fo.steady_state(system, _cycle(joint), joint.friction, 1.0)
     stress, strain = zip(
-        *(fields.at_contact(2) for _, fields, _ in joint.model._over(steady, every=False)),
+        *(fields.at_contact(2) for fields in joint.model._over(steady, every=False)),
         strict=True,
     )
     return steady, steady.fretting_table(stress=np.array(stress), strain=np.array(strain))

@@ -270,15 +270,15 @@ class Plotted:
         """
         return self._pictures().draw(self, ax)
 
-    def _pictures(self, file: str = "pictures") -> Any:
+    def _pictures(self) -> Any:
         """The pictures of the room of this class, or of the class that it is derived from."""
         package = __name__.split(".")[0]
         modules = [base.__module__ for base in type(self).__mro__]
         ours = next(module for module in modules if module.split(".")[0] == package)
-        return pictures_of(ours, file)
+        return pictures_of(ours)
 
 
-def pictures_of(module: str, file: str = "pictures") -> Any:
+def pictures_of(module: str) -> Any:
     """The file of pictures in the room of a module.
 
     It is imported here, because matplotlib is slow to import and need not be installed.
@@ -295,7 +295,7 @@ def pictures_of(module: str, file: str = "pictures") -> Any:
             "plots need matplotlib: python -m pip install 'frictopt[figures]'"
         ) from error
     package, room = module.split(".")[:2]
-    return import_module(f"{package}.{room}.{file}")
+    return import_module(f"{package}.{room}.pictures")
 
 
 def frame(

@@ -25,7 +25,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `interface.py`, `guided_pairs.py` | pairs as unknowns, and pairs on planes of symmetry |
 | `matrix_checks.py`, `pair_checks.py` | checks of matrices, and of the order and sides of pairs |
 | `fields.py`, `recovery.py`, `modes.py` | displacements and stresses, and modes of vibration |
-| `pictures.py`, `load_pictures.py`, `views.py`, `paraview.py` | drawing and export |
+| `pictures.py`, `load_pictures.py`, `grids.py` | drawing and export |
 """
 
 import lazy_loader

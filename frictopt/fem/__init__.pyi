@@ -7,7 +7,6 @@ from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .model import ContactModel
 from .node_forces import PointForce, RemoteForce
-from .paraview import write_paraview
 from .supports import Support
 from .ties import Tie
 
@@ -32,5 +31,4 @@ __all__ = [
     "Tie",
     "Traction",
     "split_bodies",
-    "write_paraview",
 ]

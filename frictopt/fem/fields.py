@@ -12,7 +12,6 @@ from scipy.sparse import csr_matrix, lil_matrix
 
 from ..base import (
     EQUILIBRIUM,
-    RESIDUAL,
     SIMULTANEOUS,
     Array,
     Integers,
@@ -198,6 +197,48 @@ class Recoverable:
         of_loads = dict(zip(self.loads, both, strict=False))
         return StressMap(self._condensed, at, of_loads, both[len(cases) :], on_face)
 
+    def grids(self: Any, result: BodyFields | Steady | None = None) -> Any:
+        """The bodies and the contacts as grids of PyVista (extra `view`), with their fields.
+
+        `grids.plot()` shows them, in a notebook too, and `grids.save("joint.vtm")` writes a file
+        for ParaView. `grids["contact"].plot(scalars="pressure")` shows a field.
+
+        Parameters
+        ----------
+        result
+            Fields that `recover` gave, or a steady state of the condensed model, at its last
+            corner; None: the meshes alone.
+
+        Returns
+        -------
+        pyvista.MultiBlock
+            A grid for each body, by its name, with "displacement", "von_mises", "stress" and
+            "strain" (xx, yy, zz, xy, yz, xz). The last one is "contact", the faces of bodies 1:
+            "displacement", "normal" (into body 1), "slip", "gap", "shear" (of body 2 on body 1,
+            force per area) and "pressure"; of a steady state also "work_density", the work of
+            friction per cycle and area. Its cells have the number of their contact, "contact".
+
+        Raises
+        ------
+        ModelError
+            pyvista is not installed; a result of another kind or of another model.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> model = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
+        >>> fields = model.recover({"P": 1.0, "Qx": 0.3}, slip=[[0.0, 0.0]] * 9)
+        >>> grids = model.grids(fields)
+        >>> grids.keys()
+        ['punch', 'block', 'contact']
+        >>> f"{grids['contact']['pressure'].max():.3f}"
+        '2.301'
+        """
+        # Imported here, because it needs models.
+        from .grids import grids_of
+
+        return grids_of(self, result)
+
     def _picked(self: Any, points: Array, names: Array) -> csr_matrix:
         """(P, all nodes) the functions of the nodes at points, each in the body of its name."""
         assembly = self._assembly
@@ -336,30 +377,13 @@ class Recoverable:
         fields: NodalFields = self._projections[name]
         return fields.of(u[self._rows_of(name)].transpose(1, 0, 2), expansions)
 
-    def _over(
-        self: Any, steady: Steady, *, every: bool
-    ) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
-        """Time, fields, and contact values (status and work) for states of a steady cycle.
-
-        The states are the corners, or with `every` all states. A node slips if it has slipped since
-        the state before.
-        """
+    def _over(self: Any, steady: Steady, *, every: bool) -> Iterator[BodyFields]:
+        """The fields at the corners of a steady cycle, or with `every` at all its states."""
         states = steady.states()
         is_last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # last state of each time
         is_corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
-        before = 0
         for k in np.flatnonzero(is_last if every else is_last & is_corner).tolist():
-            fields = self._fields_of_state(states, k)
-            work = states.work[k] - states.work[0]
-            slip = np.ptp(states.slip[before : k + 1], axis=0).reshape(len(work), -1).max(axis=1)
-            slipped = slip > RESIDUAL * np.abs(states.slip).max()
-            status = np.where(states.gap[k] > 0, 2, slipped).astype(np.int32)
-            yield (
-                float(states.time[k]),
-                fields,
-                {"status": status, "work": work, "work_density": work / self._assembly.width},
-            )
-            before = k
+            yield self._fields_of_state(states, k)
 
     def _fields_of_state(self: Any, states: Any, k: int) -> BodyFields:
         """The fields of state k of a steady cycle; they must agree with its reactions."""

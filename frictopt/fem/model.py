@@ -11,7 +11,17 @@ from typing import Any, ClassVar, TypeVar, get_args
 
 import numpy as np
 
-from ..base import Array, Shown, Table, checked_cases, frame, number_of, progress_bar, shown
+from ..base import (
+    Array,
+    Plotted,
+    Shown,
+    Table,
+    checked_cases,
+    frame,
+    number_of,
+    progress_bar,
+    shown,
+)
 from ..base.checks import checked_units, listed_parts
 from ..contact import ContactProducts, ContactSystem
 from ..errors import ModelError, ModelWarning
@@ -31,7 +41,6 @@ from .modes import Vibrating
 from .mortar import Joint
 from .pair_checks import check_order
 from .products import products_of
-from .recovery import Viewed
 from .supports import Support
 from .ties import Tie
 
@@ -39,7 +48,7 @@ S = TypeVar("S", bound=ContactSystem)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactModel(Recoverable, Shown, Viewed, Vibrating):
+class ContactModel(Recoverable, Shown, Plotted, Vibrating):
     """Elastic bodies that meet along any number of faces, in the plane or in space.
 
     Parameters

@@ -230,58 +230,6 @@ def in_meshio(mesh: Any) -> Any:
     return whole
 
 
-class Viewed(Plotted):
-    """Base of models that PyVista shows."""
-
-    def view(
-        self,
-        result: object = None,
-        show: str = "von_mises",
-        *,
-        scale: float = 0.0,
-    ) -> Any:
-        """A scene of PyVista (extra `view`) of the bodies, the contacts and a field on them.
-
-        Its method `.show()` opens a window, or in a notebook a view to turn with the mouse.
-        `.screenshot("joint.png")` writes a picture; with `pyvista.OFF_SCREEN = True` it needs no
-        screen.
-
-        Parameters
-        ----------
-        result
-            Fields that `recover` gave, or a steady state of the condensed model, at its last
-            corner; None: the meshes, with the contacts in black.
-        show
-            Of the bodies "von_mises" or "displacement"; of the contacts, seen through the bodies,
-            "pressure", "shear", "slip", "gap", and of a steady state "work_density", the work of
-            friction per cycle and area. Vectors are shown by their length.
-        scale
-            Factor on the displacements of the bodies.
-
-        Returns
-        -------
-        pyvista.Plotter
-
-        Raises
-        ------
-        ImportError
-            pyvista is not installed, or on Linux no library of OpenGL.
-        ModelError
-            A result of another kind or of another model, or a field that it lacks.
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> model = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
-        >>> fields = model.recover({"P": 1.0, "Qx": 0.3}, slip=[[0.0, 0.0]] * 9)
-        >>> view = model.view(fields, "pressure", scale=0.1)
-        >>> list(view.scalar_bars.keys())
-        ['pressure (force per area)']
-        >>> view.close()
-        """
-        return self._pictures("views").view(self, result, show, scale)
-
-
 class Recovery:
     """The factorisation that gives back the displacements of a model.
 

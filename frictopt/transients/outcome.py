@@ -421,7 +421,7 @@ class SteadyState(Recorded, Plotted):
         if hasattr(fields, "recover"):
             # If nothing slips or opens, stresses are linear in the loads from corner to corner.
             every = bool(self.slipping.any() or (states.gap > 0).any())
-            fields = [field for _, field, _ in fields._over(self, every=every)]
+            fields = list(fields._over(self, every=every))
         return with_worst_planes(table, fields, body, weights)
 
     def _answer(self) -> Mapping[str, object]:

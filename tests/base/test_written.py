@@ -18,8 +18,6 @@ from helpers.systems import CYCLE, random_system
 resource = pytest.importorskip("resource")  # of Unix
 
 SYSTEM = random_system(np.random.default_rng(3), 3)
-MODEL = fo.scenes.PunchOnHalfPlane(elements=4).model()
-FIELDS = MODEL.recover({"P": 1.0}, np.zeros(MODEL.condense().nodes))
 REPORT = fo.report(SYSTEM, CYCLE, 0.5, pages=1, progress=False)
 # Ending of a file -> the function that writes it.
 WRITERS = {
@@ -28,7 +26,6 @@ WRITERS = {
     "html": REPORT.save,
     "json": REPORT.save,
     "xlsx": REPORT.save,
-    "vtm": lambda path: fo.fem.write_paraview(path, MODEL, FIELDS),
 }
 
 

@@ -17,7 +17,6 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from frictopt.fem.normals import Planes
-from frictopt.fem.paraview import contact_face
 from frictopt.fem.supports import normals_along
 from helpers.cases import ALL_CASES
 from helpers.meshes import around, extruded, turned
@@ -325,7 +324,7 @@ def test_fields_and_pictures_of_a_sector_are_those_of_the_whole(space):
             assert np.allclose(
                 field[name], other[name][:, near], rtol=0, atol=1e-9 * np.abs(field[name]).max()
             )
-    faces = [contact_face(model, fields, {}) for model, fields in ((one, whole), (part, sector))]
+    faces = [model.grids(fields)["contact"] for model, fields in ((one, whole), (part, sector))]
     near = [np.linalg.norm(faces[0].points - point, axis=1).argmin() for point in faces[1].points]
     assert len(faces[1].points) == len(same) + 1 + space  # those on the other cut are drawn, too
     for name, values in faces[1].point_data.items():

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -56,12 +55,6 @@ CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
 CURVE = fo.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
 REPORT = fo.report(CONTACT, CYCLE, FRICTION, pages=1, progress=False)
 STEP = fo.starts.LoadStep({"mean": 0.5})
-
-
-def written(model, result):
-    """Files for ParaView of a result, in a folder that is removed again."""
-    with TemporaryDirectory() as folder:
-        fo.fem.write_paraview(f"{folder}/odd.vtm", model, result)
 
 
 BLOCKS, PLACED = (
@@ -303,10 +296,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_abaqus": (fo.readers.read_abaqus, {"path": "none"}),
     "read_ansys": (fo.readers.read_ansys, {"path": "none"}),
     "read_nastran": (fo.readers.read_nastran, {"path": "none"}),
-    "write_paraview": (
-        written,
-        {"model": MODEL, "result": MODEL.recover({"P": 1.0}, np.zeros(3), np.zeros(3))},
-    ),
     "read_calculix": (fo.readers.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
     "read_joint": (fo.read_joint, {"path": f"{FLAT.parent}/block.inp", "elastic": True}),
     "read_mesh": (fo.readers.read_mesh, {"path": "none"}),
