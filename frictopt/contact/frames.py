@@ -6,13 +6,12 @@ from ..base import Array
 from ..errors import ModelError
 
 
-def frames_of(normals: Array, directions: Array | None = None) -> Array:
+def frames_of(normals: Array) -> Array:
     """(N, d, d) tangents and unit normals, from (N, d) normals of any length.
 
-    In the plane the tangent is the normal turned by -90 degrees. In space the first tangent is a
-    direction minus its part along the normal. The direction is the row of `directions` (N, d) if
-    this is given and not zero, else x, or y if the normal is nearly x. The second tangent is the
-    cross product of normal and first tangent, so the normal z has the tangents x and y.
+    In the plane the tangent is the normal turned by -90 degrees. In space the first tangent is x,
+    or y if the normal is nearly x, minus its part along the normal. The second tangent is the cross
+    product of normal and first tangent, so the normal z has the tangents x and y.
     """
     lengths = np.linalg.norm(normals, axis=1)
     if not lengths.min() > 0:
@@ -28,8 +27,6 @@ def frames_of(normals: Array, directions: Array | None = None) -> Array:
     # The direction must not be nearly parallel to the normal, or the difference below loses digits.
     nearly_x = np.abs(n[:, :1]) >= 0.9
     axis = np.where(nearly_x, np.eye(3)[1], np.eye(3)[0])
-    if directions is not None:
-        axis = np.where(np.any(directions, axis=1, keepdims=True), directions, axis)
     first = axis - np.sum(axis * n, axis=1)[:, None] * n
     first = first / np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(n, first), n], axis=1)

@@ -31,13 +31,13 @@ from .contacts import Contact, contact_names, join_faces, normals_into
 from .couplings import Coupling, coupled
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .guided_pairs import guided_pairs, node_directions, notes_on_held
-from .interface import ASKEW, Interface, blocks_of, openings
+from .guided_pairs import guided_pairs, notes_on_held
+from .interface import Interface, openings
 from .loads import Displacement
 from .mortar import Joint
-from .rigid import NO_ROWS, assemblies, free_motions, free_to_slide, node_graph
+from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .shared_corners import independent_pairs
-from .supports import Support, along_axes, nodes_of, normals_along, planes_of
+from .supports import Support, nodes_of
 from .ties import Tie, followers_of
 from .touching import check_touching
 
@@ -55,12 +55,8 @@ class Assembly:
     rows
         (nodes, d) unknown of each displacement along the axes.
     free_rows
-        (nodes, d) unknown of each displacement along `directions`: -1 if a support holds it, -2 if
-        it follows other displacements. Supports, ties and cuts are marked in this order.
-    directions
-        (nodes, d, d) directions of the unknowns of each node, in rows.
-    oblique
-        Nodes that supports hold along normals that are not axes; all other directions are axes.
+        (nodes, d) unknown of each displacement: -1 if a support holds it, -2 if it follows other
+        displacements. Supports, ties and cuts are marked in this order.
     tied
         Matrix by which midside nodes of contact faces, and cut faces of sectors, follow others.
     of_ties, followers
@@ -121,21 +117,8 @@ class Assembly:
 
     @cached_property
     def release(self) -> tuple[csr_matrix, csr_matrix]:
-        """Matrices R and D of `u = R y + D F`, with loads F on the bodies, see `released`.
-
-        The y are displacements along `directions`.
-        """
-        R, D = released(self.whole, self.rows, self.cuts)
-        return self.turned(R), D
-
-    def turned(self, R: csr_matrix) -> csr_matrix:
-        """The matrix R of displacements, with columns along `directions` instead of the axes."""
-        if not len(self.oblique):
-            return R
-        size = self.rows.size
-        by_rows = csr_matrix((np.ones(size), (np.arange(size), self.rows.ravel())), shape=R.shape)
-        to_axes = blocks_of(self.directions.swapaxes(1, 2))
-        return csr_matrix(R @ by_rows.T @ to_axes @ by_rows)
+        """Matrices R and D of `u = R y + D F`, with loads F on the bodies, see `released`."""
+        return released(self.whole, self.rows, self.cuts)
 
     @cached_property
     def glued(self) -> Glued:
@@ -144,13 +127,13 @@ class Assembly:
         The normals of their pairs are corrected so that free bodies can slide.
         """
         K = self.whole
-        if self.cuts or len(self.oblique):
+        if self.cuts:
             R = self.release[0]
             K = csr_matrix(R.T @ self.whole @ R)
         graph = node_graph(K, self.free_rows)
         _, body = connected_components(graph, directed=False)
         points = np.hstack([part.mesh.p for part in self.bodies.values()]).T
-        motions = free_motions(K, self.free_rows, points, body, directions=self.pairs.directions)
+        motions = free_motions(K, self.free_rows, points, body)
         return Glued(
             K=K,
             unknowns=self.free_rows,
@@ -238,54 +221,22 @@ class Assembly:
         return joints
 
     def _hold_nodes(self) -> None:
-        """Set `free_rows`, `directions` and `oblique` according to the supports."""
-        d = self.points.shape[1]
-        held = np.zeros(self.points.shape, dtype=bool)  # along the axes
+        """Set `free_rows` according to the supports."""
+        held = np.zeros(self.points.shape, dtype=bool)
         if self.kinematics == "axisymmetric":
             held[on_axis(self.points[:, 0]), 0] = True
+        held[np.ix_(self.sector.fixed, self.sector.across)] = True
         for support in self.supports:
-            if not support.normal:
-                axes = self.axes("supports", support.body, support.directions)
-                held[self.nodes("supports", support)[:, None], axes] = True
-        oblique = defaultdict[int, list[Array]](list)
-        for nodes, normals in [*self.sector.held(), *self._held_normals()]:
-            is_axis, axis = along_axes(normals)
-            held[nodes[is_axis], axis[is_axis]] = True
-            for node, normal in zip(nodes[~is_axis].tolist(), normals[~is_axis], strict=True):
-                oblique[node].append(normal)
-
+            axes = self.axes("supports", support.body, support.directions)
+            held[self.nodes("supports", support)[:, None], axes] = True
         self.free_rows = np.where(held, -1, self.rows)
-        self.directions = np.tile(np.eye(d), (len(held), 1, 1))
-        self.oblique = np.array(sorted(oblique), dtype=np.intp)
-        for node, node_normals in oblique.items():
-            held_axes = np.eye(d)[held[node]]
-            self.directions[node], count = node_directions([*node_normals, *held_axes])
-            self.free_rows[node] = np.where(np.arange(d) < count, -1, self.rows[node])
-
-    def _held_normals(self) -> list[tuple[Integers, Array]]:
-        """Nodes (n,) and unit normals (n, d) of each support along normals."""
-        supports = [support for support in self.supports if support.normal]
-        held = []
-        planes = planes_of(supports, self.bodies)
-        for name in dict.fromkeys(support.body for support in supports):
-            body = self.body("supports", name)
-            first = self.first_node[name]
-            of_body = [support for support in supports if support.body == name]
-            along = normals_along(body, of_body, planes, self.sector.seam(first, body))
-            points = self.bodies[name].mesh.p.T
-            is_cut = np.isin(first + np.arange(len(points)), self.sector.nodes).any()
-            motions = self.sector.rigid_motions if is_cut else None
-            for nodes, normals in free_to_slide(along, points, motions):
-                held.append((first + nodes, normals))
-        return held
 
     def _are_held(self, nodes: Integers, direction: Array, held: Booleans) -> Booleans:
         """(n,) whether nodes are held along a direction, at least in part.
 
         `held` (all nodes, d) selects the displacements that are taken as held.
         """
-        cosines = np.abs(self.directions[nodes] @ direction)
-        return np.asarray((held[nodes] & (cosines > SAME_POINT)).any(axis=1))
+        return np.asarray((held[nodes] & (np.abs(direction) > SAME_POINT)).any(axis=1))
 
     def _ties(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> csr_matrix:
         """Matrix `tied`: midside nodes of contact faces follow corners, cut faces follow cut faces.
@@ -305,8 +256,6 @@ class Assembly:
                     f"supports: {support} is a midside node of a contact face, which follows the "
                     "corners; hold corners"
                 )
-        self._let_follow(midside, links.col // d)
-
         free = self.free_rows.ravel()[links.row] >= 0
         unknowns = self.rows.ravel()
         row = unknowns[links.row[free]]
@@ -317,12 +266,12 @@ class Assembly:
         weights = csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2)
         by_corners = csr_matrix(diags(1 - follows) + weights)
         held = self.free_rows < 0
-        elsewhere = np.r_[self.sector.on_cuts, self.oblique]
-        by_ties = self._by_rows(self.followers.motion(held, elsewhere, self.points))
+        motion = self.followers.motion(held, self.sector.on_cuts, self.points)
+        by_ties = self._by_rows(motion)
         tied = self.followers.nodes
         self.free_rows[tied] = np.where(held[tied], -1, -2)
         by_couplings = self._couple(contacts, midside)
-        by_sector = self.sector.follow(self.rows, self.free_rows, self.directions, self.points)
+        by_sector = self.sector.follow(self.rows, self.free_rows, self.points)
         return csr_matrix(by_corners @ by_ties @ by_couplings @ by_sector)
 
     def _by_rows(self, matrix: csr_matrix) -> csr_matrix:
@@ -338,7 +287,7 @@ class Assembly:
                 f"supports: {self.couplings[0]} beside a Cyclic; a coupling cannot include nodes "
                 "of other sectors: model the whole ring, or use a Support"
             )
-        taken = [midside, self.oblique, self.followers.nodes]
+        taken = [midside, self.followers.nodes]
         for contact, joint in zip(contacts, self.joints, strict=True):
             taken.append(self.first_node[contact.body_1] + joint.nodes)
             taken.append(self.first_node[contact.body_2] + joint.projection.indices)
@@ -375,27 +324,6 @@ class Assembly:
             for name, facets in faces.items()
         ]
 
-    def _let_follow(self, midside: Integers, corners: Integers) -> None:
-        """Release midside nodes held along oblique normals, if their corners are held like them.
-
-        Midside nodes then stay in the plane of their corners. Each link is a midside node and one
-        of its corners.
-        """
-        held = self.free_rows < 0
-        for node in np.intersect1d(midside, self.oblique).tolist():
-            near = np.unique(corners[midside == node])
-            held_directions = self.directions[node][held[node]]
-            squares = (self.directions[near] @ held_directions.T) ** 2
-            share = np.einsum("nk,nkw->nw", held[near], squares)
-            if share.min() < 1 - ASKEW:
-                raise ModelError(
-                    f"supports: the midside node at {place(self.points[node])} of a contact face "
-                    "follows the corner nodes of the face, which are not held along its normal; "
-                    "hold a plane face, or mesh with linear elements"
-                )
-            self.free_rows[node] = self.rows[node]
-            self.directions[node] = np.eye(self.points.shape[1])
-
     def _make_pairs(self, contacts: Sequence[Contact]) -> None:
         """Make the pairs of all contacts, contact after contact."""
         pairs_once = self.sector.once(
@@ -427,13 +355,10 @@ class Assembly:
         opening = csr_matrix(means @ openings(nodes, projection) @ self.followers.matrix)
         opening.data[np.abs(opening.data) <= ROUNDING] = 0.0
         opening.eliminate_zeros()
-        directions = self.directions if len(self.oblique) else None
-        guided = guided_pairs(
-            nodes[pairs], opening, self.free_rows, normals, self.points, self.errors, directions
+        normals, candidates = guided_pairs(
+            nodes[pairs], opening, self.free_rows, normals, self.points, self.errors
         )
-        frames = frames_of(guided.normals, guided.blocked)
-        of_pairs = opening, frames, guided.candidates, self.numbers, directions
-        self.pairs = Interface(nodes[pairs], *of_pairs)
+        self.pairs = Interface(nodes[pairs], opening, frames_of(normals), candidates, self.numbers)
         self.sides = (
             identity(len(self.points), format="csr")[nodes[pairs]],
             projection[pairs],

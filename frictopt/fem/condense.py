@@ -198,10 +198,9 @@ def condense(
 
     errors = coordinate_errors(coordinates)
     opening = openings(nodes, P)
-    guided = guided_pairs(
-        nodes, opening, rows, checked_normals(normals, x.shape), coordinates, errors
-    )
-    frames = frames_of(guided.normals)
+    directions = checked_normals(normals, x.shape)
+    in_plane, candidates = guided_pairs(nodes, opening, rows, directions, coordinates, errors)
+    frames = frames_of(in_plane)
     pair_errors = errors[nodes] + abs(P) @ errors
     initial_gap = checked_gap(gap, x, x - P @ coordinates, frames[:, -1], pair_errors)
     forces = _checked_forces(loads, held, K.shape[0])
@@ -210,7 +209,7 @@ def condense(
     widths: Any = width
     if d == 2 and width is None:
         widths = _half_widths(x, names)
-    interface = Interface(nodes, opening, frames, guided.candidates, numbers)
+    interface = Interface(nodes, opening, frames, candidates, numbers)
     graph = node_graph(K, rows, generalised_rows)
     check_forgotten(graph, interface, rows, coordinates, numbers)
     check_sides(K, rows, graph, interface, coordinates)

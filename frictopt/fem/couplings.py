@@ -107,8 +107,8 @@ class RigidCoupling(_Coupling):
     Raises
     ------
     ModelError
-        Directions or rotations are unknown. In a model: the nodes also belong to a contact, an
-        oblique support, another coupling, a bolt or a sector, or supports prevent their rigid
+        Directions or rotations are unknown. In a model: the nodes also belong to a contact,
+        another coupling, a bolt or a sector, or supports prevent their rigid
         motion.
 
     Examples
@@ -169,7 +169,7 @@ class DistributingCoupling(_Coupling):
     ------
     ModelError
         Directions or rotations are unknown, or none is given. In a model: the nodes also belong to
-        a contact, an oblique support, another coupling, a bolt or a sector; or the nodes lie on a
+        a contact, another coupling, a bolt or a sector; or the nodes lie on a
         line and a rotation about this line is to be zero.
 
     Examples
@@ -262,8 +262,7 @@ def coupled(
         if len(both):
             raise ModelError(
                 f"supports: {coupling} has the node at {place(points[both[0]])}, which also "
-                "belongs to a contact, a support along oblique normals or another coupling; leave "
-                "it out"
+                "belongs to a contact or another coupling; leave it out"
             )
         used.append(nodes)
         held = ~free[first : first + body.mesh.p.shape[1]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,14 +14,11 @@ from ..errors import ModelError
 from .faces import facets_around
 from .recovery import BodyFields, Steady, in_meshio
 
-if TYPE_CHECKING:
-    from .model import ContactModel
-
 # Number of nodes -> name of a cell.
 _CELLS = {2: "line", 3: "triangle", 4: "quad"}
 
 
-def grids_of(model: ContactModel, result: BodyFields | Steady | None) -> Any:
+def grids_of(model: Any, result: BodyFields | Steady | None) -> Any:
     """The grids of a model, see `ContactModel.grids`."""
     pv = library("pyvista", "pyvista", "view")
     fields = result
@@ -45,9 +42,7 @@ def grids_of(model: ContactModel, result: BodyFields | Steady | None) -> Any:
     return grids
 
 
-def _contact_face(
-    model: ContactModel, fields: BodyFields | None, extra: Mapping[str, Array]
-) -> Any:
+def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Array]) -> Any:
     """The face of the contacts, that of bodies 1, as a mesh of meshio with fields at its nodes.
 
     `extra` are further values at the nodes of the contacts. A node at the tip of a crack is in no
@@ -104,7 +99,7 @@ def _along_tangents(values: Array, frames: Array) -> Array:
     return np.asarray(np.einsum("tn,nta->na", np.atleast_2d(values), frames[:, :-1]))
 
 
-def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
+def _faces(model: Any) -> tuple[list[Integers], Integers]:
     """Facets of body 1 of each contact, as (m, k) numbers of nodes, and the nodes in no pair.
 
     The pairs have the first numbers, and nodes that are in no pair the numbers after them.

@@ -48,9 +48,6 @@ class Interface:
         their pair, see `guided_pairs`.
     numbers
         (all nodes,) numbers of the nodes in error messages.
-    directions
-        (all nodes, d, d) orthonormal directions of the unknowns of each node, in rows. None: the
-        axes.
     """
 
     nodes: Integers
@@ -58,7 +55,6 @@ class Interface:
     frames: Array
     candidates: csr_matrix
     numbers: Integers
-    directions: Array | None = None
 
     @cached_property
     def dependent_nodes(self) -> tuple[Integers, csr_matrix, csr_matrix]:
@@ -114,13 +110,6 @@ class Interface:
         )
 
     @cached_property
-    def _to_axes(self) -> csr_matrix:
-        """(nodes d, nodes d) displacements along the axes due to unit ones along `directions`."""
-        if self.directions is None:
-            return identity(self.opening.shape[1] * self.frames.shape[1], format="csr")
-        return blocks_of(self.directions.swapaxes(1, 2))
-
-    @cached_property
     def _frames_to_axes(self) -> csr_matrix:
         """(N d, d N) relative motions Z along the axes, pair by pair, due to z, frame by frame."""
         n, d, _ = self.frames.shape
@@ -145,30 +134,19 @@ class Interface:
         columns = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
 
         axes = identity(unknowns.shape[1])
-        by_independent = csr_matrix(kron(self.spread, axes, format="csr") @ self._to_axes)
+        by_independent = kron(self.spread, axes, format="csr")
         drives = identity(len(unknowns), format="csr")[:, dependent] @ W
         by_relative = kron(drives, axes) @ self._frames_to_axes
         by_y = hstack([by_independent[:, np.flatnonzero(free)], by_relative])
-        T = csr_matrix(_rows(unknowns, size).T @ self._to_axes.T @ by_y)
-        if self.directions is not None:
-            # Nothing moves across an oblique plane of symmetry, not even by rounding.
-            T.data[np.abs(T.data) <= ROUNDING] = 0.0
-            T.eliminate_zeros()
-        return T, columns
+        return csr_matrix(_rows(unknowns, size).T @ by_y), columns
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
         dependent = self.dependent_nodes[0]
         d = unknowns.shape[1]
-        if self.directions is None:
-            to_directions = identity(len(dependent) * d)
-        else:
-            to_directions = blocks_of(self.directions[dependent])
-        # A pair does not move in the directions in which its dependent node is held.
+        # A pair does not move along the axes along which its dependent node is held.
         is_free = diags((unknowns[dependent] >= 0).astype(float).ravel())
-        displacements = self._to_axes @ (_rows(unknowns, u.shape[0]) @ u)
-        allowed = to_directions.T @ is_free @ to_directions
-        Z = allowed @ kron(self.opening, identity(d)) @ displacements
+        Z = is_free @ kron(self.opening, identity(d)) @ (_rows(unknowns, u.shape[0]) @ u)
         return np.asarray((self._frames_to_axes.T @ Z).toarray())
 
     def sliding(self, motions: csr_matrix, unknowns: Integers) -> Interface:
@@ -184,8 +162,7 @@ class Interface:
         if lean is None:
             return self
         normals = self.frames[:, -1] - np.sum(lean[..., None] * self.frames[:, :-1], axis=1)
-        tangents = None if self.directions is None else self.frames[:, 0]
-        return replace(self, frames=frames_of(normals, tangents))
+        return replace(self, frames=frames_of(normals))
 
 
 def lean_to_slide(slips: Array, lifts: Array) -> Array | None:

@@ -109,11 +109,6 @@ def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: A
             continue
         (axis,) = model.axes(argument, load.body, name)
         values = values_at(f"displacement {name}", amount, points)
-        if np.isin(nodes, model.oblique).any():
-            raise ModelError(
-                f"{argument}: {load} moves nodes that a Support holds along oblique normals; hold "
-                "them along x, y or z"
-            )
         if np.any(model.free_rows[nodes, axis] != -1):
             raise ModelError(
                 f"{argument}: {load} moves nodes in {name} that no support holds; hold them by a "
@@ -186,8 +181,7 @@ def _check_felt(
     on_places = [
         load for load in loads if isinstance(load, Traction | Pressure | PointForce | RemoteForce)
     ]
-    along_directions = np.einsum("nka,na->nk", model.directions, forces[model.rows])
-    felt = np.abs(along_directions[model.free_rows != -1]).max(initial=0.0)
+    felt = np.abs(forces[model.rows][model.free_rows != -1]).max(initial=0.0)
     if len(on_places) < len(loads) or largest == 0 or felt > ROUNDING * largest:
         return
     bodies = {load.body for load in on_places}

@@ -375,7 +375,7 @@ def _motions(
     stiff[relative] = np.divide(1.0, compliance, out=zeros, where=with_spring)
     front[np.flatnonzero(relative)[with_spring]] = front.max() + 1
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
-    bolts = parts.turned(tied_across(parts.rows, parts.cuts))
+    bolts = tied_across(parts.rows, parts.cuts)
     return csr_matrix(parts.tied @ bolts @ T[:, moves]), front[moves], stiff[moves]
 
 

@@ -116,8 +116,6 @@ def _mark(support: Support | Cyclic | Coupling, axes: str) -> tuple[str, str]:
         return "o", "cut of a sector"
     if not isinstance(support, Support):
         return "P", "rigid" if isinstance(support, RigidCoupling) else "held in the mean"
-    if support.normal:
-        return "D", "held along normals"
     held = support.directions or axes
     return _MARKS.get(held, "s"), f"held in {', '.join(held)}"
 

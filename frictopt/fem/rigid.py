@@ -1,7 +1,5 @@
 """Rigid motions that nothing prevents: how a stiffness matrix shows them, and checks by them."""
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
@@ -17,8 +15,7 @@ from ..base import (
     place,
 )
 from ..errors import ModelError
-from .faces import unit_vectors
-from .interface import Interface, lean_to_slide
+from .interface import Interface
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 
@@ -57,14 +54,13 @@ def free_motions(
     points: Array,
     body: Integers,
     generalised: Integers = NO_ROWS,
-    directions: Array | None = None,
 ) -> csr_matrix:
     """(size, k) rigid motions, of one body each, that need no force; orthonormal.
 
     Arguments are those of `Glued` and `Interface`, and the (nodes,) number of the body of each
     node. Generalised coordinates follow without force.
     """
-    rigid = _rigid_motions(points, body, directions)
+    rigid = _rigid_motions(points, body)
     listed = unknowns >= 0
     u = np.zeros((K.shape[0], rigid.shape[2]))
     u[unknowns[listed]] = rigid[listed]
@@ -121,39 +117,6 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
         ) from error
 
 
-def free_to_slide(
-    held: list[tuple[Integers, Array]],
-    points: Array,
-    motions: Callable[[Array], Array] | None = None,
-) -> list[tuple[Integers, Array]]:
-    """The nodes and normals along which supports hold a body, so that it slides along them exactly.
-
-    A shaft that turns in its bearing moves no node along its normal. With rounded coordinates it
-    would do so by a little, and the support would resist the turn. So each normal becomes
-    perpendicular to the rigid motions that nearly slide along all held faces of the body. `motions`
-    gives the rigid motions (nodes, d, k) of points that are possible; None: all.
-    """
-    if not held:
-        return held
-    nodes = np.concatenate([of_face for of_face, _ in held])
-    normals = np.concatenate([of_face for _, of_face in held])
-    n, d = normals.shape
-    if motions is not None:
-        rigid = motions(points[nodes])
-    else:
-        rigid = _rigid_motions(points[nodes], np.zeros(n, dtype=np.intp), None)
-    rigid = np.linalg.qr(rigid.reshape(n * d, -1))[0].reshape(n, d, -1)
-    lean = lean_to_slide(rigid.swapaxes(0, 1), np.einsum("nd,ndk->nk", normals, rigid))
-    if lean is None:
-        return held
-    turned = unit_vectors(normals - lean)
-    ends = np.cumsum([len(of_face) for of_face, _ in held])[:-1]
-    return [
-        (of_face, of_nodes)
-        for (of_face, _), of_nodes in zip(held, np.split(turned, ends), strict=True)
-    ]
-
-
 def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
     """(nodes,) number of the assembly of each node: bodies that contacts glue together."""
     links = interface.opening.tocoo()
@@ -172,13 +135,12 @@ def check_supports(
 ) -> None:
     """Check that bodies that are glued together have no free rigid motion."""
     assembly = assemblies(graph, interface)
-    left = free_motions(K, unknowns, points, assembly, generalised, interface.directions)
+    left = free_motions(K, unknowns, points, assembly, generalised)
     if not left.shape[1]:
         return
     node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])
     group = assembly == assembly[node]
-    directions = None if interface.directions is None else interface.directions[group]
-    free = _in_words(left, unknowns[group], points[group], directions)
+    free = _in_words(left, unknowns[group], points[group])
     raise ModelError(
         f"supports: the body at {place(points[node])}, with all that contacts glue to it, can "
         f"still {free}; add a Support (or rows in `held`) against this motion, and leave out "
@@ -216,14 +178,12 @@ def balanced(
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
 
 
-def _in_words(
-    motions: csr_matrix, unknowns: Integers, points: Array, directions: Array | None
-) -> str:
+def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
     """The rigid motions of some glued nodes, as words that follow "can still"."""
     d = points.shape[1]
     rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
     rows = rows[:, np.abs(rows).max(axis=0) > 0]
-    basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp), directions)
+    basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp))
     # Unknowns marked -2 follow other unknowns, and their values are not available here.
     known = (unknowns > -2).ravel()
     parts = np.linalg.lstsq(basis.reshape(-1, basis.shape[2])[known], rows[known])[0]
@@ -262,11 +222,10 @@ def _axes(basis: Array) -> str:
     return " and ".join(words)
 
 
-def _rigid_motions(points: Array, body: Integers, directions: Array | None) -> Array:
+def _rigid_motions(points: Array, body: Integers) -> Array:
     """(nodes, d, k) displacements in the translations and turns of each body, at most 1.
 
-    Turns are about the middle of the body. Displacements are in the directions of each node, if
-    these are given.
+    Turns are about the middle of the body.
     """
     count = np.bincount(body)
     d = points.shape[1]
@@ -282,5 +241,4 @@ def _rigid_motions(points: Array, body: Integers, directions: Array | None) -> A
             turn[:, a] = -arm[:, b]
             turn[:, b] = arm[:, a]
             columns.append(turn)
-    motions = np.stack(columns, axis=-1)
-    return motions if directions is None else np.asarray(directions @ motions)
+    return np.stack(columns, axis=-1)

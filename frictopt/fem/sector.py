@@ -11,7 +11,6 @@ from scipy.sparse import csr_matrix, diags, identity, kron
 from scipy.sparse.linalg import LinearOperator, cg
 
 from ..base import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place
-from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body
 from .interface import ASKEW, blocks_of
@@ -52,23 +51,21 @@ class Sector:
     count: int
     unlike: Mapping[str, Integers]
 
-    def held(self) -> list[tuple[Integers, Array]]:
-        """The nodes on the axis. Supports hold them in each direction (n, d) across the axis."""
-        across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
-        return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
+    @property
+    def across(self) -> Booleans:
+        """(d,) coordinate axes across the axis of the ring, along which nodes on it do not move."""
+        across = np.abs(self.along) <= SAME_POINT
+        if len(self.fixed) and np.count_nonzero(~across) > 1:
+            raise ModelError(
+                f"supports: nodes of a sector lie on its axis, which is along {place(self.along)}; "
+                "turn the mesh so that the axis is x, y or z"
+            )
+        return across
 
     @property
     def _centre(self) -> Array:
         """(d,) a point of the axis."""
         return np.asarray(np.linalg.pinv(np.eye(len(self.turn)) - self.turn) @ self.shift)
-
-    def rigid_motions(self, points: Array) -> Array:
-        """(n, d, k) motions of points with the ring: its turn about the axis, and along it."""
-        arms = points - self._centre
-        if not self.along.any():
-            return np.column_stack([-arms[:, 1], arms[:, 0]])[..., None]
-        turn = np.cross(self.along, arms)
-        return np.stack([turn, np.broadcast_to(self.along, turn.shape)], axis=-1)
 
     def closed(self, bodies: Mapping[str, Body]) -> dict[str, Body]:
         """The bodies with copied nodes exactly at the turned places of their originals.
@@ -96,42 +93,34 @@ class Sector:
         """All nodes that follow, or are followed."""
         return np.concatenate([self.nodes, self.places.indices, self.fixed])
 
-    def follow(
-        self, rows: Integers, free_rows: Integers, directions: Array, points: Array
-    ) -> csr_matrix:
+    def follow(self, rows: Integers, free_rows: Integers, points: Array) -> csr_matrix:
         """The matrix (size, size) of `u = C u` that lets nodes follow.
 
         Nodes of faces that do not match stay where they are held. Given are the parts of an
-        assembly. The free rows (nodes, d) are -1 if held along the directions (nodes, d, d); they
-        become -2 if a node follows.
+        assembly. The free rows (nodes, d) are -1 if held; they become -2 if a node follows.
         """
         d = rows.shape[1]
         size = rows.size
         held = free_rows == -1
         is_copy = self.copies[self.nodes] >= 0
-        self._check_held(self.nodes[is_copy], directions, held, points)
+        self._check_held(self.nodes[is_copy], held, points)
         free_rows[self.nodes] = np.where(held[self.nodes], -1, -2)
 
-        held_directions = directions[self.nodes]
         stays = held[self.nodes] & ~is_copy[:, None]
-        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", held_directions, stays, held_directions)
         # Rows of the nodes one after the other, (size, size).
         by_nodes = csr_matrix((np.ones(size), (rows.ravel(), np.arange(size))), shape=(size, size))
-        follow = blocks_of(free @ self.turn) @ kron(self.places, identity(d)) @ by_nodes.T
+        turns = blocks_of(~stays[:, :, None] * self.turn)
+        follow = turns @ kron(self.places, identity(d)) @ by_nodes.T
         following = (d * self.nodes[:, None] + np.arange(d)).ravel()
         unchanged = np.ones(size)
         unchanged[rows[self.nodes][~stays]] = 0.0
         return csr_matrix(diags(unchanged) + by_nodes[:, following] @ follow)
 
-    def _check_held(
-        self, copies: Integers, directions: Array, held: Booleans, points: Array
-    ) -> None:
+    def _check_held(self, copies: Integers, held: Booleans, points: Array) -> None:
         """Check that copied nodes are held as the nodes that they follow."""
         originals = self.copies[copies]
-        turned = directions[copies] @ self.turn
-        cosines = np.einsum("nka,nla->nkl", turned, directions[originals])
-        # (n, d) share of each direction of a copy in which its original is held.
-        share = np.einsum("nl,nkl->nk", held[originals], cosines**2)
+        # (n, d) share of each axis of a copy, turned back, in which its original is held.
+        share = held[originals] @ (self.turn**2).T
         i = first_of((held[copies] & (share < 1 - ASKEW)).any(axis=1))
         if i is not None:
             raise ModelError(

@@ -1,29 +1,21 @@
 """Supports: nodes held along axes, or along the normals of a boundary."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from ..base import (
-    SAME_POINT,
     Array,
-    Booleans,
     Integers,
     check_text,
     choice,
     finite_numbers,
-    first_of,
-    flag,
-    place,
     shown,
 )
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import corner_weights, facet_nodes, places_of
-from .faces import areas_of, facets_around, normals_of, unit_vectors
-from .normals import SMOOTH, Planes, normals_of_faces
 
 Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., Any]
 """Name of a boundary, coordinates of a node or of several, or a function that selects nodes."""
@@ -47,47 +39,30 @@ class Support:
     directions
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all
         that the body has.
-    normal
-        True: each node of the boundary is held along its normal and free across it, as on an
-        oblique plane of symmetry or in a cylinder. `directions` is then None, and no `Displacement`
-        moves the nodes. At an edge between two such boundaries, nodes are held along both normals.
-        If the normals differ by less than 25 degrees, the boundaries are one smooth face, and nodes
-        are held along the mean normal.
 
     Raises
     ------
     ModelError
         The directions are unknown, the body is no text, or the place is neither a text nor a point.
-        `normal` is given with directions or for a single node. In a model: the boundary has an
-        edge, where a node has two normals.
 
     Examples
     --------
     >>> import frictopt as fo
     >>> fo.fem.Support("block", "bottom", "y")
-    Support(body='block', where='bottom', directions='y', normal=False)
+    Support(body='block', where='bottom', directions='y')
     >>> fo.fem.Support("block", (0, -1), "x")
-    Support(body='block', where=(0.0, -1.0), directions='x', normal=False)
-    >>> sector = [fo.fem.Support("flange", cut, normal=True) for cut in ("first cut", "second cut")]
+    Support(body='block', where=(0.0, -1.0), directions='x')
     """
 
     body: str
     where: Place
     directions: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = None
-    normal: bool = False
 
     def __post_init__(self) -> None:
         check_text("body", self.body, "the name of a body of the model")
         if self.directions is not None:
             choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
         object.__setattr__(self, "where", checked_place(self.where))
-        if not flag("normal", self.normal):
-            return
-        hint = "name a boundary, and leave the directions out"
-        if self.directions is not None:
-            raise ModelError(f"directions {shown(self.directions)} with normal=True; {hint}")
-        if not isinstance(self.where, str):
-            raise ModelError(f"where: {self.where} with normal=True; {hint}")
 
 
 def checked_place(where: object, name: str = "where") -> Place:
@@ -187,87 +162,3 @@ def _nodes_by(select: Callable[..., Any], body: Body, name: str) -> Integers:
             "np.isclose"
         )
     return np.flatnonzero(is_meant)
-
-
-def planes_of(supports: Sequence[Support], bodies: Mapping[str, Body]) -> Planes:
-    """The normals of the flat faces that supports hold, the largest faces first."""
-    planes = Planes(next(iter(bodies.values())).mesh.dim())
-    faces = []
-    for support in supports:
-        body = bodies[choice("supports: body", support.body, bodies)]
-        facets = body.boundary(str(support.where), f"support of body {support.body!r}")
-        corners = facets_around(body.mesh, facets)
-        size = np.linalg.norm(areas_of(body.mesh.p.T[corners]), axis=1).sum()
-        faces.append((size, corners, body))
-    for _, corners, body in sorted(faces, key=lambda face: -face[0]):
-        planes.normal_of(corners, body.mesh.p.T, body.errors)
-    return planes
-
-
-def normals_along(
-    body: Body, supports: Sequence[Support], planes: Planes, seam: Seam | None = None
-) -> list[tuple[Integers, Array]]:
-    """Nodes (n,) that each support of a body holds along normals, and these unit normals (n, d).
-
-    Faces that continue smoothly are one face: nodes that they share have the mean normal, and so
-    have nodes on the seam of a sector. Flat faces of all bodies have the normals of `planes`.
-    Midside nodes have the mean normal of their corners.
-    """
-    mesh = body.mesh
-    points = mesh.p.T
-    faces = [
-        body.boundary(str(support.where), f"support of body {support.body!r}")
-        for support in supports
-    ]
-    corners_of_faces = [facets_around(mesh, facets) for facets in faces]
-    # (faces, nodes, d)
-    weighted = np.array(normals_of_faces(corners_of_faces, points, body.errors, planes))
-    if seam:
-        _join_at_seam(weighted, seam)
-
-    # Sum of the normals of all faces that continue smoothly at a node, (faces, nodes, d).
-    unit = unit_vectors(weighted)
-    smooth = np.einsum("and,bnd->abn", unit, unit) > SMOOTH
-    normals = unit_vectors(np.einsum("abn,bnd->and", smooth, weighted))
-    held = []
-    for support, facets, corners, of_corners in zip(
-        supports, faces, corners_of_faces, normals, strict=True
-    ):
-        cosine = np.einsum("fcd,fd->fc", of_corners[corners], normals_of(points[corners]))
-        smallest = cosine.min(axis=1)
-        if (i := first_of(smallest < SMOOTH, -smallest)) is not None:
-            raise ModelError(
-                f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, "
-                "where its nodes have two normals; name the face on each side of the edge, and "
-                "give each face a support, or mesh a curved face finer"
-            )
-        elements, _ = places_of(mesh, facets)
-        of_nodes = np.einsum(
-            "lc,cfd->lfd", corner_weights(type(mesh)), of_corners[mesh.t[:, elements]]
-        )
-        total = np.zeros_like(points)
-        np.add.at(total, mesh.dofs.element_dofs[:, elements], of_nodes)
-        nodes = facet_nodes(mesh, facets)
-        held.append((nodes, unit_vectors(total)[nodes]))
-    return held
-
-
-def _join_at_seam(weighted: Array, seam: Seam) -> None:
-    """Give the nodes on both cuts the sum of their normals (faces, nodes, d), turned.
-
-    A face that reaches one cut only is left as it is.
-    """
-    high, low, turn = seam
-    on_low = weighted[:, low].any(axis=2, keepdims=True)
-    on_high = weighted[:, high].any(axis=2, keepdims=True)
-    on_both = on_low & on_high
-    weighted[:, low] += on_both * (weighted[:, high] @ turn)
-    weighted[:, high] = np.where(on_both, weighted[:, low] @ turn.T, weighted[:, high])
-
-
-def along_axes(normals: Array) -> tuple[Booleans, Integers]:
-    """(n,) which unit normals (n, d) are along axes, and the axis nearest to each."""
-    axis = np.abs(normals).argmax(axis=1)
-    along = np.take_along_axis(normals, axis[:, None], axis=1)[:, 0]
-    off_axis = np.sum(normals**2, axis=1) - along**2
-    return off_axis <= SAME_POINT**2, axis

@@ -117,7 +117,7 @@ class Followers:
         if (i := first_of(refused)) is not None:
             raise ModelError(
                 f"ties: the node of face 1 at {place(points[nodes[i]])} is held where face 2 is "
-                "not, or obliquely, or lies on the cut of a sector; exchange the faces of the tie, "
+                "not, or lies on the cut of a sector; exchange the faces of the tie, "
                 "or hold face 2, too"
             )
         stays = np.zeros(held.shape)

@@ -201,13 +201,6 @@ FAULTS = (
         tests="compliance",
     ),
     Fault(
-        "contact/frames.py",
-        "tangents of a pair as elsewhere on an oblique plane",
-        old="np.where(np.any(directions, axis=1, keepdims=True), directions, axis)",
-        new="axis",
-        tests="oblique_supports",
-    ),
-    Fault(
         "contact/system.py",
         "a tension is minus itself",
         old="-displacement / shortening",

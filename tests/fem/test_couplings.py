@@ -337,8 +337,8 @@ BAD = {
     "DistributingCoupling(body='upper', where=((0.0, 0.0, 1.0), (1.0": lambda b: model(
         b, [fo.fem.DistributingCoupling("upper", UP, "", "x")], SIDE
     ),
-    "which also belongs to a contact, a support along oblique normals or another coupling": lambda b: (
-        model(b, [fo.fem.RigidCoupling("upper", "x+")], SIDE)
+    "which also belongs to a contact or another coupling": lambda b: model(
+        b, [fo.fem.RigidCoupling("upper", "x+")], SIDE
     ),
     "the node at (0, 0, 1), which also belongs to a contact": lambda b: model(
         b, [fo.fem.RigidCoupling("upper", "z+"), fo.fem.RigidCoupling("upper", UP)], SIDE

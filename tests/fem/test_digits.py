@@ -197,37 +197,6 @@ def whole_ring(inner, outer, names, written):
     return MeshQuad(written(points), mesh.t, mesh.boundaries)
 
 
-@pytest.mark.parametrize("written", [lambda points: digits(points, 7), single])
-def test_a_shaft_turns_freely_in_its_bearing(written):
-    """A moment on a shaft that its bearing does not resist is carried by the fit alone.
-
-    With rounded coordinates the bearing must not resist it either.
-    """
-
-    def bearing(written):
-        shaft = fo.fem.Body(whole_ring(1.0, 2.0, ("bore", "fit"), written), fo.fem.Material(E=3.0))
-        hub = fo.fem.Body(whole_ring(2.0, 4.0, ("fit", "rim"), written), fo.fem.Material(E=1.0))
-        loads = {
-            "fit": [fo.fem.Interference("fit", 1e-3)],
-            "M": [fo.fem.RemoteForce("shaft", "bore", moment=1e-3)],
-        }
-        supports = [fo.fem.Support("shaft", "bore", normal=True), fo.fem.Support("hub", "rim")]
-        contacts = [fo.fem.Contact("shaft", "hub", "fit", "fit", name="fit")]
-        return fo.fem.ContactModel(
-            {"shaft": shaft, "hub": hub}, supports, loads, contacts
-        ).condense()
-
-    cycle = fo.LoadCycle({"fit": 1.0}, [{"M": 1.0}, {"M": -1.0}])
-    exact, rounded = (bearing(form) for form in (np.array, written))
-    assert rounded.S == pytest.approx(exact.S, abs=1e-5 * np.abs(exact.S).max())
-    for question in (fo.shakedown_limit, fo.gross_slip):
-        limits = [question(system, cycle, 0.2).load_factor for system in (exact, rounded)]
-        assert limits[1] == pytest.approx(limits[0], rel=1e-5)
-    # All of the moment reaches the fit: the shears at the radius 2, times their arm.
-    shears = rounded.bonded["M"][0]
-    assert 2.0 * abs(shears.sum()) == pytest.approx(1e-3, rel=1e-5)
-
-
 @pytest.mark.parametrize("count", [6, 8])
 def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
     """The sag of an arc is that of its longest edges, edge^2 / 8 times the curvature."""

@@ -16,8 +16,6 @@ from scipy.stats import special_ortho_group
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from frictopt.fem.normals import Planes
-from frictopt.fem.supports import normals_along
 from helpers.cases import ALL_CASES
 from helpers.meshes import around, extruded, turned
 
@@ -153,45 +151,6 @@ def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
     radial = np.asarray(system.points) - np.array(centre)
     assert len(radial) == 1 and np.allclose(np.abs(system.normals * radial).sum(), 1.0, atol=1e-12)
 
-    shaft = fo.fem.Body(sectors["shaft"])
-    low, high = (
-        shaft.mesh.facets[:, shaft.mesh.boundaries[name]].ravel() for name in ("low", "high")
-    )
-    turn = Rotation.from_rotvec([0, 0, 2 * np.pi / count]).as_matrix()[:2, :2]
-    low = np.unique(low)
-    places = turn @ shaft.mesh.p[:, low]
-    apart = np.linalg.norm(shaft.mesh.p[:, np.unique(high), None] - places[:, None], axis=0)
-    high = np.unique(high)[apart.argmin(axis=0)]
-    bore = [fo.fem.Support("shaft", "bore", normal=True)]
-    ((nodes, normals),) = normals_along(shaft, bore, Planes(2), (high, low, turn))
-    radial = shaft.mesh.p.T[nodes] / 0.4
-    assert np.allclose(np.abs(np.sum(normals * radial, axis=1)), 1.0, rtol=0, atol=1e-12)
-
-
-def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
-    """Two faces may meet smoothly at one node and sharply at another node.
-
-    A drop is mirrored about its axis. At its round end both faces have the normal along the axis,
-    and at its tip each face has its own normal.
-    """
-    angle = np.radians(np.linspace(90, 210, 7))
-    left = np.column_stack([1.3 * np.cos(angle), np.sin(angle)])
-    tangent = np.array([-1.3 * np.sin(angle[-1]), np.cos(angle[-1])])
-    tip = left[-1] - tangent * left[-1, 0] / tangent[0]
-    inner = np.vstack([left, tip, left[:0:-1] * [-1, 1]])
-    count = len(inner)
-    on, along = np.arange(count), np.roll(np.arange(count), -1)
-    points = np.vstack([inner, 3 * inner])
-    mesh = MeshQuad(points.T, np.array([on, along, count + along, count + on]))
-    facets = mesh.boundary_facets()
-    bore = facets[(mesh.facets[:, facets] < count).all(axis=0)]
-    middles = mesh.p[:, mesh.facets[:, bore]].mean(axis=1)
-    mesh = mesh.with_boundaries({"left": bore[middles[0] < 0], "right": bore[middles[0] > 0]})
-    supports = [fo.fem.Support("drop", name, normal=True) for name in ("left", "right")]
-    for nodes, normals in normals_along(fo.fem.Body(mesh), supports, Planes(2)):
-        assert np.allclose(np.abs(normals[nodes == 0]), [0.0, 1.0], rtol=0, atol=1e-12)
-        assert np.abs(normals[nodes == len(left)]).min() > 0.1
-
 
 def compared(one, part, count, cycle, load_factor=1.5, slides=True, **steps):
     """Compare the condensed whole with the sector.
@@ -264,10 +223,7 @@ SPACE = special_ortho_group(3, seed=4).rvs()
 
 
 def thick_model(count, whole, element="linear"):
-    """Rings in space about an oblique axis, which slide on each other along it and around it.
-
-    One ring is held along the normals of its bore.
-    """
+    """Rings in space about an oblique axis, which slide on each other along it and around it."""
     sectors = {}
     for name, radii, faces in (
         ("bush", [0.6, 0.8, 1.0], {"bore": 0.6, "contact": 1.0}),
@@ -287,7 +243,7 @@ def thick_model(count, whole, element="linear"):
         fo.fem.Traction("hub", "outside", **along),
         fo.fem.Pressure("hub", "outside", 0.03),
     ]
-    supports = [fo.fem.Support("bush", "bore", normal=True), fo.fem.Support("bush", "end")]
+    supports = [fo.fem.Support("bush", "bore"), fo.fem.Support("bush", "end")]
     return joined(
         sectors, count, whole, SPACE, centre, tuple(2 * SPACE[:, 2]), supports, loads, element
     )
@@ -298,7 +254,9 @@ def compared_in_space(count, element):
     """The same of rings in space."""
     one, part = (thick_model(count, whole, element) for whole in (True, False))
     slides = element == "linear" or ALL_CASES  # for which many transients are followed
-    return one, part, *compared(one, part, count, CYCLE, slides=slides, steps=4)
+    # At these loads slip returns to itself, so that both end in one steady state.
+    load_factor = 1.5 if element == "linear" else 1.1
+    return one, part, *compared(one, part, count, CYCLE, load_factor, slides=slides, steps=4)
 
 
 @pytest.mark.parametrize(("count", "element"), [(3, "linear"), (4, "quadratic")])
@@ -482,7 +440,11 @@ def discs(count, cells, height):
     }
 
 
-@pytest.mark.parametrize(("height", "turn"), [(0.0, np.eye(2)), (0.5, np.eye(3)), (0.5, SPACE)])
+# The axis z is turned to x.
+ALONG_X = np.eye(3)[[2, 0, 1]]
+
+
+@pytest.mark.parametrize(("height", "turn"), [(0.0, np.eye(2)), (0.5, np.eye(3)), (0.5, ALONG_X)])
 def test_a_sector_may_reach_the_axis(height, turn):
     centre = (0.2, 0.1, -0.4)[: len(turn)]
     axis = tuple(turn[:, 2]) if height else (0, 0, 1)
@@ -515,9 +477,16 @@ def test_a_sector_may_reach_the_axis(height, turn):
             loads,
             one.contacts,
         )
-    slides = not height or turn is SPACE or ALL_CASES  # many transients are followed in space
+    slides = not height or turn is ALONG_X or ALL_CASES  # many transients are followed in space
     compared(one, part, 4, CYCLE, slides=slides, **({"steps": 4} if height else {}))
     assert len(part._assembly.sector.fixed) == 1 + (height > 0)
+
+
+def test_nodes_on_an_axis_askew_are_refused():
+    loads = {"fit": [fo.fem.Interference("contact", 0.02)]}
+    held, axis = [fo.fem.Support("hub", "end")], tuple(SPACE[:, 2])
+    with pytest.raises(fo.ModelError, match=r"nodes of a sector lie on its axis, .* turn the mesh"):
+        joined(discs(4, 4, 0.5), 4, False, SPACE, (0.2, 0.1, -0.4), axis, held, loads).condense()
 
 
 def unlike(low, high, around_it, height=0.0, count=5):
@@ -867,8 +836,7 @@ def test_a_contact_may_reach_the_axis(count, element):
     assert work[0] > 0 and work[0] == pytest.approx(count * work[1], rel=1e-9)
 
 
-def test_a_picture_of_a_model_marks_its_cuts_and_what_is_held_along_normals():
+def test_a_picture_of_a_model_marks_its_cuts_and_what_is_held():
     lines = {line.get_label(): line for line in thick_model(3, False).plot().get_lines()}
     assert lines["cut of a sector"].get_marker() == "o"
-    assert lines["held along normals"].get_marker() == "D"
     assert lines["held in x, y, z"].get_marker() == "s"

@@ -189,8 +189,8 @@ FAULTS = (
     Fault(
         "readers/calculix_abaqus.py",
         "columns are rows",
-        old="symmetric('stiffness', row, column, value.astype(np.float64), len(labels))",
-        new="symmetric('stiffness', row, row, value.astype(np.float64), len(labels))",
+        old="symmetric(row, column, value.astype(np.float64), len(labels))",
+        new="symmetric(row, row, value.astype(np.float64), len(labels))",
         tests="doors",
     ),
     Fault(

@@ -134,7 +134,7 @@ def test_wedges_and_pyramids_have_faces_and_nodes_amid_their_edges_make_no_pairs
             assert sorted(wedges.pairs(face, face + n).tolist()) == [[i, i + n] for i in face]
         elif name == "CPENTA":
             with pytest.raises(
-                fo.ModelError, match=r"does not follow its corners; use job\.with_linear"
+                fo.ModelError, match=r"does not follow its corners; name both faces in job\.with"
             ):
                 wedges.pairs(face, face + n)
         else:

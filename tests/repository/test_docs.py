@@ -39,7 +39,7 @@ def quiet(monkeypatch, few_starts):
     pyvista = pytest.importorskip("pyvista")
     monkeypatch.setenv("TQDM_DISABLE", "1")
     monkeypatch.setattr(
-        pyvista.Plotter, "show", lambda scene: scene.close()
+        pyvista.Plotter, "show", lambda scene, **_: scene.close()
     )  # a machine that tests need not draw in space
     with plt.rc_context({"backend": "agg"}):
         yield
