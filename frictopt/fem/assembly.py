@@ -305,7 +305,7 @@ class Assembly:
         return self._by_rows(self.coupled.matrix)
 
     def _midside_ties(self, contacts: Sequence[Contact | Tie]) -> list[csr_matrix]:
-        """Ties of midside nodes of each body on contacts, ties, and cuts that do not match."""
+        """Ties of midside nodes of each body on contacts and ties."""
         faces = {name: [np.zeros(0, int)] for name in self.bodies}
         for contact in contacts:
             for name, boundary in (
@@ -313,8 +313,6 @@ class Assembly:
                 (contact.body_2, contact.boundary_2),
             ):
                 faces[name].append(self.bodies[name].boundary(boundary, "contacts"))
-        for name, facets in self.sector.unlike.items():
-            faces[name].append(facets)
         return [
             midside_ties(
                 self.bodies[name].mesh,

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -18,7 +16,7 @@ from ..base import SAME_POINT, Array, Integers, check_text, finite_number
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, facet_nodes
-from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar_projection, sag
+from .faces import areas_of, facets_around
 from .sector import Sector
 from .supports import axis_of, checked_axis
 
@@ -39,9 +37,8 @@ class Cyclic:
     slips. Faces at which neighbouring sectors slide on each other, such as shrouds of blades, are
     no cut faces.
 
-    Nodes that match are joined one to one. Other nodes are joined by the dual mortar method, on
-    quadratic elements through their corner nodes. A contact may reach the cut only if its nodes
-    match there, and the nodes of both cut faces match. Theory, "Sectors of a ring".
+    The meshes of both cut faces must match. A contact may reach the cut only if its nodes match
+    there. Theory, "Sectors of a ring".
 
     Parameters
     ----------
@@ -125,42 +122,22 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
     """
     sectors = _sectors(cuts, bodies, kinematics)
     _check_same_turn(sectors, bodies)
-    no_nodes = np.zeros(0, dtype=np.intp)
-    d = next(iter(bodies.values())).mesh.dim()
-    uncut = Sector(
-        nodes=no_nodes,
-        places=csr_matrix((0, 0)),
-        copies=no_nodes,
-        fixed=no_nodes,
-        turn=np.eye(d),
-        shift=np.zeros(d),
-        along=np.zeros(d),
-        count=1,
-        unlike={},
-    )
-    nodes = list[Integers]()
-    places = list[csr_matrix]()
     copies = list[Integers]()
-    fixed = list[Integers]()
-    unlike = dict[str, Integers]()
+    fixed = [np.zeros(0, dtype=np.intp)]
     start = 0
     for name, body in bodies.items():
-        size = body.mesh.p.shape[1]
-        whole = replace(uncut, places=csr_matrix((0, size)), copies=np.full(size, -1))
-        part = sectors.get(name, whole)
-        nodes.append(start + part.nodes)
-        places.append(part.places)
-        copies.append(np.where(part.copies < 0, -1, start + part.copies))
-        fixed.append(start + part.fixed)
-        unlike |= part.unlike
-        start += size
+        of_body = np.full(body.mesh.p.shape[1], -1)
+        if name in sectors:
+            of_body = sectors[name].copies
+            fixed.append(start + sectors[name].fixed)
+        copies.append(np.where(of_body < 0, -1, start + of_body))
+        start += len(of_body)
+    d = next(iter(bodies.values())).mesh.dim()
+    whole = Sector(copies[0], fixed[0], np.eye(d), np.zeros(d), np.zeros(d), count=1)
     return replace(
-        next(iter(sectors.values()), uncut),
-        nodes=np.concatenate(nodes),
-        places=csr_matrix(block_diag(places)),
+        next(iter(sectors.values()), whole),
         copies=np.concatenate(copies),
         fixed=np.concatenate(fixed),
-        unlike=unlike,
     )
 
 
@@ -226,20 +203,25 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
             "by a whole number"
         )
 
-    pairing = _pairing(body, low, high, turn, centre, cut.tolerance)
-    if pairing.far > 0:
-        raise ModelError(_no_copies(cut, pairing, angle, count))
-    follows = ~np.isin(pairing.nodes, pairing.fixed)
-    nodes = pairing.nodes[follows]
-    places = csr_matrix(pairing.places[follows])
+    back = (x - centre) @ turn + centre  # all nodes turned back by one sector
+    nodes = facet_nodes(body.mesh, high)
+    others = facet_nodes(body.mesh, low)
+    fixed = np.intersect1d(nodes, others)
+    errors = body.errors + cut.tolerance / 2
+    turned = errors @ np.abs(turn)
+    off, nearest = (np.asarray(found) for found in cKDTree(x[others]).query(back[nodes]))
+    if len(nodes) != len(others):
+        off = np.maximum(off, cKDTree(back[nodes]).query(x[others])[0].max())
+    allowed = np.linalg.norm(turned[nodes] + errors[others[nearest]], axis=1)
+    off_axis = np.linalg.norm(back[fixed] - x[fixed], axis=1)
+    is_off_axis = off_axis > np.linalg.norm(turned + errors, axis=1)[fixed]
+    if len(nodes) != len(others) or (off > allowed).any() or is_off_axis.any():
+        apart = float(np.r_[off, off_axis].max())
+        raise ModelError(_no_copies(cut, apart, float(allowed.max()), angle, count))
     copies = np.full(len(x), -1)
-    unlike: dict[str, Integers] = {}
-    if pairing.matches:
-        copies[nodes] = places.indices
-    else:
-        unlike[cut.body] = np.r_[low, high]
-    shift = centre - turn @ centre
-    return Sector(nodes, places, copies, pairing.fixed, turn, shift, along[:d], count, unlike)
+    follows = ~np.isin(nodes, fixed)
+    copies[nodes[follows]] = others[nearest[follows]]
+    return Sector(copies, fixed, turn, centre - turn @ centre, along[:d], count)
 
 
 def _angle(body: Body, low: Integers, high: Integers, centre: Array, along: Array) -> float:
@@ -257,65 +239,7 @@ def _angle(body: Body, low: Integers, high: Integers, centre: Array, along: Arra
     return float(np.arctan2(sine, cosine))
 
 
-class _Pairing(NamedTuple):
-    """The nodes of the high face and their places on the low face, turned back.
-
-    `places` (n, all nodes) is a matrix, and `fixed` are the nodes on the axis. `off` are distances
-    between places and nodes, `allowed` the distances allowed for them, and `far` is the largest
-    excess. `matches` is true if each node copies a node of the low face.
-    """
-
-    nodes: Integers
-    places: csr_matrix
-    fixed: Integers
-    off: Array
-    allowed: Array
-    far: float
-    matches: bool
-
-
-def _pairing(
-    body: Body, low: Integers, high: Integers, turn: Array, centre: Array, tolerance: float
-) -> _Pairing:
-    """Find the places of the nodes of one cut face on the other."""
-    mesh = body.through_corners.mesh
-    x = body.mesh.p.T
-    nodes = facet_nodes(body.mesh, high)
-    others = facet_nodes(body.mesh, low)
-    fixed = np.intersect1d(nodes, others)
-    # All nodes turned back by one sector, and the errors of their coordinates.
-    back = (x - centre) @ turn + centre
-    errors = body.errors + tolerance / 2
-    turned = errors @ np.abs(turn)
-
-    off, nearest = (np.asarray(found) for found in cKDTree(x[others]).query(back[nodes]))
-    allowed = np.linalg.norm(turned[nodes] + errors[others[nearest]], axis=1)
-    matches = bool(len(nodes) == len(others) and (off <= allowed).all())
-    links = np.ones(len(nodes)), (np.arange(len(nodes)), others[nearest])
-    places = csr_matrix(links, shape=(len(nodes), len(x)))
-    if not matches:
-        off = np.maximum(off, cKDTree(back[nodes]).query(x[others])[0].max())
-        around = facets_around(mesh, high)
-        behind = facets_around(mesh, low)
-        overlaps = facet_overlaps(around, back, behind, x)
-        area = np.linalg.norm(areas_of(x[behind]), axis=1).sum()
-        # Share of a cut face that must face the other one.
-        whole = 0.9
-        if faced(overlaps, back[around]).min() > FACED and overlaps.weights.sum() > whole * area:
-            nodes = np.unique(around)
-            places, _ = mortar_projection(overlaps, nodes, len(x))
-            off = np.linalg.norm(back[nodes] - places @ x, axis=1)
-            allowed = np.linalg.norm(turned[nodes] + abs(places) @ errors, axis=1)
-            allowed = allowed + sag(around, back, turned)[nodes]
-            sag_behind = sag(behind, x, errors)[places.indices]
-            allowed = allowed + np.maximum.reduceat(sag_behind, places.indptr[:-1])
-    on_axis = np.linalg.norm(back[fixed] - x[fixed], axis=1)
-    on_axis_allowed = np.linalg.norm(turned + errors, axis=1)[fixed]
-    far = np.r_[off - allowed, on_axis - on_axis_allowed].max()
-    return _Pairing(nodes, places, fixed, off, allowed, float(far), matches)
-
-
-def _no_copies(cut: Cyclic, pairing: _Pairing, angle: float, count: int) -> str:
+def _no_copies(cut: Cyclic, apart: float, allowed: float, angle: float, count: int) -> str:
     """Message on faces that are no turned copies of each other."""
     middles = ""
     if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT:
@@ -323,7 +247,7 @@ def _no_copies(cut: Cyclic, pairing: _Pairing, angle: float, count: int) -> str:
     return (
         f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are not turned "
         f"copies of each other: turned by 360/{count} degrees about the axis, they are up to "
-        f"{pairing.off.max():.4g} apart, more than {pairing.allowed.max():.1g}{middles}; give two "
-        "faces that are turned copies, 360 degrees divided by a whole number apart, and check "
-        "axis and centre; if the distance is noise, give the Cyclic a tolerance"
+        f"{apart:.4g} apart, more than {allowed:.1g}{middles}; give two faces that are turned "
+        "copies, 360 degrees divided by a whole number apart, with one mesh (gmsh: setPeriodic), "
+        "and check axis and centre; if the distance is noise, give the Cyclic a tolerance"
     )

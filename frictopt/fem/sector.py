@@ -19,16 +19,12 @@ from .supports import Seam, axis_of
 
 @dataclass(frozen=True, eq=False)
 class Sector:
-    """Nodes of the high cut faces, which follow the low ones: `u_i = Q sum_j P_ij u_j`.
+    """Nodes of the high cut faces, which follow the low ones: `u_i = Q u_j`.
 
     Attributes
     ----------
-    nodes
-        (n,) nodes that follow.
-    places
-        (n, all nodes) matrix P.
     copies
-        (all nodes,) node of which each node is a turned copy; -1: none.
+        (all nodes,) node j of which each node i is a turned copy; -1: none.
     fixed
         Nodes on the axis, which both faces have.
     turn, shift
@@ -37,19 +33,19 @@ class Sector:
         (d,) unit vector along the axis; zero in the plane.
     count
         Number of sectors of the ring.
-    unlike
-        Body -> facets of its cut faces, if they do not match.
     """
 
-    nodes: Integers
-    places: csr_matrix
     copies: Integers
     fixed: Integers
     turn: Array
     shift: Array
     along: Array
     count: int
-    unlike: Mapping[str, Integers]
+
+    @property
+    def nodes(self) -> Integers:
+        """Nodes that follow."""
+        return np.flatnonzero(self.copies >= 0)
 
     @property
     def across(self) -> Booleans:
@@ -91,43 +87,33 @@ class Sector:
     @property
     def on_cuts(self) -> Integers:
         """All nodes that follow, or are followed."""
-        return np.concatenate([self.nodes, self.places.indices, self.fixed])
+        return np.concatenate([self.nodes, self.copies[self.nodes], self.fixed])
 
     def follow(self, rows: Integers, free_rows: Integers, points: Array) -> csr_matrix:
         """The matrix (size, size) of `u = C u` that lets nodes follow.
 
-        Nodes of faces that do not match stay where they are held. Given are the parts of an
-        assembly. The free rows (nodes, d) are -1 if held; they become -2 if a node follows.
+        Given are the parts of an assembly. The free rows (nodes, d) are -1 if held; they become -2
+        if a node follows.
         """
-        d = rows.shape[1]
-        size = rows.size
+        nodes = self.nodes
+        originals = self.copies[nodes]
         held = free_rows == -1
-        is_copy = self.copies[self.nodes] >= 0
-        self._check_held(self.nodes[is_copy], held, points)
-        free_rows[self.nodes] = np.where(held[self.nodes], -1, -2)
-
-        stays = held[self.nodes] & ~is_copy[:, None]
-        # Rows of the nodes one after the other, (size, size).
-        by_nodes = csr_matrix((np.ones(size), (rows.ravel(), np.arange(size))), shape=(size, size))
-        turns = blocks_of(~stays[:, :, None] * self.turn)
-        follow = turns @ kron(self.places, identity(d)) @ by_nodes.T
-        following = (d * self.nodes[:, None] + np.arange(d)).ravel()
-        unchanged = np.ones(size)
-        unchanged[rows[self.nodes][~stays]] = 0.0
-        return csr_matrix(diags(unchanged) + by_nodes[:, following] @ follow)
-
-    def _check_held(self, copies: Integers, held: Booleans, points: Array) -> None:
-        """Check that copied nodes are held as the nodes that they follow."""
-        originals = self.copies[copies]
         # (n, d) share of each axis of a copy, turned back, in which its original is held.
         share = held[originals] @ (self.turn**2).T
-        i = first_of((held[copies] & (share < 1 - ASKEW)).any(axis=1))
+        i = first_of((held[nodes] & (share < 1 - ASKEW)).any(axis=1))
         if i is not None:
             raise ModelError(
-                f"supports: the node at {place(points[copies[i]])} is held, but not the node at "
+                f"supports: the node at {place(points[nodes[i]])} is held, but not the node at "
                 f"{place(points[originals[i]])}, of which it is the copy on the other cut face; "
                 "hold both, because supports repeat from sector to sector"
             )
+        free_rows[nodes] = np.where(held[nodes], -1, -2)
+        to_all = identity(len(points), format="csr")
+        turned = kron(to_all[:, nodes] @ to_all[originals], self.turn)
+        stays = np.ones(rows.size)
+        stays[rows[nodes]] = 0.0
+        by_nodes = csr_matrix((np.ones(rows.size), (rows.ravel(), np.arange(rows.size))))
+        return csr_matrix(diags(stays) + by_nodes @ turned @ by_nodes.T)
 
     def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
         """Check that the displacements (nodes, d) of supports repeat from sector to sector.

@@ -323,8 +323,8 @@ FAULTS = (
     Fault(
         "fem/sector.py",
         "a cut face follows the other one without turning",
-        old="~stays[:, :, None] * self.turn",
-        new="~stays[:, :, None] * np.eye(len(self.turn))",
+        old="kron(to_all[:, nodes] @ to_all[originals], self.turn)",
+        new="kron(to_all[:, nodes] @ to_all[originals], np.eye(len(self.turn)))",
         tests="sectors",
     ),
     Fault(
@@ -351,7 +351,7 @@ FAULTS = (
     Fault(
         "fem/cyclic.py",
         "faces that are no copies make a sector",
-        old="pairing.far > 0",
+        old="len(nodes) != len(others) or (off > allowed).any() or is_off_axis.any()",
         new="False",
         tests="sectors::test_what_is_no_sector_is_refused",
     ),
