@@ -205,7 +205,7 @@ class SafeSlips:
                 )
 
         safe, record = solve(program, "margin", 1.0, claimed, self.solver, no_optimum=no_slip)
-        assert safe is not None and safe._solved is not None
+        assert safe._solved is not None
         values = {**safe._solved.values, "load_factor": load_factor}
         solved = replace(safe._solved, values=values).of_model(self._unknowns, user)
         return answered(replace(safe, _solved=solved), record)
@@ -225,7 +225,6 @@ class SafeSlips:
             return replace(safe, _motion=motion, _solved=solved)
 
         safe, record = solve(program, "margin", 1.0, claimed, self.solver)
-        assert safe is not None
         return answered(safe, record)
 
 

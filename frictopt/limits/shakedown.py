@@ -293,7 +293,7 @@ class ShakedownLimits:
             from .printed.last_resort import by_plain_cvxpy
 
             limit, record = by_plain_cvxpy(question, claimed, error)
-        if limit is None or limit.bound <= above:
+        if limit.bound <= above:
             raise NotAbove(f"the limit is not above {above:g}")
         if limit._solved is None:
             return limit
@@ -323,7 +323,6 @@ class ShakedownLimits:
             # Rounding hides whether some slip is safe under the mean load. The limit stands, and
             # the least safe load factor is not known.
             return limit
-        assert lower is not None
         record = limit.record.joined([record], limit._question.started)
         return replace(limit, least=lower.load_factor, record=record)
 
@@ -346,7 +345,7 @@ class ShakedownLimits:
             no_optimum=lambda outcome, arrays: _every_load_is_safe(question, program),
             above=above if sense > 0 else -np.inf,
         )
-        if limit is None or (sense > 0 and limit.bound <= above):
+        if sense > 0 and limit.bound <= above:
             raise NotAbove(f"the limit is not above {above:g}")
         return answered(limit, record)
 

@@ -8,11 +8,9 @@ vanish, adds for x of the size of its units.
 `answer.py`
     The first solver's answer that passes its check, and proofs that there is none.
 `arrays.py`
-    A program, and its exact solution next to a rough one (`polish`).
+    A program, its dual, and its exact solution next to a rough one (`polish`).
 `rows.py`, `products.py`
     Rows by their entries, and products whose factors differ in size.
-`flipped.py`
-    The dual of a balance of forces, whose few motions keep their digits.
 `solvers.py`
     Solvers, their order and options.
 `interior_point.py`, `condensed.py`, `cones.py`, `step_equations.py`

@@ -4,19 +4,17 @@ In comes a program as arrays, and a function that makes a claim of unknowns x an
 answer that knows its own residual, whatever solver has had it.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from time import perf_counter
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array, hstack, vstack
 
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays, polish
-from .flipped import Flipped, flipped
 from .solvers import (
-    CUT_OFF,
     INFEASIBLE,
     LARGE_SOCP,
     LP,
@@ -50,11 +48,11 @@ def answer(
     no_optimum: Callable[[str], C | None] = lambda outcome: None,
     above: float = -np.inf,
     tolerance: float = RESIDUAL,
-) -> tuple[C | None, SolveRecord]:
+) -> tuple[C, SolveRecord]:
     """The claim of the first solver whose residual is within the tolerance, and its record.
 
     `claimed(x, y)` makes the claim of an optimum, and `no_optimum(outcome)` that of a program that
-    a solver reports to have none. The claim is None if a solver has proven that `-cost @ x` is at
+    a solver reports to have none. A solver may end as soon as it has proven that `-cost @ x` is at
     most `above`. SolverError if no claim is within the tolerance.
     """
     started = perf_counter()
@@ -66,17 +64,17 @@ def answer(
     claim_of_none: list[C | None] = []
     agreed = True
     for form, name in _ways(program, solver):
-        outcome, x, y = run(form.arrays, name, form.cutoff(above))
-        outcome = form.outcomes.get(outcome, outcome)
+        outcome, x, y = run(form.arrays, name, -np.inf if form.is_dual else above)
+        if form.is_dual:
+            outcome = _OF_DUAL.get(outcome, outcome)
         best: C | None = None
-        if outcome == CUT_OFF:
-            return None, SolveRecord(name, tuple(attempts), 0.0)
         if outcome == OPTIMAL:
             agreed = False
             for outcome, solution in _solutions(form, x, y):
                 claim = claimed(*solution)
                 attempts.append(Attempt(name, outcome, claim.residual))
-                best = _better(claim, best)
+                if best is None or claim.residual < best.residual:
+                    best = claim
                 if best.residual <= enough:
                     break
         else:
@@ -92,39 +90,36 @@ def answer(
     raise failed(kind, tolerance, attempts, agreed)
 
 
-def _better(claim: C, best: C | None) -> C:
-    """The claim with the smaller residual, the earlier one if they are equal."""
-    return claim if best is None or claim.residual < best.residual else best
+# Status of a dual -> status of the program.
+_OF_DUAL = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}
 
 
-class _AsItIs:
-    """A program that is solved in its own form, see `Flipped`."""
+class _Form(NamedTuple):
+    """Arrays for a solver: those of a program, or of its dual."""
 
-    outcomes: ClassVar[Mapping[str, str]] = {}
-
-    def __init__(self, program: Arrays) -> None:
-        self.arrays = program
-
-    def cutoff(self, above: float) -> float:
-        """The objective at which a solver of this form may stop."""
-        return above
+    program: Arrays
+    arrays: Arrays
+    is_dual: bool = False
 
     def back(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Unknowns and multipliers as they are, the multipliers in their cones."""
-        return x, self.arrays.admissible(y)
+        """Unknowns and multipliers of the program, the multipliers in their cones."""
+        if self.is_dual:
+            x, y = -y[: self.arrays.zero], x
+        return x, self.program.admissible(y)
 
 
-def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[Flipped | _AsItIs, str]]:
+def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[_Form, str]]:
     """Forms and solvers, in the order in which they are tried: the dual last, if there is one."""
-    dual = flipped(program)
-    for form in [_AsItIs(program)] + ([dual] if dual else []):
-        for name in solver_order(solver, kind_of(program)):
-            yield form, name
+    solvers = solver_order(solver, kind_of(program))
+    for name in solvers:
+        yield _Form(program, program), name
+    # Solvers leave the balance of forces in cones more exactly if its few motions are multipliers.
+    if not len(program.block) and program.sizes.max(initial=1) > 1:
+        for name in solvers:
+            yield _Form(program, program.dual, is_dual=True), name
 
 
-def _solutions(
-    form: Flipped | _AsItIs, x: Array, y: Array
-) -> Iterator[tuple[str, tuple[Array, Array]]]:
+def _solutions(form: _Form, x: Array, y: Array) -> Iterator[tuple[str, tuple[Array, Array]]]:
     """The solution of a program as the solver left it, and polished in the form that was solved."""
     yield OPTIMAL, form.back(x, y)
     if len(x) < _LARGE or len(form.arrays.block):

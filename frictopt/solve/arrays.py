@@ -135,6 +135,23 @@ class Arrays:
             sizes=self.sizes,
         )
 
+    @cached_property
+    def dual(self) -> "Arrays":
+        """The dual of a program of sparse rows: its unknowns are the multipliers y.
+
+        Its equations are `A'y + cost = 0`, whose multipliers are minus the unknowns x.
+        """
+        rows = len(self.right)
+        in_cones = eye_array(rows, format="csr")[self.zero :]
+        return Arrays(
+            sparse=csr_array(vstack([self.sparse.T, -in_cones])),
+            block=np.zeros((0, rows)),
+            right=np.r_[-self.cost, np.zeros(rows - self.zero)],
+            cost=self.right,
+            zero=len(self.cost),
+            sizes=self.sizes,
+        )
+
     def admissible(self, y: Array) -> Array:
         """Multipliers near y that are in their cones."""
         y = y.copy()

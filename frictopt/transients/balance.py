@@ -124,7 +124,6 @@ def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL
         return Nearest(size * x[:-1], float(x[-1]), motion, float(residual))
 
     found, _ = answer(program, claimed, tolerance=tolerance)
-    assert found is not None
     return found
 
 

@@ -218,7 +218,6 @@ def _centre(points: Array) -> Array:
         return Ball(x[:k], worst([program.violation(x), float(abs(x[k] - bound)) + error]))
 
     ball, _ = answer(program, claimed)
-    assert ball is not None
     return np.asarray(middle + size * ball.centre)
 
 

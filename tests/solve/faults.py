@@ -213,7 +213,7 @@ FAULTS = (
     Fault(
         "solve/answer.py",
         "multipliers outside their cones prove a limit",
-        old="(x, self.arrays.admissible(y))",
+        old="(x, self.program.admissible(y))",
         new="(x, y)",
         tests="answer",
     ),

@@ -116,7 +116,6 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         return claim(load_factor, load_factor, error, y)
 
     found, record = answer(program, claimed, no_optimum=no_optimum)
-    assert found is not None
     return replace(found, record=record)
 
 

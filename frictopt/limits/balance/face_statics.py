@@ -112,7 +112,6 @@ def _at_corner(
         return None if proof is None else _Sliding(np.inf if proof[0] is None else 0.0, proof[1])
 
     found, _ = answer(program, claimed, no_optimum=no_optimum, tolerance=_TOLERANCE)
-    assert found is not None
     return max(found.load_factor, 0.0)
 
 

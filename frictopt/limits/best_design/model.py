@@ -289,7 +289,6 @@ class DesignModel(SafeModel):
             self._solver,
             no_optimum=lambda outcome, arrays: raise_refusal(program, goal, self._choice),
         )
-        assert design is not None
         return answered(design, record)
 
     def _checked(

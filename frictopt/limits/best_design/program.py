@@ -406,7 +406,6 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
         return Judged(values, program.violation(solution.x))
 
     pressed, _ = solve(program, "pressing", 1.0, claimed)
-    assert pressed is not None
     return dict(pressed.said)
 
 

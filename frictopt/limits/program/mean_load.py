@@ -75,7 +75,6 @@ def stays_closed(question: Question, load_factor: float) -> bool:
             proven, _ = solve(program, "pressure", -1.0, _least_pressure)
         except SolverError:
             return False
-        assert proven is not None
         if not proven.said > RESIDUAL * question.force:
             return False
     return True

@@ -116,7 +116,7 @@ class Furthest:
             claim, _ = answer(replace(self._arrays, cost=cost), self._checked)
         except NoOptimum:
             return None
-        return None if claim is None else np.asarray(claim.said)
+        return np.asarray(claim.said)
 
     def _checked(self, x: Array, y: Array) -> Judged:
         slip = Solution(self._program, x, y[self._program.slides :], "").slip_of_nodes

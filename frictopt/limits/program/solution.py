@@ -329,7 +329,7 @@ def solve(
     no_optimum: Callable[[str, Arrays], C | None] = lambda outcome, arrays: None,
     above: float = -np.inf,
     tolerance: float = RESIDUAL,
-) -> tuple[C | None, SolveRecord]:
+) -> tuple[C, SolveRecord]:
     """The claim about the largest (sense 1) or least value of a named unknown, see `answer`.
 
     `no_optimum` makes the claim if a solver reports another outcome for the arrays.

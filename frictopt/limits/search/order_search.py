@@ -475,7 +475,6 @@ def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
     for _ in range(PRODUCTS.programs):
         program = ordered_program(question, about=about)
         judged, _ = solve(program, "load_factor", 1.0, _judged, limits.solver)
-        assert judged is not None
         placed, _, _ = read_order(question, judged.said)
         load_factor = judged.said.load_factor
         change = abs(load_factor - about.load_factor) / question.load_unit

@@ -156,7 +156,6 @@ class StressCrossings:
             return None if found is None else Crossing(np.inf, np.inf, nowhere, found[1])
 
         crossing, _ = solve(stuck(program), "load_factor", -1.0, claimed, no_optimum=never)
-        assert crossing is not None
         return crossing
 
     def last(self, largest: float) -> Crossing | None:

@@ -171,7 +171,6 @@ class StressLevels:
             return Judged(solution.value, solution.program.violation(solution.x))
 
         wedge, _ = solve(wedging(slips.question), "wedge", 1.0, judged)
-        assert wedge is not None
         # The value is 0 or 1, because any multiple of such a slip is one, too.
         self.wedges = slips.question.slip_bound is None and wedge.said > 0.5
 
@@ -231,7 +230,6 @@ class StressLevels:
             return Level(solution.value, bound - error, slip, residual)
 
         level, _ = solve(program, "level", -1.0, claimed)
-        assert level is not None
         return level
 
     def most(self, point: int) -> End:
