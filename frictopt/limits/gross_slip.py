@@ -7,7 +7,7 @@ does not know how far they press, and transients answer (`self_stress.py`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -18,19 +18,16 @@ from ..base import (
     RESIDUAL,
     ROUNDING,
     Array,
-    Booleans,
     PerNode,
     SolveRecord,
     Table,
     finite_number,
-    listed,
     progress_bar,
-    shown,
     warns_of_odd_values,
     worst,
 )
 from ..contact import ContactSystem, LoadCycle, reactions
-from ..errors import ModelError, SolverError
+from ..errors import SolverError
 from ..solve.explained import Explained
 from ..transients.balance import self_stress
 from ..transients.statics import Statics, motions_of_bodies, nodal_motions
@@ -181,7 +178,6 @@ def gross_slip(
     system: ContactSystem,
     cycle: LoadCycle,
     friction: PerNode,
-    contacts: Iterable[str] | None = None,
     *,
     seconds: float = 300.0,
     progress: bool = True,
@@ -207,11 +203,9 @@ def gross_slip(
     Parameters
     ----------
     system, cycle, friction
-        See `shakedown_limit`.
-    contacts
-        Names of the contacts, of `system.contact`, in which friction counts; pressure counts in
-        all. `["flange"]` gives the slip load of this joint, friction times the clamping force,
-        without the heads of its bolts. None: all.
+        See `shakedown_limit`. Pressure counts in contacts without friction, too: with the friction
+        `{"flange": 0.15, "heads": 0.0}` the result is the slip load of the flange, friction times
+        the clamping force, without the heads of its bolts.
     seconds
         Time after which transients end. The load factor is then the largest one that they have
         reached, and `reason` says so. 0: equilibrium alone, without transients.
@@ -227,9 +221,8 @@ def gross_slip(
     Raises
     ------
     ModelError, SolverError
-        Bad input, contacts that the system does not have; no solver gave an answer that passes the
-        checks; with forces that balance themselves, also errors of `steady_state`, and no transient
-        that goes on in time.
+        Bad input; no solver gave an answer that passes the checks; with forces that balance
+        themselves, also errors of `steady_state`, and no transient that goes on in time.
 
     Examples
     --------
@@ -252,12 +245,7 @@ def gross_slip(
     seconds = finite_number("seconds", seconds, least=0.0)
     with progress_bar(progress, "gross slip") as bar:
         question = pose(system, cycle, friction, question_name="gross_slip")
-        only = ""
-        if contacts is not None:
-            names, chosen = _checked_contacts(system, contacts)
-            question = pose(system, cycle, question.friction * chosen, question_name="gross_slip")
-            only = f"with friction at {', '.join(names)} alone, "
-        answer = _with_self_stress(_statics(question, only), question)
+        answer = _with_self_stress(_statics(question), question)
         if answer.self_stress is None or seconds == 0:
             return answer
         note = "the answer of equilibrium alone is in the attribute `gross_slip`"
@@ -267,58 +255,33 @@ def gross_slip(
 
 def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
     """`GrossSlip.bound`: the load factor of statics, without transients."""
-    return _statics(pose(system, cycle, friction, question_name="gross_slip"), "").load_factor
+    return _statics(pose(system, cycle, friction, question_name="gross_slip")).load_factor
 
 
-def _checked_contacts(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:
-    """Names of contacts of the system, at least one, and which nodes (N,) belong to them."""
-    names = listed("contacts", contacts)
-    if system.contact is None:
-        raise ModelError(
-            f"contacts: {shown(names)}, but the system has no names of contacts; give them as its "
-            "`contact`, or leave contacts out"
-        )
-    known = list(dict.fromkeys(system.contact.tolist()))
-    unknown = [name for name in names if name not in known]
-    if unknown or not names:
-        wrong = unknown[0] if unknown else names
-        raise ModelError(f"contacts: {shown(wrong)}; give some of {known}, or None for all")
-    return names, np.isin(system.contact, names)
+def _bounds(question: Question) -> str:
+    """The bounds of contact forces, in words."""
+    return "friction and the strength of the surface" if question.system.capped else "friction"
 
 
-@dataclass(frozen=True, eq=False)
-class Words:
-    """The words of a reason.
-
-    `only` names the contacts in which friction counts, as the beginning of the sentence.
-    """
-
-    question: Question
-    only: str
-
-    @property
-    def bounds(self) -> str:
-        """The bounds of contact forces."""
-        capped = self.question.system.capped
-        return "friction and the strength of the surface" if capped else "friction"
-
-    def load(self, answer: CornerAnswer) -> str:
-        """The corner of an answer."""
-        return f"the load at the corner ({self.question.cycle.corner_names[answer.asked.corner]})"
-
-    def motion(self, answer: CornerAnswer) -> str:
-        """The motion of an answer."""
-        system = self.question.system
-        return motions_in_words(motion_table(system, answer.phi.reshape(-1, system.nodes)))
-
-    def unbalanced(self, answer: CornerAnswer) -> str:
-        """The load that no contact forces balance, and the motion that proves it."""
-        return UNBALANCED(
-            only=self.only, bounds=self.bounds, load=self.load(answer), motion=self.motion(answer)
-        )
+def _load(answer: CornerAnswer) -> str:
+    """The corner of an answer, in words."""
+    asked = answer.asked
+    return f"the load at the corner ({asked.question.cycle.corner_names[asked.corner]})"
 
 
-def _statics(question: Question, only: str) -> GrossSlip:
+def _motion(answer: CornerAnswer) -> str:
+    """The motion of an answer, in words."""
+    system = answer.asked.question.system
+    return motions_in_words(motion_table(system, answer.phi.reshape(-1, system.nodes)))
+
+
+def _unbalanced(answer: CornerAnswer) -> str:
+    """The load that no contact forces balance, and the motion that proves it."""
+    bounds = _bounds(answer.asked.question)
+    return UNBALANCED(bounds=bounds, load=_load(answer), motion=_motion(answer))
+
+
+def _statics(question: Question) -> GrossSlip:
     """The answer of statics: the load factors at which forces balance all corners."""
     system = question.system
     N = nodal_motions(motions_of_bodies(system))
@@ -328,12 +291,11 @@ def _statics(question: Question, only: str) -> GrossSlip:
     # Gaps do no work in rigid motions.
     r1 = reactions(system, question.cycle.corners)
     r0 = np.broadcast_to(reactions(system, question.cycle.unscaled), r1.shape)
-    words = Words(question, only)
 
     upper = [corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], 1.0)) for k in corners]
     for answer in upper:
         if np.isnan(answer.load_factor):
-            reason = NO_STATE(unbalanced=words.unbalanced(answer))
+            reason = NO_STATE(unbalanced=_unbalanced(answer))
             return _result(question, answer, np.nan, reason, upper)
     largest = min(answer.load_factor for answer in upper)
     governs = next(answer for answer in upper if answer.load_factor <= largest * (1 + RESIDUAL))
@@ -341,32 +303,24 @@ def _statics(question: Question, only: str) -> GrossSlip:
     lower = _least_load_factors(question, N, corners, r0, r1)
     first = max(lower, key=lambda answer: answer.load_factor, default=None)
     least = 0.0 if first is None else first.load_factor
-    reason = _reason(words, governs, largest, first, least)
+    reason = _reason(governs, largest, first, least)
     if least > largest * (1 + RESIDUAL):
         governs = replace(governs, load_factor=np.nan, bound=np.nan)
         least = np.nan
     return _result(question, governs, least, reason, [*upper, *lower])
 
 
-def _reason(
-    words: Words, governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float
-) -> str:
+def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float) -> str:
     """Why the load factor is at most that of `governs`, and at least that of `first`."""
     if first is not None and least > largest * (1 + RESIDUAL):
-        return APART(
-            only=words.only,
-            lower=words.load(first),
-            least=least,
-            upper=words.load(governs),
-            largest=largest,
-        )
+        return APART(lower=_load(first), least=least, upper=_load(governs), largest=largest)
     if largest == np.inf:
         start = f" from {least:.4g} on" if least > 0 else ""
-        reason = ALL_BALANCED(only=words.only, bounds=words.bounds, start=start)
+        reason = ALL_BALANCED(bounds=_bounds(governs.asked.question), start=start)
     else:
-        reason = ABOVE(unbalanced=words.unbalanced(governs))
+        reason = ABOVE(unbalanced=_unbalanced(governs))
     if first is not None and least > 0:
-        reason += BELOW(least=least, load=words.load(first), motion=words.motion(first))
+        reason += BELOW(least=least, load=_load(first), motion=_motion(first))
     return reason
 
 

@@ -143,15 +143,13 @@ def test_of_two_blocks_the_one_that_is_pushed_slides():
     assert "body 1 moves at right along (1, 0)" in found.reason
     assert np.abs(found.phi[:, :5]).max() < 1e-9
     assert found.to_frame().equals(found.motion)
-    for pushed in (["right"], ["left", "right"]):
-        assert fo.gross_slip(
-            system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=pushed
-        ).load_factor == pytest.approx(2.1)
-    alone = fo.gross_slip(
-        system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=["left"]
-    )
-    assert alone.load_factor == pytest.approx(0.0, abs=1e-9)
-    assert "with friction at left alone" in alone.reason
+    for left, right, hold in ((0.0, 0.3, 2.1), (0.3, 0.0, 0.0)):
+        alone = fo.gross_slip(
+            system,
+            fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO),
+            {"left": left, "right": right},
+        )
+        assert alone.load_factor == pytest.approx(hold, abs=1e-9)
 
 
 @pytest.mark.parametrize("axes", few([3, 2], 1))
@@ -178,13 +176,12 @@ def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes)
         )
         # Transients find the load of jaws, which takes seconds; the faces mirror each other.
         faces = ["over"] if jaws else ["under", "over"]
-        for contacts, hold in ((None, 2.0), *(([face], 1.0) for face in faces)):
-            found = fo.gross_slip(
-                system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), 0.2, contacts=contacts
-            )
+        alone = [{"under": 0.0, "over": 0.0} | {face: 0.2} for face in faces]
+        for friction, hold in ((0.2, 2.0), *((of_face, 1.0) for of_face in alone)):
+            found = fo.gross_slip(system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), friction)
             assert found.load_factor == pytest.approx(hold, rel=3e-4 if jaws else 1e-9), (
                 jaws,
-                contacts,
+                friction,
             )
             assert (found.self_stress is not None) is jaws is (found.bound == np.inf)
 
@@ -585,32 +582,6 @@ def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, status):
     lying(monkeypatch, lambda program, name, x, y: None if is_excess(program) else status)
     with pytest.raises(fo.SolverError):
         fo.gross_slip(PUNCH, CYCLE, 0.4)
-
-
-NAMED = two_blocks(np.random.default_rng(1))
-
-
-@pytest.mark.parametrize(
-    ("system", "contacts", "message"),
-    [
-        (
-            NAMED,
-            ["middle"],
-            r"contacts: 'middle'; give some of \['left', 'right'\], or None for all",
-        ),
-        (NAMED, [3], r"contacts: 3; give some of"),
-        (NAMED, [], r"contacts: \[\]; give some of"),
-        (NAMED, "left", r"contacts: 'left'; give a list"),
-        (
-            replace(NAMED, contact=None),
-            ["left"],
-            r"contacts: \['left'\], but the system has no names of contacts",
-        ),
-    ],
-)
-def test_contacts_that_do_not_exist_are_refused(system, contacts, message):
-    with pytest.raises(fo.ModelError, match=message):
-        fo.gross_slip(system, fo.LoadCycle({"P1": 1.0}, [{"Q": 1.0}]), 0.3, contacts=contacts)
 
 
 @pytest.mark.parametrize(

@@ -356,7 +356,7 @@ HELD = Sentence(
     assumes="the stiffness has no rigid motion that only the contact prevents",
 )
 UNBALANCED = Sentence(
-    "{only}forces within {bounds} cannot balance {load}: {motion}",
+    "forces within {bounds} cannot balance {load}: {motion}",
     assumes=_RIGID_MOTIONS,
 )
 ABOVE = Sentence(
@@ -372,12 +372,12 @@ NO_STATE = Sentence(
     assumes=_RIGID_MOTIONS,
 )
 APART = Sentence(
-    "no load factor has a state of rest: {only}{lower} needs at least {least:.4g}, "
+    "no load factor has a state of rest: {lower} needs at least {least:.4g}, "
     "{upper} at most {largest:.4g}",
     assumes=_RIGID_MOTIONS,
 )
 ALL_BALANCED = Sentence(
-    "{only}forces within {bounds} balance the loads at all load factors{start}",
+    "forces within {bounds} balance the loads at all load factors{start}",
     assumes="forces within friction balance the loads; the contact may or may not reach them",
 )
 SELF_STRESSED = Sentence(
