@@ -135,7 +135,7 @@ def _rows(areas: MovingAreas) -> np.ndarray:
     statuses = areas.at_instant
     rows = statuses.before & statuses.after
     rows[:, areas.rim.nodes] |= areas.unsolved.any(axis=(0, 2))
-    return np.asarray(rows)
+    return rows
 
 
 def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integers:

@@ -83,4 +83,4 @@ def _independent(equations: Array, right: Array) -> Integers:
     x = np.linalg.lstsq(equations[kept], right[kept])[0]
     if rank < count and np.abs(equations @ x - right).max() > RESIDUAL:
         raise np.linalg.LinAlgError("equations contradict each other")
-    return np.asarray(kept)
+    return kept

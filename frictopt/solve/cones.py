@@ -20,7 +20,7 @@ class Cones:
 
     def sums(self, x: Array) -> Array:
         """The sum over the parts of each cone."""
-        return np.asarray(np.add.reduceat(x, self.heads))
+        return np.add.reduceat(x, self.heads)
 
     def square(self, x: Array) -> Array:
         """`x[0]^2 - |x[1:]|^2` of each cone, kept positive in spite of rounding."""
@@ -31,14 +31,14 @@ class Cones:
 
     def product(self, a: Array, b: Array) -> Array:
         """Jordan's product `a o b`."""
-        product = np.asarray(a[self.heads][self.of] * b + b[self.heads][self.of] * a)
+        product: Array = a[self.heads][self.of] * b + b[self.heads][self.of] * a
         product[self.heads] = self.sums(a * b)
         return product
 
     def quotient(self, a: Array, b: Array) -> Array:
         """The x with `a o x = b`."""
         first = self.sums(self.turned * a * b) / self.square(a)
-        x = np.asarray((b - first[self.of] * a) / a[self.heads][self.of])
+        x: Array = (b - first[self.of] * a) / a[self.heads][self.of]
         x[self.heads] = first
         return x
 

@@ -90,4 +90,4 @@ def derived_units(unit: Array, sizes: csr_array, allowance: Callable[[Array], Ar
 
 def _over(a: Array, b: Array) -> Array:
     """`a / b`, and 0 where b is 0."""
-    return np.asarray(np.divide(a, b, out=np.zeros_like(a), where=b > 0))
+    return np.divide(a, b, out=np.zeros_like(a), where=b > 0)

@@ -46,7 +46,7 @@ class BodyMotion:
 
 def motion_table(system: ContactSystem, phi: Array) -> Table:
     """The table of `GrossSlip.motion`, from motions phi (t + 1, N) whose largest has the size 1."""
-    names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
+    names = np.zeros(system.nodes) if system.contact is None else system.contact
     stretch = np.vstack([system.stretch.reshape(system.nodes, -1).T, np.ones(system.nodes)])
     # (N, axes) motions in the axes of space, from slips along the tangents and lifts.
     moves = np.einsum("an,nak->nk", phi / stretch, system.frames)

@@ -65,14 +65,14 @@ def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
     stretch = system.stretch.reshape(system.nodes, -1)[face].T
     slips = (along[:-1] * stretch[:, :, None]).reshape(-1, len(flat)) @ flat
     basis, size, _ = np.linalg.svd(slips, full_matrices=False)
-    return np.asarray(basis[:, size > COUNTS])
+    return basis[:, size > COUNTS]
 
 
 def without_lift(lifts: Array, size: float) -> Array:
     """(k, m) combinations of k motions whose lifts (n, k) have at most a size."""
     _, sizes, parts = np.linalg.svd(lifts)
     small = np.pad(sizes, (0, len(parts) - len(sizes))) <= size
-    return np.asarray(parts[small].T)
+    return parts[small].T
 
 
 def _at_corner(
@@ -85,7 +85,7 @@ def _at_corner(
     count, k = motions.shape
 
     def shear(r: Array) -> Array:
-        return np.asarray(r.reshape(system.tangents + 1, -1)[:-1, face].ravel())
+        return r.reshape(system.tangents + 1, -1)[:-1, face].ravel()
 
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0

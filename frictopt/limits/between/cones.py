@@ -91,7 +91,7 @@ class Cones:
     def balanced(self, shear: Array) -> Array:
         """The part of shear forces (t, N) that slips can cause."""
         flat = shear.ravel()
-        return np.asarray((flat - self.slides @ (self.slides.T @ flat)).reshape(shear.shape))
+        return (flat - self.slides @ (self.slides.T @ flat)).reshape(shear.shape)
 
     def effects(self, shear: Array) -> Array:
         """(t + 1, R) sides of the rows that residual shear (t, N) adds, at each corner."""

@@ -308,7 +308,7 @@ class LiftOff(Question):
     def at_instants(self, load_factor: float) -> Array:
         """See `Question.at_instants`."""
         at_corners = super().at_instants(load_factor)
-        return np.asarray(self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape))
+        return self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape)
 
     def by_corner(self, moves: Array) -> Array:
         """Motions at the corners. The motion at an event is divided according to its place."""
@@ -347,7 +347,7 @@ class LiftOff(Question):
         """See `Question.open_share`."""
         legs = len(self.path.legs)
         opened = [among(instant.after, len(self.open_nodes)) for instant in self.at]
-        return np.asarray(np.diff(self.way, append=float(legs)) @ opened / legs)
+        return np.diff(self.way, append=float(legs)) @ opened / legs
 
     @property
     def node_states(self) -> str:

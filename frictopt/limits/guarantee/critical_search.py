@@ -319,7 +319,7 @@ def load_factor_bounds(question: Question) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         bounds = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING.rounding)
     proven = admissible & (resistance < -SCREENING.rounding * terms)
-    return np.asarray(np.where(proven, bounds, 0.0))
+    return np.where(proven, bounds, 0.0)
 
 
 def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tuple[Array, Booleans]:
@@ -378,6 +378,6 @@ def _net_slips(question: Question) -> Callable[[Array], Array]:
             right_side = (rigid.T @ (weight * slips)).T[..., None]
             slides = (np.linalg.pinv(square, hermitian=True) @ right_side)[..., 0].T
             slips = slips - rigid @ slides
-        return np.asarray(slips.reshape(t, n, n))
+        return slips.reshape(t, n, n)
 
     return net_slips

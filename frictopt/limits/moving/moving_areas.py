@@ -154,7 +154,7 @@ class MovingAreas(Question):
     def completed(self, load_factor: float, slip: Array) -> Array:
         """A slip of the nodes that never open, with the slip of the rim at the last corner."""
         u, _ = self.states(load_factor, slip)
-        return np.asarray(u[-1, :-1].T.reshape(slip.shape))
+        return u[-1, :-1].T.reshape(slip.shape)
 
     def at_instants(self, load_factor: float) -> Array:
         """See `Question.at_instants`."""
@@ -200,7 +200,7 @@ class MovingAreas(Question):
         """(N,) part of the cycle in which each node is open; every leg counts the same."""
         places = self.path.leg + self.path.part(self.told_at)
         lasting = np.diff(places, append=len(self.r1))
-        return np.asarray(lasting @ ~self.at_instant.after / len(self.r1))
+        return lasting @ ~self.at_instant.after / len(self.r1)
 
     @property
     def node_states(self) -> str:

@@ -48,7 +48,7 @@ class NormalPath:
     def presses(self) -> Booleans:
         """(M, N) whether a node has pressure between an instant and the next one."""
         following = np.roll(self.pressure, -1, axis=0)
-        return np.asarray(self.pressure + following > 0)
+        return self.pressure + following > 0
 
 
 class NoPath(Exception):

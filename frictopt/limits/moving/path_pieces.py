@@ -42,12 +42,12 @@ class Statuses:
     @property
     def free(self) -> Booleans:
         """(M, N) nodes without pressure before and after."""
-        return np.asarray(~self.before & ~self.after)
+        return ~self.before & ~self.after
 
     @property
     def touching(self) -> Booleans:
         """(M, N) nodes that open or close at the instant."""
-        return np.asarray(self.before ^ self.after)
+        return self.before ^ self.after
 
     @property
     def rim(self) -> Booleans:
@@ -280,7 +280,7 @@ def _place_of_event(pressures: Array, touching: Booleans) -> Array:
     change = float(pressures[2, node])
     if not abs(change) > 0:
         raise NoPath("a node opens or closes without a change of its pressure")
-    return np.asarray(-pressures[:2, node] / change)
+    return -pressures[:2, node] / change
 
 
 def _ends(

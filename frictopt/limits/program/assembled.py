@@ -149,7 +149,7 @@ def _governing(
     rates[of_instant, of_node] = -rate
     governs = np.zeros(needed.shape, dtype=bool)
     governs[ruling(needed, rates)] = True
-    return np.asarray(governs[of_instant, of_node])
+    return governs[of_instant, of_node]
 
 
 def at_corners(

@@ -63,7 +63,7 @@ class Mechanism:
     @property
     def opening(self) -> Array:
         """(K, N) openings without slip, >= 0, of nodes with little friction or pressure."""
-        return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
+        return (self.moves[:, -1] - self.friction * self.size).clip(0.0)
 
     def parts(self, system: ContactSystem) -> Array:
         """(2, K, N) sizes of the slips and of the openings; of open nodes, how far they touch."""
@@ -117,7 +117,7 @@ def of_nodes(system: ContactSystem, node: Integers) -> dict[str, np.ndarray]:
     """Columns of a table of some nodes: node, contact (if several), x (x, y, z in space)."""
     columns: dict[str, np.ndarray] = {"node": node}
     if system.contact is not None and len(np.unique(system.contact)) > 1:
-        columns["contact"] = np.asarray(system.contact)[node]
+        columns["contact"] = system.contact[node]
     for name, values in places(system).items():
         columns[name] = values[node]
     return columns

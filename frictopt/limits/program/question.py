@@ -221,7 +221,7 @@ class Question:
             return slip
         # A LiftOff has other states: here the same nodes are open at all corners.
         u, _ = Question.states(self, 0.0, slip)
-        return np.asarray(u[0, :-1].T.reshape(slip.shape))
+        return u[0, :-1].T.reshape(slip.shape)
 
     def excess_over_slip_bound(self, slip: Array) -> float:
         """Largest excess of the slip over its bound, relative to the largest bound or slip.
@@ -480,11 +480,11 @@ def motion_of_open_nodes(
         return np.zeros((0, columns))
     motion = -(compliance[rows] @ system.S[:, :columns])
     motion[:, np.tile(open_nodes, system.tangents)] = 0.0
-    return np.asarray(motion)
+    return motion
 
 
 def _gaps_of_open(r: Array, open_nodes: Booleans, compliance: Array | None) -> Array:
     """(K, O) gaps of the open nodes under bonded reactions (K, M), if nothing slips."""
     if compliance is None:
         return np.zeros((len(r), 0))
-    return np.asarray(-(r @ compliance)[:, -len(open_nodes) :][:, open_nodes])
+    return -(r @ compliance)[:, -len(open_nodes) :][:, open_nodes]

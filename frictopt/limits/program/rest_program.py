@@ -95,7 +95,7 @@ def is_held(question: Question) -> bool:
 def slip_units(question: Question) -> Array:
     """(t N,) units of the slips."""
     shear = np.tile(question.shear_unit, question.system.tangents)
-    return np.asarray(shear / question.system.own_stiffness[: len(shear)])
+    return shear / question.system.own_stiffness[: len(shear)]
 
 
 class SlipUnknowns:

@@ -129,7 +129,7 @@ class Solution:
     def _multipliers(self) -> Array:
         """(R,) multipliers of the rows in user units, for the goal in its unit."""
         unit = self.program.place(self.goal).unit
-        return np.asarray(unit * self.y / self.program.stacked.units)
+        return unit * self.y / self.program.stacked.units
 
     @cached_property
     def _work(self) -> Array:
@@ -234,7 +234,7 @@ class Solution:
         question = slip.question
         values = self.slip.reshape(len(self.program.slips), -1)[number]
         if question.slip_bound is None and not len(self.program.own_units):
-            values = np.asarray(values - _needless_slide(self, slip, values))
+            values = values - _needless_slide(self, slip, values)
         values = values.reshape(question.system.slip_shape, order="F")
         if question.slip_bound is None:
             return np.asarray(values)
@@ -397,7 +397,7 @@ def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
     """
     slip = np.where(slip_bound == 0, 0.0, slip.T).T
     if question.excess_over_slip_bound(slip) > RESIDUAL:
-        return np.asarray(slip)
+        return slip
     size = lengths(slip, slip_bound)
     shares = slip_bound / np.where(size > 0, size, np.inf)
     within = slip * shares[size > slip_bound].min(initial=1.0)
