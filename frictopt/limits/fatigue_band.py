@@ -38,7 +38,7 @@ from .program.question import Question, pose
 from .program.rest_program import is_held
 from .program.rest_slips import Rests, SteadyCycles
 from .safe_slip import SafeSlips
-from .search.stress_levels import SETTINGS, End, Stresses, StressLevels, tensors_at_rest
+from .search.stress_levels import DRAWN, End, Stresses, StressLevels, tensors_at_rest
 from .shakedown import shakedown_limit
 
 Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland", "Dang_Van"]
@@ -362,7 +362,7 @@ def _row(
     levels: StressLevels, point: int, end: End, no_slip: float, parameter: str
 ) -> dict[str, float]:
     """The columns of a point in the table of a band, see `FatigueBand.to_frame`."""
-    least = levels.least([point], SETTINGS.drawn).value
+    least = levels.least([point], DRAWN).value
     row = {"least": least, "no_slip": no_slip, "most": end.value}
     if parameter in WITHOUT_PLANE:
         return row

@@ -203,21 +203,16 @@ _UNDECIDED = (
 )
 
 
-@dataclass(frozen=True)
-class FrictionSearch:
-    """Numbers of the search for the least friction."""
+# Numbers of the search for the least friction.
 
-    # Frictions that are tried until one is enough; larger ones act as infinite in linear programs.
-    tried: tuple[float, ...] = tuple(4.0**k for k in range(8))
-    smallest: float = 1e-6  # that linear programs distinguish from 0
-    # Relative distance of the two frictions of a proof from the root, first and largest. Nodes with
-    # little pressure need a larger distance, because the margin depends little on them.
-    proof: float = 100 * RESIDUAL
-    widest_proof: float = 1e4 * RESIDUAL
-    most_places: int = 4  # places of nodes that a reason names
-
-
-SEARCH = FrictionSearch()
+# Frictions that are tried until one is enough; larger ones act as infinite in linear programs.
+_TRIED = tuple(4.0**k for k in range(8))
+_SMALLEST = 1e-6  # that linear programs distinguish from 0
+# Relative distance of the two frictions of a proof from the root, first and largest. Nodes with
+# little pressure need a larger distance, because the margin depends little on them.
+_PROOF = 100 * RESIDUAL
+_WIDEST_PROOF = 1e4 * RESIDUAL
+_MOST_PLACES = 4  # places of nodes that a reason names
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -323,7 +318,7 @@ class RequiredFriction(Answered):
             raise ValueError(f"it requires the friction {self.required:g}, its slip another one")
         # Both are at most the widest proof away from the least friction, but for a given gap.
         exact = self._solved is not None or np.isinf(self.required)
-        nearest = (1 - 3 * SEARCH.widest_proof) * self.required if exact else 0.0
+        nearest = (1 - 3 * _WIDEST_PROOF) * self.required if exact else 0.0
         if not (nearest <= self.bound <= self.required or self.required == 0):
             raise ValueError(f"it requires {self.required:g}, and {self.bound:g} is not enough")
 
@@ -432,7 +427,7 @@ def required_friction(
             (
                 friction
                 for searched in (False, True)
-                for friction in SEARCH.tried
+                for friction in _TRIED
                 if safe_slips.exists(friction, events=searched)
             ),
             None,
@@ -441,10 +436,10 @@ def required_friction(
             return _none_is_enough(safe_slips, slip_bound)
 
         root, open_nodes = _least_friction(safe_slips, enough)
-        if root >= SEARCH.smallest:
+        if root >= _SMALLEST:
             return _proven_from_both_sides(safe_slips, root, open_nodes)
         if not safe_slips.exists(0.0):
-            raise SolverError(_NEXT_TO_ZERO.format(smallest=SEARCH.smallest))
+            raise SolverError(_NEXT_TO_ZERO.format(smallest=_SMALLEST))
         return _none_needed(safe_slips)
 
 
@@ -459,8 +454,8 @@ def _least_friction(safe_slips: SafeByFriction, enough: float) -> tuple[float, B
         safe = safe_slips.at(enough)
         open_nodes = safe.open if safe.events.empty else None
         root = _root_of_margin(safe_slips, enough, open_nodes)
-        just_below = root * (1 - SEARCH.proof)
-        if root < SEARCH.smallest or not safe_slips.exists(just_below):
+        just_below = root * (1 - _PROOF)
+        if root < _SMALLEST or not safe_slips.exists(just_below):
             return root, open_nodes
         if _open_nodes_of(safe_slips.at(just_below)) == _open_nodes_of(safe_slips.at(enough)):
             return root, open_nodes
@@ -477,7 +472,7 @@ def _open_nodes_of(safe: SafeSlip) -> tuple[bytes, Order | None]:
 def _root_of_margin(
     safe_slips: SafeByFriction, enough: float, open_nodes: Booleans | None
 ) -> float:
-    """Root of the margin with given open nodes; a value below `SEARCH.smallest` if there is none.
+    """Root of the margin with given open nodes; a value below `_SMALLEST` if there is none.
 
     Newton's method is used: the multipliers give the rate of the margin with friction. If a step
     leaves the bracket, or is longer than half of the step before, bisection replaces it.
@@ -486,20 +481,20 @@ def _root_of_margin(
     friction = enough
     last_step = np.inf
     safe = safe_slips.at(enough, open_nodes)
-    while friction >= SEARCH.smallest:
+    while friction >= _SMALLEST:
         if safe.margin >= 0:
             high = friction
         else:
             low = friction
         rate = safe.friction_rate
         step = -safe.margin / rate if rate > 0 else np.inf
-        if abs(step) <= RESIDUAL * friction or high - low <= SEARCH.proof * friction:
+        if abs(step) <= RESIDUAL * friction or high - low <= _PROOF * friction:
             break
-        inside = max(low, SEARCH.smallest) < friction + step < high
+        inside = max(low, _SMALLEST) < friction + step < high
         # Newton's steps shrink at least as fast from now on, so that the next one would be nothing.
         # The proof needs two programs beside the root: if both agree, none is needed at the root.
         ends = np.isfinite(last_step) and step**2 <= RESIDUAL * friction * last_step
-        if inside and ends and _is_proven(safe_slips, friction + step, SEARCH.proof, open_nodes):
+        if inside and ends and _is_proven(safe_slips, friction + step, _PROOF, open_nodes):
             return friction + step
         if not inside or abs(step) >= last_step / 2:
             step = (low + high) / 2 - friction
@@ -522,8 +517,8 @@ def _proven_from_both_sides(
     Just below, no slip is safe with the open nodes of the answer, or with the open nodes that a
     search finds there. If a proof fails, a larger distance from the root is tried.
     """
-    width = SEARCH.proof
-    while width <= SEARCH.widest_proof:
+    width = _PROOF
+    while width <= _WIDEST_PROOF:
         if _is_proven(safe_slips, root, width, open_nodes):
             above = root * (1 + width)
             below = root * (1 - width)
@@ -583,12 +578,12 @@ def _within(question: Question, load_factor: float, gap: float) -> RequiredFrict
     remedy = without_gap(question.system)
     check_known(question, remedy)
     bracket = FrictionBracket(cones_of(question), load_factor / question.load_unit)
-    bracket.narrow(gap, SEARCH.smallest)
+    bracket.narrow(gap, _SMALLEST)
     if bracket.enough <= RESIDUAL and has_static_shear(question, load_factor):
         bracket.enough = 0.0
         return _answer_within(question, load_factor, bracket, np.nan, NONE_NEEDED(within=""))
-    if bracket.enough <= SEARCH.smallest:
-        raise SolverError(_NEXT_TO_ZERO.format(smallest=SEARCH.smallest))
+    if bracket.enough <= _SMALLEST:
+        raise SolverError(_NEXT_TO_ZERO.format(smallest=_SMALLEST))
     enough_is_known = np.isfinite(bracket.enough)
     if bracket.too_little == 0 or not enough_is_known:
         missing = "too little" if enough_is_known else "enough with all nodes closed"
@@ -647,7 +642,7 @@ def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
 
 def _slips_at_any(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer inf, if some node closes under another shear load than it opens."""
-    safe = safe_slips.at(SEARCH.tried[0])
+    safe = safe_slips.at(_TRIED[0])
     mechanism = safe._motion.table(safe.system, safe._question.names)
     reason = NONE_STOPS_IT(why=safe.reason)
     return _infinite(safe_slips, safe._question, safe.record, mechanism, reason)
@@ -659,10 +654,10 @@ def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFric
     system = question.system
     pressed, record = best_pressed(system, question.cycle, safe_slips.load_factor, slip_bound)
     if not pressed.impossible:
-        raise SolverError(_NONE_FOUND.format(largest=SEARCH.tried[-1], least=pressed.least))
+        raise SolverError(_NONE_FOUND.format(largest=_TRIED[-1], least=pressed.least))
     mechanism = pressed.motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
-    why = LOADS_OPEN(within=safe_slips.within, where=where(system, nodes, SEARCH.most_places))
+    why = LOADS_OPEN(within=safe_slips.within, where=where(system, nodes, _MOST_PLACES))
     return _infinite(safe_slips, question, record, mechanism, NONE_IS_ENOUGH(why=why))
 
 

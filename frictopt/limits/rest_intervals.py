@@ -244,20 +244,15 @@ def safe_with_moving_areas(
     return replace(safe, slip=slip, record=record, _question=areas, _motion=motion)
 
 
-@dataclass(frozen=True)
-class IntervalSettings:
-    """Numbers of the walk along the load factors."""
+# Numbers of the walk along the load factors.
 
-    # A piece is asked at this distance above its beginning, relative to the load factor plus its
-    # unit. A piece, or a hole between two intervals, that is shorter is not seen.
-    step: float = 1e-6
-    # Largest number of pieces, times nodes and corners: a node changes the order at few places.
-    pieces: int = 50
-    # Largest number of halvings of a step that has jumped over a short piece.
-    halvings: int = 8
-
-
-WALK = IntervalSettings()
+# A piece is asked at this distance above its beginning, relative to the load factor plus its
+# unit. A piece, or a hole between two intervals, that is shorter is not seen.
+_STEP = 1e-6
+# Largest number of pieces, times nodes and corners: a node changes the order at few places.
+_MOST_PIECES = 50
+# Largest number of halvings of a step that has jumped over a short piece.
+_HALVINGS = 8
 
 # The limit of an ordinary question, up to a load factor.
 LimitOf = Callable[[Question, float], L]
@@ -291,14 +286,14 @@ def pieces(question: Question, begin: float = 0.0) -> Iterator[MovingAreas]:
     SolverError if the pieces do not end.
     """
     nodes = question.system.nodes
-    for _ in range(WALK.pieces * nodes * len(question.r1)):
-        step = WALK.step * (begin + question.load_unit)
-        for _ in range(WALK.halvings):
+    for _ in range(_MOST_PIECES * nodes * len(question.r1)):
+        step = _STEP * (begin + question.load_unit)
+        for _ in range(_HALVINGS):
             try:
                 areas = areas_near(question, begin + step)
             except NoPath:
                 return
-            if areas.path.low <= begin + WALK.step**2 * (begin + question.load_unit):
+            if areas.path.low <= begin + _STEP**2 * (begin + question.load_unit):
                 break
             step /= 2
         yield areas
@@ -342,7 +337,7 @@ def _rests(
 def _joins(current: Rest[L], following: Rest[L]) -> bool:
     """Whether rests go on in the next piece."""
     hole = following.least - current.largest
-    return hole <= 2 * WALK.step * (current.largest + current.areas.load_unit)
+    return hole <= 2 * _STEP * (current.largest + current.areas.load_unit)
 
 
 def _rest_in(
@@ -438,12 +433,12 @@ def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
     following = next(pieces(question, end), None)
     if following is None:
         return replace(limit, _why=reason_of_last_rest(limit, None, lifted=True))
-    if following.path.low < end - WALK.step * (end + question.load_unit):
+    if following.path.low < end - _STEP * (end + question.load_unit):
         # The order of openings and closings is the same above the limit.
         return limit
     above = _rests(question, pieces(question, end), limit.slip, limit_of)
     rest = next(above, None)
-    if rest is None or rest.least > end + 2 * WALK.step * (end + question.load_unit):
+    if rest is None or rest.least > end + 2 * _STEP * (end + question.load_unit):
         return replace(limit, _why=reason_of_last_rest(limit, following, lifted=False))
     return _limit_of_rest(question, replace(rest, least=limit.least), limit_of)
 

@@ -13,25 +13,19 @@ from scipy.sparse import csr_array, eye_array, hstack, vstack
 
 from ..base import ROUNDING, STALLED, Array, Integers
 
+# Numbers of the polish.
 
-@dataclass(frozen=True)
-class PolishSettings:
-    """Numbers of the polish."""
-
-    # Singular values up to this share of the largest one count as zero; along their directions the
-    # solution is not changed.
-    not_unique: float = ROUNDING / 10
-    # Error of the equations of active cones below which no step reduces it.
-    polished: float = 1e-3 * ROUNDING
-    # Largest number of Newton steps; usually three are enough.
-    steps: int = 8
-    # Number of gaps between ratios of multiplier to slack that are tried.
-    gaps: int = 4
-    # Ratios are clipped to this number and its inverse.
-    least_ratio: float = 1e-12
-
-
-POLISH = PolishSettings()
+# Singular values up to this share of the largest one count as zero; along their directions the
+# solution is not changed.
+_NOT_UNIQUE = ROUNDING / 10
+# Error of the equations of active cones below which no step reduces it.
+_POLISHED = 1e-3 * ROUNDING
+# Largest number of Newton steps; usually three are enough.
+_STEPS = 8
+# Number of gaps between ratios of multiplier to slack that are tried.
+_GAPS = 4
+# Ratios are clipped to this number and its inverse.
+_LEAST_RATIO = 1e-12
 
 
 def columns(sparse: csr_array, block: Array, y: Array) -> Array:
@@ -161,9 +155,7 @@ class Arrays:
         return y
 
 
-def polish(
-    program: Arrays, x: Array, y: Array, settings: PolishSettings = POLISH
-) -> tuple[Array, Array]:
+def polish(program: Arrays, x: Array, y: Array) -> tuple[Array, Array]:
     """Move a solution onto its active rows and cones, by Newton's method on their equations.
 
     The ratio of multiplier to slack shows whether a row or cone is active: solvers leave it large
@@ -174,8 +166,8 @@ def polish(
     best = x, program.admissible(y)
     least = program.off(*best)
     with np.errstate(all="ignore"):  # a wrong guess may overflow, and `off` rejects it
-        for share in _shares(program, x, y, settings):
-            at, slopes = _Active(program, x, y, share).solved(x, y, settings)
+        for share in _shares(program, x, y):
+            at, slopes = _Active(program, x, y, share).solved(x, y)
             # If there are more active equations than unknowns, the multipliers are not unique, and
             # the rough ones may be as good.
             for multipliers in (slopes, y):
@@ -189,7 +181,7 @@ def polish(
     return best
 
 
-def _shares(program: Arrays, x: Array, y: Array, settings: PolishSettings) -> list[float]:
+def _shares(program: Arrays, x: Array, y: Array) -> list[float]:
     """Ratios of multiplier to slack that separate active from inactive rows and cones.
 
     Each is the middle of one of the widest gaps between the ratios; the widest gap comes first.
@@ -198,8 +190,8 @@ def _shares(program: Arrays, x: Array, y: Array, settings: PolishSettings) -> li
     sides = [side for cone in program.cones for side in _sides(s[cone], y[cone])]
     slack, multiplier = np.hstack(sides)
     ratios = np.where(slack > 0, multiplier / np.where(slack > 0, slack, 1.0), np.inf)
-    powers = np.sort(np.log10(np.clip(ratios, settings.least_ratio, 1 / settings.least_ratio)))
-    widest = np.argsort(-np.diff(powers), kind="stable")[: settings.gaps]
+    powers = np.sort(np.log10(np.clip(ratios, _LEAST_RATIO, 1 / _LEAST_RATIO)))
+    widest = np.argsort(-np.diff(powers), kind="stable")[:_GAPS]
     return [float(10 ** powers[[k, k + 1]].mean()) for k in widest]
 
 
@@ -270,14 +262,14 @@ class _Active:
             first += len(cone)
         return np.concatenate(values), np.vstack(gradients), hessian
 
-    def solved(self, x: Array, y: Array, settings: PolishSettings = POLISH) -> tuple[Array, Array]:
+    def solved(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The x and multipliers that solve the equations of the active set, by Newton's method."""
         vanishing, *on_boundary = self.rows
         cost = self._program.cost
         m = np.concatenate([y[vanishing], *(y[cone[:, 0]] for cone in on_boundary)])
         best = x, m
         least = np.inf
-        for _ in range(settings.steps):
+        for _ in range(_STEPS):
             values, gradients, hessian = self._equations(x, m)
             balance = float(np.abs(gradients.T @ m - cost).max(initial=0.0))
             error = max(balance, float(np.abs(values).max(initial=0.0)))
@@ -286,10 +278,10 @@ class _Active:
                 least = error
             elif least <= STALLED or not np.isfinite(error):
                 break
-            if error <= settings.polished:
+            if error <= _POLISHED:
                 break
             matrix = np.block([[-hessian, gradients.T], [gradients, np.zeros((len(m), len(m)))]])
-            step = _least(matrix, np.r_[cost, -values], settings.not_unique)
+            step = _least(matrix, np.r_[cost, -values])
             x = x + step[: len(x)]
             m = step[len(x) :]
         return best[0], self._multipliers(*best, len(y))
@@ -309,11 +301,11 @@ class _Active:
         return multipliers
 
 
-def _least(matrix: Array, right: Array, not_unique: float) -> Array:
+def _least(matrix: Array, right: Array) -> Array:
     """The solution of symmetric equations, the smallest one if there are several."""
     factor, order, _ = dsytrf(matrix, lwork=int(dsytrf_lwork(len(matrix))[0]))
-    if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > not_unique:
+    if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE:
         return np.asarray(dsytrs(factor, order, right)[0])
     return np.asarray(
-        lstsq(matrix, right, cond=not_unique, lapack_driver="gelsy", check_finite=False)[0]
+        lstsq(matrix, right, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
     )

@@ -9,7 +9,6 @@ The steps are Mehrotra's, on the homogeneous embedding, which also detects that 
 (Andersen, Roos & Terlaky 2003). The scaling of s and z is that of Nesterov & Todd (1997).
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -20,48 +19,34 @@ from .condensed import Condensed
 from .cones import Cones, Scaling
 from .step_equations import Equations, begins_through_block
 
+# Numbers of the method; errors are those of `_Residuals.error`.
 
-@dataclass(frozen=True)
-class Settings:
-    """Numbers of the method; errors are those of `_Residuals.error`."""
-
-    # Largest number of steps.
-    steps: int = 100
-    # Error at which the program counts as solved.
-    enough: float = 1e-11
-    # Largest error of an answer if rounding prevents further steps; the caller checks its residual.
-    # It is also the largest error of a proof that there is no optimum, if tau has vanished.
-    nearly: float = 1e-7
-    # After one to `patience` steps that do not halve the smallest error, an error of `slack` times
-    # `enough` is accepted.
-    slack: float = 5.0
-    patience: int = 4
-    # The relative difference of the two objectives may be this many times `enough`.
-    objectives_apart: float = 10.0
-    # The rounding of a step is corrected separately if the work of the cones, relative to the
-    # objective, is below this many times `enough`.
-    mended: float = 100.0
-    # Ratio of tau to kappa below which there is no optimum.
-    no_optimum: float = 1e-12
-    # Length of a step, relative to the step that reaches the boundary of the cones.
-    stay: float = 0.98
-    # The error of a bound is multiplied by this number, so that the bound also holds for unknowns
-    # this many times larger.
-    surely: float = 1e6
-
-    def accepted(self, stalled: int) -> float:
-        """The error accepted after `stalled` steps that do not halve the smallest error."""
-        if stalled > self.patience:
-            return self.nearly
-        return self.enough * (self.slack if stalled else 1.0)
+# Largest number of steps.
+_STEPS = 100
+# Error at which the program counts as solved.
+_ENOUGH = 1e-11
+# Largest error of an answer if rounding prevents further steps; the caller checks its residual.
+# It is also the largest error of a proof that there is no optimum, if tau has vanished.
+_NEARLY = 1e-7
+# After one to `_PATIENCE` steps that do not halve the smallest error, an error of `_SLACK` times
+# `_ENOUGH` is accepted.
+_SLACK = 5.0
+_PATIENCE = 4
+# The relative difference of the two objectives may be this many times `_ENOUGH`.
+_OBJECTIVES_APART = 10.0
+# The rounding of a step is corrected separately if the work of the cones, relative to the
+# objective, is below this many times `_ENOUGH`.
+_MENDED = 100.0
+# Ratio of tau to kappa below which there is no optimum.
+_NONE = 1e-12
+# Length of a step, relative to the step that reaches the boundary of the cones.
+_STAY = 0.98
+# The error of a bound is multiplied by this number, so that the bound also holds for unknowns
+# this many times larger.
+_SURELY = 1e6
 
 
-SETTINGS = Settings()
-
-
-def interior_point(
-    program: Arrays, above: float = -np.inf, settings: Settings = SETTINGS
-) -> tuple[str, Array, Array]:
+def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
     """Status in Clarabel's words, x and multipliers.
 
     It ends early if the multipliers prove that the largest `-cost @ x` is not `above` this number.
@@ -70,7 +55,7 @@ def interior_point(
         condensed = Condensed(program)
         with np.errstate(over="raise", divide="raise", invalid="raise"):  # an ArithmeticError
             above += condensed.constant
-            status, y, z, _ = _solved(condensed, Cones(program.sizes), above, settings)
+            status, y, z, _ = _solved(condensed, Cones(program.sizes), above)
     # Rounding has stopped the steps, or equations are linearly dependent.
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))
@@ -104,7 +89,7 @@ class _Residuals:
     proof of the status `without_optimum`.
     """
 
-    def __init__(self, program: Condensed, point: _Point, degree: int, settings: Settings) -> None:
+    def __init__(self, program: Condensed, point: _Point, degree: int) -> None:
         h, c = program.right, program.objective
         y, s, z, tau, kappa = point
         columns = program.columns(z)
@@ -113,10 +98,10 @@ class _Residuals:
         self.primal = rows - h * tau
         self.gap = kappa + c @ y + h @ z
         self.work = float(s @ z + kappa * tau) / (degree + 1)
-        value = max(FLOOR * tau, abs(float(c @ y))) * settings.objectives_apart
+        value = max(FLOOR * tau, abs(float(c @ y))) * _OBJECTIVES_APART
         off = float(np.abs(self.dual) @ np.maximum(np.abs(y / tau), 1.0))
         self.bound = float(h @ z) / tau
-        self.proven = self.bound + settings.surely * off / tau
+        self.proven = self.bound + _SURELY * off / tau
         self.apart = (degree + 1) * self.work / tau / value
         self.error = max(
             abs(float(c @ y + h @ z)) / value,
@@ -145,6 +130,13 @@ class _Best(NamedTuple):
         return _Best(self.point, self.error, stalled)
 
 
+def _accepted(stalled: int) -> float:
+    """The error accepted after `stalled` steps that do not halve the smallest error."""
+    if stalled > _PATIENCE:
+        return _NEARLY
+    return _ENOUGH * (_SLACK if stalled else 1.0)
+
+
 class _NoOptimum(NamedTuple):
     """The best proof so far that there is no optimum: its status, its point, and its error."""
 
@@ -154,7 +146,7 @@ class _NoOptimum(NamedTuple):
 
 
 def _solved(
-    program: Condensed, cones: Cones, above: float = -np.inf, settings: Settings = SETTINGS
+    program: Condensed, cones: Cones, above: float = -np.inf
 ) -> tuple[str, Array, Array, int]:
     """Status in Clarabel's words, y, z, and the number of steps."""
     # All cones together begin with a work of 1, the size of the objective: many more steps would
@@ -166,30 +158,30 @@ def _solved(
     newton: _Newton | None = None
     through_block = begins_through_block(program)
     step = 0
-    for step in range(settings.steps):
-        off = _Residuals(program, at, cones.degree, settings)
+    for step in range(_STEPS):
+        off = _Residuals(program, at, cones.degree)
         if newton is not None:
             at, off = newton.corrected(at, off, above)
-        ending = at.tau <= settings.no_optimum * at.kappa
+        ending = at.tau <= _NONE * at.kappa
         if off.lack < no_optimum.lack:
             no_optimum = _NoOptimum(off.without_optimum, at, off.lack)
-        if no_optimum.lack <= (settings.nearly if ending else settings.enough):
+        if no_optimum.lack <= (_NEARLY if ending else _ENOUGH):
             return no_optimum.status, no_optimum.point.y, no_optimum.point.z, step
         if off.proven <= above:
             return "AlmostSolved", at.y / at.tau, at.z / at.tau, step
         best = best.after(at, off.error)
-        if best.error <= settings.accepted(best.stalled) or ending or not np.isfinite(off.error):
+        if best.error <= _accepted(best.stalled) or ending or not np.isfinite(off.error):
             break
         newton = None  # its matrices are not needed beside those of the next step
         try:
-            newton = _Newton(program, cones, at, off, settings, through_block)
+            newton = _Newton(program, cones, at, off, through_block)
             at = newton.stepped()
             through_block = newton.equations.through_block
         except (ArithmeticError, np.linalg.LinAlgError):
             break
-    if best.error > settings.nearly:
+    if best.error > _NEARLY:
         raise ArithmeticError("rounding leaves no step towards an optimum")
-    status = "Solved" if best.error <= settings.enough else "AlmostSolved"
+    status = "Solved" if best.error <= _ENOUGH else "AlmostSolved"
     point = best.point
     return status, point.y / point.tau, point.z / point.tau, step
 
@@ -203,14 +195,12 @@ class _Newton:
         cones: Cones,
         at: _Point,
         off: _Residuals,
-        settings: Settings,
         through_block: bool,
     ) -> None:
         self._program = program
         self._cones = cones
         self._at = at
         self._off = off
-        self._settings = settings
         self._scaling = Scaling(cones, at.s, at.z)
         self.equations = Equations(program, self._scaling, through_block)
         self._solve = self.equations.solved
@@ -229,7 +219,7 @@ class _Newton:
         ahead = self._direction(0.0)
         share = (1 - min(1.0, self._longest(ahead))) ** 3
         way = self._direction(share, ahead)
-        return self._at.moved(way, min(1.0, self._settings.stay * self._longest(way)))
+        return self._at.moved(way, min(1.0, _STAY * self._longest(way)))
 
     def _direction(self, share: float, ahead: _Point | None = None) -> _Point:
         """The direction to the point at which the work of each cone is this share of the mean work.
@@ -259,13 +249,12 @@ class _Newton:
         A direction that only corrects rows and multipliers is not lost in the rounding of a whole
         step.
         """
-        settings = self._settings
-        late = off.apart <= settings.mended * settings.enough or off.bound <= above
-        if not late or not off.error > settings.enough:
+        late = off.apart <= _MENDED * _ENOUGH or off.bound <= above
+        if not late or not off.error > _ENOUGH:
             return at, off
         try:
             mended = self._mended(at, off)
-            residuals = _Residuals(self._program, mended, self._cones.degree, settings)
+            residuals = _Residuals(self._program, mended, self._cones.degree)
         except ArithmeticError:  # at the boundary of a cone
             return at, off
         return min((at, off), (mended, residuals), key=lambda pair: pair[1].error)
@@ -275,7 +264,7 @@ class _Newton:
         y, z = self._solve(-off.dual, -off.primal)
         way = _Point(y, -off.primal - self._program.rows(y), z, 0.0, 0.0)
         longest = _longest_in_cones(Scaling(self._cones, at.s, at.z), way)
-        return at.moved(way, min(1.0, self._settings.stay * longest))
+        return at.moved(way, min(1.0, _STAY * longest))
 
     def _longest(self, way: _Point) -> float:
         """The largest step that stays within the cones and keeps tau and kappa positive."""

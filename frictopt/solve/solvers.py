@@ -1,7 +1,6 @@
 """Solvers of programs as arrays: their order, their options, and what they report."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
@@ -12,7 +11,7 @@ from scipy.sparse import csc_array, csr_array
 from ..base import Array, Attempt, Integers, shown
 from ..errors import ModelError, SolverError
 from .arrays import Arrays
-from .interior_point import SETTINGS, Settings, interior_point
+from .interior_point import interior_point
 
 try:
     import highspy
@@ -69,22 +68,12 @@ _HIGHS = {
 _DUAL = 1
 _PRIMAL = 4
 
+# The largest number of steps of the simplex method, for each row and unknown, and of small
+# programs. The method may go round in a circle, which would last until the time limit. Of some 500
+# programs of random contacts, a punch and fir trees, those that ended with an answer took at most
+# 0.73 steps for each row and unknown.
+_STEPS = (1, 100)
 
-@dataclass(frozen=True)
-class SimplexSettings:
-    """The largest number of steps of the simplex method, which may go round in a circle.
-
-    A circle would last until the time limit. Of some 500 programs of random contacts, a punch and
-    fir trees, those that ended with an answer took at most 0.73 steps for each row and unknown.
-    """
-
-    # For each row and unknown.
-    each: int = 1
-    # For small programs.
-    least: int = 100
-
-
-SIMPLEX = SimplexSettings()
 _METHODS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "HIGHS": {"solver": "simplex", "simplex_strategy": _PRIMAL},
@@ -180,18 +169,15 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     return (solver,)
 
 
-def run(
-    program: Arrays, solver: str, above: float, settings: Settings = SETTINGS
-) -> tuple[str, Array, Array]:
+def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
     """Status, x and multipliers with which a solver ends.
 
-    It may stop once it knows that the largest objective is not `above` a number. `settings` are
-    those of our interior point.
+    It may stop once it knows that the largest objective is not `above` a number.
     """
     if solver in _METHODS:
         return _by_highs(program, solver)
     if solver == "INTERIOR_POINT":
-        status, x, y = interior_point(program, above, settings)
+        status, x, y = interior_point(program, above)
     else:
         status, x, y = _by_clarabel(program, solver)
     return _OUTCOMES.get(status, status), x, y
@@ -220,7 +206,8 @@ def _engine(
     """HiGHS with min `cost @ x` over `lower <= x <= upper` with `least <= rows @ x <= most`."""
     engine = highspy.Highs()
     m, n = rows.shape
-    steps = SIMPLEX.each * (m + n) + SIMPLEX.least
+    each, least_steps = _STEPS
+    steps = each * (m + n) + least_steps
     for name, value in {**_HIGHS, **method, "simplex_iteration_limit": steps}.items():
         engine.setOptionValue(name, value)
     engine.passModel(

@@ -17,7 +17,6 @@ first way takes over if iterative refinement does not make them small.
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dsyrk
@@ -29,39 +28,33 @@ from ..base import Array
 from .condensed import Condensed
 from .cones import Scaling
 
+# Numbers of the equations of a step.
 
-@dataclass(frozen=True)
-class EquationSettings:
-    """Numbers of the equations of a step."""
-
-    # Relative increases of the diagonal of a step's matrix; the first one is used with which the
-    # Cholesky factorisation succeeds.
-    shifts: tuple[float, ...] = (1e-14, 1e-13, 1e-12, 1e-11)
-    # Error of the equations of a step, relative to their right side, below which it is not
-    # corrected.
-    correct: float = 1e-13
-    # Corrections go on as long as each reduces the error below this share of it.
-    helps: float = 0.1
-    # Number of rows of the matrix that are computed at once, from the diagonal on.
-    rows: int = 250
-    # Least number of unknowns, and of unknowns for each row of the block, for the way through the
-    # block. Below, its sparse matrices take longer than the dense ones that it saves.
-    unknowns: int = 600
-    unknowns_per_row: float = 1.5
-    # Largest number of entries of R for each of its rows: blocks of a node have three.
-    entries: int = 12
-    # Error of the equations, relative to their right side, above which the way through the block
-    # ends. The direct way usually leaves a larger one near an optimum.
-    enough: float = 1e-12
+# Relative increases of the diagonal of a step's matrix; the first one is used with which the
+# Cholesky factorisation succeeds.
+_SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)
+# Error of the equations of a step, relative to their right side, below which it is not
+# corrected.
+_CORRECT = 1e-13
+# Corrections go on as long as each reduces the error below this share of it.
+_HELPS = 0.1
+# Number of rows of the matrix that are computed at once, from the diagonal on.
+_ROWS = 250
+# Least number of unknowns, and of unknowns for each row of the block, for the way through the
+# block. Below, its sparse matrices take longer than the dense ones that it saves.
+_UNKNOWNS = 600
+_UNKNOWNS_PER_ROW = 1.5
+# Largest number of entries of R for each of its rows: blocks of a node have three.
+_ENTRIES = 12
+# Error of the equations, relative to their right side, above which the way through the block
+# ends. The direct way usually leaves a larger one near an optimum.
+_ENOUGH = 1e-12
 
 
-SETTINGS = EquationSettings()
-
-
-def begins_through_block(program: Condensed, settings: EquationSettings = SETTINGS) -> bool:
+def begins_through_block(program: Condensed) -> bool:
     """Whether the way through the block takes less work for a program."""
     rows, unknowns = program.block.shape
-    return unknowns >= max(settings.unknowns, settings.unknowns_per_row * rows)
+    return unknowns >= max(_UNKNOWNS, _UNKNOWNS_PER_ROW * rows)
 
 
 class Equations:
@@ -71,22 +64,15 @@ class Equations:
     ArithmeticError if their matrix cannot be factorised.
     """
 
-    def __init__(
-        self,
-        program: Condensed,
-        scaling: Scaling,
-        through_block: bool = False,
-        settings: EquationSettings = SETTINGS,
-    ) -> None:
+    def __init__(self, program: Condensed, scaling: Scaling, through_block: bool = False) -> None:
         self._program = program
         self._scaling = scaling
-        self._settings = settings
         self._way: _Direct | _ThroughBlock | None = None
         if through_block:
             with suppress(ArithmeticError):
-                self._way = _ThroughBlock(program, scaling, settings)
+                self._way = _ThroughBlock(program, scaling)
         if self._way is None:
-            self._way = _Direct(program, scaling, settings)
+            self._way = _Direct(program, scaling)
 
     @property
     def through_block(self) -> bool:
@@ -96,22 +82,21 @@ class Equations:
     def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
         """The y and z, improved by iterative refinement in the original equations."""
         y, z, error = self._refined(u, v)
-        if self.through_block and not error <= self._settings.enough * _largest(u, v):
+        if self.through_block and not error <= _ENOUGH * _largest(u, v):
             self._way = None  # its matrices are not needed beside those of the direct way
-            self._way = _Direct(self._program, self._scaling, self._settings)
+            self._way = _Direct(self._program, self._scaling)
             y, z, _ = self._refined(u, v)
         return y, z
 
     def _refined(self, u: Array, v: Array) -> tuple[Array, Array, float]:
         """The y and z, and the largest error of their equations."""
         program, over, times = self._program, self._scaling.over, self._scaling.times
-        settings = self._settings
         assert self._way is not None
         y, z = np.zeros(len(u)), np.zeros(len(v))
         left, right = u, v
         size = _largest(u, v)
         error, before = size, np.inf
-        while settings.correct * size < error < settings.helps * before:
+        while _CORRECT * size < error < _HELPS * before:
             work = program.sparse.T @ over(over(right))
             work[: len(u)] += left
             step = self._way.solved(work)
@@ -129,11 +114,10 @@ class Equations:
 class _Direct:
     """The y with `A' W^-2 A y = work`, for a work (n + m) on `[y, block y]`."""
 
-    def __init__(self, program: Condensed, scaling: Scaling, settings: EquationSettings) -> None:
+    def __init__(self, program: Condensed, scaling: Scaling) -> None:
         self._block = program.block
         self._weights = scaling.inverse_square(program.sparse)
-        self._at_once = settings.rows
-        self._factor = _factor(self._matrix, settings)
+        self._factor = _factor(self._matrix)
 
     def _matrix(self) -> Array:
         """The lower triangle of `A' W^-2 A`, stored by columns.
@@ -145,8 +129,8 @@ class _Direct:
         across = csc_array(weights[n:, :n])
         of_block = weights[n:, n:]
         matrix = np.zeros((n, n), order="F")
-        for start in range(0, n, self._at_once):
-            rows = slice(start, min(start + self._at_once, n))
+        for start in range(0, n, _ROWS):
+            rows = slice(start, min(start + _ROWS, n))
             half = across[:, rows] + of_block @ block[:, rows]
             matrix[start:, rows] = (half.T @ block[:, start:]).T
             matrix[start:, rows] += across[:, start:].T @ block[:, rows]
@@ -166,9 +150,9 @@ class _ThroughBlock:
     these, and dense in the others.
     """
 
-    def __init__(self, program: Condensed, scaling: Scaling, settings: EquationSettings) -> None:
+    def __init__(self, program: Condensed, scaling: Scaling) -> None:
         m, n = program.block.shape
-        inverse = _inverse_root(scaling.inverse_square(program.sparse), n, settings)
+        inverse = _inverse_root(scaling.inverse_square(program.sparse), n)
         self._inverse = inverse
         of_y, of_block = inverse[:n], inverse[n:]
         self._sparse = csr_array(-of_block[:, :m])
@@ -176,7 +160,7 @@ class _ThroughBlock:
         entries = of_block[:, m:].tocoo()
         dense[entries.col, entries.row] -= entries.data
         self._dense = dense.T
-        self._factor = _factor(self._matrix, settings)
+        self._factor = _factor(self._matrix)
 
     def _matrix(self) -> Array:
         """The lower triangle of F F', stored by columns."""
@@ -195,7 +179,7 @@ class _ThroughBlock:
         return np.asarray((self._inverse @ t)[:n])
 
 
-def _inverse_root(weights: csr_array, n: int, settings: EquationSettings) -> csr_array:
+def _inverse_root(weights: csr_array, n: int) -> csr_array:
     """The matrix `X = R^-1` with `weights = R' R`, for a sparse positive definite matrix.
 
     The rows of X are in the order of the weights. Its columns begin with those of the entries from
@@ -214,7 +198,7 @@ def _inverse_root(weights: csr_array, n: int, settings: EquationSettings) -> csr
     upper = factors.U
     pivots = upper.diagonal()
     in_order = np.array_equal(factors.perm_r, np.arange(len(order)))
-    if not (in_order and (pivots > 0).all()) or upper.nnz > settings.entries * len(order):
+    if not (in_order and (pivots > 0).all()) or upper.nnz > _ENTRIES * len(order):
         raise ArithmeticError("the weights of a step have no sparse root")
     # With U = D (1 + N), the inverse of 1 + N is the sum of the powers of -N, which vanish soon.
     power = inverse = csr_array(eye_array(len(order)))
@@ -222,7 +206,7 @@ def _inverse_root(weights: csr_array, n: int, settings: EquationSettings) -> csr
     while power.nnz:
         power = csr_array(-(power @ nilpotent))
         inverse = inverse + power
-        if inverse.nnz > settings.entries * len(order):
+        if inverse.nnz > _ENTRIES * len(order):
             raise ArithmeticError("the weights of a step have no sparse root")
     scaled = csr_array(inverse @ _diagonal(1 / np.sqrt(pivots)))
     return csr_array(scaled[np.argsort(order)])
@@ -237,12 +221,12 @@ def _largest(u: Array, v: Array) -> float:
     return max(float(np.abs(u).max()), float(np.abs(v).max()))
 
 
-def _factor(matrix_of: Callable[[], Array], settings: EquationSettings = SETTINGS) -> Array:
+def _factor(matrix_of: Callable[[], Array]) -> Array:
     """The lower Cholesky factor of a matrix, given by a function that computes its lower triangle.
 
     The factor takes the place of the matrix, which is computed again if the factorisation fails.
     """
-    for shift in settings.shifts:
+    for shift in _SHIFTS:
         matrix = matrix_of()
         np.fill_diagonal(matrix, matrix.diagonal() * (1 + shift))
         factor, failed = dpotrf(matrix, lower=True, clean=False, overwrite_a=True)

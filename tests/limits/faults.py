@@ -139,8 +139,8 @@ FAULTS = (
     Fault(
         "limits/rest_intervals.py",
         "the beginning of a piece at a large load factor has no rounding",
-        old="areas.path.low <= begin + WALK.step**2 * (begin + question.load_unit)",
-        new="areas.path.low <= begin + WALK.step**2 * question.load_unit",
+        old="areas.path.low <= begin + _STEP**2 * (begin + question.load_unit)",
+        new="areas.path.low <= begin + _STEP**2 * question.load_unit",
         tests="rest_intervals",
     ),
     Fault(
@@ -196,7 +196,7 @@ FAULTS = (
     Fault(
         "limits/rest_intervals.py",
         "rests of two pieces are one interval, whatever lies between",
-        old="hole <= 2 * WALK.step * (current.largest + current.areas.load_unit)",
+        old="hole <= 2 * _STEP * (current.largest + current.areas.load_unit)",
         new="True",
         tests="rest_intervals",
     ),
@@ -596,8 +596,8 @@ FAULTS = (
     Fault(
         "limits/guarantee/critical_search.py",
         "bound of a mechanism that has not settled",
-        old="admissible & (resistance < -SCREENING.rounding * terms)",
-        new="resistance < -SCREENING.rounding * terms",
+        old="admissible & (resistance < -_ROUNDING * terms)",
+        new="resistance < -_ROUNDING * terms",
         tests="limit_checks guaranteed guaranteed_zero",
     ),
     Fault(
@@ -729,8 +729,8 @@ FAULTS = (
     Fault(
         "limits/search/likely_sets.py",
         "nodes that touch need as much motion as others",
-        old="np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)",
-        new="np.full(question.system.nodes, SEARCH.governs)",
+        old="np.where(_touching(limit), GOVERNS_TOUCHING, _GOVERNS)",
+        new="np.full(question.system.nodes, _GOVERNS)",
         tests="touching_nodes",
     ),
     Fault(
@@ -855,7 +855,7 @@ FAULTS = (
     Fault(
         "limits/search/order_search.py",
         "a settled cycle has no events",
-        old="gap[j] + gap[j + 1] > TRANSIENT.counts * size",
+        old="gap[j] + gap[j + 1] > _COUNTS * size",
         new="gap[j] > 2 * size",
         tests="moving_events::test_orders_round_a_cycle_against_a_plain_program_and_transients",
     ),
@@ -883,8 +883,8 @@ FAULTS = (
     Fault(
         "limits/search/set_search.py",
         "a set that begins above where the best one ends counts",
-        old="limit.least > self._reach * (1 + SEARCH.gain)",
-        new="False and limit.least > self._reach * (1 + SEARCH.gain)",
+        old="limit.least > self._reach * (1 + GAIN)",
+        new="False and limit.least > self._reach * (1 + GAIN)",
         tests="set_search",
     ),
     Fault(
@@ -1391,8 +1391,8 @@ FAULTS = (
     Fault(
         "limits/between/search.py",
         "rough products prove the bound",
-        old="mechanism(self._cones, self._likely.moves, *STEPS.proof)",
-        new="mechanism(self._rough, self._likely.moves, *STEPS.proof)",
+        old="mechanism(self._cones, self._likely.moves, *_PROOF)",
+        new="mechanism(self._rough, self._likely.moves, *_PROOF)",
         tests="products within_gap",
     ),
     Fault(

@@ -13,7 +13,7 @@ FAULTS = (
     Fault(
         "solve/interior_point.py",
         "multipliers without their defect prove a bound",
-        old="self.bound + settings.surely * off / tau",
+        old="self.bound + _SURELY * off / tau",
         new="self.bound",
         tests="interior_point set_search",
     ),
@@ -83,7 +83,7 @@ FAULTS = (
     Fault(
         "solve/arrays.py",
         "factors of singular equations are trusted",
-        old="dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > not_unique",
+        old="dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE",
         new="dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > -1.0",
         tests="polish",
     ),
@@ -164,7 +164,7 @@ FAULTS = (
     Fault(
         "solve/step_equations.py",
         "lost digits end no way through the block",
-        old="self.through_block and (not error <= self._settings.enough * _largest(u, v))",
+        old="self.through_block and (not error <= _ENOUGH * _largest(u, v))",
         new="False",
         tests="interior_point",
     ),
@@ -192,7 +192,7 @@ FAULTS = (
     Fault(
         "solve/solvers.py",
         "a simplex method may go round in a circle",
-        old="SIMPLEX.each * (m + n) + SIMPLEX.least",
+        old="each * (m + n) + least_steps",
         new="2147483647",
         tests="solvers",
     ),

@@ -40,7 +40,7 @@ def test_a_simplex_method_that_takes_too_many_steps_is_stopped_and_another_solve
     monkeypatch, least
 ):
     """A node under p = 1 and a shear of 1: lambda = f. It takes a step or two."""
-    monkeypatch.setattr(solvers, "SIMPLEX", solvers.SimplexSettings(each=0, least=least))
+    monkeypatch.setattr(solvers, "_STEPS", (0, least))
     loads = {"mean": ([0.0], [1.0]), "shear": ([1.0], [0.0])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])

@@ -23,30 +23,24 @@ from ...base import Array, OutOfTime, progress_bar
 from ...contact import ContactSystem, LoadCycle, reactions
 from ...errors import NoContinuation, SolverError
 
+# Numbers of the search for the load factor at which transients slide off.
 
-@dataclass(frozen=True)
-class SlidingOffSearch:
-    """Numbers of the search for the load factor at which transients slide off."""
-
-    # Load factor of the first transient, divided by the load factor of statics, or by the unit of
-    # the loads.
-    start: float = 1e-2
-    # Share of the load factor of statics. A transient that goes on there confirms statics.
-    end: float = 0.99
-    # Largest load factor, over the unit of the loads, if that of statics is infinite.
-    end_without_statics: float = 1e6
-    # Ratio of two load factors while the search looks for one below and one above.
-    growth: float = 4.0
-    # Number of times that the load factor shrinks before the answer is 0.
-    most_shrinks: int = 10
-    # Width of the last bracket, over its upper end.
-    tolerance: float = 2e-4
-    # Increments from corner to corner in space, and the width there: it is below their error.
-    steps_in_space: int = 2
-    tolerance_in_space: float = 1e-3
-
-
-SEARCH = SlidingOffSearch()
+# Load factor of the first transient, divided by the load factor of statics, or by the unit of
+# the loads.
+_START = 1e-2
+# Share of the load factor of statics. A transient that goes on there confirms statics.
+_END = 0.99
+# Largest load factor, over the unit of the loads, if that of statics is infinite.
+_END_WITHOUT_STATICS = 1e6
+# Ratio of two load factors while the search looks for one below and one above.
+_GROWTH = 4.0
+# Number of times that the load factor shrinks before the answer is 0.
+_MOST_SHRINKS = 10
+# Width of the last bracket, over its upper end.
+_TOLERANCE = 2e-4
+# Increments from corner to corner in space, and the width there: it is below their error.
+_STEPS_IN_SPACE = 2
+_TOLERANCE_IN_SPACE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -77,10 +71,10 @@ def sliding_off(
     from ...transients.steady import steady_without_step_error
 
     steps = None
-    tolerance = SEARCH.tolerance
+    tolerance = _TOLERANCE
     if system.tangents == 2:
-        steps = SEARCH.steps_in_space
-        tolerance = SEARCH.tolerance_in_space
+        steps = _STEPS_IN_SPACE
+        tolerance = _TOLERANCE_IN_SPACE
 
     def follow_first_cycle(load_factor: float, retries: bool = True) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps, retries=retries).start()
@@ -92,12 +86,12 @@ def sliding_off(
         steady_without_step_error(system, cycle, friction, load_factor, None, steps)
 
     if np.isfinite(statics):
-        start = SEARCH.start * statics
-        end = SEARCH.end * statics
+        start = _START * statics
+        end = _END * statics
     else:
         unit = _load_unit(system, cycle)
-        start = SEARCH.start * unit
-        end = SEARCH.end_without_statics * unit
+        start = _START * unit
+        end = _END_WITHOUT_STATICS * unit
 
     known = Bracket(0.0, np.inf, "")
     cycles = False
@@ -123,7 +117,7 @@ def sliding_off(
             cycles = True
             if why:
                 known = Bracket(0.0, known.low, why)
-                first = SEARCH.start * known.high
+                first = _START * known.high
                 approach(follow_all_cycles, first, known.high)
     except OutOfTime:
         return replace(known, complete=False, cycles=cycles)
@@ -157,16 +151,16 @@ def _approached(
     """
     bracket = Bracket(low, np.inf, "")
     trial = start
-    smallest = start / SEARCH.growth**SEARCH.most_shrinks
+    smallest = start / _GROWTH**_MOST_SHRINKS
     while bracket.low < min(end, (1 - tolerance) * bracket.high):
         why = end_at(trial)
         bracket = Bracket(bracket.low, trial, why) if why else replace(bracket, low=trial)
         yield bracket
         if np.isinf(bracket.high):
-            trial = min(SEARCH.growth * bracket.low, end)
+            trial = min(_GROWTH * bracket.low, end)
         elif bracket.low > 0:
             trial = (bracket.low + bracket.high) / 2
         elif bracket.high > smallest:
-            trial = bracket.high / SEARCH.growth
+            trial = bracket.high / _GROWTH
         else:
             return

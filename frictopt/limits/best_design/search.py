@@ -9,7 +9,6 @@ its load factor.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -18,7 +17,7 @@ from ...base import Bar, Booleans
 from ...errors import ModelError, SolverError
 from ..program.question import Question, with_open
 from ..search.loose_nodes import Branches, LooseNodes
-from ..search.set_search import COMPARE
+from ..search.set_search import MOST_COMPARED
 from ..shakedown import ShakedownLimit, ShakedownLimits
 from .design import Design, OpenNodes
 
@@ -32,17 +31,12 @@ class NoneSafeError(ModelError):
     """No design is safe with the given nodes open. With other nodes open, one may be safe."""
 
 
-@dataclass(frozen=True)
-class SearchSettings:
-    """Numbers of the search for the open nodes of a design."""
+# Numbers of the search for the open nodes of a design.
 
-    # Number of sets of open nodes that are tried.
-    most_sets: int = 8
-    # Smallest relative difference of two values, or of two load factors, that counts.
-    gain: float = 1e-7
-
-
-SEARCH = SearchSettings()
+# Number of sets of open nodes that are tried.
+_MOST_SETS = 8
+# Smallest relative difference of two values, or of two load factors, that counts.
+_GAIN = 1e-7
 
 
 class DesignSearch:
@@ -99,7 +93,7 @@ class DesignSearch:
         """Compute the best design and its open nodes in turn, until the open nodes are not new."""
         while (
             open_nodes
-            and len(self._uncounted) < SEARCH.most_sets
+            and len(self._uncounted) < _MOST_SETS
             and _key(open_nodes) not in self._uncounted
         ):
             open_nodes = self._nodes_that_open(open_nodes)
@@ -117,7 +111,7 @@ class DesignSearch:
         """Bound the designs of all sets of open nodes, until no other set may have a better one."""
         branches = Branches(loose, lambda: self._wanted, partial(self._bound_of, scenarios))
         programs = 0
-        while branches.left and programs < COMPARE.programs:
+        while branches.left and programs < MOST_COMPARED:
             programs += 1
             self._bar.update()
             branches.step()
@@ -131,7 +125,7 @@ class DesignSearch:
         best = self.best
         if best is None:
             return -np.inf
-        return best.value + SEARCH.gain * abs(best.value)
+        return best.value + _GAIN * abs(best.value)
 
     def _bound_of(self, scenarios: int, opens: Booleans) -> float:
         """Compute the best design of a set, which counts or does not: -inf; inf if it fails."""
@@ -205,7 +199,7 @@ def _counts(design: Design, open_nodes: OpenNodes, limits: Sequence[ShakedownLim
     """
     if not np.any(open_nodes):
         return True
-    promised = design.load_factor * (1 - SEARCH.gain)
+    promised = design.load_factor * (1 - _GAIN)
     return bool(limits) and all(limit.load_factor >= promised for limit in limits)
 
 

@@ -7,7 +7,7 @@ et al. 2021; Lu and Yang 2024). The number of steps is not proven, and matters t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,38 +16,32 @@ from ...base import FLOOR, Array, progress_bar
 from .bounds import Multipliers, SafePoints, margins, mechanism
 from .cones import Cones, Point, towards
 
+# Numbers of the method, which were tried on punches, pins, dovetails and random contacts.
 
-@dataclass(frozen=True)
-class StepSettings:
-    """Numbers of the method, which were tried on punches, pins, dovetails and random contacts."""
-
-    # Largest number of steps.
-    most: int = 3000
-    # Steps between two checks of the bounds, and between two looks at the error.
-    check: int = 25
-    look: int = 10
-    # A restart is due if the error has fallen to the first share of its value at the last restart;
-    # if it has fallen to the second one and rises; or after this share of all steps.
-    fallen: float = 0.2
-    rising: float = 0.8
-    long: float = 0.36
-    # Steps without a restart at least, if the error does not fall.
-    short: int = 60
-    # Size of the column of the load factor, relative to the norm of the other columns.
-    load: float = 0.3
-    # Largest weight of unknowns to multipliers, and the inverse of the least one.
-    heaviest: float = 1e6
-    # Step relative to the largest one that converges.
-    step: float = 0.95
-    # Power steps for the norm, and the factor by which they may fall short.
-    powers: int = 8
-    short_by: float = 1.1
-    # Rounds, enough and usable stress of multipliers that guide, and of those that prove.
-    guide: tuple[int, float, float] = (8, 1e-5, 1e-3)
-    proof: tuple[int, float, float] = (300, 1e-12, 1e-10)
-
-
-STEPS = StepSettings()
+# Largest number of steps.
+_MOST = 3000
+# Steps between two checks of the bounds, and between two looks at the error.
+_CHECK = 25
+_LOOK = 10
+# A restart is due if the error has fallen to the first share of its value at the last restart;
+# if it has fallen to the second one and rises; or after this share of all steps.
+_FALLEN = 0.2
+_RISING = 0.8
+_LONG = 0.36
+# Steps without a restart at least, if the error does not fall.
+_SHORT = 60
+# Size of the column of the load factor, relative to the norm of the other columns.
+_LOAD = 0.3
+# Largest weight of unknowns to multipliers, and the inverse of the least one.
+_HEAVIEST = 1e6
+# Step relative to the largest one that converges.
+_STEP = 0.95
+# Power steps for the norm, and the factor by which they may fall short.
+_POWERS = 8
+_SHORT_BY = 1.1
+# Rounds, enough and usable stress of multipliers that guide, and of those that prove.
+_GUIDE = (8, 1e-5, 1e-3)
+_PROOF = (300, 1e-12, 1e-10)
 
 
 class State(NamedTuple):
@@ -88,8 +82,8 @@ def most_room(cones: Cones) -> Method:
 
 def _run(method: Method) -> Method:
     """Take steps until the method is done."""
-    with progress_bar(True, "limit within a gap", "step", total=STEPS.most) as bar:
-        while not method.done and method.steps < STEPS.most:
+    with progress_bar(True, "limit within a gap", "step", total=_MOST) as bar:
+        while not method.done and method.steps < _MOST:
             method.advance()
             bar.update()
     if not method.done:
@@ -119,8 +113,8 @@ class Method:
 
         norm = _norm(self._rough)
         size = float(np.linalg.norm(cones.rate)) or 1.0
-        self._load_scale = STEPS.load * norm / size
-        self._step = STEPS.step / (norm * float(np.hypot(1, STEPS.load)))
+        self._load_scale = _LOAD * norm / size
+        self._step = _STEP / (norm * float(np.hypot(1, _LOAD)))
         self._weight = 1.0
 
         self.first = first
@@ -145,9 +139,9 @@ class Method:
         self._since += 1
         share = self._since / (self._since + 1)
         self._state = towards(self._anchor, towards(self._state, new, 2.0), share)
-        if self.steps % STEPS.check == 0:
+        if self.steps % _CHECK == 0:
             self._check(new)
-        if self.steps % STEPS.look == 0:
+        if self.steps % _LOOK == 0:
             self._look(new)
 
     def _stepped(self, state: State) -> State:
@@ -171,9 +165,9 @@ class Method:
         """Restart at a step if its error says so, with a new weight of unknowns to multipliers."""
         error = self._error(new)
         fallen = error / (self._first_error or 1.0)
-        due = fallen <= STEPS.fallen or (fallen <= STEPS.rising and error > self._last_error)
+        due = fallen <= _FALLEN or (fallen <= _RISING and error > self._last_error)
         self._last_error = error
-        if not due and self._since < max(STEPS.long * self.steps, STEPS.short):
+        if not due and self._since < max(_LONG * self.steps, _SHORT):
             return
         by_shear = np.linalg.norm(new.shear - self._anchor.shear)
         by_load = (new.load - self._anchor.load) / self._load_scale
@@ -181,13 +175,13 @@ class Method:
         moves = np.linalg.norm(new.moves - self._anchor.moves)
         if unknowns > 0 and moves > 0:
             weight = np.sqrt(self._weight * moves / unknowns)
-            self._weight = float(weight.clip(1 / STEPS.heaviest, STEPS.heaviest))
+            self._weight = float(weight.clip(1 / _HEAVIEST, _HEAVIEST))
         self._begin(new)
 
     def _check(self, new: State) -> None:
         """Try to prove better bounds by a step, and to end."""
         self._points.try_towards(self._rough.at(new.load, self._cones.balanced(new.shear)))
-        likely = mechanism(self._rough, new.moves, *STEPS.guide)
+        likely = mechanism(self._rough, new.moves, *_GUIDE)
         if likely.bound < self._likely.bound:
             self._likely = likely
         if self._ends(self._points, self._likely):
@@ -206,7 +200,7 @@ class Method:
         best = self._points.best
         if best is not None:
             self.safe.try_towards(self._cones.at(best.load_factor, best.shear))
-        self.multipliers = mechanism(self._cones, self._likely.moves, *STEPS.proof)
+        self.multipliers = mechanism(self._cones, self._likely.moves, *_PROOF)
 
 
 def _norm(cones: Cones) -> float:
@@ -215,11 +209,11 @@ def _norm(cones: Cones) -> float:
     shear = np.random.default_rng(0).normal(size=size)
     shear = cones.balanced(shear)
     norm = 1.0
-    for _ in range(STEPS.powers):
+    for _ in range(_POWERS):
         shear /= np.linalg.norm(shear) or 1.0
         shear = cones.stress(cones.effects(shear)[None])
         norm = float(np.linalg.norm(shear))
-    return STEPS.short_by * float(np.sqrt(len(cones.start) * max(norm, 1.0)))
+    return _SHORT_BY * float(np.sqrt(len(cones.start) * max(norm, 1.0)))
 
 
 def _in_cones(rows: Array) -> Array:

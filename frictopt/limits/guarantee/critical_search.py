@@ -267,27 +267,22 @@ class CriticalNodes:
         return frame({"node": order, "load_factor": load_factors, "how": self.how[order]})
 
 
-@dataclass(frozen=True)
-class ScreeningSettings:
-    """Numbers of the fixed-point iteration."""
+# Numbers of the fixed-point iteration.
 
-    # Largest number of iterations.
-    iterations: int = 300
-    # A mechanism has converged if its relative change is at most this.
-    settled: float = RESIDUAL
-    # Relative excess of the slips of a mechanism, so that it is admissible before it converges.
-    spare: float = 1e3 * RESIDUAL
-    # A mechanism of this size diverges.
-    large: float = 1e6
-    # Number of weighted means over rigid slides in one iteration; more hardly raise the bounds.
-    means: int = 3
-    # In the weights, slips below this share of the largest are raised to it: the means converge.
-    near: float = 1e-2
-    # Relative rounding error of a bound, due to the errors of the data.
-    rounding: float = CONDENSATION
-
-
-SCREENING = ScreeningSettings()
+# Largest number of iterations.
+_ITERATIONS = 300
+# A mechanism has converged if its relative change is at most this.
+_SETTLED = RESIDUAL
+# Relative excess of the slips of a mechanism, so that it is admissible before it converges.
+_SPARE = 1e3 * RESIDUAL
+# A mechanism of this size diverges.
+_LARGE = 1e6
+# Number of weighted means over rigid slides in one iteration; more hardly raise the bounds.
+_MEANS = 3
+# In the weights, slips below this share of the largest are raised to it: the means converge.
+_NEAR = 1e-2
+# Relative rounding error of a bound, due to the errors of the data.
+_ROUNDING = CONDENSATION
 
 
 def load_factor_bounds(question: Question) -> Array:
@@ -317,23 +312,23 @@ def load_factor_bounds(question: Question) -> Array:
     drive = drive_terms.sum(axis=0)
     terms = np.abs(resistance_terms).sum(axis=(0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        bounds = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING.rounding)
-    proven = admissible & (resistance < -SCREENING.rounding * terms)
+        bounds = np.where(drive < 0, resistance / drive, np.inf) * (1 - _ROUNDING)
+    proven = admissible & (resistance < -_ROUNDING * terms)
     return np.where(proven, bounds, 0.0)
 
 
 def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tuple[Array, Booleans]:
     """Total slips a (N, N) of the mechanisms, in columns, and which of them are admissible."""
     total_slip = -np.eye(len(unit))
-    for _ in range(SCREENING.iterations):
+    for _ in range(_ITERATIONS):
         net = np.linalg.norm(net_slips(total_slip), axis=0)
         size = unit * np.abs(total_slip / unit).max(axis=0)
-        next_total = (1 + SCREENING.spare) * net + SCREENING.settled * size
+        next_total = (1 + _SPARE) * net + _SETTLED * size
         np.fill_diagonal(next_total, -1.0)
         np.fill_diagonal(net, -1.0)
-        converged = (np.abs(next_total - total_slip) <= SCREENING.settled * size).all(axis=0)
+        converged = (np.abs(next_total - total_slip) <= _SETTLED * size).all(axis=0)
         admissible: Booleans = (net <= total_slip).all(axis=0) & converged
-        diverges = ~(total_slip.max(axis=0) < SCREENING.large)
+        diverges = ~(total_slip.max(axis=0) < _LARGE)
         if (admissible | diverges).all():
             break
         total_slip = np.where(admissible | diverges, total_slip, next_total)
@@ -369,9 +364,9 @@ def _net_slips(question: Question) -> Callable[[Array], Array]:
 
     def net_slips(total: Array) -> Array:
         slips = follow @ total
-        for _ in range(SCREENING.means if free else 0):
+        for _ in range(_MEANS if free else 0):
             size = np.linalg.norm(slips.reshape(t, n, n), axis=0)
-            floor = SCREENING.near * size.max() or 1.0
+            floor = _NEAR * size.max() or 1.0
             weight = positive_bound / np.tile(np.maximum(size, floor), (t, 1))
             # The slides s with the least sum of `weight (slips - rigid s)^2`.
             square = (weight.T @ pairs).reshape(n, free, free)

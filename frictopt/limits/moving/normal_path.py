@@ -15,24 +15,18 @@ from scipy.linalg.lapack import dposv
 
 from ...base import CONDENSATION, SIMULTANEOUS, Array, Booleans, Integers
 
+# Numbers of the path.
 
-@dataclass(frozen=True)
-class PathSettings:
-    """Numbers of the path."""
-
-    # Pressures up to this share of the largest reaction are zero, and gaps up to this share of the
-    # largest gap that the loads could make: the data are right to about this much.
-    zero: float = CONDENSATION
-    # An event that is nearer to the end of its leg, as a share of the leg, is at the corner.
-    at_corner: float = SIMULTANEOUS
-    # Largest number of events on a leg, and of pivots of a problem, each times the nodes.
-    steps: int = 20
-    # Number of pivots with all wrong nodes that may bring no improvement, before pivots with single
-    # nodes follow.
-    patience: int = 10
-
-
-PATH = PathSettings()
+# Pressures up to this share of the largest reaction are zero, and gaps up to this share of the
+# largest gap that the loads could make: the data are right to about this much.
+_ZERO = CONDENSATION
+# An event that is nearer to the end of its leg, as a share of the leg, is at the corner.
+_AT_CORNER = SIMULTANEOUS
+# Largest number of events on a leg, and of pivots of a problem, each times the nodes.
+_STEPS = 20
+# Number of pivots with all wrong nodes that may bring no improvement, before pivots with single
+# nodes follow.
+_PATIENCE = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +61,12 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
         change = corners[(k + 1) % len(corners)] - first
         part = 0.0
         pressure, gap = problem.clean(*states(C, first, opened))
-        for _ in range(PATH.steps * len(first) + 1):
+        for _ in range(_STEPS * len(first) + 1):
             instants.append((k, part, pressure, gap))
             # On this piece of the leg both are linear.
             opened, pressures, gaps = problem.following((pressure, gap), opened, first, change)
             part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
-            if part >= 1 - PATH.at_corner:
+            if part >= 1 - _AT_CORNER:
                 break
             pressure, gap = problem.clean(
                 pressures[0] + part * pressures[1], gaps[0] + part * gaps[1]
@@ -142,7 +136,7 @@ class _NormalProblem:
 
 def _rounding(C: Array, reactions: Array) -> tuple[float, float]:
     """The force and the length that count as zero, for a stiffness and reactions."""
-    force = PATH.zero * (float(np.abs(reactions).max()) or 1.0)
+    force = _ZERO * (float(np.abs(reactions).max()) or 1.0)
     return force, force / (float(C.diagonal().max()) or 1.0)
 
 
@@ -186,8 +180,8 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
     count = len(reactions)
     opened = np.zeros(count, dtype=bool)
     fewest = count + 1
-    patience = PATH.patience
-    for _ in range(PATH.steps * count):
+    patience = _PATIENCE
+    for _ in range(_STEPS * count):
         pressure, gap = states(C, reactions, opened)
         wrong = np.where(opened, gap < -length, pressure < -force)
         wrongs = int(wrong.sum())
@@ -195,7 +189,7 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
             return opened
         if wrongs < fewest:
             fewest = wrongs
-            patience = PATH.patience
+            patience = _PATIENCE
         else:
             patience -= 1
         flipped = wrong

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,40 +13,34 @@ from ..answers.shakedown_answer import ShakedownAnswer
 from ..program.mean_load import TOUCHES, open_under_mean
 from ..program.question import Question
 
+# Numbers of the local searches of sets and of orders (`order_search.py`).
 
-@dataclass(frozen=True)
-class SearchSettings:
-    """Numbers of the local searches of sets and of orders (`order_search.py`)."""
-
-    # Shares of the friction with which the mean load may open other nodes.
-    frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
-    # A node governs the limit if its motion in the mechanism is above this share of the largest.
-    governs: float = 0.02
-    # The same share for a node that touches, also in a search of orders: an open node without gap
-    # at a corner, or a closed node without pressure. The motion of an open node is in the unit of
-    # its gap, and can be far smaller than the slips of closed nodes.
-    governs_touching: float = 1e-6
-    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
-    gain: float = 1e-7
-    # Largest number of programs of one search.
-    programs: int = 60
-    # Largest number of programs times unknown slips, in a search of orders; up to it, a search of
-    # sets climbs from a second start.
-    work: int = 20_000
-    # In a closed contact of at most `few` nodes, pressed nodes are tried, too. In space, more than
-    # `few` governing nodes are flipped in groups of `group` nodes.
-    few: int = 16
-    group: int = 4
-
-
-SEARCH = SearchSettings()
+# Shares of the friction with which the mean load may open other nodes.
+FRICTIONS = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
+# A node governs the limit if its motion in the mechanism is above this share of the largest.
+_GOVERNS = 0.02
+# The same share for a node that touches, also in a search of orders: an open node without gap
+# at a corner, or a closed node without pressure. The motion of an open node is in the unit of
+# its gap, and can be far smaller than the slips of closed nodes.
+GOVERNS_TOUCHING = 1e-6
+# Smallest relative gain of a limit that counts; a smaller one may be rounding.
+GAIN = 1e-7
+# Largest number of programs of one search.
+PROGRAMS = 60
+# Largest number of programs times unknown slips, in a search of orders; up to it, a search of
+# sets climbs from a second start.
+WORK = 20_000
+# In a closed contact of at most so many nodes, pressed nodes are tried, too. In space, more
+# governing nodes than these are flipped in groups.
+_FEW = 16
+_GROUP = 4
 
 
 def settled_sets(
     question: Question,
     tending: bool,
     safe: bool,
-    shares: Sequence[float] = SEARCH.frictions,
+    shares: Sequence[float] = FRICTIONS,
 ) -> Iterator[Booleans]:
     """Open nodes under the mean load, for the given friction, for more and for less.
 
@@ -97,7 +90,7 @@ def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
     groups = [moving, edge]
     if plane:
         groups += [np.flatnonzero(border & (open_nodes == state)) for state in (False, True)]
-    size = 1 if plane or len(moving) <= SEARCH.few else SEARCH.group
+    size = 1 if plane or len(moving) <= _FEW else _GROUP
     for part in (edge, inner):
         groups += [part[start : start + size] for start in range(0, len(part), size)]
     for nodes in groups:
@@ -114,10 +107,10 @@ def governing(limit: ShakedownAnswer) -> Integers:
     """
     question = limit._question
     motion = motion_of(limit)
-    share = np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)
+    share = np.where(_touching(limit), GOVERNS_TOUCHING, _GOVERNS)
     governs = motion > share * motion.max()
     has_gaps = bool((question.system.gap > TOUCHES * question.clearance).any())
-    large = question.system.nodes > SEARCH.few
+    large = question.system.nodes > _FEW
     if large and not (question.open_nodes.any() or has_gaps):
         governs = tends_to_open(limit)
     order = np.argsort(-motion, kind="stable")
@@ -127,9 +120,9 @@ def governing(limit: ShakedownAnswer) -> Integers:
 def tends_to_open(closed: ShakedownAnswer) -> Booleans:
     """(N,) governing nodes of a closed contact without pressure, or pulled by the mean load."""
     motion = motion_of(closed)
-    unpressed = _touching(closed) & (motion > SEARCH.governs_touching * motion.max())
+    unpressed = _touching(closed) & (motion > GOVERNS_TOUCHING * motion.max())
     pulled = closed._question.r0[:, -1].max(axis=0) < 0
-    return np.asarray(unpressed | pulled & (motion > SEARCH.governs * motion.max()))
+    return np.asarray(unpressed | pulled & (motion > _GOVERNS * motion.max()))
 
 
 def motion_of(limit: ShakedownAnswer) -> Array:

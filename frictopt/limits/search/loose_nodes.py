@@ -23,21 +23,15 @@ from ..program.assembled import at_corners, stuck
 from ..program.question import Question
 from ..program.rest_program import RestProgram
 
+# Numbers of the programs of branches.
 
-@dataclass(frozen=True)
-class BranchSettings:
-    """Numbers of the programs of branches."""
-
-    # Value up to which branches have bounds, relative to a value that is large.
-    most: float = 100.0
-    # Relative distance from it below which a bound is infinite.
-    at_most: float = 1e-6
-    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
-    # motion is below this share. Then the solution is the state of one set.
-    decided: float = 1e-6
-
-
-BRANCHES = BranchSettings()
+# Value up to which branches have bounds, relative to a value that is large.
+_MOST = 100.0
+# Relative distance from it below which a bound is infinite.
+_AT_MOST = 1e-6
+# A loose node is open if its pressure is below this share of its unit. It is closed if its own
+# motion is below this share. Then the solution is the state of one set.
+_DECIDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +136,7 @@ class LooseNodes:
         sets: Sequence[int] = (0,),
     ) -> None:
         question = program.question
-        self._most = BRANCHES.most * largest
+        self._most = _MOST * largest
         if np.isfinite(largest):
             program.row("most", {goal: -1.0}, self._most)
         count, n, axes = len(program.start), len(nodes), question.system.tangents + 1
@@ -232,7 +226,7 @@ class LooseNodes:
         unbalanced = self._unbalanced(self._arrays.cost, y, still)
         bound = float(self._arrays.right @ y + unbalanced @ np.maximum(np.abs(x), 1.0))
         bound *= self._unit
-        if bound >= self._most * (1 - BRANCHES.at_most):
+        if bound >= self._most * (1 - _AT_MOST):
             bound = np.inf
         return Relaxed(bound) if outcome == CUT_OFF else self._solution(bound, x)
 
@@ -366,7 +360,7 @@ class Branches:
             if relaxed.motion is not None and relaxed.pressure is not None:
                 opens = np.where(undecided, relaxed.pressure <= relaxed.motion, opens)
                 between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), 0.0)
-                decided = bool(between.max() <= BRANCHES.decided)
+                decided = bool(between.max() <= _DECIDED)
                 index = int(np.where(undecided, relaxed.motion * relaxed.pressure, -1.0).argmax())
             if decided:
                 of_set = self._compare(opens)

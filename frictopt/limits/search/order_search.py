@@ -45,35 +45,29 @@ from ..program.mean_load import TOUCHES
 from ..program.question import Question, pose, with_open
 from ..program.rest_program import slip_units
 from ..program.solution import Judged, Solution, solve
-from .likely_sets import SEARCH
+from .likely_sets import GAIN, GOVERNS_TOUCHING, PROGRAMS, WORK
 from .set_search import keep_best
 
+# Numbers of the transients.
 
-@dataclass(frozen=True)
-class TransientSettings:
-    """Numbers of the transients."""
-
-    # How far above the limit a transient is followed, relative to it.
-    above: float = 0.003
-    # The same if the limit is 0, relative to the unit of the load.
-    above_zero: float = 1e-3
-    # Load factors at which transients begin if no safe load factor is known, in units of the load.
-    # If the cycle has fixed parts, the first load factor is 0.
-    first: tuple[float, ...] = (0.005, 0.05, 0.3, 1.0)
-    # An overload before the cycles, relative to the load factor: it leaves another slip.
-    overload: float = 5.0
-    # Largest number of nodes of a contact in which a transient also starts from the slip of the
-    # limit with each slip of a node moved by its unit, in both senses: it may settle to another
-    # order.
-    moved: int = 6
-    # Cycles after which a transient is given up.
-    cycles: int = 300
-    # A node is open if its gap is above this share of the largest one, and an interval counts if
-    # it is longer than this share of a leg.
-    counts: float = 1e-9
-
-
-TRANSIENT = TransientSettings()
+# How far above the limit a transient is followed, relative to it.
+_ABOVE = 0.003
+# The same if the limit is 0, relative to the unit of the load.
+_ABOVE_ZERO = 1e-3
+# Load factors at which transients begin if no safe load factor is known, in units of the load.
+# If the cycle has fixed parts, the first load factor is 0.
+_FIRST = (0.005, 0.05, 0.3, 1.0)
+# An overload before the cycles, relative to the load factor: it leaves another slip.
+_OVERLOAD = 5.0
+# Largest number of nodes of a contact in which a transient also starts from the slip of the
+# limit with each slip of a node moved by its unit, in both senses: it may settle to another
+# order.
+_MOVED = 6
+# Cycles after which a transient is given up.
+_CYCLES = 300
+# A node is open if its gap is above this share of the largest one, and an interval counts if
+# it is longer than this share of a leg.
+_COUNTS = 1e-9
 
 
 @dataclass(frozen=True)
@@ -104,15 +98,15 @@ def _starts(limit: ShakedownAnswer) -> Iterator[tuple[float, dict[str, Any]]]:
     unit = limit._question.load_unit
     if np.isnan(limit.load_factor):
         at_zero = (0.0,) if limit._question.fixed else ()
-        for share in (*at_zero, *TRANSIENT.first):
+        for share in (*at_zero, *_FIRST):
             yield share * unit, {}
     elif np.isfinite(limit.load_factor):
-        load_factor = limit.load_factor * (1 + TRANSIENT.above) or TRANSIENT.above_zero * unit
+        load_factor = limit.load_factor * (1 + _ABOVE) or _ABOVE_ZERO * unit
         yield load_factor, {"initial_state": limit.state}
         yield load_factor, {}
-        yield load_factor, {"overload": TRANSIENT.overload * load_factor}
+        yield load_factor, {"overload": _OVERLOAD * load_factor}
         units = slip_units(limit._question).reshape(limit.slip.shape, order="F")
-        entries = np.ndindex(units.shape) if limit.system.nodes <= TRANSIENT.moved else ()
+        entries = np.ndindex(units.shape) if limit.system.nodes <= _MOVED else ()
         for entry in entries:
             for sense in (-1.0, 1.0):
                 slip = limit.slip.copy()
@@ -133,7 +127,7 @@ def _settled(
             question.cycle,
             question.friction,
             load_factor,
-            most_cycles=TRANSIENT.cycles,
+            most_cycles=_CYCLES,
             progress=False,
             **start,
         )
@@ -155,9 +149,9 @@ def _order_of(
     intervals = list[tuple[int, float, Nodes]]()
     for j in range(len(time) - 1):
         middle = (time[j] + time[j + 1]) / 2
-        if time[j + 1] - time[j] > TRANSIENT.counts:
+        if time[j + 1] - time[j] > _COUNTS:
             leg = (int(np.floor(middle)) - int(np.floor(time[0])) - 1) % corners
-            nodes = np.flatnonzero(gap[j] + gap[j + 1] > TRANSIENT.counts * size)
+            nodes = np.flatnonzero(gap[j] + gap[j + 1] > _COUNTS * size)
             share = float(time[j] - np.floor(middle))
             intervals.append((leg, max(share, 0.0), frozenset(nodes.tolist())))
     intervals.sort(key=lambda interval: interval[:2])
@@ -224,7 +218,7 @@ class _OrderSearch(Generic[L]):
         self._question = start._question
         self._limit_of = limit_of
         self._tried = set[Order]()
-        self._programs = min(SEARCH.programs, SEARCH.work // start.slip.size)
+        self._programs = min(PROGRAMS, WORK // start.slip.size)
         self._with_open = cache(self._of_set)
         self._bar = bar
         keep_best(bar, lambda: self.best)
@@ -254,7 +248,7 @@ class _OrderSearch(Generic[L]):
             return False
         least = limit.least
         if not np.isnan(self.best.load_factor):
-            if least > self.best.load_factor * (1 + SEARCH.gain):
+            if least > self.best.load_factor * (1 + GAIN):
                 return False
             # It is NaN if one of the two is missing.
             least = float(np.minimum(least, self.best.least))
@@ -270,7 +264,7 @@ class _OrderSearch(Generic[L]):
             return None
         self._tried.add(order)
         self._bar.update()
-        above = self.best.load_factor * (1 + SEARCH.gain)
+        above = self.best.load_factor * (1 + GAIN)
         if np.isnan(above):
             above = -np.inf
         # An order whose answer fails the checks does not count.
@@ -354,21 +348,16 @@ def _governing(limit: ShakedownAnswer) -> list[Nodes]:
     """Nodes that govern the limit at the first and the last corner."""
     system = limit._question.system
     motion: Array = limit._motion.parts(system).sum(axis=0)[[0, -1]]  # (2, N)
-    governs = motion > SEARCH.governs_touching * motion.max()
+    governs = motion > GOVERNS_TOUCHING * motion.max()
     return [_nodes(governs[k]) for k in (0, -1)]
 
 
-@dataclass(frozen=True)
-class ProductSettings:
-    """Numbers of the programs with products of the load factor and places of events."""
+# Numbers of the programs with products of the load factor and places of events.
 
-    # Largest number of linearised programs.
-    programs: int = 20
-    # Change of the load factor, in its unit, and of places below which the solution stays.
-    stays: float = 1e-8
-
-
-PRODUCTS = ProductSettings()
+# Largest number of linearised programs.
+_LINEARISED = 20
+# Change of the load factor, in its unit, and of places below which the solution stays.
+_STAYS = 1e-8
 
 
 def best_with_events(limits: Any, best: L, enough: float = np.inf) -> L:
@@ -472,7 +461,7 @@ def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
     not known.
     """
     about = About(settled.load_factor, settled.shares)
-    for _ in range(PRODUCTS.programs):
+    for _ in range(_LINEARISED):
         program = ordered_program(question, about=about)
         judged, _ = solve(program, "load_factor", 1.0, _judged, limits.solver)
         placed, _, _ = read_order(question, judged.said)
@@ -480,7 +469,7 @@ def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
         change = abs(load_factor - about.load_factor) / question.load_unit
         moved = np.abs(np.subtract(placed.shares, about.places)).max()
         about = About(load_factor, placed.shares)
-        if max(change, moved) <= PRODUCTS.stays:
+        if max(change, moved) <= _STAYS:
             break
     return replace(limits.of_order(question, program, 1.0), bound=np.inf)
 

@@ -25,7 +25,7 @@ there. The sum is concave in the load factor: if it falls from there on, it stay
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -46,21 +46,25 @@ from ...errors import FrictoptError, SolverError
 from ...transients.statics import note_balanced
 from ..answers.shakedown_answer import Searched, ShakedownAnswer
 from ..program.question import Question, with_open
-from .likely_sets import SEARCH, governing, motion_of, next_to, settled_sets, tends_to_open
+from .likely_sets import (
+    FRICTIONS,
+    GAIN,
+    PROGRAMS,
+    WORK,
+    governing,
+    motion_of,
+    next_to,
+    settled_sets,
+    tends_to_open,
+)
 from .loose_nodes import Branches, LooseNodes, loose
 
+# Numbers of the mechanism.
 
-@dataclass(frozen=True)
-class MechanismSettings:
-    """Numbers of the mechanism."""
-
-    # Lifts grow by this factor in each round, so that they reach the slips after a few rounds.
-    growth: float = 1.01
-    # Largest number of rounds. If friction is above the critical value, there is no end.
-    rounds: int = 20
-
-
-MECHANISM = MechanismSettings()
+# Lifts grow by this factor in each round, so that they reach the slips after a few rounds.
+_GROWTH = 1.01
+# Largest number of rounds. If friction is above the critical value, there is no end.
+_ROUNDS = 20
 
 
 def is_at_most(question: Question, above: float) -> bool:
@@ -101,12 +105,12 @@ def _mechanism(question: Question, node: int) -> tuple[Array, Array] | None:
         return None
 
     lifts = np.zeros(len(closed))
-    for _ in range(MECHANISM.rounds):
+    for _ in range(_ROUNDS):
         s = (compliance @ (by_gap + lifts @ press)).reshape(tangents, -1)
         sizes = np.linalg.norm(s, axis=0)
         if (sizes <= lifts).all():
             return s, lifts
-        lifts = np.maximum(lifts, MECHANISM.growth * sizes)
+        lifts = np.maximum(lifts, _GROWTH * sizes)
     return None
 
 
@@ -127,21 +131,16 @@ def _work(
     return float(work), float(size)
 
 
-@dataclass(frozen=True)
-class CompareSettings:
-    """Numbers of the comparison of all sets."""
+# Numbers of the comparison of all sets.
 
-    # Largest number of nodes, in the plane and in space, of a contact of which all sets are
-    # compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400,
-    # clamps of 14 nodes 300 to 2000.
-    small: tuple[int, int] = (14, 8)
-    programs: int = 2000
-    # Largest number of motions of loose nodes (nodes, axes and corners) in one program, by default
-    # and if the user gives a number of programs.
-    motions: tuple[int, int] = (240, 3000)
-
-
-COMPARE = CompareSettings()
+# Largest number of nodes, in the plane and in space, of a contact of which all sets are
+# compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400,
+# clamps of 14 nodes 300 to 2000.
+_SMALL = (14, 8)
+MOST_COMPARED = 2000
+# Largest number of motions of loose nodes (nodes, axes and corners) in one program, by default
+# and if the user gives a number of programs.
+_MOTIONS = (240, 3000)
 
 # A shakedown limit.
 L = TypeVar("L", bound=ShakedownAnswer)
@@ -175,7 +174,7 @@ def best_open_set(
     if not small and programs is None and _settles_closed(question) and not len(governing(closed)):
         return replace(closed, _searched=Searched(programs=1))
     with progress_bar(True, "open nodes", "program") as bar:
-        most = programs or (COMPARE.programs if small else SEARCH.programs)
+        most = programs or (MOST_COMPARED if small else PROGRAMS)
         search = _SetSearch(limit_of, closed, start_by, enough, most, bar)
         if not small:
             search.locally()
@@ -193,7 +192,7 @@ def is_small(questions: Sequence[Question]) -> bool:
     system = questions[0].system
     nodes = len(questions) * system.nodes
     motions = sum(_motions(question, system.nodes) for question in questions)
-    return nodes <= COMPARE.small[system.tangents - 1] and motions <= COMPARE.motions[0]
+    return nodes <= _SMALL[system.tangents - 1] and motions <= _MOTIONS[0]
 
 
 def _motions(question: Question, nodes: int) -> int:
@@ -266,7 +265,7 @@ class _SetSearch(Generic[L]):
         if not _counts(best, self._start_by):
             return -np.inf
         unit = FLOOR * best._question.load_unit
-        return best.load_factor + SEARCH.gain * max(best.load_factor, unit)
+        return best.load_factor + GAIN * max(best.load_factor, unit)
 
     def _goes_on(self) -> bool:
         reached = _counts(self.best, self._start_by) and self.best.load_factor >= self._enough
@@ -280,8 +279,8 @@ class _SetSearch(Generic[L]):
         """
         question = self._closed._question
         total = question.system.nodes
-        count = min(COMPARE.small[0], total)
-        while self._goes_on() and _motions(question, count) <= COMPARE.motions[1]:
+        count = min(_SMALL[0], total)
+        while self._goes_on() and _motions(question, count) <= _MOTIONS[1]:
             best = self.best
             nodes = np.sort(np.argsort(-motion_of(best), kind="stable")[:count])
             self._compare(nodes)
@@ -322,7 +321,7 @@ class _SetSearch(Generic[L]):
     def from_mean_load(self) -> None:
         """Try the sets that the mean load opens, so that a set near it is the first that counts."""
         question = self._closed._question
-        for opened in settled_sets(question, False, True, SEARCH.frictions[:1]):
+        for opened in settled_sets(question, False, True, FRICTIONS[:1]):
             self._neighbour(opened)
 
     def locally(self) -> None:
@@ -350,7 +349,7 @@ class _SetSearch(Generic[L]):
         current: L | None = start
         moves = not start._question.static
         while current and moves and self._goes_on() and _counts(self.best, self._start_by):
-            above = current.load_factor * (1 + SEARCH.gain)
+            above = current.load_factor * (1 + GAIN)
             neighbours = (self._neighbour(opened, above) for opened in next_to(current))
             current = next(filter(None, neighbours), None)
 
@@ -361,7 +360,7 @@ class _SetSearch(Generic[L]):
             return
         self._climb(max(starts, key=lambda limit: limit.load_factor))
         # The last start has the least friction. Other sets are close to it.
-        if len(self._bounds) * starts[-1].slip.size < SEARCH.work:
+        if len(self._bounds) * starts[-1].slip.size < WORK:
             self._climb(starts[-1])
 
     def _neighbour(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
@@ -419,7 +418,7 @@ class _SetSearch(Generic[L]):
 
     def _joins(self, limit: L) -> bool:
         """Whether a higher limit is safe at the best load factor."""
-        return not limit.least > self._reach * (1 + SEARCH.gain)
+        return not limit.least > self._reach * (1 + GAIN)
 
     @property
     def _reach(self) -> float:

@@ -29,7 +29,15 @@ from ..program.assembled import at_corners, stuck
 from ..program.question import Question
 from ..program.rest_slips import Rests
 from ..program.solution import Solution, solve
-from .stress_levels import SETTINGS, Level, Stresses, StressLevels, stress_terms, tensors_at_rest
+from .stress_levels import (
+    AGREED,
+    GAIN,
+    Level,
+    Stresses,
+    StressLevels,
+    stress_terms,
+    tensors_at_rest,
+)
 
 
 class Crossing(NamedTuple):
@@ -113,7 +121,7 @@ class StressCrossings:
         while queue:
             load_factor, _, plane, crossing = queue[0]
             level = plane.at(crossing)
-            short = load_factor * level < self.allowable * (1 - SETTINGS.agreed)
+            short = load_factor * level < self.allowable * (1 - AGREED)
             if self.name in NOT_NEGATIVE and short:
                 # The next tangent of `allowable / load factor` leaves this load factor out.
                 heappop(queue)
@@ -123,9 +131,9 @@ class StressCrossings:
                 levels = self.levels(load_factor)
                 for point in range(self.stress_map.count):
                     end = levels.most(point)
-                    if end.value > self.allowable * (1 + SETTINGS.agreed):
+                    if end.value > self.allowable * (1 + AGREED):
                         add_all(point, end.normal[None], load_factor or self.question.load_unit)
-            if queue[0][0] >= load_factor * (1 - SETTINGS.gain):
+            if queue[0][0] >= load_factor * (1 - GAIN):
                 return crossing
         return None
 
@@ -171,7 +179,7 @@ class StressCrossings:
             return None
         load_factor = 0.0
         if above(0.0) < 0:
-            load_factor = scipy.optimize.brentq(above, 0.0, largest, xtol=SETTINGS.gain * largest)
+            load_factor = scipy.optimize.brentq(above, 0.0, largest, xtol=GAIN * largest)
         level = self._least(load_factor)
         for further in 10.0 ** np.arange(-7, 0):
             bound = min(load_factor * (1 + further), largest)

@@ -15,7 +15,6 @@ band").
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -38,27 +37,21 @@ from ..program.rest_program import RestProgram
 from ..program.rest_slips import Furthest, Rests, SteadyCycles
 from ..program.solution import Judged, Solution, solve
 
+# The numbers of the search for the ends.
 
-@dataclass(frozen=True)
-class LevelSettings:
-    """The numbers of the search for the ends."""
-
-    # Distance of the proven bound from the least value, relative to the value.
-    agreed: float = 1e-7
-    # The same for the least value of a single point, which is drawn only.
-    drawn: float = 1e-4
-    # Smallest size of the value in these relations, relative to the values without slip.
-    floor: float = 0.1
-    # Largest number of programs of the least value; usually less than ten are enough.
-    rounds: int = 60
-    # Number of planes from which plane and slip are improved in turn, and of turns.
-    best: int = 3
-    turns: int = 20
-    # Relative gain of a turn below which turns end.
-    gain: float = 1e-9
-
-
-SETTINGS = LevelSettings()
+# Distance of the proven bound from the least value, relative to the value.
+AGREED = 1e-7
+# The same for the least value of a single point, which is drawn only.
+DRAWN = 1e-4
+# Smallest size of the value in these relations, relative to the values without slip.
+_FLOOR = 0.1
+# Largest number of programs of the least value; usually less than ten are enough.
+_ROUNDS = 60
+# Number of planes from which plane and slip are improved in turn, and of turns.
+_BEST = 3
+_TURNS = 20
+# Relative gain of a turn below which turns end.
+GAIN = 1e-9
 
 
 def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: float) -> Array:
@@ -174,7 +167,7 @@ class StressLevels:
         # The value is 0 or 1, because any multiple of such a slip is one, too.
         self.wedges = slips.question.slip_bound is None and wedge.said > 0.5
 
-    def least(self, points: Sequence[int], agreed: float = SETTINGS.agreed) -> Level:
+    def least(self, points: Sequence[int], agreed: float = AGREED) -> Level:
         """The least, over all slips, of the largest value of some points.
 
         The value is -inf if friction wedges and pressure lowers it without end.
@@ -184,7 +177,7 @@ class StressLevels:
         size = max(float(np.abs(stresses.on(point, planes[point])[0]).max()) for point in points)
         size = size or 1.0
         best = Level(np.inf, -np.inf, self._none, 0.0)
-        for _ in range(SETTINGS.rounds):
+        for _ in range(_ROUNDS):
             try:
                 level = self._level(planes, size)
             except NoOptimum:
@@ -196,7 +189,7 @@ class StressLevels:
             bound = max(best.bound, level.bound)
             best = level._replace(value=value) if value < best.value else best
             best = best._replace(bound=min(bound, best.value))
-            tolerance = agreed * max(abs(best.value), SETTINGS.floor * size)
+            tolerance = agreed * max(abs(best.value), _FLOOR * size)
             if best.value - best.bound <= tolerance:
                 break
             for point, of_point, normals in zip(points, values, critical, strict=True):
@@ -239,12 +232,12 @@ class StressLevels:
         ends = self._ends(point, self.planes_of(point))
         tried = sorted(ends, key=_value, reverse=True)
         best = tried[0]
-        turning = tried[: SETTINGS.best] if stresses.name in SEARCHED else []
+        turning = tried[:_BEST] if stresses.name in SEARCHED else []
         for end in turning if np.isfinite(best.value) else []:
-            for _ in range(SETTINGS.turns):
+            for _ in range(_TURNS):
                 before = end
                 [end] = self._ends(point, stresses.critical([point], before.slip)[1][0])
-                if end.value - before.value <= SETTINGS.gain * abs(before.value):
+                if end.value - before.value <= GAIN * abs(before.value):
                     break
             best = max(best, before, end, key=_value)
         return best._replace(value=max(best.value, 0.0)) if not_negative else best
