@@ -429,14 +429,6 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="no start with all nodes closed opens a node up to a load factor, or comes to rest between the limit with all nodes closed and this load factor; `stays_closed`",
-        by="`ShakedownLimit`, theory",
-        holds_if="all nodes are closed at the start, and the loads are loads of the cycle: between its mean and its corners",
-        source='multipliers, one program a node (theory, "What is proven for which states")',
-        tests="test_stays_closed::test_no_start_with_closed_nodes_opens_one_or_rests_above_the_limit",
-    ),
-    Claim(
-        "",
         also="the range of the work of friction over starts; what each start ends in",
         by="`dissipation_range`, `dissipation_study`",
         holds_if="found, not proven: another start may do more",

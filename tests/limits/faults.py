@@ -874,13 +874,6 @@ FAULTS = (
         tests="moving_events::test_a_reason_says_where_to_ask_for_events",
     ),
     Fault(
-        "limits/program/mean_load.py",
-        "no pressure is enough",
-        old="RESIDUAL * question.force",
-        new="-1.0 * question.force",
-        tests="stays_closed",
-    ),
-    Fault(
         "limits/search/set_search.py",
         "a set that begins above where the best one ends counts",
         old="limit.least > self._reach * (1 + GAIN)",
@@ -1119,25 +1112,10 @@ FAULTS = (
     ),
     Fault(
         "limits/program/assembled.py",
-        "loads between the corners do not count",
-        old="program.row('shares', {'shares': -np.ones(count)}, load_factor)",
-        new="program.row('shares', {'shares': -np.ones(count)})",
-        tests="stays_closed",
-        within="least_pressure",
-    ),
-    Fault(
-        "limits/program/assembled.py",
         "the bound of the slip is that of one node",
         old="bound = slip_bound[nodes]",
         new="bound = slip_bound[nodes] * 0 + slip_bound.max()",
         tests="slip_bound",
-    ),
-    Fault(
-        "limits/program/mean_load.py",
-        "the first node stands for all",
-        old="least_pressure(question, node, load_factor)",
-        new="least_pressure(question, 0, load_factor)",
-        tests="stays_closed",
     ),
     Fault(
         "limits/program/assembled.py",

@@ -22,7 +22,6 @@ from ...base import (
 from ...contact import lengths
 from ...errors import ModelError
 from ..moving.moving_areas import has_all_states
-from ..program.mean_load import stays_closed
 from ..program.question import Question
 from ..program.rest_program import is_held
 from .answered import Rated, check_bound, check_contradiction, check_growth, check_slip
@@ -187,29 +186,6 @@ class ShakedownAnswer(Rated):
         if self.constraints or self.objective is not None:
             return False
         return has_all_states(self._question)
-
-    def stays_closed(self, load_factor: float) -> bool:
-        """Whether all nodes, if closed at first, are proven to stay closed up to a load factor.
-
-        Then no such start comes to rest between the limit with all nodes closed and this load
-        factor. The proof: the path of a contact is continuous, and every slip that obeys `|q| <= f
-        p` leaves pressure at every node. One convex program for each node shows this (theory, "What
-        is proven for which states"). False if there is no proof, as for a limit with open nodes, or
-        if fixed parts of the cycle differ. ModelError for a bad load factor.
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> system = fo.scenes.PunchOnHalfPlane(elements=12).condense()
-        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-        >>> limit = fo.shakedown_limit(system, cycle, friction=0.3)
-        >>> limit.stays_closed(2 * limit.load_factor)
-        True
-        """
-        load_factor = finite_number("load_factor", load_factor, least=0.0)
-        if self.open.any() or self._question.fixed:
-            return False
-        return stays_closed(self._question, load_factor)
 
     @cached_property
     def apart(self) -> float:

@@ -7,5 +7,5 @@
 - `solution.py`: the solution of a program, and what its multipliers prove; `mechanism.py`: the slip
   mechanism that they are.
 - `rest_slips.py`: the slips of states of rest and of steady cycles, and their ends.
-- `mean_load.py`: the nodes that the mean load opens, and the proof that no node opens.
+- `mean_load.py`: the nodes that the mean load opens, and whether a slip is safe under it.
 """

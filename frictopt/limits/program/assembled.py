@@ -260,30 +260,6 @@ def most_pressed(question: Question, load_factor: float) -> RestProgram:
     return program
 
 
-def least_pressure(question: Question, node: int, load_factor: float) -> RestProgram:
-    """The least normal force, `pressure`, of a node over all safe slips and loads.
-
-    The loads are those of the mean plus `shares` of the corners, which are >= 0 and add up to at
-    most the load factor.
-    """
-    n = question.system.nodes
-    count = len(question.r1)
-    units = {"pressure": question.force, "shares": np.full(count, question.load_unit)}
-    effects = {"shares": question.rate.T[None]}
-    program = RestProgram([question], units, question.start[:1], effects)
-    closed = np.ones((1, n), dtype=bool)
-    law_rows(program, question, closed, ~closed)
-    not_negative = [(program.unknown("shares") + np.arange(count), np.ones(count))]
-    program.add("share", LINEAR, [not_negative], np.zeros(count), units["shares"])
-    program.row("shares", {"shares": -np.ones(count)}, load_factor)
-    at_node = program.force(np.zeros(1, dtype=int), np.array([program.start.shape[1] - n + node]))
-    pressure = np.array([program.unknown("pressure")])
-    least = [(pressure, np.ones(1)), (at_node, -np.ones(1))]
-    force = np.array([question.force])
-    program.add("least", LINEAR, [least], np.zeros(1), force)
-    return program
-
-
 def within_slip_bound(program: RestProgram, number: int = 0) -> None:
     """The rows `|slip| <= slip_bound` of the closed nodes, for the slip of this number."""
     question = program.questions[number]

@@ -1,4 +1,4 @@
-"""The nodes that the mean load leaves open, and the proof that no node opens."""
+"""The nodes that the mean load leaves open, and whether a slip is safe under it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ import numpy as np
 from ...base import COUNTS, RESIDUAL, Array, Booleans
 from ...contact import LoadCycle
 from ...errors import ModelError, NoContinuation, SolverError
-from .assembled import least_pressure
 from .question import Question
-from .solution import Judged, Solution, solve
 
 # A closed node tends to open if its pressure is at most this share of the mean force. An open node
 # tends to close if its gap is at most this share of the clearance.
@@ -59,28 +57,3 @@ def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
     except (ModelError, NoContinuation, SolverError):
         return False
     return question.violation(0.0, state.slip) <= RESIDUAL
-
-
-def stays_closed(question: Question, load_factor: float) -> bool:
-    """Whether all nodes stay pressed under any slip that friction can hold, proven for each node.
-
-    See `ShakedownLimit.stays_closed`. One convex program for each node minimizes its normal force
-    over all slips and loads. The loads are `r0 + sum of shares[k] r1_k`: the shares are >= 0, and
-    their sum is at most the load factor. Nodes with little pressure come first, because they decide
-    most often.
-    """
-    for node in np.argsort(question.r0[:, -1].min(axis=0)).tolist():
-        program = least_pressure(question, node, load_factor)
-        try:
-            proven, _ = solve(program, "pressure", -1.0, _least_pressure)
-        except SolverError:
-            return False
-        if not proven.said > RESIDUAL * question.force:
-            return False
-    return True
-
-
-def _least_pressure(solution: Solution) -> Judged:
-    """The proven lower bound of a normal force."""
-    bound, defect = solution.bound
-    return Judged(bound - defect, solution.gap)
