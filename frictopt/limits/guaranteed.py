@@ -212,15 +212,11 @@ def checked_guaranteed(limit: object) -> GuaranteedLimit:
 
 
 class GuaranteedLimits:
-    """The guaranteed limits of a contact, by one solver or all.
+    """The guaranteed limits of a contact, by one solver or all."""
 
-    `unknowns`: the variables of the model that asks, which its printed problems contain.
-    """
-
-    def __init__(self, solver: str | None = None, unknowns: Any = None) -> None:
-        self._shakedown = ShakedownLimits(solver, unknowns)
+    def __init__(self, solver: str | None = None) -> None:
+        self._shakedown = ShakedownLimits(solver)
         self._solver = solver
-        self._unknowns = unknowns
 
     def of_any_set(self, question: Question, user: Any = None) -> GuaranteedLimit:
         """The limit with all nodes closed, if the mean load is safe.
@@ -249,7 +245,9 @@ class GuaranteedLimits:
         if nodes.best is None:
             return _result(shakedown, nodes, search.records)
         assert nodes.best.solved is not None  # it has a slip
-        solved = nodes.best.solved.of_model(self._unknowns, user)
+        solved = nodes.best.solved
+        if user is not None:
+            solved = user.listed(solved)
         return _of_node(_result(shakedown, nodes, search.records), nodes.best, solved)
 
     def _find_critical(

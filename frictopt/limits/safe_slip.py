@@ -121,15 +121,11 @@ class SafeSlip(Proven):
 
 
 class SafeSlips:
-    """The safe slips of a contact with the largest margin, by one solver or all.
+    """The safe slips of a contact with the largest margin, by one solver or all."""
 
-    `unknowns`: the variables of the model that asks, which its printed problems contain.
-    """
-
-    def __init__(self, solver: str | None = None, unknowns: Any = None) -> None:
+    def __init__(self, solver: str | None = None) -> None:
         self._limits = ShakedownLimits(solver)
         self.solver = solver
-        self._unknowns = unknowns
 
     def of_question(
         self,
@@ -207,7 +203,9 @@ class SafeSlips:
         safe, record = solve(program, "margin", 1.0, claimed, self.solver, no_optimum=no_slip)
         assert safe._solved is not None
         values = {**safe._solved.values, "load_factor": load_factor}
-        solved = replace(safe._solved, values=values).of_model(self._unknowns, user)
+        solved = replace(safe._solved, values=values)
+        if user is not None:
+            solved = user.listed(solved)
         return answered(replace(safe, _solved=solved), record)
 
     def _of_order(self, question: LiftOff, load_factor: float) -> SafeSlip:

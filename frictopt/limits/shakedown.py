@@ -165,14 +165,10 @@ def shakedown_limit(
 
 
 class ShakedownLimits:
-    """The shakedown limits of a contact, by one solver or all.
+    """The shakedown limits of a contact, by one solver or all."""
 
-    `unknowns`: the variables of the model that asks, which its printed problems contain.
-    """
-
-    def __init__(self, solver: str | None = None, unknowns: Any = None) -> None:
+    def __init__(self, solver: str | None = None) -> None:
         self.solver = solver
-        self._unknowns = unknowns
 
     def of_question(
         self,
@@ -220,7 +216,7 @@ class ShakedownLimits:
 
     def _up_to(self, question: Question, largest: float = np.inf) -> ShakedownLimit:
         """The limit of a question of its own, or `largest` if it is less."""
-        return ShakedownLimits(self.solver).of_set(question, largest=largest)
+        return self.of_set(question, largest=largest)
 
     def of_any_set(
         self,
@@ -297,8 +293,9 @@ class ShakedownLimits:
             raise NotAbove(f"the limit is not above {above:g}")
         if limit._solved is None:
             return limit
-        solved = limit._solved.of_model(self._unknowns, user)
-        limit = answered(replace(limit, _solved=solved), record)
+        if user is not None:
+            limit = replace(limit, _solved=user.listed(limit._solved))
+        limit = answered(limit, record)
         if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
             return limit
         slip = limit.slip if limit.kind is LimitKind.FINITE else None

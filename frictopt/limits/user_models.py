@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property, partial, wraps
 from inspect import Signature, signature
 from threading import RLock
@@ -30,7 +31,7 @@ from ..contact import ContactSystem, LoadCycle, checked_cycle
 from ..errors import ModelError
 from ..solve.problem import printed_as
 from ..solve.solvers import LP, SOCP, solver_order
-from .answers.answered import Answered
+from .answers.answered import Answered, Proven
 from .guaranteed import GuaranteedLimit, GuaranteedLimits, posed_guaranteed
 from .printed import models
 from .printed.listing import state_rows
@@ -184,7 +185,9 @@ class SafeModel:
         return user
 
     def _shown(self, answer: A) -> A:
-        """An answer, after its values are put into the unknowns of the user."""
+        """An answer in the unknowns of this model, which get its values."""
+        if isinstance(answer, Proven) and answer._solved is not None:
+            answer = replace(answer, _solved=replace(answer._solved, unknowns=self._x))
         q, p = answer.reactions
         values: dict[cp.Variable, Any] = {self.slip: answer.slip}
         values[self.load_factor] = answer.load_factor
@@ -304,7 +307,7 @@ class ShakedownModel(SafeModel):
         user = self._user(constraints, objective)
         with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction) if cycle is None else self._posed_on(cycle, friction)
-            limits = ShakedownLimits(self._solver, self._x)
+            limits = ShakedownLimits(self._solver)
             return self._shown(limits.of_question(question, open_nodes, events, user))
 
     def _posed_on(self, cycle: LoadCycle, friction: Any) -> Question:
@@ -402,7 +405,7 @@ class SafeSlipModel(SafeModel):
     def _complete(self) -> None:
         self.margin = cp.Variable(name="margin")
         self._x.margin = self.margin
-        self._safe_slips = SafeSlips(self._solver, self._x)
+        self._safe_slips = SafeSlips(self._solver)
 
     @property
     def _named(self) -> dict[cp.Variable, str]:
@@ -500,5 +503,5 @@ class GuaranteedModel(SafeModel):
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
         with progress_bar(progress, "guaranteed limit"):
-            limits = GuaranteedLimits(self._solver, self._x)
+            limits = GuaranteedLimits(self._solver)
             return self._shown(limits.of_any_set(self._posed(friction), self._user(constraints)))

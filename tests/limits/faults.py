@@ -462,7 +462,7 @@ FAULTS = (
     Fault(
         "limits/program/mean_load.py",
         "every contact is safe under its mean load",
-        old="question.violation(0.0, likely) <= RESIDUAL",
+        old="question.violation(0.0, slip) <= RESIDUAL",
         new="True",
         tests="least_load",
     ),
@@ -764,8 +764,8 @@ FAULTS = (
     Fault(
         "limits/search/set_search.py",
         "the set of the mean load is not tried if some slip keeps all nodes closed",
-        old="question.violation(0.0, no_slip) <= RESIDUAL",
-        new="True",
+        old="tending or not question.settles_closed",
+        new="tending",
         tests="touching_nodes",
     ),
     Fault(
@@ -1149,8 +1149,8 @@ FAULTS = (
     Fault(
         "limits/program/rest_program.py",
         "shear forces work on free slides",
-        old="values.append(slip.equations[of_slide, of_shear])",
-        new="values.append(0.0 * slip.equations[of_slide, of_shear])",
+        old="values.append(equations[of_slide, of_shear])",
+        new="values.append(0.0 * equations[of_slide, of_shear])",
         tests="slides",
     ),
     Fault(

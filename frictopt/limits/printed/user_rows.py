@@ -266,6 +266,7 @@ class UserRows:
 
         If the rows of the user have no part in the proof of an answer, they have no multipliers.
         """
+        solved = replace(solved, unknowns=self._x)
         if "user" in solved.values:
             self.save(solved.values["user"])
         else:

@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base import (
+    RESIDUAL,
     ROUNDING,
     Array,
     Booleans,
@@ -298,6 +299,11 @@ class Question:
     def both_vary(self) -> bool:
         """Whether fixed and scaled loads both vary where nodes open or close, see `LiftOff`."""
         return False
+
+    @cached_property
+    def settles_closed(self) -> bool:
+        """Whether zero slip is safe under the mean load, which then opens no further nodes."""
+        return self.violation(0.0, np.zeros(self.system.slip_shape)) <= RESIDUAL
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far a slip is from being safe, dimensionless; 0 if it is safe.

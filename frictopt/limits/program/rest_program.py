@@ -366,11 +366,12 @@ class RestProgram:
         values = [-weights * scales[quantities], -by_named]
         first = 0
         for slip in self.slips:
-            of_slide, of_shear = np.nonzero(slip.equations)
+            equations = slip.equations
+            of_slide, of_shear = np.nonzero(equations)
             entry_rows.append(first + of_slide)
             entry_columns.append(slip.shear.start + of_shear)
-            values.append(slip.equations[of_slide, of_shear])
-            first += len(slip.equations)
+            values.append(equations[of_slide, of_shear])
+            first += len(equations)
         entries = np.concatenate(entry_rows), np.concatenate(entry_columns)
         shape = zero + len(units), len(cost) + len(block)
         return Arrays(

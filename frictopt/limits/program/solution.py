@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -76,11 +76,6 @@ class Solved:
     def __getstate__(self) -> dict[str, Any]:
         """Copies have variables of their own."""
         return {**vars(self), "unknowns": None, "problem": copy.deepcopy(self.problem)}
-
-    def of_model(self, unknowns: Any, user: Any) -> Solved:
-        """A solved program with the variables of the model that asks, and its `UserRows`."""
-        solved = replace(self, unknowns=unknowns)
-        return solved if user is None else user.listed(solved)
 
 
 class Judged(NamedTuple):

@@ -171,7 +171,7 @@ def best_open_set(
     """
     question = closed._question
     small = is_small([question])
-    if not small and programs is None and _settles_closed(question) and not len(governing(closed)):
+    if not small and programs is None and question.settles_closed and not len(governing(closed)):
         return replace(closed, _searched=Searched(programs=1))
     with progress_bar(True, "open nodes", "program") as bar:
         most = programs or (MOST_COMPARED if small else PROGRAMS)
@@ -203,12 +203,6 @@ def _motions(question: Question, nodes: int) -> int:
 def may_open(question: Question) -> bool:
     """Whether nodes have gaps, or the mean load pulls nodes; then some nodes usually open."""
     return bool(question.system.gap.any() or (question.r0[:, -1] < 0).any())
-
-
-def _settles_closed(question: Question) -> bool:
-    """Whether zero slip is safe under the mean load, which then leaves all nodes closed."""
-    no_slip = np.zeros(question.system.slip_shape)
-    return question.violation(0.0, no_slip) <= RESIDUAL
 
 
 def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
@@ -334,13 +328,12 @@ class _SetSearch(Generic[L]):
         question = closed._question
         moves = not question.static and self._goes_on() and _counts(closed, self._start_by)
         tending = moves and bool(tends_to_open(closed).any())
-        settles_closed = _settles_closed(question)
         if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
             # The search for a motion of bodies under the mean load would factorise the stiffness.
             mean = reactions(question.system, [question.cycle.mean])[0]
             note_balanced(question.system, question.friction, mean)
         self._climb(closed)
-        if tending or not settles_closed:
+        if tending or not question.settles_closed:
             safe = _counts(self.best, self._start_by)
             self._climb_from(settled_sets(question, tending, safe))
 
