@@ -13,7 +13,7 @@ from ..limits import GrossSlip
 from ..limits.balance.body_motions import MOVES
 from ..limits.balance.corner_statics import drives
 from ..limits.balance.face_statics import FaceLoad, slides_in_full_at, without_lift
-from ..limits.program.units import outer_corners
+from ..limits.program.question import outer_corners
 from ..transients import SteadyState
 from ..transients.fretting import nodes_of_contacts, rows_of_corners
 from ..transients.statics import motions_of_bodies

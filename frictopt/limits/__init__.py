@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING
 import lazy_loader  # type: ignore[import-untyped]  # it has no types
 
 from ..base import LimitKind
-from .answers.least_slip import LeastSlip
+from .answers.shakedown_answer import LeastSlip
 from .best_design.design import Design
 from .fatigue_band import FatigueBand, fatigue_band
 from .fatigue_limit import FatigueLimit, fatigue_limit

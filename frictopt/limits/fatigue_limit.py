@@ -25,8 +25,7 @@ from .answers import sentences
 from .answers.answered import Answered
 from .fatigue_band import Parameter, posed
 from .program.question import Question
-from .search.stress_crossing import Crossing, StressCrossings
-from .search.stress_levels import Stresses, tensors_at_rest
+from .search.stress_levels import Crossing, StressCrossings, Stresses, tensors_at_rest
 from .shakedown import ShakedownLimits
 
 

@@ -54,8 +54,7 @@ from .balance.corner_statics import (
     error_of_motion,
 )
 from .balance.self_stress import sliding_off
-from .program.question import Question, pose
-from .program.units import outer_corners
+from .program.question import Question, outer_corners, pose
 
 # One file because a reader follows the question to its answer in it.
 

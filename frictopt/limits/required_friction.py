@@ -52,9 +52,8 @@ from .between.least_friction import FrictionBracket
 from .events.lift_off import LiftOff, Order, has_static_shear
 from .moving.moving_areas import uncoupled
 from .program.assembled import most_pressed
-from .program.mechanism import Mechanism
 from .program.question import Question, pose, with_friction, with_open
-from .program.solution import Solution, Solved, solve
+from .program.solution import Mechanism, Solution, Solved, solve
 from .rest_intervals import moving_areas_at
 from .safe_slip import SafeSlip, SafeSlips, checked_load_factor
 

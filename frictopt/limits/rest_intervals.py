@@ -40,9 +40,8 @@ from .moving.moving_areas import (
     moving_areas,
 )
 from .moving.normal_path import NoPath
-from .program.mechanism import Mechanism
-from .program.question import Question, pose, with_open
-from .program.units import vertices_of_hull
+from .program.question import Question, pose, vertices_of_hull, with_open
+from .program.solution import Mechanism
 
 L = TypeVar("L", bound=ShakedownAnswer)
 

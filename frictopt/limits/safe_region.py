@@ -46,8 +46,8 @@ from .answers.sentences import (
     ONE_UNLIMITED,
     SIDES,
 )
-from .program.mechanism import Mechanism
 from .program.question import Question, pose, with_open
+from .program.solution import Mechanism
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 _MANY_SIDES = (

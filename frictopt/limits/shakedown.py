@@ -44,10 +44,9 @@ from .answers.answered import answered
 from .answers.reasons import shakedown_reason
 from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
-from .between.bounds import margins
 from .between.cones import Cones, Point, check_known, check_options, cones_of, without_gap
 from .between.judged import judged, mechanism_of, record_of
-from .between.search import Method, search
+from .between.search import Method, margins, search
 from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
 from .gross_slip import statics_alone
@@ -55,10 +54,9 @@ from .moving.moving_areas import moving_areas
 from .probability import ShakedownProbability, probability_of
 from .program import assembled
 from .program.mean_load import is_safe_at_mean_load, open_under_mean
-from .program.mechanism import Mechanism
 from .program.question import Question, pose, with_open
 from .program.rest_program import RestProgram
-from .program.solution import UNBOUNDED, Solution, Solved, contradiction, growth, solve
+from .program.solution import UNBOUNDED, Mechanism, Solution, Solved, contradiction, growth, solve
 from .search.order_search import best_with_events
 from .search.set_search import NotAbove, best_open_set, is_at_most, may_open
 

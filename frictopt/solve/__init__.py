@@ -8,12 +8,12 @@ vanish, adds for x of the size of its units.
 `answer.py`
     The first solver's answer that passes its check, and proofs that there is none.
 `arrays.py`
-    A program, its dual, and its exact solution next to a rough one (`polish`).
-`rows.py`, `products.py`
-    Rows by their entries, and products whose factors differ in size.
+    A program, its dual, its exact solution next to a rough one (`polish`), and its rows by entries.
+`products.py`
+    Products whose factors differ in size.
 `solvers.py`
     Solvers, their order and options.
-`interior_point.py`, `condensed.py`, `cones.py`, `step_equations.py`
+`interior_point.py`, `condensed.py`, `step_equations.py`
     An interior point of our own for large cone programs.
 `problem.py`, `explained.py`
     cvxpy problems that can be copied, pickled and printed by the names of their parts.

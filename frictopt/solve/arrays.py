@@ -1,10 +1,13 @@
 """A program in the form for solvers, and the polish of a rough solution to an exact one.
 
-It has a cost, sparse rows and one dense block, in cones.
+It has a cost, sparse rows and one dense block, in cones. `Rows` are rows by their entries, of which
+`program_of` makes a program.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lstsq
@@ -308,4 +311,94 @@ def _least(matrix: Array, right: Array) -> Array:
         return np.asarray(dsytrs(factor, order, right)[0])
     return np.asarray(
         lstsq(matrix, right, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
+    )
+
+
+EQUATION = 0
+LINEAR = 1
+CONE = 2
+
+
+class Rows(NamedTuple):
+    """Rows or cones of one label: a unit, an instant and a node for each, and their entries."""
+
+    label: str
+    kind: int  # EQUATION, LINEAR or CONE
+    sizes: Integers  # (n,) 1, or the size of each cone
+    at: Integers  # (entries,) number of the row of each entry, cones row by row
+    quantities: Integers  # (entries,)
+    weights: Array  # (entries,) in user units
+    constants: Array  # (rows,)
+    unit: Array  # (n,)
+    instants: Integers  # (n,)
+    nodes: Integers  # (n,)
+
+
+Term = tuple[Integers, Array]
+"""Quantities (n,) and their weights (n,) in n rows."""
+
+
+def rows_of(
+    label: str,
+    kind: int,
+    parts: Sequence[Sequence[Term]],
+    constant: Array,
+    unit: Array,
+    instants: Integers | None = None,
+    nodes: Integers | None = None,
+) -> Rows:
+    """Rows with the same terms. `parts` lists the terms of the first part of each cone, and so on.
+
+    `constant` (n,) belongs to the first part. Rows without instants or nodes have the number -1.
+    """
+    n, size = len(constant), len(parts)
+    none = np.full(n, -1)
+    instants = none if instants is None else instants
+    nodes = none if nodes is None else nodes
+    first = size * np.arange(n)
+    constants = np.zeros(n * size)
+    constants[first] = constant
+    terms = [(first + part, *term) for part, of_part in enumerate(parts) for term in of_part]
+    at, quantities, weights = (np.concatenate(entries) for entries in zip(*terms, strict=True))
+    sizes = np.full(n, size)
+    return Rows(label, kind, sizes, at, quantities, weights, constants, unit, instants, nodes)
+
+
+class Stacked(NamedTuple):
+    """The rows of a program one after the other: equations, linear rows, cones."""
+
+    rows: list[Rows]
+    units: Array  # (R,)
+    at: Integers  # (entries,) number of the row of each entry
+    quantities: Integers  # (entries,)
+    weights: Array  # (entries,)
+    constants: Array  # (R,)
+
+
+def stacked(rows: Sequence[Rows]) -> Stacked:
+    """All rows, in the order of the solver."""
+    in_order = sorted(rows, key=lambda part: part.kind)
+    firsts = np.cumsum([0, *(len(part.constants) for part in in_order)])
+    return Stacked(
+        in_order,
+        np.concatenate([np.repeat(part.unit, part.sizes) for part in in_order]),
+        np.concatenate([part.at + first for part, first in zip(in_order, firsts, strict=False)]),
+        np.concatenate([part.quantities for part in in_order]),
+        np.concatenate([part.weights for part in in_order]),
+        np.concatenate([part.constants for part in in_order]),
+    )
+
+
+def program_of(rows: Sequence[Rows], units: Array, cost: Array) -> Arrays:
+    """The program that minimises `cost @ x` over quantities `units * x` that obey the rows."""
+    in_order, row_units, at, quantities, weights, constants = stacked(rows)
+    values = -weights * units[quantities] / row_units[at]
+    shape = len(row_units), len(units)
+    return Arrays(
+        sparse=csr_array((values, (at, quantities)), shape=shape),
+        block=np.zeros((0, len(units))),
+        right=constants / row_units,
+        cost=cost,
+        zero=sum(len(part.constants) for part in in_order if part.kind == EQUATION),
+        sizes=np.concatenate([part.sizes for part in in_order if part.kind != EQUATION]),
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.sparse import csr_array, hstack
+from scipy.sparse import csr_array, dia_array, hstack
 
 from ..base import CONDENSATION, RESIDUAL, Array, Integers
 from .arrays import Arrays, columns
@@ -84,3 +84,102 @@ def _independent(equations: Array, right: Array) -> Integers:
     if rank < count and np.abs(equations @ x - right).max() > RESIDUAL:
         raise np.linalg.LinAlgError("equations contradict each other")
     return kept
+
+
+class Cones:
+    """A product of cones `|s[1:]| <= s[0]` of these sizes in turn; a number >= 0 has size 1."""
+
+    def __init__(self, sizes: Integers) -> None:
+        self.heads = np.cumsum(sizes) - sizes
+        self.of = np.repeat(np.arange(len(sizes)), sizes)  # the cone of each part
+        self.size = len(self.of)
+        self.degree = len(sizes)
+        self.unit = (np.arange(self.size) == self.heads[self.of]).astype(float)
+        self.tail = 1.0 - self.unit  # mask of all parts but the first
+        self.turned = 2 * self.unit - 1.0  # signs that reverse these parts
+
+    def sums(self, x: Array) -> Array:
+        """The sum over the parts of each cone."""
+        return np.add.reduceat(x, self.heads)
+
+    def square(self, x: Array) -> Array:
+        """`x[0]^2 - |x[1:]|^2` of each cone, kept positive in spite of rounding."""
+        first = x[self.heads]
+        size = np.sqrt(self.sums(self.tail * x**2))
+        least = np.finfo(float).eps * first**2
+        return np.asarray(np.maximum((first - size) * (first + size), least))
+
+    def product(self, a: Array, b: Array) -> Array:
+        """Jordan's product `a o b`."""
+        product: Array = a[self.heads][self.of] * b + b[self.heads][self.of] * a
+        product[self.heads] = self.sums(a * b)
+        return product
+
+    def quotient(self, a: Array, b: Array) -> Array:
+        """The x with `a o x = b`."""
+        first = self.sums(self.turned * a * b) / self.square(a)
+        x: Array = (b - first[self.of] * a) / a[self.heads][self.of]
+        x[self.heads] = first
+        return x
+
+
+class Scaling:
+    """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones.
+
+    For each cone W is `eta (2 v v' - J)` with some v. J is the reflection that reverses all parts
+    but the first, and `w = W e / eta` is the unit vector of the scaling. ArithmeticError if a point
+    is at the boundary of a cone.
+    """
+
+    def __init__(self, cones: Cones, s: Array, z: Array) -> None:
+        if not min(s[cones.heads].min(), z[cones.heads].min()) > 0:
+            raise ArithmeticError("rounding has put the point on the boundary of a cone")
+        self._cones = cones
+        s_size = np.sqrt(cones.square(s))
+        z_size = np.sqrt(cones.square(z))
+        s_unit = s / s_size[cones.of]
+        z_unit = z / z_size[cones.of]
+        # The product of unit vectors in a cone is never less than 1.
+        middle = np.sqrt((1 + np.maximum(cones.sums(s_unit * z_unit), 1.0)) / 2)
+        self._w = (s_unit + cones.turned * z_unit) / (2 * middle[cones.of])
+        self._eta = np.sqrt(s_size / z_size)
+        self.point = self.times(z)
+
+    def times(self, x: Array, sense: float = 1.0) -> Array:
+        """`W x`, or `W^-1 x` for the sense -1."""
+        cones, w = self._cones, self._w
+        first = x[cones.heads]
+        along = cones.sums(cones.tail * w * x)
+        w_first = w[cones.heads]
+        product = x + (sense * first + along / (1 + w_first))[cones.of] * w
+        product[cones.heads] = w_first * first + sense * along
+        return np.asarray(product * (self._eta**sense)[cones.of])
+
+    def over(self, x: Array) -> Array:
+        """`W^-1 x`."""
+        return self.times(x, -1.0)
+
+    def inverse_square(self, sparse: csr_array) -> csr_array:
+        """`sparse' W^-2 sparse`.
+
+        For each cone W^-2 is `(2 v v' - J) / eta^2` with `v = J w`.
+        """
+        cones = self._cones
+        over_eta = 1 / self._eta[cones.of]
+        vectors = np.sqrt(2.0) * over_eta * cones.turned * self._w
+        places = np.arange(cones.size)
+        across = csr_array((vectors, places, np.r_[cones.heads, cones.size])) @ sparse
+        reflection = dia_array((cones.turned * over_eta**2, 0), shape=(cones.size,) * 2)
+        return csr_array(across.T @ across - sparse.T @ (reflection @ sparse))
+
+    def longest(self, direction: Array) -> float:
+        """The largest step from `point` in a direction that stays within the cones."""
+        cones = self._cones
+        size = np.sqrt(cones.square(self.point))[cones.of]
+        point = self.point / size
+        along = direction / size
+        ahead = cones.sums(cones.turned * point * along)
+        turn = (ahead + along[cones.heads]) / (point[cones.heads] + 1)
+        aside = np.sqrt(cones.sums(cones.tail * (along - turn[cones.of] * point) ** 2))
+        steepest = float((aside - ahead).max(initial=0.0))
+        return 1 / steepest if steepest > 0 else np.inf

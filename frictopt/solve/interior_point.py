@@ -15,8 +15,7 @@ import numpy as np
 
 from ..base import FLOOR, Array
 from .arrays import Arrays
-from .condensed import Condensed
-from .cones import Cones, Scaling
+from .condensed import Condensed, Cones, Scaling
 from .step_equations import Equations, begins_through_block
 
 # Numbers of the method; errors are those of `_Residuals.error`.

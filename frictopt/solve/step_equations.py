@@ -25,8 +25,7 @@ from scipy.sparse import csc_array, csr_array, dia_array, eye_array, triu
 from scipy.sparse.linalg import splu
 
 from ..base import Array
-from .condensed import Condensed
-from .cones import Scaling
+from .condensed import Condensed, Scaling
 
 # Numbers of the equations of a step.
 

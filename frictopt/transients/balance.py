@@ -15,7 +15,7 @@ from ..base import RESIDUAL, Array
 from ..contact import BoundTerm, ContactLaw, ContactSystem, contact_law
 from ..errors import SolverError
 from ..solve.answer import answer
-from ..solve.rows import CONE, EQUATION, LINEAR, Rows, program_of, rows_of
+from ..solve.arrays import CONE, EQUATION, LINEAR, Rows, program_of, rows_of
 
 # Forces balance themselves if their works in the rigid motions are below this share of the sum of
 # their pressures.

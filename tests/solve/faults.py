@@ -176,7 +176,7 @@ FAULTS = (
         tests="interior_point",
     ),
     Fault(
-        "solve/cones.py",
+        "solve/condensed.py",
         "steps leave their cones",
         old="(aside - ahead).max",
         new="(aside - ahead).min",

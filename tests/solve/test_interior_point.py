@@ -11,8 +11,7 @@ from scipy.sparse import csr_array
 import frictopt as fo
 from frictopt.solve import interior_point
 from frictopt.solve.arrays import Arrays
-from frictopt.solve.condensed import Condensed
-from frictopt.solve.cones import Cones, Scaling
+from frictopt.solve.condensed import Condensed, Cones, Scaling
 from frictopt.solve.step_equations import Equations, _factor
 from helpers.arrays_of import arrays_of
 from helpers.cases import few

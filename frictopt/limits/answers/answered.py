@@ -49,9 +49,8 @@ from ...contact.diagnosis import counted
 from ...errors import ModelError
 from ...solve.explained import Explained
 from ..guarantee.critical_state import critical_states
-from ..program.mechanism import Mechanism, of_nodes
 from ..program.question import Question
-from ..program.solution import Solved
+from ..program.solution import Mechanism, Solved, of_nodes
 
 if TYPE_CHECKING:
     import cvxpy as cp

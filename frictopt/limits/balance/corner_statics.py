@@ -14,7 +14,7 @@ import numpy as np
 from ...base import CONDENSATION, FLOOR, ZERO_LOAD_FACTOR, Array, SolveRecord, kept, worst
 from ...contact import contact_law
 from ...solve.answer import answer, without_optimum
-from ...solve.rows import LINEAR, program_of, rows_of
+from ...solve.arrays import LINEAR, program_of, rows_of
 from ...transients.balance import balance_rows, force_rows
 from ..program.question import Question
 

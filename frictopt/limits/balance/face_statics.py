@@ -15,7 +15,7 @@ import numpy as np
 from ...base import COUNTS, ROUNDING, Array, Booleans, worst
 from ...contact import ContactLaw, ContactSystem, contact_law
 from ...solve.answer import answer, without_optimum
-from ...solve.rows import CONE, LINEAR, Rows, program_of, rows_of
+from ...solve.arrays import CONE, LINEAR, Rows, program_of, rows_of
 from ...transients.balance import balance_rows
 
 # Largest residual of the load factor of a face. More digits take a hundred times as long.

@@ -1,7 +1,7 @@
 """The model of a best design: the contact whose preloads and profile are unknowns.
 
-`program.py` lists the terms of a design in the program of a limit. `search.py` finds
-its open nodes. `design.py` has the result.
+`program.py` lists the terms of a design in the program of a limit. `design.py` has
+the result, and finds its open nodes.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from ..program.solution import Solution, solve
 from ..search.loose_nodes import LooseNodes
 from ..search.set_search import is_small
 from ..user_models import SafeModel, in_turn
-from .design import Design, Found, OpenNodes
+from .design import Design, DesignSearch, Found, NoneSafeError, OpenNodes, limits_of
 from .program import (
     Scenario,
     checked_choice,
@@ -46,7 +46,6 @@ from .program import (
     raise_refusal,
     under_mean_load,
 )
-from .search import DesignSearch, NoneSafeError, limits_of
 
 
 class DesignModel(SafeModel):

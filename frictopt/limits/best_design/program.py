@@ -31,7 +31,7 @@ from ..program.question import Question, pose, with_open
 from ..program.rest_program import RestProgram
 from ..program.solution import Judged, Solution, contradiction, growth, solve
 from ..search.loose_nodes import own_motions
-from .search import NoneSafeError
+from .design import NoneSafeError
 
 # Names of the matrices of the design in q, p, the gaps and the slips of open nodes.
 _SYMBOLS = {"preload": ("q_j", "p_j", "w_j", "v_j"), "profile": ("-B.T", "-C", "-w", "-v")}

@@ -2,8 +2,7 @@
 
 - `cones.py`: the contact law at all corners as cones of the residual shear, and the matrix of the
   pressures that this shear changes.
-- `bounds.py`: the largest load factor that a rough state proves to be safe, and the smallest that
-  rough multipliers prove not to be safe.
-- `search.py`: the first-order method that finds such states and multipliers.
+- `search.py`: the first-order method that finds rough states and multipliers, the largest load
+  factor that a state proves to be safe, and the smallest that multipliers prove not to be safe.
 - `judged.py`: a state and multipliers as a solution of the exact program, which judges them.
 """

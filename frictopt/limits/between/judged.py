@@ -9,11 +9,11 @@ import numpy as np
 from ...base import RESIDUAL, Array, SolveRecord, worst
 from ...contact import ContactProducts
 from ...errors import SolverError
-from ..program.mechanism import Mechanism
 from ..program.question import Question
 from ..program.rest_program import elastic
-from .bounds import margins, raised
+from ..program.solution import Mechanism
 from .cones import Cones, Point, without_gap
+from .search import margins, raised
 
 
 class Judged(NamedTuple):

@@ -11,12 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from ...base import Array, worst
-from ..program.mechanism import Mechanism
 from ..program.question import Question
-from .bounds import margins, raised
+from ..program.solution import Mechanism
 from .cones import Cones
 from .judged import mechanism_of, work_of_stress
-from .search import most_room
+from .search import margins, most_room, raised
 
 # Frictions that are tried until one is enough, or until neither proof is found.
 _FIRST = tuple(4.0**k for k in range(8))

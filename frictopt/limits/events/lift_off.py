@@ -20,8 +20,7 @@ import numpy as np
 
 from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_of
 from ...contact import LoadCycle
-from ..program.question import Question
-from ..program.units import outer_corners
+from ..program.question import Question, outer_corners
 
 # Two legs are one line if their distance is below this share of their length.
 _SAME_LINE = 1e-9

@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 
 from ...base import Array, Integers
-from ...solve.rows import EQUATION
+from ...solve.arrays import EQUATION
 from ..program.assembled import law_rows
-from ..program.mechanism import Mechanism
 from ..program.rest_program import RestProgram
-from ..program.solution import Solution, Solved
+from ..program.solution import Mechanism, Solution, Solved
 from .lift_off import LiftOff, episodes, varying, way_of
 
 

@@ -21,13 +21,11 @@ from typing import Any
 import numpy as np
 
 from ...base import CONDENSATION, RESIDUAL, Array, Booleans, SolveRecord, Table, frame, frozen
-from ...solve.arrays import Arrays
-from ...solve.rows import EQUATION
+from ...solve.arrays import EQUATION, Arrays
 from ..program.assembled import at_corners, stuck
-from ..program.mechanism import Mechanism
 from ..program.question import Question
 from ..program.rest_program import RestProgram, elastic
-from ..program.solution import Solution, Solved, contradiction, solve
+from ..program.solution import Mechanism, Solution, Solved, contradiction, solve
 from .critical_state import CriticalState, critical_states, needed
 
 # Labels: the source of the load factor of a node.

@@ -15,8 +15,7 @@ import numpy as np
 
 from ...base import ROUNDING, Array, kept
 from ...contact import lengths
-from ..program.question import Question
-from ..program.units import ruling
+from ..program.question import Question, ruling
 
 
 @kept

@@ -16,9 +16,8 @@ import numpy as np
 from ...base import RESIDUAL, Array, SolveRecord
 from ...contact import other_laws
 from ...errors import SolverError
-from ...solve.arrays import polish
+from ...solve.arrays import CONE, Rows, polish
 from ...solve.by_cvxpy import solve
-from ...solve.rows import CONE, Rows
 from ...solve.solvers import SOCP, C
 from ..program.assembled import shakedown
 from ..program.question import Question

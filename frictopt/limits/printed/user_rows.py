@@ -19,10 +19,10 @@ from scipy.sparse import csr_array, eye_array, hstack, issparse
 
 from ...base import RESIDUAL, Array, Booleans, Integers, shown
 from ...errors import ModelError
+from ...solve.arrays import CONE, EQUATION, LINEAR, Rows
 from ...solve.by_cvxpy import backend
 from ...solve.problem import dual_of, label_of
 from ...solve.products import Balance, derived_units
-from ...solve.rows import CONE, EQUATION, LINEAR, Rows
 from ..program.question import motion_of_open_nodes
 from ..program.rest_program import USER, RestProgram, slip_units
 from ..program.solution import Solution, Solved

@@ -1,11 +1,11 @@
 """The program of a question about states of rest, as arrays, and its solution.
 
-- `question.py`: a question as data: all its arrays, and the check of its answers; `units.py`: the
-  units of its unknowns, and the corners that matter.
+- `question.py`: a question as data: all its arrays, the units of its unknowns, the corners that
+  matter, and the check of its answers.
 - `rest_program.py`: the arrays of a program, and its unknowns; `assembled.py`: the programs of the
   questions, with the rows of the contact law.
-- `solution.py`: the solution of a program, and what its multipliers prove; `mechanism.py`: the slip
-  mechanism that they are.
+- `solution.py`: the solution of a program, what its multipliers prove, and the slip mechanism that
+  they are.
 - `rest_slips.py`: the slips of states of rest and of steady cycles, and their ends.
 - `mean_load.py`: the nodes that the mean load opens, and whether a slip is safe under it.
 """

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from ...base import Array, Booleans, Integers
-from ...solve.rows import CONE, EQUATION, LINEAR, Term
-from .question import Question
+from ...solve.arrays import CONE, EQUATION, LINEAR, Term
+from .question import Question, ruling
 from .rest_program import RestProgram
-from .units import ruling
 
 # With more friction the rows `|q| <= f p` imply `p >= 0` to all digits.
 _LOW_FRICTION = 0.01

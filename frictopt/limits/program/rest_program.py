@@ -32,8 +32,7 @@ from scipy.sparse import csr_array
 
 from ...base import CONDENSATION, Array, Integers, unresisted
 from ...contact import ContactProducts, ContactSystem
-from ...solve.arrays import Arrays
-from ...solve.rows import EQUATION, LINEAR, Rows, Stacked, Term, rows_of, stacked
+from ...solve.arrays import EQUATION, LINEAR, Arrays, Rows, Stacked, Term, rows_of, stacked
 from .question import Question
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from ...base import RESIDUAL, Array, Booleans, kept
 from ...contact import joined, lengths
 from ...solve.answer import answer, kind_of
-from ...solve.rows import EQUATION
+from ...solve.arrays import EQUATION
 from ...solve.solvers import LP, OPTIMAL, NoOptimum, WarmProgram
 from . import assembled
 from .question import Question

@@ -2,6 +2,5 @@
 
 `set_search.py` searches sets of open nodes: `loose_nodes.py` bounds many sets at once, and
 `likely_sets.py` has the sets that are tried first. `order_search.py` searches orders.
-`stress_levels.py` searches the ends of fatigue parameters, and
-`stress_crossing.py` where they reach a value.
+`stress_levels.py` searches the ends of fatigue parameters, and where they reach a value.
 """

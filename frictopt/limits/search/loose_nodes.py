@@ -16,8 +16,7 @@ from scipy.sparse import csr_array
 
 from ...base import RESIDUAL, Array, Booleans, Integers
 from ...solve.answer import error_of_contradiction
-from ...solve.arrays import Arrays
-from ...solve.rows import LINEAR, Rows, rows_of
+from ...solve.arrays import LINEAR, Arrays, Rows, rows_of
 from ...solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
 from ..program.assembled import at_corners, stuck
 from ..program.question import Question
