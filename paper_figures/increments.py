@@ -16,8 +16,7 @@ from .style import BLACK, GREY, SERIES, WIDE, new_figure
 TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
 
 _MARKERS = {
-    "frictopt, qp": ("o", "frozen bounds (QP)"),
-    "frictopt, milp": ("s", "complementarity (MILP)"),
+    "frictopt, increments": ("o", "increments"),
     "frictopt, exact path": ("*", "exact path (energy residual)"),
 }
 
@@ -42,9 +41,10 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
                 rows["error"],
                 **look,
                 markersize=8 if marker == "*" else 4,
-                mfc="white" if marker == "s" else None,
             )
-    _steps(axes, table[(table["nodes"] == meshes[-1]) & (table["method"] == "frictopt, qp")])
+    _steps(
+        axes, table[(table["nodes"] == meshes[-1]) & (table["method"] == "frictopt, increments")]
+    )
     _order(axes, table)
     axes.set(xscale="log", yscale="log", ylim=(1e-16, 1))
     axes.set_xlabel("run time of two cycles, s")
@@ -71,7 +71,7 @@ def _order(axes: Any, table: pd.DataFrame) -> None:
 
     A run time proportional to the number of increments would give this line.
     """
-    last = table[table["method"] == "frictopt, qp"].groupby("nodes").last().iloc[0]
+    last = table[table["method"] == "frictopt, increments"].groupby("nodes").last().iloc[0]
     times = last["seconds"] * np.array([0.2, 1.0])
     errors = last["error"] / 20 * np.array([25.0, 1.0])
     axes.plot(times, errors, color=BLACK, lw=0.6)
@@ -94,7 +94,7 @@ def _legends(axes: Any, meshes: Any) -> None:
             linestyle="none",
             marker=marker,
             markersize=7 if marker == "*" else 4,
-            mfc="white" if marker == "s" else BLACK,
+            mfc=BLACK,
         )
         for marker, _ in _MARKERS.values()
     ]

@@ -1,6 +1,6 @@
 """
-One transient, three engines
-============================
+One transient, exactly and in increments
+========================================
 
 The exact path has no time step. Increments have one, and an error with it; each is a cvxpy problem
 that you can print.
@@ -20,10 +20,7 @@ exact = fo.march(*problem, cycles=2).cycle_work.sum(axis=1)[
 
 steps = np.array([2, 4, 8, 16])
 errors = [
-    abs(
-        fo.march(*problem, cycles=2, engine="qp", steps=int(n)).cycle_work.sum(axis=1)[1] / exact
-        - 1
-    )
+    abs(fo.march(*problem, cycles=2, steps=int(n)).cycle_work.sum(axis=1)[1] / exact - 1)
     for n in steps
 ]
 figure, ax = plt.subplots(layout="constrained")
@@ -33,5 +30,6 @@ ax.set(xlabel="increments from corner to corner", ylabel="error of the work of f
 # %%
 # One increment as a convex program with a frozen friction bound, by its names:
 
-increment = fo.increments.FrozenBoundIncrement(system, friction=0.7)
-print(increment.solve(np.zeros(17), system.reaction({"P": 1.0, "sigma": 3.0})).explain())
+increment = fo.increments.NewtonIncrement(system, friction=0.7)
+load = system.reaction({"P": 1.0, "sigma": 3.0})
+print(increment.solve(np.zeros(17), load, form="qp").explain())

@@ -1,4 +1,4 @@
-"""Problems that cvxpy solves as they stand: with integers, or with a quadratic objective."""
+"""Problems that cvxpy solves as they stand."""
 
 from collections.abc import Callable
 

@@ -21,16 +21,6 @@ except ImportError as error:
         "HiGHS library, import frictopt before it or in another process; else reinstall highspy"
     ) from error
 
-# Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15
-# calls feasible ones infeasible if they are much tighter than these, and crashes on infeasible ones
-# without presolve.
-_HIGHS_MIP = {
-    "mip_feasibility_tolerance": 1e-8,
-    "primal_feasibility_tolerance": 1e-8,
-    "mip_rel_gap": 0.0,
-    "mip_abs_gap": 0.5,
-    "time_limit": 600.0,
-}
 _CLARABEL = {
     "tol_gap_abs": 1e-10,
     "tol_gap_rel": 1e-10,
@@ -44,15 +34,6 @@ OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
         "CLARABEL": _CLARABEL,
         # It ends more exactly on condensed contacts: fewer answers need the polish.
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
-        # Three digits, for Newton's method to go on from.
-        "OSQP": {
-            "eps_abs": 1e-3,
-            "eps_rel": 1e-3,
-            "max_iter": 4000,
-            "polishing": False,
-            "scaling": 0,
-        },
-        "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
     }
 )
 # Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2
@@ -107,21 +88,13 @@ LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 Of 637 programs of hard contacts in the plane (friction from 1e-6 to 16, thin bodies, graded meshes)
 the first answers 603, and the other two 17 each.
 """
-MILP_SOLVERS = ("HIGHS_MIP",)
-"""Solver of the mixed-integer programs, whose objectives count, so that a gap of 0.5 is none."""
 
 LP = "linear program"
-MILP = "mixed-integer program"
-QP = "quadratic program"
 SOCP = "cone program"
 LARGE_SOCP = "large cone program"
 SOLVERS = {
     LP: LP_SOLVERS,
-    MILP: MILP_SOLVERS,
-    # Another method begins at the answer of the first one.
-    QP: ("OSQP", "CLARABEL_DIRECT", "CLARABEL"),
-    # Convex quadratic programs are among them: the first solver takes the rows as they stand. Of
-    # 106 contacts in space it answers 71, the second 34.
+    # Of 106 contacts in space the first solver answers 71, the second 34.
     SOCP: ("CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT"),
     # These have a linear objective.
     LARGE_SOCP: ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL"),

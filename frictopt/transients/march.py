@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,6 @@ from ..base import (
     Array,
     Booleans,
     PerNode,
-    choice,
     flag,
     frozen,
     progress_bar,
@@ -30,10 +29,10 @@ from ..contact import (
     other_laws,
     parted,
 )
-from ..errors import ModelError, NoContinuation, SolverError
+from ..errors import NoContinuation, SolverError
 from .exact import ExactPath
 from .increment_doubts import doubts
-from .stepped import ENGINES, SteppedPath, SteppedState
+from .stepped import SteppedPath, SteppedState
 from .trajectory import Trajectory
 from .transient import OPEN
 
@@ -48,7 +47,6 @@ def march(
     initial_slip: ArrayLike | None = None,
     initial_state: ContactState | None = None,
     cycles: int = 5,
-    engine: Literal["path", "newton", "qp", "milp"] | None = None,
     steps: int | None = None,
     progress: bool = True,
 ) -> Trajectory:
@@ -75,15 +73,11 @@ def march(
         the state to the next corner, and then continues to the end of this cycle.
     cycles
         Number of whole cycles.
-    engine
-        "path": exactly, from event to event, only for plane contacts. In space the friction bound
-        is a circle, and paths are not piecewise linear. In increments: "newton" uses Newton's
-        method; "qp" uses convex programs with a frozen friction bound; "milp" uses complementarity
-        conditions with booleans, only for plane contacts. None: "path" in the plane without
-        `steps`, otherwise "newton".
     steps
-        Number of increments from corner to corner; None: 20. The transient is also followed with a
-        half and a quarter of them, which gives `step_error`. The exact path has none.
+        Number of increments from corner to corner. The transient is also followed with a half and a
+        quarter of them, which gives `step_error`. None: exactly in the plane, from event to event,
+        and in 20 increments in space. In space the friction bound is a circle, and paths are not
+        piecewise linear.
     progress
         Whether to show the progress of the increments after two seconds.
 
@@ -116,13 +110,12 @@ def march(
     whole_number("cycles", cycles, least=0)
     flag("progress", progress)
     parameters = system, cycle, friction, load_factor, initial_slip, initial_state
-    path = path_of(*parameters, steps=steps, engine=engine)
+    path = path_of(*parameters, steps=steps)
     if isinstance(path, ExactPath):
         path = path.recorded()
         states, step_error = _exactly(path, cycles), 0.0
     else:
-        # Runs with fewer steps are solved the quickest way.
-        coarser = [SteppedPath("newton", count, *parameters) for count in path.coarser]
+        coarser = [SteppedPath(count, *parameters) for count in path.coarser]
         total = (1 + len(coarser)) * cycles
         with progress_bar(progress, "march", "cycle", total=total) as bar:
             runs = _Runs(cycles, bar.update)
@@ -266,38 +259,17 @@ def path_of(
     system: ContactSystem,
     *parameters: Any,
     steps: int | None = None,
-    engine: object = None,
     retries: bool = True,
 ) -> ExactPath | SteppedPath:
     """A `Transient` that has not begun; `parameters` are its other ones.
 
-    `steps` and `engine` are those of `march`. Without `retries`, an increment ends the transient
+    `steps` is that of `march`. Without `retries`, an increment ends the transient
     if Newton's method does not find its state at once.
     """
     in_plane = checked_law(system, "march").tangents == 1
-    if engine is not None:
-        chosen = str(choice("engine", engine, ("path", *ENGINES)))
-    elif in_plane and steps is None and not other_laws(system):
-        chosen = "path"
-    else:
-        chosen = "newton"
-
-    if chosen in ("path", "milp"):
-        if not in_plane:
-            raise ModelError(
-                f"engine: {chosen!r}; it needs a piecewise linear law, but the friction bound in "
-                "space is a circle: choose 'newton' or 'qp', and see `step_error` for the error "
-                "of the increments"
-            )
-        checked_law(system, f"engine {chosen!r}")
-    if chosen == "path":
-        if steps is not None:
-            raise ModelError(
-                f"steps: {steps}; the exact path has no increments; leave steps out, or choose an "
-                f"engine with increments: {', '.join(ENGINES)}"
-            )
+    if in_plane and steps is None and not other_laws(system):
         return ExactPath(system, *parameters)
-    return SteppedPath(chosen, steps, system, *parameters, retries=retries).checked()
+    return SteppedPath(steps, system, *parameters, retries=retries).checked()
 
 
 def mean_state(
@@ -323,7 +295,7 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> 
         path = path_of(system, cycle, friction, 0.0).start()
     except NoContinuation as end:
         try:
-            path = path_of(system, cycle, friction, 0.0, engine="newton").start()
+            path = SteppedPath(None, system, cycle, friction, 0.0).checked().start()
         except SolverError:
             raise end from None
     return _gap(path) > 0

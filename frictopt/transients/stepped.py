@@ -2,7 +2,6 @@
 
 from copy import copy
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -12,11 +11,6 @@ from ..base import Array, Booleans, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .statics import Statics, check_sliding, motions_of_bodies
 from .transient import OPEN, STICK, FollowedCycle, Transient
-
-ENGINES = MappingProxyType(
-    {"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"}
-)
-"""Ways to solve an increment, and the names of their classes."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +49,7 @@ class SteppedState(NamedTuple):
 
 
 class SteppedPath(Transient):
-    """States of a transient by an engine of `ENGINES`, in `steps` increments per segment.
+    """States of a transient in `steps` increments per segment.
 
     A segment goes from corner to corner. `steps` is 20 if it is None. The other parameters are
     those of `Transient`.
@@ -70,11 +64,10 @@ class SteppedPath(Transient):
         Number of changes of status so far.
     """
 
-    def __init__(
-        self, engine: str, steps: int | None, *parameters: Any, retries: bool = True
-    ) -> None:
+    engine = "newton"
+
+    def __init__(self, steps: int | None, *parameters: Any, retries: bool = True) -> None:
         self._retries = retries
-        self.engine = engine
         self.steps = whole_number("steps", _SETTINGS.steps if steps is None else steps, least=1)
         smaller_counts = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
         self.coarser = sorted(smaller_counts, reverse=True)
@@ -82,10 +75,10 @@ class SteppedPath(Transient):
         super().__init__(*parameters)
 
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
-        # Imported here, because the exact path does not need cvxpy.
-        from . import increments
+        # Imported here, because the exact path does not need it.
+        from .increments import NewtonIncrement
 
-        self._increment = getattr(increments, ENGINES[self.engine])(self.system, self.friction)
+        self._increment = NewtonIncrement(self.system, self.friction)
         self._increment.retries = self._retries
         self.unit = np.tile(self.scales.length, self.system.tangents)
         status = np.where(opened, OPEN, STICK).astype(np.int8)

@@ -147,7 +147,7 @@ class Trajectory(Kept, Plotted):
     work
         (T, N) work of friction so far, >= 0, force times length (per depth).
     engine
-        "path", "newton", "qp" or "milp", see `march`.
+        "path": followed exactly, from event to event. "newton": in increments.
     step_error
         0 for the exact path. In increments, the estimated error of the slip at the mean load and
         the corners due to the size of the increments, in slip scales. It is the larger of two
@@ -348,13 +348,13 @@ class Trajectory(Kept, Plotted):
         >>> bool(abs(increment.problem.value) < 1e-12), increment.residual < 1e-12
         (True, True)
         """
-        # Imported here, because cvxpy is slow to import, and paths do not need it.
-        from .increments.held import held_increment
+        from .increments import NewtonIncrement
 
         row = whole_number("number", number, least=1, most=len(self.time) - 1)
         bonded = self.bonded_q[row], self.bonded_p[row]
         after = self.slip[row], np.maximum(self.gap[row], 0.0)
-        return held_increment(self.system, self.friction, self.slip[row - 1], bonded, after, form)
+        engine = NewtonIncrement(self.system, self.friction)
+        return engine.held(self.slip[row - 1], bonded, after, form)
 
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case, see `ContactSystem.displacements`.

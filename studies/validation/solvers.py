@@ -13,13 +13,13 @@ import os
 import pickle
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, Literal
 
 import cvxpy as cp
 import numpy as np
@@ -140,18 +140,19 @@ def problems(parameters: Parameters, unit: float) -> dict[str, PrintedProblem]:
         "safe slip": PrintedProblem(margin.problem, margin.margin),
         "critical node": PrintedProblem(guaranteed.problem, guaranteed.load_factor),
         "gross slip": PrintedProblem(sliding_load.problem, sliding_load.load_factor),
-        "increment, plane": _increment(plane, fo.increments.FrozenBoundIncrement, "Q", "u"),
-        "increment, space": _increment(space, fo.increments.FrozenBoundIncrement, "Qx", "u"),
-        "increment, booleans": _increment(few, fo.increments.ExactIncrement, "Q", "slip_step"),
+        "increment, plane": _increment(plane, "qp", "Q", "u"),
+        "increment, space": _increment(space, "qp", "Qx", "u"),
+        "increment, booleans": _increment(few, "milp", "Q", "slip_step"),
     }
 
 
 def _increment(
-    system: fo.ContactSystem, method: Callable[..., Any], shear: str, variable: str
+    system: fo.ContactSystem, form: Literal["qp", "milp"], shear: str, variable: str
 ) -> PrintedProblem:
     """The program of an increment from no slip, pressed and sheared; its answer is a motion."""
     load = system.reaction({"P": 1.0, shear: 0.4})
-    increment = method(system, 0.5).solve(np.zeros(system.slip_shape), load)
+    slip = np.zeros(system.slip_shape)
+    increment = fo.increments.NewtonIncrement(system, 0.5).solve(slip, load, form)
     motion = np.array(increment.problem.var_dict[variable].value)
     return PrintedProblem(increment.problem, motion, variable)
 

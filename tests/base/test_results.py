@@ -140,12 +140,11 @@ OF_PROGRAMS = [
     "SafeSlip",
     "RequiredFriction",
     "SafeRegion",
-    "Increment",
     "Design",
 ]
 
 
-@pytest.mark.parametrize("kind", ["SteadyState", "Trajectory", *OF_PROGRAMS])
+@pytest.mark.parametrize("kind", ["SteadyState", "Trajectory", "Increment", *OF_PROGRAMS])
 def test_every_result_has_a_record(kind):
     result = answer(kind)
     record = result.record

@@ -165,8 +165,7 @@ def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
         fo.steady_state(punch, fo.LoadCycle({"P": -0.5}, [{"P": -0.5}]), 0.5, 1.0)
 
 
-@pytest.mark.parametrize("engine", ["newton", "qp"])
-def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
+def test_increments_that_end_at_a_slide_name_it_and_its_forces():
     """The error of increments that end at a slide names the slide and its forces.
 
     Only friction holds two nodes along x and y. They are pressed by 1 each, and pulled along (0.6,
@@ -180,10 +179,10 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     slide_message = r"slides as a whole: the load at the corner \(Q = \+1\) has the shear force 1\.5 along \(-0\.6, -0\.8, 0\), above f P = 1;"
     with pytest.raises(fo.NoContinuation, match=slide_message):
-        fo.march(apart, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
+        fo.march(apart, cycle, 0.5, 0.75, cycles=1, steps=4)
     increment_message = r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
     with pytest.raises(fo.SolverError, match=increment_message):
-        fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
+        fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4)
     held = fo.ContactSystem(free.S + np.eye(6), free.points, loads)
     assert fo.march(held, cycle, 0.5, 0.75, cycles=1, steps=4).slip.any()
 

@@ -74,10 +74,7 @@ def status_sense(kind):
     return {FORWARD: 1.0, OFF_FORWARD: 1.0, BACKWARD: -1.0, OFF_BACKWARD: -1.0}.get(kind, 0.0)
 
 
-@pytest.mark.parametrize(
-    "engine", [fo.increments.NewtonIncrement, fo.increments.FrozenBoundIncrement]
-)
-def test_increments_are_those_that_trying_all_statuses_finds(engine):
+def test_increments_are_those_that_trying_all_statuses_finds():
     """Increments agree with a trial of all statuses.
 
     The random coupled contacts have one to three nodes, some without a strength, some with gaps.
@@ -90,7 +87,7 @@ def test_increments_are_those_that_trying_all_statuses_finds(engine):
         slip = 0.3 * rng.normal(size=n)
         load = np.r_[rng.normal(size=n), rng.normal(size=n) + 1.0]
         states = enumerated(system, 0.4, slip, load)
-        found = engine(system, 0.4).solve(slip, parted(load, 2))
+        found = fo.increments.NewtonIncrement(system, 0.4).solve(slip, parted(load, 2))
         state = np.r_[found.slip, found.gap, found.q, found.p]
         assert min(np.abs(state - other).max() for other in states) < 1e-8 and found.residual < 1e-9
         kinds += [
@@ -484,10 +481,8 @@ def test_a_report_leaves_out_what_does_not_know_it():
     (lambda s: fo.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
     (lambda s: fo.limit_after_protocol(fo.shakedown_limit(s, PUSHES, 0.5), start="worst"), "does not know"),
     (lambda s: fo.worn_in(s, PUSHES, 0.5, 1.0), "shear strength"),
-    (lambda s: fo.march(s, PUSHES, 0.5, 1.0, engine="path"), "engine 'path' does not know"),
-    (lambda s: fo.march(s, PUSHES, 0.5, 1.0, engine="milp"), "engine 'milp' does not know"),
-    (lambda s: fo.increments.ExactIncrement(s, 0.5), "ExactIncrement does not know"),
-    (lambda s: fo.increments.complementarity_problem(s, 0.5, [0.0] * 6, s.reaction({"pressure": 1.0})), "does not know"),
+    (lambda s: fo.march(s, PUSHES, 0.5, 1.0, cycles=1).increment(1, "milp"), "form 'milp' does not know"),
+    (lambda s: fo.march(s, PUSHES, 0.5, 1.0, cycles=1).increment(1, "complementarity"), "does not know"),
     (lambda s: fo.shakedown_limit(s, PUSHES, 0.5, events=True), "shear strength; pass events=False"),
     (lambda s: replace(s, width=None).with_shear_strength(1.0), "width: not known"),
     (lambda s: s.with_shear_strength(0.0), "strength: 0.*> 0"),

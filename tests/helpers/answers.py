@@ -42,8 +42,8 @@ QUESTIONS = {
     "SafeRegion": lambda: fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),
     "FatigueBand": lambda: fo.fatigue_band(stresses_of(PAIR), CYCLE, 0.6, 0.3, planes=6),
     "FatigueLimit": lambda: fo.fatigue_limit(stresses_of(PAIR), CYCLE, 0.6, 0.1, planes=6),
-    "Increment": lambda: fo.increments.ExactIncrement(PAIR, 0.6).solve(
-        np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})
+    "Increment": lambda: fo.increments.NewtonIncrement(PAIR, 0.6).solve(
+        np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0}), form="milp"
     ),
     "SteadyState": lambda: fo.steady_state(*ASKED, 1.5),
     "ContactState": lambda: answer("SteadyState").state,

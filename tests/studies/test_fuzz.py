@@ -373,18 +373,18 @@ def test_the_oracles_see_a_wrong_increment_and_a_foreign_error():
     seed = next(
         s
         for s in range(0, 400, 8)
-        if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"]))
+        if any(f.compared for f in findings(random_case(s), ["increment"]))
     )
     with (
         told(
             "solve",
             lambda state: replace(state, q=2 * state.q + np.abs(state.p).max()),
-            of=fo.increments.FrozenBoundIncrement,
+            of=fo.increments.NewtonIncrement,
         ),
         told("march", lambda _: 1 / 0),
     ):
         outcomes = {f.check: f.result for f in findings(random_case(seed))}
-    assert outcomes["frozen-bound increment"] == outcomes["exact path"] == "wrong"
+    assert outcomes["increment"] == outcomes["exact path"] == "wrong"
 
 
 def test_the_study_counts_what_it_finds(tmp_path, capsys):

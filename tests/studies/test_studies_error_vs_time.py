@@ -165,10 +165,10 @@ def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
 def test_error_falls_with_the_square_of_the_increment(table):
     """Events fall anywhere within an increment, so the order is that of a fit, not of each
     doubling."""
-    qp = rows(table, "transient", method="frictopt, qp")
-    steps = qp["setting"].astype(int)
-    assert len(qp) == 4 and steps.max() == 8 * steps.min()
-    assert 1 < -np.polyfit(np.log(steps), np.log(qp["error"]), 1)[0] < 3
+    made = rows(table, "transient", method="frictopt, increments")
+    steps = made["setting"].astype(int)
+    assert len(made) == 4 and steps.max() == 8 * steps.min()
+    assert 1 < -np.polyfit(np.log(steps), np.log(made["error"]), 1)[0] < 3
 
 
 def test_printed_tables_name_machine_rivals_and_who_is_ahead(table, quick):

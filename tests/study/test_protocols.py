@@ -101,7 +101,7 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
         q, p = contact.bonded["mean"]
         contact = contact.with_bonded({"mean": (7 * q, p)})
         slip = fo.starts.assembled_slip(contact, CYCLE, 0.4)
-        one = fo.increments.ExactIncrement(contact, 0.4).solve(
+        one = fo.increments.NewtonIncrement(contact, 0.4).solve(
             np.zeros(4), contact.reaction({"mean": 1.0})
         )
         assert slip == pytest.approx(np.asarray(one.slip), abs=1e-5)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.cases import few
 from helpers.enumeration import admissible_states, distance, random_increment
 
 SLIDING = {n: np.r_[np.ones(n), np.zeros(n)][:, None] for n in (2, 3)}
@@ -27,51 +26,27 @@ def cases(seed, count, most_friction, rigid=None, loads=1):
             yield contact, friction, slip, load
 
 
-def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction():
-    """All engines find the only state below the critical friction.
+def test_exactly_one_state_is_found_below_the_critical_friction():
+    """The only state below the critical friction is found.
 
     The reference is an enumeration on 120 coupled increments, with gaps, separation and closing.
     """
-    opened = slipped = failed = 0
-    engines = {}
+    opened = slipped = 0
     for contact, friction, slip, load in cases(0, 30, 0.6, loads=4):
         states = admissible_states(contact, friction, slip, load)
         assert len(states) == 1
-        if id(contact) not in engines:
-            engines = {
-                id(contact): [
-                    engine(contact, friction)
-                    for engine in (
-                        fo.increments.ExactIncrement,
-                        fo.increments.NewtonIncrement,
-                        fo.increments.FrozenBoundIncrement,
-                    )
-                ]
-            }
-        exact, newton, frozen = engines[id(contact)]
-        found = exact.solve(slip, load)
+        found = fo.increments.NewtonIncrement(contact, friction).solve(slip, load)
         assert distance(states, found) < 1e-9 and found.residual < 1e-9
-        assert found.record.attempts[0].solver == "HIGHS_MIP"
-        assert distance(states, newton.solve(slip, load)) < 1e-9
         opened = opened + (found.gap > 0).any()
         slipped = slipped + (np.abs(found.status) == 1).any()
-        try:
-            by_sweeps = frozen.solve(slip, load)
-        except fo.SolverError as error:
-            assert "did not converge" in str(error)
-            failed += 1
-        else:
-            assert distance(states, by_sweeps) < 1e-9 and by_sweeps.residual < 1e-9
-            assert (by_sweeps.status == found.status).all()
     assert opened > 15 and slipped > 30
-    assert failed <= 2
 
 
 def test_one_of_several_states_is_found():
     several = one = 0
     for contact, friction, slip, load in cases(3, 60, 8.0):
         states = admissible_states(contact, friction, slip, load)
-        found = fo.increments.ExactIncrement(contact, friction).solve(slip, load)
+        found = fo.increments.NewtonIncrement(contact, friction).solve(slip, load)
         assert distance(states, found) < 1e-9
         several, one = several + (len(states) > 1), one + (len(states) == 1)
     assert several >= 3 and one >= 30
@@ -79,8 +54,7 @@ def test_one_of_several_states_is_found():
 
 @pytest.mark.parametrize(
     ("rigid", "count"),
-    # where a free body has no state, the program takes a second to tell
-    [(LIFTING, 40), (FREE, few(40, 18))],
+    [(LIFTING, 40), (FREE, 40)],
     ids=["lifting", "free"],
 )
 def test_bodies_that_only_their_load_holds(rigid, count):
@@ -92,7 +66,7 @@ def test_bodies_that_only_their_load_holds(rigid, count):
     for contact, friction, slip, load in cases(4, count, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)
         try:
-            state = fo.increments.ExactIncrement(contact, friction).solve(slip, load)
+            state = fo.increments.NewtonIncrement(contact, friction).solve(slip, load)
         except (fo.NoContinuation, fo.SolverError):
             assert len(states) == 0
             none += 1

@@ -1,7 +1,6 @@
 """The cvxpy problems of increments.
 
-The tests cover names, DPP, the fall-back, convergence, printing, the complementarity form, and
-wedging of one node.
+The tests cover names, printing, the complementarity form, and wedging of one node.
 """
 
 import inspect
@@ -20,18 +19,20 @@ from frictopt.base import SolveRecord
 from frictopt.solve import by_cvxpy
 from frictopt.solve import solvers as policy
 from frictopt.solve.problem import Problem, printed_as
-from frictopt.transients.increments import by_booleans
 from frictopt.transients.increments import (
     programs as listings,
 )
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
-from helpers.enumeration import admissible_states, distance, random_increment
-from helpers.liars import lying_by_cvxpy as lying
+from helpers.enumeration import admissible_states, random_increment
 from helpers.spatial import random_contact
-from helpers.systems import explained, random_system, system
+from helpers.systems import explained, random_system
 
 CONTACT, FRICTION, SLIP, LOAD = random_increment(np.random.default_rng(3), 3, 0.6)
+
+
+def solved(contact, friction, slip, load, form=None):
+    return fo.increments.NewtonIncrement(contact, friction).solve(slip, load, form)
 
 
 def names(problem):
@@ -42,15 +43,15 @@ def names(problem):
 
 def test_problems_are_dpp_and_named():
     contact = random_system(np.random.default_rng(0), 3)
-    frozen, exact = (
-        fo.increments.FrozenBoundIncrement(contact, 0.5).problem,
-        fo.increments.ExactIncrement(contact, 0.5).problem,
-    )
     load = np.zeros(3), np.ones(3)
-    pairs = fo.increments.complementarity_problem(contact, 0.5, np.zeros(3), load).problem
+    frozen, exact, pairs = (
+        solved(contact, 0.5, np.zeros(3), load, form).problem
+        for form in ("qp", "milp", "complementarity")
+    )
     space = random_contact(np.random.default_rng(0), 3)
+    in_space = solved(space, 0.5, np.zeros((3, 2)), (np.zeros((3, 2)), np.ones(3)), "qp").problem
     assert frozen.is_dpp() and exact.is_dpp()
-    for problem in (frozen, exact, pairs, fo.increments.FrozenBoundIncrement(space, 0.5).problem):
+    for problem in (frozen, exact, pairs, in_space):
         assert all(constraint.label for constraint in problem.constraints)
         # It prints names, and not the atoms of cvxpy.
         printed = str(problem)
@@ -74,10 +75,7 @@ def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
         unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap
     )
     load = (unit * LOAD[0], unit * LOAD[1])
-    found, frozen = (
-        engine(contact, FRICTION).solve(SLIP, load)
-        for engine in (fo.increments.ExactIncrement, fo.increments.FrozenBoundIncrement)
-    )
+    found, frozen = (solved(contact, FRICTION, SLIP, load, form) for form in ("milp", "qp"))
     motions = np.concatenate([frozen.slip - SLIP, frozen.gap])
     for problem, state in ((found.problem, found), (frozen.problem, frozen)):
         assert problem.value == problem.objective.value and problem.status == "optimal"
@@ -94,17 +92,6 @@ def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
     assert problem.solve(solver="CLARABEL") == pytest.approx(value, rel=1e-6)
     assert problem.var_dict["u"].value == pytest.approx(motions, abs=1e-5)
     assert problem.constraints[0].dual_value == pytest.approx(frozen.p, abs=1e-5 * unit)
-
-
-def test_the_record_names_newtons_steps():
-    record = fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).record
-    assert [attempt.solver for attempt in record.attempts] == [
-        "OSQP",
-        "NEWTON",
-    ]
-    assert record.solver == "NEWTON"
-    assert record.attempts[0].residual > 1e-6
-    assert record.residual == record.attempts[1].residual < 1e-9
 
 
 @pytest.mark.parametrize("sigma", [2.2, 4.0])
@@ -129,7 +116,7 @@ def test_osqp_alone_finds_the_state(punch, sigma):
         solver.update(q=np.concatenate([q, p, bound]))
         u = solver.solve(raise_error=True).x[: 2 * n]
         bound = f * np.maximum(p + contact.S[n:] @ u, 0.0)
-    found = fo.increments.FrozenBoundIncrement(contact, f).solve(np.zeros(n), (q, p))
+    found = solved(contact, f, np.zeros(n), (q, p))
     assert u == pytest.approx(np.r_[found.slip, found.gap], abs=1e-7 * np.abs(u).max())
     assert 0 < np.count_nonzero(found.status) < n
 
@@ -202,38 +189,18 @@ def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
     """
     for seed in range(8):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
-        posed = fo.increments.complementarity_problem(contact, friction, slip, load)
-        motions, slacks = (row.args[1] for row in posed.problem.constraints)
+        posed = solved(contact, friction, slip, load, "complementarity").problem
+        motions, slacks = (row.args[1] for row in posed.constraints)
         moves = cp.Variable(9, boolean=True)
         cp.Problem(
             cp.Minimize(0),
-            [*posed.problem.constraints, motions <= 100 * moves, slacks <= 100 * (1 - moves)],
+            [*posed.constraints, motions <= 100 * moves, slacks <= 100 * (1 - moves)],
         ).solve(solver="HIGHS")
-        assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-6)
+        assert posed.objective.value == pytest.approx(0.0, abs=1e-6)
         (v, w, _, _) = admissible_states(contact, friction, slip, load)[0]
         z = motions.value
         assert slip + z[:3] - z[3:6] == pytest.approx(v, abs=1e-5)
         assert z[6:] == pytest.approx(w, abs=1e-5)
-
-
-def test_the_next_solver_answers_where_one_fails(monkeypatch):
-    lying(monkeypatch, lambda _, name: "stopped" if name in {"OSQP", "CLARABEL_DIRECT"} else None)
-    found = fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
-    assert [attempt.solver for attempt in found.record.attempts[:3]] == [
-        "OSQP",
-        "CLARABEL_DIRECT",
-        "CLARABEL",
-    ]
-    assert distance(admissible_states(CONTACT, FRICTION, SLIP, LOAD), found) < 1e-9
-
-
-def test_sweeps_converge_to_the_state():
-    # The first of these that needs more than two.
-    contact, friction, slip, load = random_increment(np.random.default_rng(245), 3, 0.8)
-    found = fo.increments.FrozenBoundIncrement(contact, friction).solve(slip, load)
-    assert found.steps > 1
-    assert found.residual < 1e-9
-    assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
 def test_slip_along_its_friction_is_no_state():
@@ -253,107 +220,20 @@ def test_slip_along_its_friction_is_no_state():
     assert wrong.u[0] < 0 and posed.result(wrong, SolveRecord()).residual > 0.3
 
 
-def assert_a_state_by_newton():
-    """The exact increment answers with the only admissible state.
-
-    The problem holds it, too, and the answer says that Newton's method found it.
-    """
-    found = fo.increments.ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
-    states = admissible_states(CONTACT, FRICTION, SLIP, LOAD)
-    assert len(states) == 1 and distance(states, found) < 1e-9 and found.record.solver == "NEWTON"
-    assert max(constraint.violation().max() for constraint in found.problem.constraints) < 1e-9
-    assert np.array_equal(found.problem.var_dict["p"].value, found.p)
-
-
-def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
-    solvers = []
-    lying(
-        monkeypatch,
-        lambda _, name: (
-            solvers.append(name) or ("infeasible" if name.startswith("HIGHS") else None)
-        ),
-    )
-    assert_a_state_by_newton()
-    assert [name for name in solvers if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
-
-
-@pytest.mark.parametrize("reach", [1e2, 1e7, 1e9])
-def test_large_motions_and_a_large_reach_hide_no_state(reach):
-    """Large motions and a large reach hide no state.
-
-    The tolerance of the booleans is larger than the motions: in one case a node opens far away, in
-    the other the motions of three nodes are small.
-    """
-    S = np.array(
-        [[3.774851562958601, -8.035512969077057], [-8.035512969077057, 18.815129556725918]]
-    )
-    push = np.array([-85368.67112905, 1.48125721])
-    node = fo.ContactSystem(S, [[0.0, 0.0]], {"P": [0.0, 1.0]})
-    far = fo.increments.ExactIncrement(node, 1.6078499510582633, reach=reach).solve(
-        [0.0], (push[:1], push[1:])
-    )
-    # Open: no force.
-    assert np.r_[far.slip, far.gap] == pytest.approx(np.linalg.solve(S, -push))
-    assert far.gap[0] > 0
-    rng = np.random.default_rng(1)
-    for _ in range(102):  # the last one of these has small motions
-        n = int(rng.integers(1, 4))
-        root = rng.standard_normal((2 * n, 2 * n))
-        friction = float(rng.uniform(0.2, 3))
-        q = rng.standard_normal(n)
-        p = rng.standard_normal(n) + 0.3
-    three = fo.ContactSystem(
-        root @ root.T + 0.05 * np.eye(2 * n),
-        np.c_[np.arange(float(n)), np.zeros(n)],
-        {"P": np.r_[np.zeros(n), np.ones(n)]},
-    )
-    found = fo.increments.ExactIncrement(three, friction, reach=reach).solve(np.zeros(n), (q, p))
-    assert distance(admissible_states(three, friction, np.zeros(n), (q, p)), found) < 1e-9
-
-
-def test_a_solver_that_stops_is_no_proof(monkeypatch):
-    lying(monkeypatch, lambda problem, name: "stopped")
-    with pytest.raises(fo.SolverError, match=r"mixed-integer program: no answer.*stopped"):
-        fo.increments.ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
-
-
-@pytest.mark.parametrize("push", [1.5, 15.0])
-def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
-    """States beyond the reach are not ruled out.
-
-    A = 0.01, B = 0, and friction 1 holds 1 of the load, so that the node slips by 100 (load - 1),
-    in units of p / C. Newton's method finds this state.
-    """
-    contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
-    monkeypatch.setattr(
-        by_booleans,
-        "newton",
-        lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0),
-    )
-    load = ([push], [1.0])
-    found = fo.increments.ExactIncrement(contact, 1.0).solve([0.0], load)
-    assert found.slip == pytest.approx([-100 * (push - 1)])
-    assert fo.increments.ExactIncrement(contact, 1.0, reach=10.0).solve(
-        [0.0], load
-    ).slip == pytest.approx(found.slip)
-    needed = 100 * (push - 1) * contact.stiffness_scale / push
-    with pytest.raises(fo.SolverError, match="give a larger reach than"):
-        fo.increments.ExactIncrement(contact, 1.0, reach=needed * (1 + 1e-6)).solve([0.0], load)
-    assert fo.increments.ExactIncrement(contact, 1.0, reach=1.01 * needed).solve(
-        [0.0], load
-    ).slip == pytest.approx(found.slip)
-
-
 @pytest.mark.parametrize("coupling", [0.0, 0.4])
 def test_complementarity_is_refused_where_it_is_not_convex(coupling):
     contact = random_system(np.random.default_rng(0), 3, coupling=coupling)
-    posed = fo.increments.complementarity_problem(
-        contact, 0.5, np.zeros(3), ([1.0, 0.0, -1.0], [1.0, 1.0, 1.0])
-    )
-    assert np.linalg.eigvalsh(posed.matrix + posed.matrix.T)[0] < -1e-3
-    assert not posed.problem.is_dcp()
+    load = [1.0, 0.0, -1.0], [1.0, 1.0, 1.0]
+    posed = solved(contact, 0.5, np.zeros(3), load, "complementarity").problem
+    matrix = matrix_of(posed)
+    assert np.linalg.eigvalsh(matrix + matrix.T)[0] < -1e-3
+    assert not posed.is_dcp()
     with pytest.raises(cp.DCPError):
-        posed.problem.solve()
+        posed.solve()
+
+
+def matrix_of(problem):
+    return next(constant.value for constant in problem.constants() if constant.name() == "M")
 
 
 def test_complementarity_matrix_is_the_law():
@@ -363,11 +243,11 @@ def test_complementarity_matrix_is_the_law():
     """
     for seed in range(20):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
-        posed = fo.increments.complementarity_problem(contact, friction, slip, load)
+        posed = solved(contact, friction, slip, load, "complementarity").problem
         v, w, _, _ = admissible_states(contact, friction, slip, load)[0]
         dv = v - slip
         z = np.r_[np.maximum(dv, 0), np.maximum(-dv, 0), w]
-        slack = posed.matrix @ z + posed.constant
+        slack = matrix_of(posed) @ z + posed.param_dict["c"].value
         assert slack.min() > -1e-9 and np.abs(z * slack).max() < 1e-9
         A, B, C = contact.A, contact.B, contact.C
         f = friction[:, None]
@@ -376,16 +256,14 @@ def test_complementarity_matrix_is_the_law():
             [-(A - f * B), A - f * B, -B.T + f * C],
             [B, -B, C],
         ]
-        assert posed.matrix == pytest.approx(np.block(rows))
-        posed.problem.var_dict["z"].save_value(z)
-        assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-9)
-        assert all(constraint.value(1e-9) for constraint in posed.problem.constraints)
+        assert matrix_of(posed) == pytest.approx(np.block(rows))
+        assert posed.objective.value == pytest.approx(0.0, abs=1e-9)
+        assert posed.var_dict["z"].value == pytest.approx(z, abs=1e-9)
+        assert all(constraint.value(1e-9) for constraint in posed.constraints)
 
 
 def test_explain():
-    frozen = fo.increments.FrozenBoundIncrement(CONTACT, FRICTION)
-    exact = fo.increments.ExactIncrement(CONTACT, FRICTION)
-    printed = explained(frozen.solve(SLIP, LOAD))
+    printed = explained(solved(CONTACT, FRICTION, SLIP, LOAD, "qp"))
     assert all(
         part in printed
         for part in (
@@ -398,7 +276,7 @@ def test_explain():
             "3 of 3 rows bind",
         )
     )
-    printed = explained(exact.solve(SLIP, LOAD))
+    printed = explained(solved(CONTACT, FRICTION, SLIP, LOAD, "milp"))
     assert all(
         part in printed
         for part in (
@@ -411,23 +289,17 @@ def test_explain():
             "rows bind",
         )
     )
-    posed = fo.increments.complementarity_problem(CONTACT, FRICTION, SLIP, LOAD)
-    assert all(part in str(posed.problem) for part in ("motions", "slacks"))
-    assert fo.increments.NewtonIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem is None
+    posed = solved(CONTACT, FRICTION, SLIP, LOAD, "complementarity").problem
+    assert all(part in str(posed) for part in ("motions", "slacks"))
+    assert solved(CONTACT, FRICTION, SLIP, LOAD).problem is None
 
 
 def test_cvxpy_is_asked_with_every_option_accepted():
     """A misspelt option would be an error of the solver, and a silent fall-back."""
     x = cp.Variable(2, name="x")
     smooth = cp.Problem(cp.Minimize(cp.sum_squares(x - 1)), [x >= 0])
-    for name in policy.OPTIONS.keys() - set(policy.MILP_SOLVERS):
+    for name in policy.OPTIONS:
         assert by_cvxpy._run(smooth, name) == "optimal"
-    whole = cp.Variable(2, boolean=True)
-    for name in policy.MILP_SOLVERS:
-        assert (
-            by_cvxpy._run(cp.Problem(cp.Maximize(cp.sum(whole)), [cp.sum(whole) <= 1.5]), name)
-            == "optimal"
-        )
 
 
 def states_of(A, B, C, friction, q, p, slip):

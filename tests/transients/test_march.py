@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.systems import CYCLE, random_system, system
+from helpers.systems import CYCLE, system
 
 IN_THREADS = """
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +16,7 @@ import frictopt as fo
 from helpers.systems import CYCLE, random_system
 contact = random_system(np.random.default_rng(3), 3)
 with ThreadPoolExecutor(4) as threads:
-    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=2, engine="qp", steps=5, progress=False) for _ in range(8)]
+    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=2, steps=5, progress=False) for _ in range(8)]
     assert len({path.result().slip.tobytes() for path in made}) == 1
 print("said afterwards", flush=True)
 """
@@ -85,11 +85,8 @@ def test_one_node_through_a_cycle_by_hand():
     assert slipping.min() == pytest.approx(1.5)
 
 
-@pytest.mark.parametrize(
-    ("engine", "steps"),
-    [("path", None), ("newton", 1), ("newton", 3), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)],
-)
-def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
+@pytest.mark.parametrize("steps", [None, 1, 3])
+def test_a_node_that_slips_only_while_it_is_open_does_no_work(steps):
     """A node that moves only while it is open dissipates no work.
 
     Under pressure alone it sticks. The gap drags it sideways through B while it touches nothing, by
@@ -102,19 +99,11 @@ def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
         0.5,
         1.0,
         cycles=2,
-        engine=engine,
         steps=steps,
     )
     assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2))
     assert path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
     assert not path.work.any()
-
-
-def test_the_exact_path_has_no_steps():
-    with pytest.raises(fo.ModelError, match="steps: 10; the exact path has no increments"):
-        fo.march(
-            random_system(np.random.default_rng(0), 3), CYCLE, 0.3, 1.0, engine="path", steps=10
-        )
 
 
 def test_increments_in_threads_leave_the_output_of_the_process_alone():
@@ -145,7 +134,6 @@ def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
         0.5,
         1.0,
         cycles=2,
-        engine="qp",
         steps=1,
     )
     assert path.cycle_work[-1] == pytest.approx([2 * 0.5 * 0.4, 0.0], rel=1e-6)

@@ -154,7 +154,7 @@ def test_a_start_too_far_for_the_loads_to_be_seen_is_refused_and_one_that_is_not
         ):
             fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction)
         with pytest.raises(fo.ModelError, match="initial_slip: it stresses the contact"):
-            fo.march(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction, engine="qp", steps=1)
+            fo.march(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction, steps=1)
         with pytest.raises(fo.ModelError, match="overload: it stresses the contact"):
             fo.steady_state(contact, CYCLE, 0.3, 0.5, overload=size)
 

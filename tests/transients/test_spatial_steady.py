@@ -156,15 +156,7 @@ TURNING = fo.LoadCycle({"mean": 1.0}, [{"a": 0.1}, {"a": 0.1}], fixed=[{"b": 0.1
         lambda: fo.guaranteed_limit(random_contact(np.random.default_rng(4), 3), TURNING, 0.5),
         "cycle: its fixed parts differ, and the contact is in space",
     ),
-    (
-        lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"),
-        "engine: 'path'.*the friction bound in space is a circle",
-    ),
     (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
-    (
-        lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"),
-        "engine: 'milp'.*the friction bound in space is a circle",
-    ),
     (
         lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0),
         "mean: the mean load has no normal reactions",

@@ -76,7 +76,7 @@ def test_random_contacts_go_on_from_any_state(seed):
 
 def test_increments_go_on_from_a_state(rounded, paper_cycle, whole):
     state = whole.state_at(int(np.flatnonzero(whole.time == 3)[-1]))
-    options = {"initial_state": state, "cycles": 1, "engine": "qp", "steps": 3}
+    options = {"initial_state": state, "cycles": 1, "steps": 3}
     assert (
         np.abs(fo.march(rounded, paper_cycle, 0.6, 1.5, **options).slip[-1] - whole.slip[-1]).max()
         < 1e-2 * np.abs(whole.slip[-1]).max()

@@ -101,7 +101,6 @@ def test_work_under_a_pressure_that_grows_while_the_node_slips(steps):
     loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0, "P": 1.0}])
-    engine = "path" if steps is None else "newton"
-    path = fo.march(contact, cycle, 0.5, 1.0, cycles=1, engine=engine, steps=steps)
+    path = fo.march(contact, cycle, 0.5, 1.0, cycles=1, steps=steps)
     first, second = (np.flatnonzero(path.time == corner)[-1] for corner in (1, 2))
     assert path.work[second, 0] - path.work[first, 0] == pytest.approx(0.75 * 1.5, rel=1e-12)

@@ -1,23 +1,14 @@
 """An increment of friction.
 
-By sweeps and Newton's method (`by_newton.py`), and as cvxpy problems to print and solve
-(`programs.py`, `by_booleans.py`): frozen bound, booleans, complementarity. `held.py` puts the
-states of a path into these problems.
+By sweeps (`sweeps.py`) and Newton's method (`newton.py`): `by_newton.py` has the solver,
+`increment.py` its question and its result. `programs.py` has the same increment as cvxpy problems
+to print and solve: frozen bound, booleans, complementarity.
 """
 
-from .by_booleans import ExactIncrement
 from .by_newton import NewtonIncrement
 from .increment import Increment
-from .programs import ComplementarityProblem, FrozenBoundIncrement, complementarity_problem
 
-__all__ = [
-    "ComplementarityProblem",
-    "ExactIncrement",
-    "FrozenBoundIncrement",
-    "Increment",
-    "NewtonIncrement",
-    "complementarity_problem",
-]
+__all__ = ["Increment", "NewtonIncrement"]
 
 
 def __dir__() -> list[str]:

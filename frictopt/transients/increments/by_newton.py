@@ -1,13 +1,13 @@
-"""A friction increment by sweeps over the nodes and Newton's method: the quick way."""
+"""A friction increment by sweeps over the nodes and Newton's method."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.linalg.lapack import dpocon
 
@@ -21,18 +21,25 @@ from ...base import (
     SolveRecord,
     warns_of_odd_values,
 )
-from ...contact import ContactSystem, joined, parted
+from ...contact import (
+    ContactSystem,
+    checked_system,
+    contact_law,
+    friction_coefficients,
+    joined,
+    parted,
+)
 from ...errors import SolverError
-from ..transient import OPEN
-from .increment import FrictionIncrement, Increment, Posed, force_scale, sizes_of
+from ..statics import check_sliding, motions_of_bodies
+from ..transient import HOLD, OPEN
+from .increment import Increment, Posed, force_scale, sizes_of
 from .newton import Law, State, newton
-from .programs import FrozenBoundIncrement
 from .sweeps import increment, reactions
 
 
 @dataclass(frozen=True)
-class QuickSettings:
-    """The numbers of the quick way."""
+class IncrementSettings:
+    """The numbers of an increment."""
 
     # Further open nodes are eliminated if they are more than this share of the nodes that remain:
     # the elimination of few takes longer than it saves.
@@ -41,8 +48,16 @@ class QuickSettings:
     scales: tuple[float, ...] = (1.0, 10.0, 0.1, 100.0, 0.01)
 
 
-_SETTINGS = QuickSettings()
+_SETTINGS = IncrementSettings()
 _NEWTON = SolveRecord("NEWTON")
+
+_MAY_SLIDE = (
+    "the body may slide or open as a whole, or friction is above the critical value there: {remedy}"
+)
+_SMALLER_STEPS = (
+    "try smaller load steps, or less friction (above the critical friction there may be no state, "
+    "or several)"
+)
 
 Moved = tuple[Array, Array, NDArray[np.int8]]
 """Motions `u = [v, w - g0]` and reactions, (M,), and status (N,)."""
@@ -51,8 +66,7 @@ Moved = tuple[Array, Array, NDArray[np.int8]]
 class _Nodes:
     """Nodes that move from increment to increment.
 
-    They have a dimensionless law and `sizes`, see `FrictionIncrement`, and the unit of their
-    stiffness.
+    They have a dimensionless law, the `sizes` of `sizes_of`, and the unit of their stiffness.
     """
 
     def __init__(self, law: Law, sizes: Array, gap: Array, unit: float) -> None:
@@ -105,14 +119,20 @@ class _Nodes:
 
 
 @warns_of_odd_values
-class NewtonIncrement(FrictionIncrement, _Nodes):
+class NewtonIncrement(_Nodes):
     """A friction increment by Gauss-Seidel sweeps over the nodes, then by Newton's method.
 
     The sweeps often reach the state to rounding; the solver of the record is then "SWEEPS".
     Otherwise Newton's method on the projected law begins where they end. If it does not converge,
-    it begins again without motion, and then with other constants of the projection. The last method
-    is a `FrozenBoundIncrement`. If several states obey the law (above the critical friction), one
-    of them is returned. Theory, eq. (4).
+    it begins again without motion, with several constants of the projection. If several states obey
+    the law (above the critical friction), one of them is returned. Theory, eq. (4).
+
+    Parameters
+    ----------
+    system
+        The contact.
+    friction
+        Coefficient of friction, one or one per node.
 
     Examples
     --------
@@ -125,10 +145,20 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
+    retries = True
+    """Whether increments in `along` that find no state at once are solved by themselves."""
+
     def __init__(self, system: ContactSystem, friction: PerNode) -> None:
-        FrictionIncrement.__init__(self, system, friction)
-        sizes = sizes_of(self.law.S, self._stiffness)
-        _Nodes.__init__(self, self.law, sizes, system.gap, system.stiffness_scale)
+        self.system = checked_system(system)
+        self.friction = friction_coefficients(friction, system)
+        self.contact_law = contact_law(system, self.friction)
+        # (t + 1, N) dimensionless stiffness of each direction of each node.
+        stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        S = system.S / system.stiffness_scale
+        # All directions of a node have one c and d. The constants are in the units of the caller.
+        augmentation = np.tile(stiffness.max(axis=0), (len(stiffness), 1))
+        law = Law(S, self.contact_law.slopes, self.contact_law.constants, augmentation)
+        super().__init__(law, sizes_of(S, stiffness), system.gap, system.stiffness_scale)
         # The last state u, and S u.
         self._stands: tuple[Array, Array] = np.empty(0), np.empty(0)
         # The nodes that remained in the last increment with an elimination.
@@ -136,11 +166,57 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
         # Nodes that landed while they were eliminated: they are never eliminated again.
         self._landed = np.zeros(system.nodes, dtype=bool)
 
-    def along(self, u: Array, loads: Sequence[Array]) -> Iterator[Moved]:
-        """States after several loads in turn, see `FrictionIncrement`.
+    def solve(
+        self,
+        slip: ArrayLike,
+        bonded: Sequence[ArrayLike],
+        form: Literal["qp", "complementarity", "milp"] | None = None,
+    ) -> Increment:
+        """Find a state to which the slip can move under a load.
 
-        Each increment begins with the reactions and gaps of the previous state. After sweeps have
-        failed once, open nodes are eliminated as long as they stay open.
+        Parameters
+        ----------
+        slip
+            Slip before the increment, (N,) in the plane, (N, 2) in space, length.
+        bonded
+            `(q^w, p^w)`, bonded reactions of the load after it, in the shape of `slip` and (N,):
+            force per depth in the plane, force in space.
+        form
+            The cvxpy problem of the result, whose variables hold the state, see
+            `Trajectory.increment`. None: the result has no problem.
+
+        Raises
+        ------
+        ModelError
+            Arrays that do not fit, or a form that the contact does not have.
+        NoContinuation
+            The load is beyond friction.
+        SolverError
+            No answer passes the check of the contact law. A state that obeys the law may exist.
+        """
+        posed = Posed(self, slip, bonded)
+        try:
+            found = self._solved(posed)
+        except SolverError:
+            check_sliding(self.system, self.friction, {"the load": joined(*posed.bonded)})
+            raise
+        return found if form is None else _in_form(posed, found, form)
+
+    def held(
+        self, slip: Array, bonded: Sequence[Array], after: tuple[Array, Array], form: str
+    ) -> Increment:
+        """The increment from a slip to a known slip and gap `after`, in a form of `solve`."""
+        posed = Posed(self, slip, bonded)
+        u = joined(after[0] - slip, after[1]) / posed.length
+        state = newton(posed.law, posed.trial, u, most=0)
+        return _in_form(posed, posed.result(state, _NEWTON), form)
+
+    def along(self, u: Array, loads: Sequence[Array]) -> Iterator[Moved]:
+        """Solve one increment after the other, for several loads (M,), from `u` (M,) on.
+
+        Yields `u = [v, w - g0]` (M,), reactions (M,) and status (N,) after each load. Raises the
+        errors of `solve`. Each increment begins with the reactions and gaps of the previous state.
+        After sweeps have failed once, open nodes are eliminated as long as they stay open.
         """
         n, S = self.system.nodes, self.system.S
         for load in loads:
@@ -201,38 +277,35 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
         return joined(new.slip, new.gap - self._gap), joined(new.q, new.p), new.status
 
     def _solved(self, posed: Posed) -> Increment:
-        """The state by Newton's method from the end of sweeps; if that fails, see `_otherwise`."""
+        """The state by Newton's method from the end of sweeps, or from no motion."""
         state = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
         answer = posed.result(self._by_newton(posed.law, posed.trial, state.u), _NEWTON)
-        if answer.residual <= RESIDUAL:
-            return answer
-        return self._otherwise(posed, answer.residual)
-
-    def _otherwise(self, posed: Posed, residual: float) -> Increment:
-        """From no motion, with other c and d; last by frozen bounds.
-
-        `residual` is the smallest one so far. The c and d are those of nodes, then of directions.
-        """
-        tangents = np.tile(self._stiffness[:-1].mean(axis=0), (len(self._stiffness) - 1, 1))
-        of_directions = np.vstack([tangents, self._stiffness[-1]])
-        laws = posed.law, replace(posed.law, augmentation=of_directions)
+        residual = answer.residual
         no_motion = np.zeros_like(posed.trial)
-        for law, scale in product(laws, _SETTINGS.scales):
-            scaled = replace(law, augmentation=scale * law.augmentation)
-            answer = posed.result(newton(scaled, posed.trial, no_motion), _NEWTON)
-            if answer.residual <= RESIDUAL:
+        for scale in _SETTINGS.scales:
+            if residual <= RESIDUAL:
                 return answer
+            law = replace(posed.law, augmentation=scale * posed.law.augmentation)
+            answer = posed.result(newton(law, posed.trial, no_motion), _NEWTON)
             residual = min(residual, answer.residual)
-        try:
-            return FrozenBoundIncrement(self.system, self.friction)._solved(posed)
-        except SolverError:
-            raise SolverError(
-                f"friction increment: Newton's method leaves a residual of {residual:.1e} "
-                f"(tolerance {RESIDUAL:g}), and convex programs find no state either; "
-                f"{self._remedy}"
-            ) from None
+        if residual <= RESIDUAL:
+            return answer
+        remedy = _SMALLER_STEPS
+        if motions_of_bodies(self.system).size:
+            remedy = _MAY_SLIDE.format(remedy=HOLD)
+        raise SolverError(
+            f"friction increment: Newton's method leaves a residual of {residual:.1e} "
+            f"(tolerance {RESIDUAL:g}); {remedy}"
+        )
+
+
+def _in_form(posed: Posed, found: Increment, form: str) -> Increment:
+    # Imported here, because cvxpy is slow to import.
+    from .programs import in_form
+
+    return in_form(posed, found, form)
 
 
 class _Rest(_Nodes):

@@ -1,43 +1,24 @@
-"""A friction increment: the problem in dimensionless units, and the result of every solver."""
+"""A friction increment: the question in dimensionless units, and its result."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base import RESIDUAL, Array, PerNode, SolveRecord, Table, components, finite_array, frame
-from ...contact import (
-    ContactSystem,
-    checked_system,
-    contact_law,
-    friction_coefficients,
-    joined,
-    off_law,
-    parted,
-)
+from ...base import RESIDUAL, Array, SolveRecord, Table, components, finite_array, frame
+from ...contact import joined, off_law, parted
 from ...contact.given_parts import checked_pair
-from ...errors import SolverError
 from ...solve.explained import Explained
-from ..statics import check_sliding, motions_of_bodies
-from ..transient import HOLD, OPEN
-from .newton import Law, State, newton
+from ..transient import OPEN
+from .newton import State
 
 # A mean normal force below this share of the largest reaction is no scale: errors are as large.
 _NO_FORCE = RESIDUAL
-
-_MAY_SLIDE = (
-    "the body may slide or open as a whole, or friction is above the critical value there: {remedy}"
-)
-_SMALLER_STEPS = (
-    "try smaller load steps, or less friction (above the critical friction there may be no state, "
-    "or several)"
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,13 +38,13 @@ class Increment(Explained):
     status
         (N,) 0 sticks, 2 is open; slips: +1 along +x and -1 against it in the plane, 1 in space.
     steps
-        Number of Newton steps, or of solved programs with frozen friction bound.
+        Number of Newton steps.
     record
         How it was found. Its `residual`, at most 1e-9, is the largest violation of the contact law,
         relative to the slip before the increment.
     problem
-        The cvxpy problem, in the units of the contact, with the answer as its values; None for
-        Newton's method. A later solve by the same object overwrites its values.
+        The cvxpy problem of the `form` of the call, in the units of the contact, with the answer as
+        its values; None without a form.
 
     Examples
     --------
@@ -85,8 +66,8 @@ class Increment(Explained):
     status: NDArray[np.int8]
     steps: int
     record: SolveRecord
-    problem: Any = field(repr=False)
-    _title: str = field(repr=False)
+    problem: Any = field(default=None, repr=False)
+    _title: str = field(default="friction increment", repr=False)
 
     def to_frame(self) -> Table:
         """A row for each node: node, slip, gap, q, p, status; in space slip1, slip2, q1, q2."""
@@ -143,12 +124,11 @@ class Posed:
     """An increment in units of the mean normal force and of the slip that this force makes.
 
     The unknowns are `u = [dv, w]`, slip since `slip` and total gap. The reactions are `[q, p] =
-    trial + S u`. ModelError for arrays that do not fit.
+    trial + S u`. The `owner` is a `NewtonIncrement`, with the contact, its friction and its law.
+    ModelError for arrays that do not fit.
     """
 
-    def __init__(
-        self, owner: FrictionIncrement, slip: ArrayLike, bonded: Sequence[ArrayLike]
-    ) -> None:
+    def __init__(self, owner: Any, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:
         self._started = perf_counter()
         system = owner.system
         self.owner = owner
@@ -188,93 +168,4 @@ class Posed:
             )
             residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
         record = replace(how, residual=residual, seconds=perf_counter() - self._started)
-        return Increment(slip, gap, q, p, state.status, state.steps, record, None, owner._title)
-
-    def claim(self, u: Array, steps: int = 0) -> Increment:
-        """The state with dimensionless motions u, after at most `steps` Newton steps."""
-        return self.result(newton(self.law, self.trial, u, steps), SolveRecord("NEWTON"))
-
-
-class FrictionIncrement(ABC):
-    """Solver of friction increments of one contact.
-
-    Parameters
-    ----------
-    system
-        The contact.
-    friction
-        Coefficient of friction, one or one per node.
-    """
-
-    _title: ClassVar[str] = "friction increment"
-    retries = True
-    """Whether a method that fails in `along` tries further starts and methods."""
-
-    def __init__(self, system: ContactSystem, friction: PerNode) -> None:
-        self.system, self.friction = (
-            checked_system(system),
-            friction_coefficients(friction, system),
-        )
-        self._stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
-        """(t + 1, N) dimensionless stiffness of each direction of each node."""
-        S = system.S / system.stiffness_scale
-        self.contact_law = contact_law(system, self.friction)
-        augmentation = np.tile(self._stiffness.max(axis=0), (len(self._stiffness), 1))
-        self.law = Law(S, self.contact_law.slopes, self.contact_law.constants, augmentation)
-        """The dimensionless law.
-
-        All directions of a node have one c and d. The constants of the law are in the units of the
-        caller.
-        """
-
-    def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
-        """Find a state to which the slip can move under a load.
-
-        Parameters
-        ----------
-        slip
-            Slip before the increment, (N,) in the plane, (N, 2) in space, length.
-        bonded
-            `(q^w, p^w)`, bonded reactions of the load after it, in the shape of `slip` and (N,):
-            force per depth in the plane, force in space.
-
-        Raises
-        ------
-        ModelError
-            Arrays that do not fit.
-        NoContinuation
-            The load is beyond friction.
-        SolverError
-            No answer passes the check of the contact law. A state that obeys the law may exist.
-        """
-        posed = Posed(self, slip, bonded)
-        try:
-            return self._solved(posed)
-        except SolverError:
-            check_sliding(self.system, self.friction, {"the load": joined(*posed.bonded)})
-            raise
-
-    @property
-    def _remedy(self) -> str:
-        """Why there may be no state, and what to change."""
-        if motions_of_bodies(self.system).size:
-            return _MAY_SLIDE.format(remedy=HOLD)
-        return _SMALLER_STEPS
-
-    def along(
-        self, u: Array, loads: Sequence[Array]
-    ) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
-        """Solve one increment after the other, for several loads (M,), from `u` (M,) on.
-
-        Yields `u = [v, w - g0]` (M,), reactions (M,) and status (N,) after each load. Raises the
-        errors of `solve`.
-        """
-        axes = self.system.tangents + 1
-        for load in loads:
-            new = self.solve(parted(u, axes)[0], parted(load, axes))
-            u = joined(new.slip, new.gap - self.system.gap)
-            yield u, joined(new.q, new.p), new.status
-
-    @abstractmethod
-    def _solved(self, posed: Posed) -> Increment:
-        """The increment as posed, with an accepted residual."""
+        return Increment(slip, gap, q, p, state.status, state.steps, record)

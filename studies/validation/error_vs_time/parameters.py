@@ -33,13 +33,10 @@ class Parameters:
     overload: float = 1.4
     # Numbers of increments per segment.
     steps: tuple[int, ...] = (5, 10, 20, 40, 80)
-    milp_steps: tuple[int, ...] = (2, 5, 10)
     # Numbers of elements of the paper's scene for one increment.
     increment_elements: tuple[int, ...] = (24, 124, 500)
     # Tolerances of the solvers that iterate over frozen bounds.
     increment_tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-    # Complementarity with booleans takes over 10 s for 10 steps on 124 elements.
-    milp_elements: tuple[int, ...] = (16, 40)
     # Load factor of steady states, relative to the shakedown limit.
     steady_overload: float = 1.05
     # Numbers of cycles for a steady state without proof.
@@ -74,8 +71,6 @@ QUICK = Parameters(
     steps=(4, 8, 16, 32),
     increment_elements=(4,),
     increment_tolerances=(1e-3, 1e-6),
-    milp_steps=(2,),
-    milp_elements=(4,),
     steady_cycles=(1, 2, 4),
     reference_cycles=40,
     space_elements=(4,),

@@ -138,20 +138,9 @@ def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question
     def error(found: fo.increments.Increment) -> float:
         return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
 
-    methods = []
-    for engine, kind in (
-        ("newton", fo.increments.NewtonIncrement),
-        ("cones", fo.increments.FrozenBoundIncrement),
-    ):
-        methods.append(
-            Method(
-                "frictopt",
-                "engine",
-                engine,
-                partial(kind(system, parameters.friction).solve, before, bonded),
-                error,
-            )
-        )
+    increment = fo.increments.NewtonIncrement(system, parameters.friction)
+    solve = partial(increment.solve, before, bonded)
+    methods = [Method("frictopt", "engine", "newton", solve, error)]
     return Question("increment, 3-D", "slip", _name(scene), n, methods)
 
 

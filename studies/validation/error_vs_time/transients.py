@@ -11,7 +11,7 @@ import numpy as np
 
 import frictopt as fo
 from frictopt.transients.exact import ExactPath
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
+from frictopt.transients.increments import NewtonIncrement
 from studies.paper import LOADS
 from studies.validation.error_vs_time.exact import exact_increment
 from studies.validation.error_vs_time.frozen import FrozenBounds
@@ -92,11 +92,7 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
     march = partial(fo.march, system, LOADS, friction, factor, cycles=CYCLES)
     exact = last_work(march())
     methods = [Method("frictopt, exact path", "none", "events", march, _energy_error)]
-    for engine, counts in (
-        ("qp", parameters.steps),
-        ("milp", parameters.milp_steps if elements in parameters.milp_elements else ()),
-    ):
-        methods += in_steps(f"frictopt, {engine}", partial(march, engine=engine), counts, exact)
+    methods += in_steps("frictopt, increments", march, parameters.steps, exact)
     methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), CYCLES, exact)
     # The reference is the exact path. The error of the exact path is its largest energy
     # residual over the work.
@@ -194,44 +190,26 @@ def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: fl
     path, exact = posed(parameters, scene, overload)
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
-    engines = {
-        "frozen bounds (QP)": ("OSQP, Newton", FrozenBoundIncrement),
-        "newton": ("steps", NewtonIncrement),
-    }
 
     def error(found: Array) -> float:
         return float(np.abs(found - exact).max() / np.abs(exact - slip).max())
 
-    def ours(method: str, solver: str, engine: Any) -> Method:
-        return Method(
-            method,
-            "solver",
-            solver,
-            partial(engine.solve, slip, pair),
-            lambda made: error(made.slip),
-        )
-
     methods = [
-        ours(f"frictopt, {name}", way, engine(system, friction))
-        for name, (way, engine) in engines.items()
-    ]
-    methods.append(
+        Method(
+            "frictopt, newton",
+            "solver",
+            "steps",
+            partial(NewtonIncrement(system, friction).solve, slip, pair),
+            lambda made: error(made.slip),
+        ),
         Method(
             "frictopt, exact path",
             "none",
             "events",
             partial(_followed, path, before),
             lambda u: error(u[:n]),
-        )
-    )
-    if n <= max(parameters.milp_elements) + 1:
-        methods.append(
-            ours(
-                "frictopt, complementarity (MILP)",
-                "HIGHS, Newton",
-                ExactIncrement(system, friction),
-            )
-        )
+        ),
+    ]
     bare = FrozenBounds(system, friction)
     every = parameters.increment_tolerances
     for name, way, tolerances in (

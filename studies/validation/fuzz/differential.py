@@ -267,7 +267,7 @@ def _marched(scene: Scene) -> tuple[float, bool]:
 def _increments(scene: Scene) -> tuple[float, bool]:
     """Compare each state of the path with one increment from the state before.
 
-    Quadratic programs compute the increments. Only contacts of few nodes are compared, and one case
+    Only contacts of few nodes are compared, and one case
     in eight.
     """
     if scene.n > _FEW or scene.case.seed % 8:
@@ -291,7 +291,6 @@ def _increments(scene: Scene) -> tuple[float, bool]:
         1.0,
         initial_slip=path.slip[first],
         cycles=1,
-        engine="qp",
         steps=1,
     )
     for name in ("q", "p"):

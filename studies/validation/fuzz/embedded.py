@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 import frictopt as fo
-from frictopt.transients.increments import ExactIncrement
+from frictopt.transients.increments import NewtonIncrement
 from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.known import Missed, NotApplicable, Subject, Wrong, same
 from studies.validation.fuzz.searches import EVERY
@@ -234,8 +234,8 @@ def increment(subject: Embedded) -> Answered:
     slip = np.zeros(case.system.nodes) if case.start is None else case.start
     loads = {"mean": 1.0, "a": 0.3 * float(rng.normal()), "b": 0.3 * float(rng.normal())}
     load = case.system.reaction(loads)
-    plane = in_plane(ExactIncrement(case.system, f).solve, slip, load)
-    solid = fo.increments.NewtonIncrement(subject.solid, f).solve(
+    plane = in_plane(NewtonIncrement(case.system, f).solve, slip, load)
+    solid = NewtonIncrement(subject.solid, f).solve(
         slip[:, None] * subject.along, subject.solid.reaction(loads)
     )
     force = float(max(np.abs(plane.q).max(), np.abs(plane.p).max(), np.abs(load).max()))

@@ -108,7 +108,7 @@ class Arrays:
 
 def contacts(parameters: Parameters) -> Iterator[Contact]:
     """Limit and safe slip on each mesh, and an increment on the finest one."""
-    of_mesh = of_times.Parameters(increment_tolerances=parameters.tolerances, milp_elements=(0,))
+    of_mesh = of_times.Parameters(increment_tolerances=parameters.tolerances)
     for elements in parameters.elements:
         system = fo.scenes.PunchOnHalfPlane(elements=elements).condense(progress=False)
         limit = fo.shakedown_limit(system, LOADS, FRICTION, progress=False)

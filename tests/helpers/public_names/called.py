@@ -186,7 +186,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "load_factor": 0.5,
             "initial_slip": [[0.0, 0.1]],
             "cycles": 1,
-            "engine": "newton",
             "steps": 2,
         },
     ),
@@ -267,7 +266,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
-    "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
+    "march in increments": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "steps": 2}),
     "limit_after_protocol": (
         fo.limit_after_protocol,
         {
@@ -411,19 +410,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5},
     ),
     "worn_in": (fo.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),
-    "ExactIncrement": (fo.increments.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
-    "FrozenBoundIncrement": (
-        fo.increments.FrozenBoundIncrement,
-        {"system": CONTACT, "friction": FRICTION},
-    ),
-    "FrozenBoundIncrement.solve": (
-        fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve,
-        INCREMENT,
-    ),
-    "complementarity_problem": (
-        fo.increments.complementarity_problem,
-        {"system": CONTACT, "friction": FRICTION, **INCREMENT},
-    ),
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.starts.Start, {"family": "given", "name": "one"}),
     "SteadyState.fretting_table": (
