@@ -15,17 +15,17 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `ties.py` | faces that are glued for good |
 | `adjusting.py` | position tolerances: nodes moved onto the opposite face |
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
-| `bolts.py`, `load_sizes.py` | tightened bolts, and sizes of load cases |
-| `faces.py`, `clipping.py`, `normals.py` | facets, overlaps of faces, and normals |
+| `bolts.py` | tightened bolts |
+| `faces.py`, `normals.py` | facets, overlaps of faces, and normals |
 | `mortar.py` | nodes of one face joined to places on another |
 | `coincidence.py`, `touching.py` | which points coincide, and whether bodies touch unjoined |
-| `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases on them |
+| `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases |
 | `shared_corners.py` | corners of several contacts |
 | `condense.py`, `schur.py`, `rigid.py` | condensation, elimination, and free rigid motions |
-| `interface.py`, `guided_pairs.py` | pairs as unknowns, and pairs on planes of symmetry |
-| `matrix_checks.py`, `pair_checks.py` | checks of matrices, and of the order and sides of pairs |
+| `interface.py` | pairs as unknowns, also on planes of symmetry |
+| `matrix_checks.py` | checks of matrices, and of the order and sides of pairs |
 | `fields.py`, `recovery.py`, `modes.py` | displacements and stresses, and modes of vibration |
-| `pictures.py`, `load_pictures.py`, `grids.py` | drawing and export |
+| `pictures.py`, `grids.py` | drawing and export |
 """
 
 import lazy_loader

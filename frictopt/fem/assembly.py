@@ -31,8 +31,7 @@ from .contacts import Contact, contact_names, join_faces, normals_into
 from .couplings import Coupling, coupled
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .guided_pairs import guided_pairs, notes_on_held
-from .interface import Interface, openings
+from .interface import Interface, guided_pairs, notes_on_held, openings
 from .loads import Displacement
 from .mortar import Joint
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph

@@ -27,18 +27,18 @@ from ..contact import ContactSystem, runs
 from ..contact.frames import frames_of
 from ..errors import ModelError
 from .coincidence import coordinate_errors
-from .guided_pairs import guided_pairs
-from .interface import Interface, openings
+from .interface import Interface, guided_pairs, openings
 from .matrix_checks import (
     NumberedPoints,
     check_forgotten,
+    check_order,
+    check_sides,
     checked_gap,
     checked_normals,
     checked_pairs,
     checked_rows,
     checked_stiffness,
 )
-from .pair_checks import check_order, check_sides
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Factor, eliminate, nested_dissection
 

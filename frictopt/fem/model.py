@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar, get_args
 
 import numpy as np
+import skfem
 
 from ..base import (
     Array,
@@ -34,12 +36,11 @@ from .couplings import Coupling
 from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .fields import Recoverable
-from .incompressible import locking, naming_incompressible
-from .load_cases import Load, LoadCase, load_case
-from .load_sizes import load_sizes
+from .load_cases import Load, LoadCase, load_case, load_sizes
+from .matrix_checks import check_order
+from .mixed import MIXED
 from .modes import Vibrating
 from .mortar import Joint
-from .pair_checks import check_order
 from .products import products_of
 from .supports import Support
 from .ties import Tie
@@ -412,3 +413,46 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
 
 def _warn(text: str) -> None:
     warnings.warn(text, ModelWarning, stacklevel=5)  # the line that makes the model
+
+
+def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]:
+    """Warnings of bodies whose elements lock: they are too stiff, and limits are wrong.
+
+    From nu = 0.49 on, linear triangles deform at least a tenth less than they should.
+    """
+    if kinematics == "plane_stress":
+        return
+    for name, body in bodies.items():
+        nu = body.material.nu
+        mesh = body.mesh
+        # Triangles, tetrahedra and most wedges have one dilatation already.
+        has_simplices = isinstance(mesh, (skfem.MeshTri1, skfem.MeshTet1, *MIXED))
+        is_averaged = body.element == "mean_dilatation" and not has_simplices
+        if nu >= 0.49 and body.element != "quadratic" and not is_averaged:
+            yield (
+                f"bodies[{name!r}]: nu = {nu!r} and element {body.element!r} on a "
+                f"{type(mesh).__name__}, which locks near nu = 0.5: the body is too stiff, and "
+                "limits are wrong; give it quadratic elements"
+            )
+
+
+@contextmanager
+def naming_incompressible(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[None]:
+    """Name bodies with nu next to 0.5 in an error of the elimination of their stiffness.
+
+    The stiffness then consists of the resistance to a change of volume. The resistance to a change
+    of shape, which supports and contacts feel, has few digits in it, or none.
+    """
+    try:
+        yield
+    except ModelError as error:
+        for name, body in bodies.items():
+            ratio = 1 / (1 - 2 * body.material.nu)
+            if ratio > 1e6 and kinematics != "plane_stress":
+                raise ModelError(
+                    f"bodies[{name!r}]: nu = {body.material.nu!r} is too close to 0.5: its "
+                    f"resistance to a change of volume is {ratio:.1e} times its resistance to a "
+                    "change of shape, of which rounding leaves too few digits; take nu = 0.4999 "
+                    f"and quadratic elements. Without these digits: {error}"
+                ) from error
+        raise

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base import Array
 from ..errors import ModelError
-from ..readers.constraint_blocks import CONSTRAINING, HELD_BY_NAME
+from ..readers.constraints import CONSTRAINING, HELD_BY_NAME
 from ..readers.deck import Deck
 from ..readers.deck_text import Block, entries, number
 from ..readers.keywords import KEPT

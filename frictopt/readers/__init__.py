@@ -8,19 +8,18 @@ The readers, and the class that they return:
 
 - `meshes.py`: `read_mesh`. `groups.py` and `gmsh.py` find the named groups of mesh files,
   `mixed_elements.py` makes meshes of elements of several shapes.
-- `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `matrix_files.py` reads columns of numbers,
-  `user_element.py` substructures of Abaqus.
-- `ansys_nastran.py`: `read_ansys`, `read_nastran`. `bulk_data.py` makes the deck of the cards that
-  `nastran_cards.py` finds, also for `read_mesh`.
-- `job.py`: `MatrixJob`, with faces, pairs and forces. Its base is `labelled.py`, with rows
-  and bodies; `labels.py` checks labels.
+- `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `user_element.py` reads substructures.
+- `ansys_nastran.py`: `read_ansys`, `read_nastran`. `bulk_data.py` finds the cards of Nastran and
+  makes a deck of them, also for `read_mesh`.
+- `job.py`: `MatrixJob`, with faces, pairs and forces. Its base is `labelled.py`, with labels,
+  rows and bodies.
 
 Decks, from the text to the `Deck`:
 
 - `deck_text.py`: text to blocks of a keyword, its parameters and data lines.
 - `instances.py`: parts and instances to the blocks of one flat deck.
 - `keywords.py`: the tables of keywords that are kept and refused, and `read_deck`.
-- `keyword_blocks.py`, `constraint_blocks.py`: a function for each keyword that is kept.
+- `keyword_blocks.py`, `constraints.py`: a function for each keyword that is kept.
 - `listing.py`: numbers and names that the blocks list, resolved to a `Deck`.
 - `deck.py`, `constraints.py`, `element_types.py`: the `Deck`, displacements that are held or that
   follow other ones, and the types of elements.

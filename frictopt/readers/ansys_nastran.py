@@ -15,12 +15,11 @@ from scipy.sparse import csr_matrix, triu
 from ..base import Integers, number_of, shown, whole_array
 from ..base.libraries import by_library, file_path, library
 from ..errors import ModelError
-from .bulk_data import bulk_deck
+from .bulk_data import bulk_deck, cards, free_fields
 from .deck import Deck
 from .deck_text import text_of
 from .job import MatrixJob
 from .listing import deck_of_points
-from .nastran_cards import cards, free_fields
 
 _ANSYS = "ansys-mapdl-reader"
 # Elements that are read, and their types in Abaqus: by number of the type in Ansys, and number of

@@ -16,8 +16,7 @@ from ..fem.elasticity import Kinematics, boundary_forces, facet_nodes, midside_t
 from ..fem.faces import facets_around, lines_along
 from ..fem.normals import Planes, node_normals
 from .element_types import SHAPES
-from .labelled import LabelledMatrix
-from .labels import rows_of_nodes
+from .labelled import LabelledMatrix, rows_of_nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,25 +1,24 @@
 """Keywords of decks that are read and keywords that are refused. All others have no effect.
 
 To keep one more keyword, write its function in `keyword_blocks.py` and add a row to `KEPT`. If it
-constrains nodes, its function and row are in `constraint_blocks.py`. To refuse a keyword, add a row
+constrains nodes, its function and row are in `constraints.py`. To refuse a keyword, add a row
 to `REFUSED`. Then list it in `docs/formats.md`: `tests/readers/test_formats.py` reads that page and
 tries each row.
 """
 
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import ModelError, ModelWarning
 from . import keyword_blocks as read
-from .constraint_blocks import CONSTRAINING
+from .constraints import CONSTRAINING
 from .deck import Deck
 from .deck_text import Block, blocks
 from .instances import flat
 from .listing import DeckListing
-from .steps import acting
 
 # Keyword -> the function that reads it. *INCLUDE is read with the text, see `deck_text.py`.
 KEPT: dict[str, Callable[[DeckListing, Block], None]] = {
@@ -138,3 +137,26 @@ def _check_not_refused(block: Block, where: str, mesh_alone: bool) -> None:
         applies = refusal.keyword == block.keyword and (refusal.in_meshes or not mesh_alone)
         if applies and refusal.is_refused(block):
             raise ModelError(f"{where} {refusal.reason}")
+
+
+def acting(blocks: Iterable[Block]) -> list[Block]:
+    """The blocks that act in the step that stores the matrix.
+
+    Later steps are left out. The first `*BOUNDARY, OP=NEW` of a step removes all `*BOUNDARY` before
+    it.
+    """
+    found: list[Block] = []
+    is_stored = False
+    may_remove = False
+    for block in blocks:
+        if block.keyword == "STEP":
+            may_remove = True
+        if block.keyword == "BOUNDARY" and may_remove and block.parameters.get("OP") == "NEW":
+            found = [earlier for earlier in found if earlier.keyword != "BOUNDARY"]
+            may_remove = False
+        found.append(block)
+        is_stored |= block.parameters.get("SOLVER") == "MATRIXSTORAGE"
+        is_stored |= block.keyword in ("MATRIXGENERATE", "SUBSTRUCTUREGENERATE")
+        if is_stored and block.keyword == "ENDSTEP":
+            break
+    return found

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..base import Integers, finite_array, frozen, number_of, whole, whole_number
 from ..errors import ModelError
-from .constraint_blocks import constraints_of
+from .constraints import constraints_of
 from .deck import Deck, Elements
 from .deck_text import Block
 

@@ -454,7 +454,7 @@ FAULTS = (
         tests="contact_model loads",
     ),
     Fault(
-        "fem/clipping.py",
+        "fem/faces.py",
         "edges are clipped at one end alone",
         old="np.minimum(a[:, 1], b[:, 1])",
         new="a[:, 1]",
@@ -475,14 +475,14 @@ FAULTS = (
         tests="mortar_space",
     ),
     Fault(
-        "fem/clipping.py",
+        "fem/faces.py",
         "polygons are clipped by two lines",
         old="range(3)",
         new="range(2)",
         tests="mortar_space",
     ),
     Fault(
-        "fem/clipping.py",
+        "fem/faces.py",
         "each triangle counts by its middle",
         old="[[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]",
         new="[[2.0, 2.0, 2.0]] * 3",
@@ -501,6 +501,7 @@ FAULTS = (
         old="corners[:, :1]",
         new="(corners.shape[2] == 2) * corners[:, :1]",
         tests="touching mortar_space",
+        within="areas_of",
     ),
     Fault(
         "fem/faces.py",
@@ -636,7 +637,7 @@ FAULTS = (
         tests="contact_model any_contact",
     ),
     Fault(
-        "fem/pair_checks.py",
+        "fem/matrix_checks.py",
         "normals of the wrong side are let pass",
         old="heights < 0",
         new="heights > np.inf",
@@ -713,7 +714,7 @@ FAULTS = (
         tests="held_pairs",
     ),
     Fault(
-        "fem/guided_pairs.py",
+        "fem/interface.py",
         "normals lean out of planes of symmetry",
         old="(np.where(across, 0.0, normals), csr_matrix(entries, shape=opening.shape))",
         new="(normals, csr_matrix(entries, shape=opening.shape))",

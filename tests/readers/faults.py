@@ -151,7 +151,7 @@ FAULTS = (
         tests="gmsh",
     ),
     Fault(
-        "readers/matrix_files.py",
+        "readers/calculix_abaqus.py",
         "one triangle is not mirrored",
         old="np.any(row < column) != np.any(row > column)",
         new="False",
@@ -180,7 +180,7 @@ FAULTS = (
         tests="matrices calculix",
     ),
     Fault(
-        "readers/constraint_blocks.py",
+        "readers/constraints.py",
         "weights of an equation pull the other way",
         old="-weight / weights[0]",
         new="weight / weights[0]",
@@ -264,14 +264,14 @@ FAULTS = (
         tests="cards",
     ),
     Fault(
-        "readers/nastran_cards.py",
+        "readers/bulk_data.py",
         "a line always continues the card above",
         old="line.first[1:] not in ('', previous.last[1:])",
         new="False",
         tests="nastran_cards",
     ),
     Fault(
-        "readers/nastran_cards.py",
+        "readers/bulk_data.py",
         "large fields with commas are small",
         old="4 if '*' in first else 8",
         new="8",
