@@ -9,7 +9,7 @@ factor has its own critical state, affine in the load factor.
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -83,37 +83,6 @@ def critical_states(question: Question) -> list[list[CriticalState]]:
     return states
 
 
-class NodeLoads(NamedTuple):
-    """Reactions of the loads at a node that is critical at corners, for any friction.
-
-    The fields `q0` (K0, 1) to `p1` (K, 1), in space with two shear forces, are as in `Question`.
-    """
-
-    node: int
-    corners: tuple[int, ...]
-    fixed: bool
-    q0: Array
-    p0: Array
-    q1: Array
-    p1: Array
-
-    @classmethod
-    def of(cls, question: Question, node: int, corners: tuple[int, ...]) -> "NodeLoads":
-        """The loads of a node."""
-        arrays = question.q0, question.p0, question.q1, question.p1
-        return cls(node, corners, question.fixed, *(array[:, [node]] for array in arrays))
-
-    def added(self, friction: float) -> tuple[Array, Array]:
-        """Reactions that a slip adds at load factor 0, and their rate; see `CriticalState`."""
-        if self.fixed:
-            pair = list(self.corners)
-            at_zero = _at_both_bounds(friction, self.q0[pair, 0], self.p0[pair, 0])
-            return at_zero, _at_both_bounds(friction, self.q1[pair, 0], self.p1[pair, 0])
-        shear, bound = needed(np.array([friction]), self.q1, self.p1)
-        at_zero = -np.r_[self.q0[0, 0], self.p0[0, 0]]
-        return at_zero, np.r_[shear[0], bound[0] / friction]
-
-
 def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
     """The critical states in the plane if the corners differ at load factor 0."""
     q0, p0 = question.q0, question.p0
@@ -133,9 +102,10 @@ def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
         for k, j in ends:
             if not (np.abs(rows[:, k, i] - rows[:, j, i]) > rounding[:, i]).any():
                 continue
-            corners = int(k), int(j)
-            added = NodeLoads.of(question, i, corners).added(friction)
-            states[i].append(CriticalState(i, corners, *added))
+            pair = [k, j]
+            at_zero = _at_both_bounds(friction, q0[pair, i], p0[pair, i])
+            rate = _at_both_bounds(friction, q1[pair, i], p1[pair, i])
+            states[i].append(CriticalState(i, (int(k), int(j)), at_zero, rate))
     return states
 
 

@@ -23,12 +23,10 @@ import numpy as np
 
 from ...base import Array
 from ...contact import contact_law
-from ...errors import ModelError
 from ...solve.problem import Problem, set_no_optimum, set_optimal
 from ..balance.corner_statics import CornerQuestion
 from ..events.lift_off import LiftOff
 from ..events.ordered import About, Forces, LaterSlips, forces_of_order, is_scaled
-from ..guarantee.critical_state import CriticalState, NodeLoads
 from ..program.question import Question, motion_of_open_nodes
 from ..program.solution import INFEASIBLE, OPTIMAL, Solved
 from . import models
@@ -308,7 +306,7 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
 
 
 def _rows(
-    question: Question, x: Unknowns, f: cp.Parameter, extended: bool, friction: Any = stuck
+    question: Question, x: Unknowns, f: Any, extended: bool, friction: Any = stuck
 ) -> list[Row]:
     """The rows of a state of rest; of all corners and all slips if there are rows of the user."""
     corners = [*x.q] if extended else question.listed_corners
@@ -368,53 +366,23 @@ def _safe_slip(solved: Solved, extended: bool) -> Listed:
 def _critical(solved: Solved, extended: bool) -> Listed:
     question = solved.question
     state = solved.values["state"]
-    x, f = _unknowns_of(solved)
-    rows = _rows(question, x, f, extended)
-    problem = models.critical(x, state.node, *_critical_state(question, state, f), rows)
+    # Friction is no parameter, because the reactions that the node needs depend on it.
+    x, _ = _unknowns_of(solved)
+    rows = _rows(question, x, constant(question.friction, "f"), extended)
+    names = ("c0", "rho0") if question.fixed else (f"q0[{state.node}]", f"p0[{state.node}]")
+    load = _shear_and_pressure(-state.at_zero, names)
+    needed = _shear_and_pressure(state.rate, ("c", "rho"))
+    problem = models.critical(x, state.node, load, needed, rows)
     return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
 
 
-def _critical_state(
-    question: Question, state: CriticalState, f: cp.Parameter
-) -> tuple[list[Any], list[cp.Parameter]]:
-    """Shear and pressure of the mean load at a critical node, and those that its cyclic loads need.
-
-    They follow from the friction of the node. If the corners differ at load factor 0, so do those
-    of the mean load.
-    """
-    loads = NodeLoads.of(question, state.node, state.corners)
-    shape = () if len(state.rate) == 2 else (2,)
-    mean = [
-        constant(loads.q0[0, 0], f"q0[{state.node}]"),
-        constant(loads.p0[0, 0], f"p0[{state.node}]"),
+def _shear_and_pressure(reactions: Array, names: Sequence[str]) -> list[cp.Constant]:
+    """The reactions (t + 1,) of a node as constants of these names."""
+    *shear, pressure = reactions
+    return [
+        constant(np.array(shear) if len(shear) > 1 else shear[0], names[0]),
+        constant(pressure, names[1]),
     ]
-    if question.fixed:
-        mean = [
-            cp.CallbackParam(partial(_needed, loads, f, 0, part), name=name)
-            for part, name in enumerate(("c0", "rho0"))
-        ]
-    shear = slice(0, 2) if shape else 0
-    needed = [
-        cp.CallbackParam(partial(_needed, loads, f, 1, shear), shape, name="c"),
-        cp.CallbackParam(partial(_needed, loads, f, 1, -1), name="rho"),
-    ]
-    return mean, needed
-
-
-def _needed(loads: NodeLoads, f: cp.Parameter, rate: int, part: Any) -> Any:
-    """A part of the rate of the reactions that a slip adds, or minus a part at load factor 0."""
-    return loads.added(_friction_of(loads, f))[rate][part] * (1.0 if rate else -1.0)
-
-
-def _friction_of(loads: NodeLoads, f: cp.Parameter) -> float:
-    """The friction of a critical node; ModelError if it has none."""
-    friction = float(f.value[loads.node])
-    if not friction > 0:
-        raise ModelError(
-            f"f: {friction:g} at node {loads.node}, but a node without friction is never critical; "
-            "give it friction, or use guaranteed_limit"
-        )
-    return friction
 
 
 _LISTED: dict[str, Callable[[Solved, bool], Listed]] = {

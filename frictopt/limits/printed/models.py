@@ -183,7 +183,7 @@ def suffixed(name: str, suffix: str) -> str:
     return start + suffix + bracket + number
 
 
-def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], law: Any = None) -> list[Row]:
+def stuck(x: Unknowns, f: Any, corners: Iterable[int], law: Any = None) -> list[Row]:
     """Rows of a contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
 
     `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term. Open
@@ -201,7 +201,7 @@ def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], law: Any = None)
     return rows
 
 
-def friction_bound(f: cp.Parameter, p: cp.Variable, law: Any = None) -> cp.Expression:
+def friction_bound(f: Any, p: cp.Variable, law: Any = None) -> cp.Expression:
     """The first term f p of a contact law. Its slope f is the coefficient of friction."""
     bound = cp.multiply(f, p)
     if law is None or not law.terms[0].constant.any():
