@@ -22,7 +22,6 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.arrays import Arrays
 from ..solve.solvers import LP, SOCP, solver_order
 from .answers.answered import Proven, answered, check_margin, reserve_of
 from .answers.reasons import safe_slip_reason
@@ -33,6 +32,7 @@ from .program.question import Question, pose, with_open
 from .program.rest_program import USER
 from .program.solution import Solution, contradiction, solve
 from .rest_intervals import safe_with_moving_areas
+from .search.order_search import best_with_events
 from .shakedown import ShakedownLimit, ShakedownLimits, check_events
 
 
@@ -170,7 +170,7 @@ class SafeSlips:
 
     def _with_events(self, limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
         """The safe slip of an order of events, searched from a limit; None if none is found."""
-        limit = self._limits.of_any_order(limit, load_factor)
+        limit = best_with_events(self._limits, limit, load_factor)
         ordered = limit._question
         if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
             return self._of_order(ordered, load_factor)
@@ -190,7 +190,7 @@ class SafeSlips:
             safe = checked_slip(question, solution, load_factor)
             return replace(safe, _solved=solution.solved("safe_slip", margin=safe.margin))
 
-        def no_slip(outcome: str, arrays: Arrays) -> None:
+        def no_slip(outcome: str) -> None:
             """ModelError if the user's constraints admit no slip at all, safe or not."""
             found = contradiction(program, "margin") if program.constraints else None
             names = found[0].ruling if found else []

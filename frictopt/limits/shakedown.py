@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,6 @@ from ..base.checks import finite_number, flag, flags, whole_number
 from ..contact import ContactProducts, ContactSystem, LoadCycle, other_laws
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, ModelWarning, NoContinuation, SolverError
-from ..solve.arrays import Arrays
 from ..solve.solvers import INFEASIBLE, NoOptimum
 from . import rest_intervals
 from .answers.answered import answered
@@ -196,12 +195,12 @@ class ShakedownLimits:
         if not events:
             return known
         if known is limit:
-            return self.of_any_order(limit)
+            return best_with_events(self, limit)
         # `known` has all openings and closings, from the load factor 0 on. A search of orders that
         # begins there, too, names the events of the same limit.
         if limit.least != 0:
             return known
-        ordered = self.of_any_order(limit)
+        ordered = best_with_events(self, limit)
         as_high = ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
         return replace(ordered, _ends_rests=True) if as_high else known
 
@@ -262,12 +261,11 @@ class ShakedownLimits:
         if user is not None:
             goal = user.add_to(program)
 
-        def claimed(solution: Solution) -> ShakedownLimit:
-            return checked_limit(question, solution)
+        claimed = partial(checked_limit, question)
 
-        def none(outcome: str, arrays: Arrays) -> ShakedownLimit | None:
+        def none(outcome: str) -> ShakedownLimit | None:
             if outcome == INFEASIBLE and not proven:
-                return _none_safe(question)
+                return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
             return without_limit(program, goal)
 
         try:
@@ -301,10 +299,6 @@ class ShakedownLimits:
             return replace(limit, least=0.0)
         return self._with_least(limit, program, claimed)
 
-    def of_any_order(self, best: ShakedownLimit, enough: float = np.inf) -> ShakedownLimit:
-        """The best limit with nodes that open and close, see `best_with_events`."""
-        return best_with_events(self, best, enough)
-
     def _with_least(
         self,
         limit: ShakedownLimit,
@@ -337,7 +331,7 @@ class ShakedownLimits:
             sense,
             claimed,
             self.solver,
-            no_optimum=lambda outcome, arrays: _every_load_is_safe(question, program),
+            no_optimum=lambda outcome: _every_load_is_safe(question, program),
             above=above if sense > 0 else -np.inf,
         )
         if sense > 0 and limit.bound <= above:
@@ -576,11 +570,6 @@ def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLim
     placed, _, motion = read_order(question, along)
     solved = replace(solved_order(question, along, "ordered"), status=UNBOUNDED)
     return _not_finite(placed, LimitKind.UNBOUNDED, residual, motion, _solved=solved)
-
-
-def _none_safe(question: Question) -> ShakedownLimit:
-    """A set of a search with which no load factor is safe, as a solver says."""
-    return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
 
 
 def _not_finite(

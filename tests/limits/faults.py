@@ -1191,8 +1191,8 @@ FAULTS = (
     Fault(
         "limits/safe_slip.py",
         "the last order for every load factor",
-        old="self._limits.of_any_order(limit, load_factor)",
-        new="self._limits.of_any_order(limit)",
+        old="best_with_events(self._limits, limit, load_factor)",
+        new="best_with_events(self._limits, limit)",
         tests="lift_off_questions::test_a_small_load_factor_may_need_another_order_than_the_limit",
     ),
     Fault(

@@ -286,7 +286,7 @@ class DesignModel(SafeModel):
             1.0,
             partial(self._checked, opened, user),
             self._solver,
-            no_optimum=lambda outcome, arrays: raise_refusal(program, goal, self._choice),
+            no_optimum=lambda outcome: raise_refusal(program, goal, self._choice),
         )
         return answered(design, record)
 

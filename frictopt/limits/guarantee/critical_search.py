@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ...base import CONDENSATION, RESIDUAL, Array, Booleans, SolveRecord, Table, frame, frozen
-from ...solve.arrays import EQUATION, Arrays
+from ...solve.arrays import EQUATION
 from ..program.assembled import at_corners, stuck
 from ..program.question import Question
 from ..program.rest_program import RestProgram, elastic
@@ -144,7 +144,7 @@ class CriticalSearch:
         def claimed(solution: Solution) -> NodeClaim:
             return _claimed(solution, state, least_so_far)
 
-        def never_critical(outcome: str, arrays: Arrays) -> NodeClaim | None:
+        def never_critical(outcome: str) -> NodeClaim | None:
             found = contradiction(program, "load_factor")
             if found is None:
                 return None

@@ -445,13 +445,13 @@ def solve(
     claimed: Callable[[Solution], C],
     solver: str | None = None,
     *,
-    no_optimum: Callable[[str, Arrays], C | None] = lambda outcome, arrays: None,
+    no_optimum: Callable[[str], C | None] = lambda outcome: None,
     above: float = -np.inf,
     tolerance: float = RESIDUAL,
 ) -> tuple[C, SolveRecord]:
     """The claim about the largest (sense 1) or least value of a named unknown, see `answer`.
 
-    `no_optimum` makes the claim if a solver reports another outcome for the arrays.
+    `no_optimum` makes the claim if a solver reports another outcome.
     """
     arrays = program.arrays(goal, sense)
     if program.question.system.tangents > 1 and kind_of(arrays) == LP:
@@ -462,7 +462,7 @@ def solve(
         arrays,
         lambda x, y: claimed(Solution(program, x, y[program.slides :], goal)),
         solver,
-        no_optimum=lambda outcome: no_optimum(outcome, arrays),
+        no_optimum=no_optimum,
         above=above / program.place(goal).unit,
         tolerance=tolerance,
     )

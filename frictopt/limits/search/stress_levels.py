@@ -33,8 +33,7 @@ import scipy  # a part of it is imported when it is used
 from ...base import Array, worst
 from ...contact import StressMap, joined
 from ...errors import SolverError
-from ...solve.answer import infeasible
-from ...solve.arrays import LINEAR, Arrays, Term
+from ...solve.arrays import LINEAR, Term
 from ...solve.solvers import NoOptimum
 from ...transients.critical_plane import (
     NOT_NEGATIVE,
@@ -47,7 +46,7 @@ from ..program.assembled import at_corners, stuck, wedging
 from ..program.question import Question
 from ..program.rest_program import RestProgram
 from ..program.rest_slips import Furthest, Rests, SteadyCycles
-from ..program.solution import Judged, Solution, solve
+from ..program.solution import Judged, Solution, contradiction, solve
 
 # The numbers of the search for the ends.
 
@@ -411,8 +410,8 @@ class StressCrossings:
             off = self.question.violation(load_factor, slip)
             return Crossing(load_factor, bound - error, slip, worst([off, solution.gap]))
 
-        def never(outcome: str, arrays: Arrays) -> Crossing | None:
-            found = infeasible(arrays)
+        def never(outcome: str) -> Crossing | None:
+            found = contradiction(program, "load_factor")
             nowhere = np.full(self.question.system.slip_shape, np.nan)
             return None if found is None else Crossing(np.inf, np.inf, nowhere, found[1])
 
