@@ -14,7 +14,7 @@ import numpy as np
 from ...base import CONDENSATION, FLOOR, ZERO_LOAD_FACTOR, Array, SolveRecord, kept, worst
 from ...contact import contact_law
 from ...solve.answer import answer, without_optimum
-from ...solve.arrays import LINEAR, program_of, rows_of
+from ...solve.arrays import LINEAR, Arrays, Rows, program_of, rows_of
 from ...transients.balance import balance_rows, force_rows
 from ..program.question import Question
 
@@ -68,12 +68,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     rows = force_rows(law, question.shear_unit, question.node_unit, system.tangents)
     units = np.r_[np.tile(question.shear_unit, system.tangents), question.node_unit, unit]
     sizes = np.abs(N.T) @ units[:M]
-    balance = balance_rows(N, r0, r1, sizes)
-    one = np.ones(1)
-    at_least_0 = rows_of("load_factor", LINEAR, [[(np.array([M]), one)]], 0.0 * one, unit * one)
-    cost = np.zeros(M + 1)
-    cost[M] = -sense
-    program = program_of([balance, *rows, at_least_0], units, cost)
+    program = balance_program([balance_rows(N, r0, r1, sizes), *rows], units, sense)
 
     no_forces = np.full(M, np.nan)
 
@@ -117,6 +112,19 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
 
     found, record = answer(program, claimed, no_optimum=no_optimum)
     return replace(found, record=record)
+
+
+def balance_program(rows: list[Rows], units: Array, sense: float) -> Arrays:
+    """The largest (sense 1) or least load factor, >= 0, of forces that obey some rows.
+
+    The load factor is the last quantity; `units` are those of all quantities.
+    """
+    last = len(units) - 1
+    load_factor = [(np.array([last]), np.ones(1))]
+    not_negative = rows_of("load_factor", LINEAR, [load_factor], np.zeros(1), units[last:])
+    cost = np.zeros(len(units))
+    cost[last] = -sense
+    return program_of([*rows, not_negative], units, cost)
 
 
 def error_of_motion(question: Question, phi: Array) -> float:

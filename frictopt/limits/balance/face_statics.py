@@ -15,8 +15,9 @@ import numpy as np
 from ...base import COUNTS, ROUNDING, Array, Booleans, worst
 from ...contact import ContactLaw, ContactSystem, contact_law
 from ...solve.answer import answer, without_optimum
-from ...solve.arrays import CONE, LINEAR, Rows, program_of, rows_of
+from ...solve.arrays import CONE, Rows, rows_of
 from ...transients.balance import balance_rows
+from .corner_statics import balance_program
 
 # Largest residual of the load factor of a face. More digits take a hundred times as long.
 _TOLERANCE = 1e-6
@@ -95,12 +96,8 @@ def _at_corner(
         cyclic = np.zeros_like(cyclic)
     unit = force / (float(np.abs(motions.T @ cyclic).max()) or 1.0)
     balance = balance_rows(motions, shear(load.shear), cyclic, np.full(k, force))
-    one = np.ones(1)
-    least = rows_of("load_factor", LINEAR, [[(np.array([count]), one)]], 0.0 * one, unit * one)
-    rows = [balance, least, *_friction_rows(system, law, face, load, force)]
-    cost = np.zeros(count + 1)
-    cost[-1] = -1.0
-    program = program_of(rows, np.r_[np.full(count, force), unit], cost)
+    rows = [balance, *_friction_rows(system, law, face, load, force)]
+    program = balance_program(rows, np.r_[np.full(count, force), unit], 1.0)
 
     def claimed(x: Array, y: Array) -> _Sliding:
         bound, error = program.lower_bound(x, y)

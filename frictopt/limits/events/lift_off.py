@@ -10,7 +10,7 @@ If all corners lie on a line, the states of rest along one leg between its two e
 of the load. So the two ends represent all turning points between them.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import accumulate, combinations, pairwise
@@ -107,18 +107,13 @@ def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
         return False
     if not path.closed:
         return True
-    return any(bool(_retraced(a, b, c, d).any()) for a, b, c, d in _pairs_of_legs(question, path))
-
-
-def _pairs_of_legs(
-    question: Question, path: LoadPath
-) -> Iterator[tuple[Array, Array, Array, Array]]:
-    """Bonded reactions (t + 1, N) at the ends of two legs, for each pair of legs."""
-    system = question.system
+    # (K, t + 1, N) bonded reactions at the corners.
     loads = question.bonded[0] + question.load_unit * question.bonded[1]
-    at_corner = loads.reshape(len(question.bonded[1]), system.tangents + 1, system.nodes)
-    for (a, b), (c, d) in combinations(path.legs, 2):
-        yield at_corner[a], at_corner[b], at_corner[c], at_corner[d]
+    loads = loads.reshape(question.r1.shape)
+    return any(
+        bool(_retraced(*loads[[*first, *second]]).any())
+        for first, second in combinations(path.legs, 2)
+    )
 
 
 def _retraced(a: Array, b: Array, c: Array, d: Array) -> Booleans:
@@ -248,11 +243,8 @@ class LiftOff(Question):
     def from_kept(cls, fields_in_file: Mapping[str, Any]) -> "LiftOff":
         """See `Question.from_kept`."""
         of_question = {name: fields_in_file[name] for name in Question.KEPT_FIELDS}
-        own_fields = {name: fields_in_file[name] for name in ("order", "way", "sets")}
-        question = Question.from_kept(of_question)
-        no_shifts = np.zeros((len(own_fields["way"]), *question.system.slip_shape))
-        shifts = fields_in_file.get("shifts", no_shifts)
-        return cls(**fields_of(question), **own_fields, shifts=shifts)
+        own_fields = {name: fields_in_file[name] for name in ("order", "way", "sets", "shifts")}
+        return cls(**fields_of(Question.from_kept(of_question)), **own_fields)
 
     @cached_property
     def path(self) -> LoadPath:

@@ -59,9 +59,8 @@ class MovingAreas(Question):
         inputs = {name: fields[name] for name in Question.KEPT_FIELDS}
         none_open = np.zeros_like(inputs["open_nodes"])
         question = Question.from_kept({**inputs, "open_nodes": none_open})
-        near = fields.get("near", 0.0)
-        areas_of = areas_at if fields.get("alone", True) else areas_near
-        areas = replace(areas_of(question, near), told_at=fields.get("told_at", near))
+        areas_of = areas_at if fields["alone"] else areas_near
+        areas = replace(areas_of(question, fields["near"]), told_at=fields["told_at"])
         make_read_only([vars(part) for part in (areas, areas.path, areas.at_instant, areas.rim)])
         return areas
 
