@@ -28,13 +28,12 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """Read the stiffness of a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE` of CalculiX.
 
     Its files are `NAME.sti`, `NAME.dof` and the deck `NAME.inp`. CalculiX writes one triangle of
-    the matrix. It leaves out the displacements that `*BOUNDARY` holds, or that a
-    constraint determines. It writes no loads: `MatrixJob.force` makes them, and takes the
-    constraints into account. The incompatible modes of C3D8I, and the nodes of beams and shells are
-    generalised coordinates. The stiffness of a plane job is
+    the matrix. It leaves out the displacements that `*BOUNDARY` holds, or that a constraint
+    determines. It writes no loads: `MatrixJob.force` makes them. The incompatible modes of C3D8I,
+    and the nodes of beams and shells are generalised coordinates. The stiffness of a plane job is
     divided by the thickness of its section. An axisymmetric job refers to the whole circumference:
-    its stiffness is 180 times that of the file. The contact itself must not be in the deck:
-    each body keeps its own nodes there.
+    its stiffness is 180 times that of the file. The contact itself must not be in the deck: each
+    body keeps its own nodes there.
 
     Parameters
     ----------

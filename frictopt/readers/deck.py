@@ -9,9 +9,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import SAME_POINT, Array, Integers, Shown, shown, whole_array
+from ..base import SAME_POINT, Array, Booleans, Integers, Shown, shown, whole_array
 from ..errors import ModelError
-from .constraints import Constraints
 from .element_types import (
     CORNERS,
     FACELESS,
@@ -67,7 +66,10 @@ class Deck(Shown):
     element_sets: Mapping[str, Integers]
     # distinct thicknesses of the sections of plane elements; nan for one that varies
     thicknesses: tuple[float, ...]
-    constraints: Constraints
+    # (nodes, 6) whether each displacement and rotation is held
+    held: Booleans
+    # keywords that let nodes follow others
+    constraints: tuple[str, ...] = ()
     # surface of elements -> its faces
     surfaces: Mapping[str, Faces] = field(default_factory=dict)
 

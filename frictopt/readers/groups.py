@@ -11,7 +11,6 @@ import numpy as np
 from ..base import Integers
 from ..base.libraries import by_library, library
 from ..errors import ModelError
-from .constraints import Constraints
 from .deck import Deck, Elements
 from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
 
@@ -86,7 +85,7 @@ def deck_of_file(file: Path) -> Deck:
         elements=tuple(_ends_last(block) for block in elements if len(block.numbers)),
         element_sets={name: np.concatenate(parts) for name, parts in groups.items()},
         thicknesses=(),
-        constraints=Constraints(np.zeros((len(points), 6), dtype=bool)),
+        held=np.zeros((len(points), 6), dtype=bool),
     )
 
 

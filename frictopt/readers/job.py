@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix, diags, identity
 from scipy.spatial import cKDTree
 
-from ..base import Array, Integers, finite_array, finite_number, frozen, real_array, shown
+from ..base import ROUNDING, Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ..errors import ModelError
 from ..fem.coincidence import coordinate_errors
 from ..fem.elasticity import Kinematics, boundary_forces, facet_nodes, midside_ties
 from ..fem.faces import facets_around, lines_along
 from ..fem.normals import Planes, node_normals
 from .element_types import SHAPES
-from .labelled import LabelledMatrix, rows_of_nodes
+from .labelled import LabelledMatrix
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,13 +95,21 @@ class MatrixJob(LabelledMatrix):
         True
         """
         facets = [self._between(self.nodes(face)) for face in (first, second, *others)]
-        node, axis, corner, corner_axis, weight = self._midside_terms(
-            np.unique(np.concatenate(facets))
-        )
-        rows = self.unknowns[node, axis]
-        columns = self.unknowns[corner, corner_axis]
+        mesh, origin = self._whole
+        d = mesh.dim()
+        ties = midside_ties(mesh, np.unique(np.concatenate(facets)), "with_linear_faces").tocoo()
+        # Node of the mesh -> node of the deck; -1 for a node that was added to complete elements
+        # and is a mean of several.
+        single = np.flatnonzero(np.diff(origin.indptr) == 1)
+        deck_node = np.full(mesh.p.shape[1], -1)
+        deck_node[single] = origin[single].indices
+        node = deck_node[ties.row // d]
+        rows = np.where(node >= 0, self.unknowns[node, ties.row % d], -1)
+        corner = ties.col // d
+        columns = self.unknowns[corner, ties.col % d]
+        in_matrix = rows >= 0
+        follows_others = in_matrix & (columns < -1)
         deck = self._known
-        follows_others = columns < -1
         if follows_others.any():
             number = int(deck.numbers[corner[follows_others][0]])
             raise ModelError(
@@ -110,44 +119,20 @@ class MatrixJob(LabelledMatrix):
 
         # Unknowns of the job = T @ remaining unknowns. Held corners (-1) do not move.
         follows = np.zeros(len(self.labels))
-        follows[rows] = 1.0
+        follows[rows[in_matrix]] = 1.0
         remaining = np.flatnonzero(follows == 0)
-        free = columns >= 0
-        by_corners = csr_matrix((weight[free], (rows[free], columns[free])), shape=self.K.shape)
+        free = in_matrix & (columns >= 0)
+        by_corners = csr_matrix((ties.data[free], (rows[free], columns[free])), shape=self.K.shape)
         T = csr_matrix(diags(1 - follows) + by_corners)[:, remaining]
-        ends = np.column_stack([6 * node + axis, 6 * corner + corner_axis])
-        return MatrixJob(
-            csr_matrix(T.T @ self.K @ T),
-            self.labels[remaining],
-            replace(deck, constraints=deck.constraints.following(ends, weight)),
-        )
+        linear = MatrixJob(csr_matrix(T.T @ self.K @ T), self.labels[remaining], deck)
+        job, by_self = self._origin
+        vars(linear).update(_origin=(job, by_self @ T))
+        return linear
 
-    def _midside_terms(
-        self, facets: Integers
-    ) -> tuple[Integers, Integers, Integers, Integers, Array]:
-        """Terms by which midside nodes of some facets follow the corners, if the matrix has them.
-
-        Each term is a node of the deck and its axis, a corner and its axis, and a weight.
-        """
-        mesh, origin = self._whole
-        d = mesh.dim()
-        ties = midside_ties(mesh, facets, "with_linear_faces").tocoo()
-        # Node of the mesh -> node of the deck; -1 for a node that was added to complete elements
-        # and is a mean of several.
-        single = np.flatnonzero(np.diff(origin.indptr) == 1)
-        deck_node = np.full(mesh.p.shape[1], -1)
-        deck_node[single] = origin[single].indices
-
-        node = deck_node[ties.row // d]
-        axis = ties.row % d
-        in_matrix = (node >= 0) & (self.unknowns[node, axis] >= 0)
-        return (
-            node[in_matrix],
-            axis[in_matrix],
-            ties.col[in_matrix] // d,
-            ties.col[in_matrix] % d,
-            ties.data[in_matrix],
-        )
+    @cached_property
+    def _origin(self) -> tuple[MatrixJob, csr_matrix]:
+        """The job before `with_linear_faces`, and T: its unknowns are T times the unknowns here."""
+        return self, identity(len(self.labels), format="csr")
 
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
         """(N, 2) pairs of corner nodes on two faces; each node is paired with the nearest one.
@@ -270,15 +255,13 @@ class MatrixJob(LabelledMatrix):
         mesh, origin = self._whole
         on_faces = origin[facet_nodes(mesh, self._between(corners))].indices
         rows = np.intersect1d(on_faces, deck.midsides)
-        unknowns = self.unknowns[rows]
-        not_in_matrix = rows[(unknowns < -1).any(axis=1)]
-        unexplained = np.setdiff1d(not_in_matrix, deck.constraints.ends[:, 0] // 6)
-        if len(unexplained):
+        missing = rows[(self._origin[0].unknowns[rows] < -1).any(axis=1)]
+        if len(missing):
             raise ModelError(
-                f"faces: node {deck.numbers[unexplained[0]]}, a midside node of a contact face, "
+                f"faces: node {deck.numbers[missing[0]]}, a midside node of a contact face, "
                 "has no row in the matrix; retain such nodes"
             )
-        free = rows[(unknowns >= 0).any(axis=1)]
+        free = rows[(self.unknowns[rows] >= 0).any(axis=1)]
         if len(free):
             raise ModelError(
                 f"faces: node {deck.numbers[free[0]]}, a midside node of a contact face, does not "
@@ -303,8 +286,8 @@ class MatrixJob(LabelledMatrix):
     ) -> Array:
         """(n,) nodal forces of one load, given in one of four ways.
 
-        If a displacement follows other displacements, its force is passed on to them. Forces on
-        held displacements are dropped.
+        Forces on midside nodes of linear faces are passed on to the corners, and forces on held
+        displacements are dropped.
 
         Parameters
         ----------
@@ -328,8 +311,7 @@ class MatrixJob(LabelledMatrix):
         ModelError
             Not exactly one of the four arguments is given; no facet of the outline joins the
             nodes; a value is not finite. Also if a force acts on a displacement that the matrix
-            lacks, such as a displacement of a tied node, and the deck does not contain its
-            constraint. See also `nodes`.
+            lacks, such as a displacement of a tied node, and that is not held. See also `nodes`.
 
         Examples
         --------
@@ -350,15 +332,23 @@ class MatrixJob(LabelledMatrix):
             )
         ((kind, value),) = loads.items()
         deck = self._known
-        rows = rows_of_nodes(self.labels, deck)
-        # (nodes, 6) forces and moments
-        forces = np.zeros(rows.shape)
-        forces[:, : self._directions] = self._nodal_forces(nodes, kind, value)
-        present = rows >= 0
-        on_unknowns = deck.constraints.passed_on(forces, present, deck.numbers)
-        values = np.zeros(len(self.labels))
-        values[rows[present]] = on_unknowns[present]
-        return frozen(values)
+        job, T = self._origin
+        forces = self._nodal_forces(nodes, kind, value)
+        on_others = (job.unknowns < -1) & (np.abs(forces) > ROUNDING * np.abs(forces).max())
+        if on_others.any():
+            node, axis = np.argwhere(on_others)[0]
+            reason = "give the deck of the same job"
+            if deck.constraints:
+                reason = f"the deck has {', '.join(deck.constraints)}"
+            raise ModelError(
+                f"force: it acts on node {deck.numbers[node]}, direction {axis + 1}, which is "
+                f"neither in the matrix nor in *BOUNDARY ({reason}); load nodes that follow no "
+                "others, or merge tied nodes"
+            )
+        values = np.zeros(len(job.labels))
+        present = job.unknowns >= 0
+        values[job.unknowns[present]] = forces[present]
+        return frozen(T.T @ values)
 
     def _nodal_forces(self, nodes: Integers, kind: str, value: object) -> Array:
         """(nodes, d) forces of a load on some nodes, of one of the kinds that `force` takes."""

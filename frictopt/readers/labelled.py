@@ -222,8 +222,7 @@ def rows_of_nodes(labels: Integers, deck: Deck) -> Integers:
     numbers = deck.numbers
     unknown = np.setdiff1d(labels[displaced(labels), 0], numbers)
     if len(unknown):
-        constraints = deck.constraints.unresolved
-        remedy = f", and without {', '.join(constraints)}" if constraints else ""
+        remedy = f", and without {', '.join(deck.constraints)}" if deck.constraints else ""
         raise ModelError(
             f"deck: node {unknown[0]} of the matrix is not in it; "
             f"give the deck of the same job, of solids alone, not shells or beams{remedy}"
@@ -232,6 +231,6 @@ def rows_of_nodes(labels: Integers, deck: Deck) -> Integers:
     rows = np.flatnonzero(of_node)
     order = np.argsort(numbers)
     node = order[np.searchsorted(numbers, labels[rows, 0], sorter=order)]
-    unknowns = np.where(deck.constraints.held, -1, -2)
+    unknowns = np.where(deck.held, -1, -2)
     unknowns[node, labels[rows, 1] - 1] = rows
     return whole(unknowns)

@@ -1,8 +1,10 @@
 """The content of the blocks of a deck, by numbers and names, and the deck made from it, by rows."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import Integers, finite_array, frozen, number_of, whole, whole_number
@@ -46,10 +48,11 @@ def deck_of_points(
         listing.element_sets.add(set_name, map(str, members))
     deck = listing.deck()
     row_of_node = {node: row for row, node in enumerate(listing.nodes)}
+    is_held = np.array(deck.held)
     for node, direction in held:
         if direction <= 6 and node in row_of_node:
-            deck.constraints.held[row_of_node[node], direction - 1] = True
-    return deck
+            is_held[row_of_node[node], direction - 1] = True
+    return replace(deck, held=is_held)
 
 
 class Sets:
@@ -126,6 +129,7 @@ class DeckListing:
         row_of_node = {node: row for row, node in enumerate(self.nodes)}
         points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in self.nodes.values()])
         sets = self._sets(row_of_node)
+        held, constraints = constraints_of(self.constraint_blocks, row_of_node, sets)
 
         return Deck(
             numbers=whole(list(self.nodes)),
@@ -139,7 +143,8 @@ class DeckListing:
                 for name in self.element_sets.members
             },
             thicknesses=self._thicknesses_of_plane_elements(),
-            constraints=constraints_of(self.constraint_blocks, row_of_node, sets),
+            held=held,
+            constraints=constraints,
             surfaces={
                 name: tuple(self._faces_of(name, ())) for name in (*self.faces, *self.unions)
             },
