@@ -79,16 +79,21 @@ REFUSED = (
     Refusal("TRANSFORM", _has_lines, _DIRECTIONS, in_meshes=False),
     Refusal("NODE", _is_elsewhere, _NOT_LISTED),
     Refusal("ELEMENT", _is_elsewhere, _NOT_LISTED),
-    Refusal("NGEN", _always, _NOT_LISTED),
-    Refusal("NFILL", _always, _NOT_LISTED),
-    Refusal("NCOPY", _always, _NOT_LISTED),
-    Refusal("NMAP", _always, _NOT_LISTED),
-    Refusal("ELGEN", _always, _NOT_LISTED),
-    Refusal("ELCOPY", _always, _NOT_LISTED),
-    Refusal("IMPERFECTION", _always, _NOT_LISTED),
-    Refusal("IMPORT", _always, _NOT_LISTED),
-    Refusal("SYMMETRICMODELGENERATION", _always, _NOT_LISTED),
-    Refusal("REFINEMESH", _always, _NOT_LISTED),
+    *(
+        Refusal(keyword, _always, _NOT_LISTED)
+        for keyword in (
+            "NGEN",
+            "NFILL",
+            "NCOPY",
+            "NMAP",
+            "ELGEN",
+            "ELCOPY",
+            "IMPERFECTION",
+            "IMPORT",
+            "SYMMETRICMODELGENERATION",
+            "REFINEMESH",
+        )
+    ),
     Refusal("MODELCHANGE", _changes_elements, _CHANGES),
 )
 
