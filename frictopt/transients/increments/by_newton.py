@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -36,19 +36,8 @@ from .increment import Increment, Posed, force_scale, sizes_of
 from .newton import Law, State, newton
 from .sweeps import increment, reactions
 
-
-@dataclass(frozen=True)
-class IncrementSettings:
-    """The numbers of an increment."""
-
-    # Further open nodes are eliminated if they are more than this share of the nodes that remain:
-    # the elimination of few takes longer than it saves.
-    worth_eliminating: float = 0.05
-    # Factors of the c and d of Newton's method, tried in this order.
-    scales: tuple[float, ...] = (1.0, 10.0, 0.1, 100.0, 0.01)
-
-
-_SETTINGS = IncrementSettings()
+# Factors of the c and d of Newton's method, tried in this order.
+_SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)
 _NEWTON = SolveRecord("NEWTON")
 
 _MAY_SLIDE = (
@@ -243,7 +232,7 @@ class NewtonIncrement(_Nodes):
 
         None if no open node is left, or if the nodes that remain have no state that obeys the law.
         """
-        opened = self._worth_eliminating(u[-self.system.nodes :] + self._gap > 0)
+        opened = (u[-self.system.nodes :] + self._gap > 0) & ~self._landed
         while opened.any() and not opened.all():
             if self._rest is None or (opened != self._rest.opened).any():
                 try:
@@ -261,15 +250,6 @@ class NewtonIncrement(_Nodes):
             opened = opened & ~lands
         return None
 
-    def _worth_eliminating(self, opened: Booleans) -> Booleans:
-        """The nodes to eliminate, of those that are open: mostly those eliminated before."""
-        lasting = opened & ~self._landed
-        known = np.zeros(len(opened), dtype=bool)
-        if self._rest and not (self._rest.opened & ~lasting).any():
-            known = self._rest.opened
-        further = (lasting & ~known).sum()
-        return lasting if further > _SETTINGS.worth_eliminating * (~known).sum() else known
-
     def _solved_by_itself(self, u: Array, load: Array) -> Moved:
         """The state of the increment by `solve`, as if it were the first one."""
         axes = self.system.tangents + 1
@@ -284,7 +264,7 @@ class NewtonIncrement(_Nodes):
         answer = posed.result(self._by_newton(posed.law, posed.trial, state.u), _NEWTON)
         residual = answer.residual
         no_motion = np.zeros_like(posed.trial)
-        for scale in _SETTINGS.scales:
+        for scale in _SCALES:
             if residual <= RESIDUAL:
                 return answer
             law = replace(posed.law, augmentation=scale * posed.law.augmentation)
