@@ -22,7 +22,6 @@ TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
 _BLUE = SERIES[0]["color"]
 _LOOKS: dict[str, dict[str, Any]] = {
     "frictopt": {"color": _BLUE, "marker": "o", "ms": 5},
-    "frictopt, programs\nof increments": {"color": _BLUE, "marker": "o", "ms": 5, "mfc": "white"},
     **{
         name: {"color": series["color"], "marker": series["marker"], "ms": 4, "mfc": "white"}
         for name, series in zip(
@@ -31,7 +30,6 @@ _LOOKS: dict[str, dict[str, Any]] = {
     },
 }
 _COLUMNS = 4
-_PROGRAMS = ("qp", "milp", "QP", "MILP")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -108,16 +106,10 @@ def _front(axes: Any, rows: pd.DataFrame) -> None:
 
 
 def _families(rows: pd.DataFrame) -> pd.Series:
-    ours = rows["method"].map(
-        lambda name: (
-            "frictopt, programs\nof increments"
-            if name.split()[-1].strip("()") in _PROGRAMS
-            else "frictopt"
-        )
-    )
     theirs = rows["method"].str.split(",").str[0]
     solvers = theirs.str.split().str[0]
-    return ours.where(rows["rival"] == "", solvers.where(rows["rival"] != "cvxpy", theirs))
+    families = solvers.where(rows["rival"] != "cvxpy", theirs)
+    return families.where(rows["rival"] != "", "frictopt")
 
 
 def _legend(axes: Any, rows: pd.DataFrame) -> None:
