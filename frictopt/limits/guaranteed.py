@@ -226,11 +226,11 @@ class GuaranteedLimits:
         known = None if user is not None else self._shakedown.of_all_openings(question)
         if known is not None:
             return _uncoupled_result(known)
-        shakedown = self._shakedown.of_set(question, user)
+        shakedown = self._shakedown.of_set(question, user=user)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
             shakedown = self._shakedown.of_any_set(question)
             if user is not None:
-                shakedown = self._shakedown.of_set(shakedown._question, user)
+                shakedown = self._shakedown.of_set(shakedown._question, user=user)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         question = shakedown._question

@@ -461,7 +461,7 @@ def all_intervals(question: Question, limits: Any) -> Array:
     `limits` are the shakedown limits of the question.
     """
     if knows_all_pieces(question):
-        found = [(rest.least, rest.largest) for rest in rests(question, limits._up_to)]
+        found = [(rest.least, rest.largest) for rest in rests(question, limits.of_set)]
         if not found or found[0][0] > 0:
             # The walk does not see rests from 0 on that end below its first step.
             limit = limits.of_all_openings(question)

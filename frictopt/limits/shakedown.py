@@ -183,15 +183,15 @@ class ShakedownLimits:
         restricted = user is not None or open_nodes is not None
         check_events(events, question, restricted)
         if not restricted:
-            moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
+            moving = rest_intervals.limit_of_moving_areas(question, self.of_set)
             if moving is not None:
                 return moving
         if open_nodes is not None:
-            return self.of_set(_with_given(question, open_nodes), user)
+            return self.of_set(_with_given(question, open_nodes), user=user)
         limit = self.of_any_set(question, programs=programs)
         if user is not None:
-            return self.of_set(limit._question, user)
-        known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
+            return self.of_set(limit._question, user=user)
+        known = rest_intervals.up_to_last_rest(question, limit, self.of_set)
         if not events:
             return known
         if known is limit:
@@ -206,14 +206,10 @@ class ShakedownLimits:
 
     def of_all_openings(self, question: Question) -> ShakedownLimit | None:
         """The limit for all openings and closings, if loads alone decide them; else None."""
-        moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
+        moving = rest_intervals.limit_of_moving_areas(question, self.of_set)
         if moving is None and rest_intervals.knows_all_pieces(question):
-            return rest_intervals.up_to_last_rest(question, self.of_any_set(question), self._up_to)
+            return rest_intervals.up_to_last_rest(question, self.of_any_set(question), self.of_set)
         return moving
-
-    def _up_to(self, question: Question, largest: float = np.inf) -> ShakedownLimit:
-        """The limit of a question of its own, or `largest` if it is less."""
-        return self.of_set(question, largest=largest)
 
     def of_any_set(
         self,
@@ -243,10 +239,10 @@ class ShakedownLimits:
     def of_set(
         self,
         question: Question,
-        user: Any = None,
-        *,
-        above: float = -np.inf,
         largest: float = np.inf,
+        *,
+        user: Any = None,
+        above: float = -np.inf,
         proven: bool = True,
     ) -> ShakedownLimit:
         """The limit with given open nodes, at most `largest`.
