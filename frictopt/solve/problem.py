@@ -151,24 +151,19 @@ def problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
             "or has been solved for something else since"
         )
     lines.append("variables")
-    lines += map(_variable_line, problem.variables())
+    lines += map(_part_line, problem.variables())
     if problem.parameters():
         lines.append("parameters")
-        lines += [_parameter_line(parameter, solved) for parameter in problem.parameters()]
+        lines += map(_part_line, problem.parameters())
     lines.append("constraints")
     return lines + [_row_line(row, solved) for row in problem.constraints]
 
 
-def _variable_line(variable: cp.Variable) -> str:
-    domain = ", >= 0" if variable.is_nonneg() else ""
-    if variable.attributes["boolean"]:
+def _part_line(part: cp.Variable | cp.Parameter) -> str:
+    domain = ", >= 0" if part.is_nonneg() else ""
+    if part.attributes["boolean"]:
         domain = ", boolean"
-    return f"    {variable.name():<24} {_size(variable.shape)}{domain}"
-
-
-def _parameter_line(parameter: cp.Parameter, solved: bool) -> str:
-    values = f", {_range(parameter.value)}" if solved else ""
-    return f"    {parameter.name():<24} {_size(parameter.shape)}{values}"
+    return f"    {part.name():<24} {_size(part.shape)}{domain}"
 
 
 def _row_line(row: cp.Constraint, solved: bool) -> str:
@@ -199,10 +194,3 @@ def _binding(row: cp.Constraint) -> str:
 
 def _size(shape: tuple[int, ...]) -> str:
     return " x ".join(str(n) for n in shape) or "scalar"
-
-
-def _range(values: float | Array | None) -> str:
-    if values is None:
-        return "no value"
-    low, high = float(np.min(values)), float(np.max(values))
-    return f"{low:.4g}" if low == high else f"{low:.4g} .. {high:.4g}"
