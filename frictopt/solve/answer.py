@@ -52,7 +52,8 @@ def answer(
     """The claim of the first solver whose residual is within the tolerance, and its record.
 
     `claimed(x, y)` makes the claim of an optimum, and `no_optimum(outcome)` that of a program that
-    a solver reports to have none. A solver may end as soon as it has proven that `-cost @ x` is at
+    a solver reports to have none. The outcome INFEASIBLE of a cone program has multipliers that
+    prove it; without them it is NONE. A solver may end as soon as it has proven that `-cost @ x` is at
     most `above`. SolverError if no claim is within the tolerance.
     """
     started = perf_counter()
@@ -79,7 +80,10 @@ def answer(
                     break
         else:
             if outcome in (INFEASIBLE, UNBOUNDED, NONE):
-                claim_of_none = claim_of_none or [no_optimum(outcome)]
+                reported = outcome
+                if outcome == INFEASIBLE and kind != LP and not _contradicts(form, y):
+                    reported = NONE
+                claim_of_none = claim_of_none or [no_optimum(reported)]
                 best = claim_of_none[0]
             else:
                 agreed = False
@@ -106,6 +110,23 @@ class _Form(NamedTuple):
         if self.is_dual:
             x, y = -y[: self.arrays.zero], x
         return x, self.program.admissible(y)
+
+
+def _contradicts(form: _Form, y: Array) -> bool:
+    """Whether the multipliers of a solver prove that no values obey all rows.
+
+    A solver of cones may also report that of programs whose values are far larger than their units.
+    """
+    if form.is_dual:
+        return False
+    program = form.program
+    return _error_of_none(program, program.admissible(y)) <= RESIDUAL
+
+
+def _error_of_none(program: Arrays, y: Array) -> float:
+    """The error of multipliers, in their cones, that prove that no values obey all rows."""
+    unbalanced = float(np.abs(program.columns(y)).sum())
+    return error_of_contradiction(unbalanced, -float(program.right @ y))
 
 
 def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[_Form, str]]:
@@ -164,8 +185,7 @@ def infeasible(program: Arrays) -> tuple[Array, float] | None:
     """
     best: tuple[Array, float] | None = None
     for y in contradictions(program):
-        unbalanced = float(np.abs(program.columns(y)).sum())
-        error = error_of_contradiction(unbalanced, -float(program.right @ y))
+        error = _error_of_none(program, y)
         if error <= (best[1] if best else RESIDUAL):
             best = y, error
         if error <= ROUNDING:

@@ -20,6 +20,7 @@ from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.checks import CHECKS, findings
 from studies.validation.fuzz.differential import DIFFERENTIAL
+from studies.validation.fuzz.embedded import Embedded
 from studies.validation.fuzz.scenes import random_scene
 from studies.validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
 from studies.validation.fuzz.space import SPACE, space_findings
@@ -419,3 +420,12 @@ def test_what_is_wrong_is_printed_with_its_seed_and_ends_in_an_exit_status(tmp_p
     assert "WRONG, seed 22, shakedown limit: " in capsys.readouterr().out
     refused = pd.read_parquet(fuzz.REFUSALS.path(tmp_path))
     assert refused["result"].iloc[0] == "wrong" and "(seed 22)" in refused["message"].iloc[0]
+
+
+def test_open_nodes_that_a_solver_excludes_without_proof_are_found_in_space():
+    """With four free motions across the plane, a solver of cones calls a safe set infeasible."""
+    subject = Embedded(3016)
+    plane = fo.shakedown_limit(subject.case.system, subject.case.cycle, 1.56)
+    solid = fo.shakedown_limit(subject.solid, subject.case.cycle, 1.56)
+    assert plane.best_of_all and solid.best_of_all
+    assert solid.load_factor == pytest.approx(plane.load_factor, rel=1e-9)

@@ -1,7 +1,6 @@
 """The questions about a random contact in three dimensions, each with an independent answer."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -169,8 +168,11 @@ def _increment(subject: _SpatialSubject) -> tuple[float, bool]:
 
 
 def _steady(subject: _SpatialSubject) -> tuple[float, bool]:
-    """Check that the contact does not shake down above the limit with all nodes closed."""
-    if not subject.finite:
+    """Check that the contact does not shake down above the limit with all nodes closed.
+
+    A node without friction may slide in a contact that is at rest, because it dissipates nothing.
+    """
+    if not (subject.finite and subject.case.friction.all()):
         return 0.0, False
     above = fo.steady_state(
         *subject.args,
@@ -289,9 +291,7 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
 }
 _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, plane in 3-D": embedded.limit,
-    "guaranteed limit, plane in 3-D": partial(
-        embedded.alike, question="guaranteed_limit", values=("load_factor",)
-    ),
+    "guaranteed limit, plane in 3-D": embedded.guaranteed_limit,
     "safe slip, plane in 3-D": embedded.safe_slip,
     "required friction, plane in 3-D": embedded.required_friction,
     "safe region, plane in 3-D": embedded.safe_region,
