@@ -53,8 +53,8 @@ def answer(
 
     `claimed(x, y)` makes the claim of an optimum, and `no_optimum(outcome)` that of a program that
     a solver reports to have none. The outcome INFEASIBLE of a cone program has multipliers that
-    prove it; without them it is NONE. A solver may end as soon as it has proven that `-cost @ x` is at
-    most `above`. SolverError if no claim is within the tolerance.
+    prove it; without them it is NONE. A solver may end as soon as it has proven that `-cost @ x` is
+    at most `above`. SolverError if no claim is within the tolerance.
     """
     started = perf_counter()
     attempts = list[Attempt]()

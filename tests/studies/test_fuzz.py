@@ -20,7 +20,7 @@ from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.checks import CHECKS, findings
 from studies.validation.fuzz.differential import DIFFERENTIAL
-from studies.validation.fuzz.embedded import Embedded
+from studies.validation.fuzz.embedded import Embedded, increment
 from studies.validation.fuzz.scenes import random_scene
 from studies.validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
 from studies.validation.fuzz.space import SPACE, space_findings
@@ -429,3 +429,10 @@ def test_open_nodes_that_a_solver_excludes_without_proof_are_found_in_space():
     solid = fo.shakedown_limit(subject.solid, subject.case.cycle, 1.56)
     assert plane.best_of_all and solid.best_of_all
     assert solid.load_factor == pytest.approx(plane.load_factor, rel=1e-9)
+
+
+def test_an_increment_that_newton_misses_is_found_by_frozen_bounds():
+    """The same contact in the plane and in space; without the programs both are refused."""
+    subject = Embedded(30110134)
+    residual, compared = increment(subject)
+    assert compared and residual <= 1e-9

@@ -113,8 +113,9 @@ class NewtonIncrement(_Nodes):
 
     The sweeps often reach the state to rounding; the solver of the record is then "SWEEPS".
     Otherwise Newton's method on the projected law begins where they end. If it does not converge,
-    it begins again without motion, with several constants of the projection. If several states obey
-    the law (above the critical friction), one of them is returned. Theory, eq. (4).
+    it begins again without motion, with several constants of the projection, and last at states of
+    convex programs with frozen friction bounds. If several states obey the law (above the critical
+    friction), one of them is returned. Theory, eq. (4).
 
     Parameters
     ----------
@@ -261,17 +262,12 @@ class NewtonIncrement(_Nodes):
         state = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
-        answer = posed.result(self._by_newton(posed.law, posed.trial, state.u), _NEWTON)
-        residual = answer.residual
-        no_motion = np.zeros_like(posed.trial)
-        for scale in _SCALES:
-            if residual <= RESIDUAL:
+        residual = np.inf
+        for law, start in self._ways(posed, state.u):
+            answer = posed.result(self._by_newton(law, posed.trial, start), _NEWTON)
+            if answer.residual <= RESIDUAL:
                 return answer
-            law = replace(posed.law, augmentation=scale * posed.law.augmentation)
-            answer = posed.result(newton(law, posed.trial, no_motion), _NEWTON)
             residual = min(residual, answer.residual)
-        if residual <= RESIDUAL:
-            return answer
         remedy = _SMALLER_STEPS
         if motions_of_bodies(self.system).size:
             remedy = _MAY_SLIDE.format(remedy=HOLD)
@@ -279,6 +275,23 @@ class NewtonIncrement(_Nodes):
             f"friction increment: Newton's method leaves a residual of {residual:.1e} "
             f"(tolerance {RESIDUAL:g}); {remedy}"
         )
+
+    def _ways(self, posed: Posed, swept: Array) -> Iterator[tuple[Law, Array]]:
+        """Laws and starts of Newton's method, in the order in which they are tried.
+
+        After the end of sweeps come no motion with other c and d, and then the states of convex
+        programs with frozen friction bounds.
+        """
+        law = posed.law
+        yield law, swept
+        no_motion = np.zeros_like(posed.trial)
+        for scale in _SCALES:
+            yield replace(law, augmentation=scale * law.augmentation), no_motion
+        # Imported here, because cvxpy is slow to import.
+        from .programs import with_frozen_bounds
+
+        for u in with_frozen_bounds(self.system, law, posed.trial):
+            yield law, u
 
 
 def _in_form(posed: Posed, found: Increment, form: str) -> Increment:

@@ -1,11 +1,13 @@
 """The programs of a friction increment, to read and to solve by cvxpy.
 
 `in_form` puts the state of an increment into one of them: `frozen_bound`, `exact` or
-`complementarity`.
+`complementarity`. `with_frozen_bounds` is where Newton's method begins if no other start leads to a
+state.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import cvxpy as cp
@@ -14,10 +16,13 @@ from cvxpy.reductions.solution import Solution
 
 from ...base import Array, choice
 from ...contact import ContactSystem, checked_law, joined, most_shear, parted
-from ...errors import ModelError
+from ...errors import ModelError, SolverError
+from ...solve.by_cvxpy import solve
 from ...solve.problem import Problem, printed_as
+from ...solve.solvers import SOCP
 from ..transient import OPEN
 from .increment import Increment, Posed
+from .newton import Law
 
 _TITLES = {
     "qp": "friction increment, frozen bound",
@@ -27,6 +32,9 @@ _TITLES = {
 # Bounds of the motions and forces in a program with booleans, over the largest of the state.
 # Solvers satisfy booleans to a tolerance only: with larger bounds they become inaccurate.
 _REACH = 1e3
+# Largest number of programs with frozen bounds, and change of the bounds that counts as none.
+_MOST_PROGRAMS = 20
+_SETTLED = 1e-6
 
 
 def in_form(posed: Posed, found: Increment, form: str) -> Increment:
@@ -65,6 +73,30 @@ def in_form(posed: Posed, found: Increment, form: str) -> Increment:
     variables = {problem.var_dict[name].id: value for name, value in values.items()}
     problem.unpack(Solution(cp.OPTIMAL, None, variables, multipliers, {}))
     return replace(found, problem=problem, _title=_TITLES[form])
+
+
+def with_frozen_bounds(system: ContactSystem, law: Law, trial: Array) -> Iterator[Array]:
+    """Dimensionless motions (M,) of programs, each with the friction bounds of the state before.
+
+    They end when the bounds change no more, or if a program has no optimum.
+    """
+    none = {"none": np.zeros(len(trial))}
+    problem = frozen_bound(ContactSystem(law.S, system.points, none, frames=system.frames))
+    problem.param_dict["trial"].value = trial
+    n = system.nodes
+    bound = law.bound(trial[-n:])
+    for _ in range(_MOST_PROGRAMS):
+        problem.param_dict["bound"].value = bound
+        try:
+            solve(problem, lambda: 0.0, SOCP)
+        except SolverError:
+            return
+        u = np.array(problem.var_dict["u"].value)
+        u[-n:] = u[-n:].clip(0.0)
+        yield u
+        last, bound = bound, law.bound((trial + law.S @ u)[-n:])
+        if np.abs(bound - last).max() <= _SETTLED:
+            return
 
 
 def _with_booleans(posed: Posed, found: Increment, step: Array) -> dict[str, Array]:
