@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -149,6 +150,9 @@ class NewtonIncrement(_Nodes):
         augmentation = np.tile(stiffness.max(axis=0), (len(stiffness), 1))
         law = Law(S, self.contact_law.slopes, self.contact_law.constants, augmentation)
         super().__init__(law, sizes_of(S, stiffness), system.gap, system.stiffness_scale)
+        # Another c and d, for tangents and normals of very different stiffness.
+        tangents = np.tile(stiffness[:-1].mean(axis=0), (system.tangents, 1))
+        self._of_directions = np.vstack([tangents, stiffness[-1]])
         # The last state u, and S u.
         self._stands: tuple[Array, Array] = np.empty(0), np.empty(0)
         # The nodes that remained in the last increment with an elimination.
@@ -285,8 +289,8 @@ class NewtonIncrement(_Nodes):
         law = posed.law
         yield law, swept
         no_motion = np.zeros_like(posed.trial)
-        for scale in _SCALES:
-            yield replace(law, augmentation=scale * law.augmentation), no_motion
+        for augmentation, scale in product((law.augmentation, self._of_directions), _SCALES):
+            yield replace(law, augmentation=scale * augmentation), no_motion
         # Imported here, because cvxpy is slow to import.
         from .programs import with_frozen_bounds
 
