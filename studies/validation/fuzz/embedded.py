@@ -1,7 +1,7 @@
 """Plane contacts embedded in space: both contacts must have the same answers."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -84,26 +84,6 @@ def in_plane(question: Callable[..., T], *arguments: Any, **options: Any) -> T:
         raise NotApplicable from error
 
 
-def alike(
-    subject: Embedded,
-    question: str,
-    values: Sequence[str],
-    *rest: Any,
-    relative: float = _SAME,
-    absolute: float = _SAME,
-) -> Answered:
-    """Compare the named values of both answers to a question.
-
-    Without further arguments, the question has the load cycle and the friction of the case.
-    """
-    arguments = rest or subject.args[1:]
-    plane = in_plane(getattr(fo, question), subject.case.system, *arguments)
-    solid = getattr(fo, question)(subject.solid, *arguments)
-    for name in values:
-        same(f"{name} is", getattr(solid, name), getattr(plane, name), relative, absolute)
-    return solid.residual, True
-
-
 def limit(subject: Embedded) -> Answered:
     """Compare the limits; with other open nodes, those for the open nodes of the plane, too."""
     plane, solid = subject.answered_limit, subject.limit_in_space
@@ -121,7 +101,10 @@ def guaranteed_limit(subject: Embedded) -> Answered:
     """Compare the guaranteed limits, if both searches find the same open nodes."""
     if (subject.limit_in_space.open != subject.answered_limit.open).any():
         raise NotApplicable
-    return alike(subject, "guaranteed_limit", ("load_factor",))
+    plane = in_plane(fo.guaranteed_limit, *subject.args)
+    solid = fo.guaranteed_limit(subject.solid, *subject.args[1:])
+    same("load_factor is", solid.load_factor, plane.load_factor, _SAME, _SAME)
+    return solid.residual, True
 
 
 def safe_slip(subject: Embedded) -> Answered:
@@ -147,15 +130,13 @@ def required_friction(subject: Embedded) -> Answered:
     """Compare the required friction at the load factor of the case."""
     if subject.case.seed % EVERY:
         raise NotApplicable
-    return alike(
-        subject,
-        "required_friction",
-        ("required",),
-        subject.case.cycle,
-        subject.load_factor,
-        relative=_FRICTION_PROVEN,
-        absolute=0.0,
-    )
+    arguments = subject.case.cycle, subject.load_factor
+    plane = in_plane(fo.required_friction, subject.case.system, *arguments)
+    solid = fo.required_friction(subject.solid, *arguments)
+    if solid.required > plane.required and (solid.open != plane.open).any():
+        raise Missed(f"{plane.required!r} with {plane.open} open is below {solid.required!r}")
+    same("required is", solid.required, plane.required, _FRICTION_PROVEN)
+    return solid.residual, True
 
 
 def _open_nodes(reason: str) -> str:
