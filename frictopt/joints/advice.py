@@ -79,9 +79,7 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
     gross = parts.gross_slip
     if gross is None:
         return
-    contacts = [] if parts.model is None else parts.model.contacts
-    bodies = {contact.body_1 for contact in contacts}
-    motion = motion_in_words(parts.system, gross, bodies.pop() if len(bodies) == 1 else "1")
+    motion = motion_in_words(parts.system, gross, _body_1(parts))
     if np.isnan(gross.load_factor):
         yield f"No load factor has a state of rest: {motion}."
     elif gross.load_factor == np.inf and gross.self_stress is None:
@@ -103,6 +101,13 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
             "Contact forces can balance themselves here, as in a press fit or with a locked bolt: "
             "equilibrium does not determine the pressure of the fit, and transients decide."
         )
+
+
+def _body_1(parts: ReportParts) -> str:
+    """The name of body 1, or "1" if it is not known, or not the same in all contacts."""
+    contacts = [] if parts.model is None else parts.model.contacts
+    names = {contact.body_1 for contact in contacts}
+    return names.pop() if len(names) == 1 else "1"
 
 
 def advice_on(parts: ReportParts) -> Iterator[str]:

@@ -66,8 +66,7 @@ def answer(
     agreed = True
     for form, name in _ways(program, solver):
         outcome, x, y = run(form.arrays, name, -np.inf if form.is_dual else above)
-        if form.is_dual:
-            outcome = _OF_DUAL.get(outcome, outcome)
+        outcome = _known(form, outcome, y)
         best: C | None = None
         if outcome == OPTIMAL:
             agreed = False
@@ -80,10 +79,7 @@ def answer(
                     break
         else:
             if outcome in (INFEASIBLE, UNBOUNDED, NONE):
-                reported = outcome
-                if outcome == INFEASIBLE and kind != LP and not _contradicts(form, y):
-                    reported = NONE
-                claim_of_none = claim_of_none or [no_optimum(reported)]
+                claim_of_none = claim_of_none or [no_optimum(outcome)]
                 best = claim_of_none[0]
             else:
                 agreed = False
@@ -92,10 +88,6 @@ def answer(
             seconds = perf_counter() - started
             return best, SolveRecord(name, tuple(attempts), best.residual, seconds=seconds)
     raise failed(kind, tolerance, attempts, agreed)
-
-
-# Status of a dual -> status of the program.
-_OF_DUAL = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}
 
 
 class _Form(NamedTuple):
@@ -112,15 +104,20 @@ class _Form(NamedTuple):
         return x, self.program.admissible(y)
 
 
-def _contradicts(form: _Form, y: Array) -> bool:
-    """Whether the multipliers of a solver prove that no values obey all rows.
+def _known(form: _Form, outcome: str, y: Array) -> str:
+    """The outcome of a program, from the outcome and the multipliers that a solver reports.
 
-    A solver of cones may also report that of programs whose values are far larger than their units.
+    That a cone program is infeasible needs multipliers that prove it, because solvers also report
+    it of programs whose values are far larger than their units.
     """
     if form.is_dual:
-        return False
+        # A dual that grows without end has no multipliers.
+        return {INFEASIBLE: UNBOUNDED, UNBOUNDED: NONE}.get(outcome, outcome)
     program = form.program
-    return _error_of_none(program, program.admissible(y)) <= RESIDUAL
+    if outcome != INFEASIBLE or kind_of(program) == LP:
+        return outcome
+    proven = _error_of_none(program, program.admissible(y)) <= RESIDUAL
+    return INFEASIBLE if proven else NONE
 
 
 def _error_of_none(program: Arrays, y: Array) -> float:
