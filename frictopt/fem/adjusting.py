@@ -34,6 +34,8 @@ class MoveSettings:
     into_plane: float = 0.02
     # Two nodes of matching meshes are not farther apart.
     same_node: float = 0.01
+    # An overlap is the same all along a contact if it differs by this share of it.
+    even: float = 0.01
     # Tolerance of ties over the mean edge, as in CalculiX.
     tied: float = 0.025
 
@@ -55,7 +57,17 @@ def adjusted(
         NO_NODES if contact.adjust is None else moves.fit(contact, contact.adjust)
         for contact in contacts
     ]
-    return moves.bodies, tied, touching, notes_on_moves("adjust", bodies, moves.bodies)
+    notes = [*moves.notes, *notes_on_moves("adjust", bodies, moves.bodies)]
+    return moves.bodies, tied, touching, notes
+
+
+def even_overlap(contact: Contact, bodies: Mapping[str, Body]) -> float:
+    """Depth by which faces of a contact overlap if it is the same all along them, otherwise 0."""
+    *_, distance, _ = _Moves(bodies).measured(contact, 0.0)
+    depth = -float(distance.mean())
+    noise = sum(float(bodies[name].errors.max()) for name in (contact.body_1, contact.body_2))
+    is_even = np.abs(distance + depth).max() <= noise + SETTINGS.even * depth
+    return depth if is_even and depth > noise else 0.0
 
 
 def notes_on_moves(cause: str, before: Mapping[str, Body], after: Mapping[str, Body]) -> list[str]:
@@ -80,8 +92,8 @@ def _note_on_moves(argument: str, before: Body, after: Body) -> list[str]:
         raise ModelError(
             f"{argument}: node {before.numbers[i]} at {place(before.mesh.p[:, i])} would move by "
             f"{length[i]:.3g}, and an element there has an edge of {edge[i]:.3g}; a node may "
-            f"move by {SETTINGS.largest:g} of the shortest edge: reduce the tolerance, repair the "
-            "mesh, or let the nodes of a Tie stay (adjust=False; in a deck ADJUST=NO)"
+            f"move by {SETTINGS.largest:g} of the shortest edge: reduce the tolerance, or repair "
+            "the mesh"
         )
     check_elements(after.mesh)
     moved = number_of(int(np.count_nonzero(length)), "node")
@@ -116,11 +128,13 @@ class _Moves:
         self._axes = list(np.eye(d))
         # Orthonormal directions in which a node of a body must not move any more.
         self._fixed: dict[tuple[str, int], list[Array]] = {}
+        self.notes = list[str]()
 
     def tie(self, tie: Tie) -> Tied:
         """Move nodes of face 1 to their places on face 2; returns those within the tolerance.
 
-        A second pass finds the places of the moved nodes.
+        A second pass finds the places of the moved nodes. A node that would spoil its elements
+        stays, and is glued where it is.
         """
         for _ in range(1 + tie.adjust):
             face_1, face_2, nodes, P = self._placed(tie)
@@ -134,10 +148,17 @@ class _Moves:
                     f"{tolerance:.3g} of the other face; give a larger tolerance, or exchange the "
                     "faces"
                 )
+            edge = _shortest_edges(self.bodies[tie.body_1].mesh)[nodes]
+            stays = near & (np.linalg.norm(off, axis=1) > SETTINGS.largest * edge)
             if tie.adjust:
-                places = face_1.points[nodes] - off
-                normals = unit_vectors(off[near])
-                self._move(tie.body_1, nodes[near], places[near], normals, stays=False)
+                moves = near & ~stays
+                places = face_1.points[nodes[moves]] - off[moves]
+                normals = unit_vectors(off[moves])
+                self._move(tie.body_1, nodes[moves], places, normals, stays=False)
+        if stays.any():
+            count = number_of(int(np.count_nonzero(stays)), "node")
+            farthest = np.linalg.norm(off[stays], axis=1).max()
+            self.notes.append(f"{tie.title}: {count} glued at a distance, of up to {farthest:.3g}")
         # Later moves would part the faces again.
         for name, face_nodes in ((tie.body_1, nodes[near]), (tie.body_2, face_2.facets.ravel())):
             self._fixed.update(dict.fromkeys(((name, k) for k in face_nodes.tolist()), self._axes))
@@ -147,19 +168,8 @@ class _Moves:
     def fit(self, contact: Contact, adjust: float | Place) -> Integers:
         """Move nodes of body 1 onto body 2; returns those that touch afterwards."""
         tolerance = adjust if isinstance(adjust, float) else 0.0
-        body_1 = self._body(contact.body_1)
-        edge = _shortest_edges(body_1.mesh)
-        _, face_2, _ = faces_of(contact, body_1, self._body(contact.body_2))
-        is_plane = self._straighten(contact.body_2, face_2, tolerance)
-        face_1, face_2, nodes, P = self._placed(contact)
-        points = face_1.points[nodes]
-        inward = node_normals(face_2.facets, face_2.points, face_2.errors, self._planes)
-        normals = -unit_vectors(P @ unit_vectors(inward))
-        distance = np.sum((points - P @ face_2.points) * normals, axis=1)
-        # Nodes of round faces may miss the opposite facets by their sag, and stay.
-        sag = np.zeros(len(nodes))
-        if not is_plane:
-            sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
+        edge = _shortest_edges(self._body(contact.body_1).mesh)
+        face_2, nodes, points, normals, distance, sag = self.measured(contact, tolerance)
         if isinstance(adjust, float):
             touches = distance <= tolerance + sag
         else:
@@ -174,6 +184,25 @@ class _Moves:
         places[same] = face_2.points[corners[nearest[same]]]
         self._move(contact.body_1, nodes[touches], places[touches], normals[touches])
         return np.asarray(nodes[touches])
+
+    def measured(
+        self, contact: Contact, tolerance: float
+    ) -> tuple[Face, Integers, Array, Array, Array, Array]:
+        """Face 2, nodes (n,) of face 1, their points and normals (n, d), distances and sags (n,).
+
+        Nodes of round faces may miss the opposite facets by their sag.
+        """
+        _, face_2, _ = faces_of(contact, self._body(contact.body_1), self._body(contact.body_2))
+        is_plane = self._straighten(contact.body_2, face_2, tolerance)
+        face_1, face_2, nodes, P = self._placed(contact)
+        points = face_1.points[nodes]
+        inward = node_normals(face_2.facets, face_2.points, face_2.errors, self._planes)
+        normals = -unit_vectors(P @ unit_vectors(inward))
+        distance = np.sum((points - P @ face_2.points) * normals, axis=1)
+        sag = np.zeros(len(nodes))
+        if not is_plane:
+            sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
+        return face_2, nodes, points, normals, distance, sag
 
     def _body(self, name: str) -> Body:
         return self.bodies[choice("contacts: body", name, self.bodies)].through_corners

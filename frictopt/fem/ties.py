@@ -42,7 +42,9 @@ class Tie:
         free, and a `ModelWarning` counts them. None: 2.5 % of the mean edge of face 1.
     adjust
         Whether the tied nodes move onto face 2 before assembly, without strain, as in
-        `Contact.adjust`. Without it, a turn of both bodies strains them if faces are apart.
+        `Contact.adjust`. A node that would move by more than 0.1 of the shortest edge there stays,
+        and `ContactModel.notes` counts it. Where faces stay apart, a turn of both bodies strains
+        them.
 
     Raises
     ------

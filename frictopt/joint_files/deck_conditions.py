@@ -13,7 +13,7 @@ from ..readers.deck import Deck
 from ..readers.deck_text import Block, entries, number
 from ..readers.keywords import KEPT
 from .refused import OUTPUT, WITHOUT_EFFECT
-from .states import InForce, Key, State
+from .states import InForce, Key, Setting, State
 
 # Read before all others, wherever these are listed: loads act on bolts and couplings, contact pairs
 # have interactions, and the axis of a ring belongs to a tie.
@@ -69,8 +69,8 @@ class Conditions:
         self.stiffness = dict[str, list[float]]()
         self.pairs = list[Pair]()
         self.ties = list[Pair]()
-        # interaction -> its contacts, or the ties of one whose bodies are glued
-        self._of_interaction = dict[str, list[Pair]]()
+        # interactions whose pairs are ties now
+        self.glued = set[str]()
         # tie of a sector, and two points (3,) on its axis
         self.cuts = dict[str, Pair]()
         self.axes = dict[str, Array]()
@@ -101,6 +101,14 @@ class Conditions:
         for start, end in pairwise([*steps, len(blocks)]):
             self._follow(blocks[start:end])
 
+    def in_force(self, setting: Setting, *, glued: bool) -> list[Pair]:
+        """The contact pairs that are in force in a setting and glued there, or not."""
+        return [
+            pair
+            for pair in self.pairs
+            if pair[:2] not in setting.removed and (pair.interaction in setting.glued) == glued
+        ]
+
     def _follow(self, blocks: Sequence[Block]) -> None:
         """Read the blocks of a step for each time at which it has a state; the last is its end."""
         self._steps += 1
@@ -121,7 +129,8 @@ class Conditions:
                 self._read(block)
             if self._is_static:
                 at = f"@{time:g}" if time < self._period else ""
-                self.states.append(self._in_force.state(f"{self._step_name}{at}", self.friction))
+                name = f"{self._step_name}{at}"
+                self.states.append(self._in_force.state(name, self.friction, self.glued))
         self._start += self._period
         if not self._is_static:
             self.left_out[f"{self._step_name}: no *STATIC, or a PERTURBATION"] = None
@@ -204,7 +213,6 @@ class Conditions:
         self._interaction = block.parameters["NAME"]
         self.friction[self._interaction] = 0.0
         self.stiffness[self._interaction] = [np.inf, np.inf]
-        self._of_interaction[self._interaction] = self.pairs
 
     def _read_friction(self, block: Block) -> None:
         coefficient, *slope = entries(block.lines[0])
@@ -216,8 +224,9 @@ class Conditions:
 
     def _read_surfacebehavior(self, block: Block) -> None:
         kind = block.parameters.get("PRESSURE-OVERCLOSURE", "HARD")
+        self.glued.discard(self._interaction)
         if kind == "TIED":
-            self._of_interaction[self._interaction] = self.ties
+            self.glued.add(self._interaction)
         elif kind == "LINEAR" and self.is_rough:
             self.stiffness[self._interaction][1] = number(block.rows[0][0])
         elif kind != "HARD" and self.is_rough:
@@ -229,7 +238,8 @@ class Conditions:
         if self._steps:
             raise ValueError("write it above the first *STEP")
         interaction = block.parameters["INTERACTION"]
-        self._of_interaction[interaction] += self._pairs(block, interaction, "ADJUST")
+        _ = self.friction[interaction]  # is in this deck
+        self.pairs += self._pairs(block, interaction, "ADJUST")
 
     def _pairs(self, block: Block, interaction: str, parameter: str) -> Iterator[Pair]:
         """The pairs of a block; a parameter of it says which nodes move onto the master."""
@@ -259,7 +269,7 @@ class Conditions:
 
     def _surfaces_of_pair(self, slave: str, master: str) -> tuple[str, str]:
         surfaces = slave.upper(), master.upper()
-        if surfaces not in [pair[:2] for pair in [*self.pairs, *self.ties]]:
+        if surfaces not in [pair[:2] for pair in self.pairs]:
             raise ValueError(f"no *CONTACT PAIR has the surfaces {surfaces}")
         return surfaces
 
@@ -326,6 +336,8 @@ class Conditions:
     def _read_changefriction(self, block: Block) -> None:
         self._interaction = block.parameters["INTERACTION"]
         _ = self.friction[self._interaction]  # is in this deck
+
+    _read_changesurfacebehavior = _read_changefriction
 
     def _read_boundary(self, block: Block) -> None:
         self._in_force.begin(block, "BOUNDARY")

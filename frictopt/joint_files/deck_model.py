@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..base import Array, Booleans, number_of
 from ..errors import ModelError
+from ..fem.adjusting import even_overlap
 from ..fem.bodies import Body, split_bodies, with_parts
 from ..fem.bolts import BoltPreload
 from ..fem.contacts import Contact, Interference
@@ -25,7 +26,8 @@ from ..fem.node_forces import PointForce, RemoteForce
 from ..fem.supports import Support
 from ..fem.ties import Tie
 from ..readers.meshes import corner_mesh, named_mesh
-from .deck_conditions import Conditions, Pair
+from .deck_conditions import Conditions, Coupled, Pair
+from .refused import FIT
 from .states import Field, Setting
 
 _Loads: TypeAlias = Mapping[tuple[Any, ...], float]
@@ -139,6 +141,8 @@ class DeckModel:
         loads = {case: listed for case, listed in loads.items() if listed}
         if overlaps:
             loads["FIT"] = overlaps
+        if not loads:
+            raise ModelError(f"no step has a load; if the meshes overlap unevenly by a fit, {FIT}")
         supports = [*self._supports(), *self._couplings(), *self._cyclic()]
         ties = [*self._ties()]
         return ContactModel(self.bodies, supports, loads, contacts, self.kinematics, ties=ties)
@@ -151,16 +155,17 @@ class DeckModel:
             raise ModelError(f"{what}: {boundary!r} has no face of a body; name faces")
         return names
 
-    def _in_force(self, pairs: Sequence[Pair]) -> list[Pair]:
-        return [pair for pair in pairs if pair[:2] not in self.setting.removed]
-
     def _contacts(self) -> tuple[list[Contact], list[Load]]:
-        """The contacts of all pairs of bodies, and their overlaps."""
+        """The contacts of all pairs of bodies, and their overlaps, a fit.
+
+        A fit is a *CLEARANCE below 0, or an even overlap of meshes that no ADJUST takes away.
+        """
         contacts = []
         overlaps: list[Load] = []
-        for pair in self._in_force(self.conditions.pairs):
+        for pair in self.conditions.in_force(self.setting, glued=False):
             bodies = self._pairs_of_bodies(pair)
             clearance = self.conditions.clearances.get(pair[:2])
+            overlap = max(-(clearance or 0.0), 0.0)
             gap: Any = "measured"
             if clearance is not None:
                 gap = partial(_constant, max(clearance, 0.0))
@@ -171,15 +176,21 @@ class DeckModel:
                 if isinstance(adjust, Sequence):
                     adjust = self._at_rows(names[0], adjust)
                 rough = self.conditions.stiffness[pair.interaction]
-                contacts.append(Contact(*names, *pair[:2], name, gap, adjust, *rough))
+                contact = Contact(*names, *pair[:2], name, gap, adjust, *rough)
+                if clearance is None and adjust is None:
+                    overlap = even_overlap(contact, self.bodies)
+                if clearance is None and overlap > 0:
+                    contact = replace(contact, adjust=0.0)
+                contacts.append(contact)
                 self.friction[name] = self.setting.friction[pair.interaction]
                 self.interactions[pair.interaction].append(name)
-                if clearance is not None and clearance < 0:
-                    overlaps.append(Interference(name, -clearance))
+                if overlap > 0:
+                    overlaps.append(Interference(name, overlap))
         return contacts, overlaps
 
     def _ties(self) -> Iterator[Tie]:
-        for pair in self._in_force(self.conditions.ties):
+        glued = self.conditions.in_force(self.setting, glued=True)
+        for pair in [*self.conditions.ties, *glued]:
             tolerance = pair.adjust if isinstance(pair.adjust, float) else None
             if pair.interaction:
                 tolerance = tolerance or None
@@ -244,15 +255,30 @@ class DeckModel:
                 if axes.any():
                     yield Support(name, _AtNodes(body, nodes), _letters(axes))
 
-    def _couplings(self) -> Iterator[RigidCoupling | DistributingCoupling]:
+    def _couplings(self) -> Iterator[Support | RigidCoupling | DistributingCoupling]:
         for row, coupled in self.conditions.couplings.items():
-            turns = self.held[row, 3:] if coupled.turns is None else self.held[coupled.turns, :3]
-            directions = _letters(self.held[row, : len(self.axes)])
-            rotations = _letters(turns & (np.array([3, 3, 2]) <= len(self.axes)))
-            kind = RigidCoupling if coupled.is_rigid else DistributingCoupling
-            if coupled.is_rigid or directions or rotations:
-                name = self._one_with(coupled.where, coupled.block)
-                yield kind(name, coupled.where, directions, rotations, self._point(row))
+            held = self._of_point(self.held, row, coupled)
+            if not coupled.is_rigid and not held.any():
+                continue
+            name = self._one_with(coupled.where, coupled.block)
+            d = len(self.axes)
+            if coupled.is_rigid and held.all():
+                yield Support(name, coupled.where)
+            else:
+                kind = RigidCoupling if coupled.is_rigid else DistributingCoupling
+                rotations = _letters(held[d:]) if d == 3 else "z" * bool(held[d])
+                yield kind(name, coupled.where, _letters(held[:d]), rotations, self._point(row))
+
+    def _of_point(self, nodal: Array, row: int, coupled: Coupled) -> Array:
+        """Values of the displacements and then the rotations of the point of a coupling.
+
+        Rotations are given at the node of the rotations, or at the point itself.
+        """
+        d = len(self.axes)
+        turns = nodal[row, 3:]
+        if coupled.turns is not None:
+            turns = turns + nodal[coupled.turns, :3]
+        return np.concatenate([nodal[row, :d], turns if d == 3 else turns[2:]])
 
     def _one_with(self, boundary: str, what: str) -> str:
         """The body that has a boundary."""
@@ -354,10 +380,19 @@ class DeckModel:
 
     def _boundary(self, case: str, loads: _Loads) -> Iterator[Load]:
         values = self._nodal(loads)
-        for row in self.conditions.couplings:
-            if values[row].any():
-                node = self.deck.numbers[row]
-                raise ModelError(f"{case}: node {node} is a REF NODE; give the force on it")
+        d = len(self.axes)
+        for row, coupled in self.conditions.couplings.items():
+            moved = self._of_point(values, row, coupled)
+            if not moved.any():
+                continue
+            is_held = self._of_point(self.held, row, coupled).all()
+            if moved[d:].any() or not (coupled.is_rigid and is_held):
+                raise ModelError(
+                    f"{case}: node {self.deck.numbers[row]} is a REF NODE; give the force on it, "
+                    f"or hold all motions of a rigid face, and move it along {self.axes}"
+                )
+            name = self._one_with(coupled.where, coupled.block)
+            yield Displacement(name, coupled.where, *moved[:d].tolist())
         for name, body in self.bodies.items():
             for k, axis in enumerate(self.axes):
                 moved = self.origin[name] @ values[:, k] * self._made_of(name, self.held[:, k])

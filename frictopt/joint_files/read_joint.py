@@ -27,8 +27,8 @@ from ..study.plans import named_distribution
 from .deck_conditions import Conditions
 from .deck_model import DeckModel
 from .joint import Joint, known
-from .refused import FIT, check_not_refused
-from .states import Field, load_cases
+from .refused import check_not_refused
+from .states import load_cases
 
 # Entries of a joint file, and their kinds in TOML.
 _OF_ALL: dict[str, type] = {
@@ -125,7 +125,11 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
     cases, states = load_cases(conditions.states)
     setting = conditions.states[-1].setting
     try:
-        _check_is_joint(conditions, cases)
+        if not conditions.in_force(setting, glued=False):
+            raise ModelError(
+                "no *CONTACT PAIR that may slide is in force at the end; a joint needs one: pairs "
+                "that are TIED are glued"
+            )
         made = DeckModel(conditions, cases, file.name)
         model = made.model(setting, cases)
     except ModelError as error:
@@ -146,18 +150,6 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         [state.name for state in conditions.states if state.setting != setting],
         [state.name for state in conditions.states if state.locked],
     )
-
-
-def _check_is_joint(conditions: Conditions, cases: Mapping[str, Field]) -> None:
-    """Refuse a deck without loads, or without contacts that may slide."""
-    if not cases and min(conditions.clearances.values(), default=0.0) >= 0:
-        raise ModelError(f"no step has a load; if the meshes overlap by a fit, {FIT}")
-    removed = conditions.states[-1].setting.removed
-    if all(pair[:2] in removed for pair in conditions.pairs):
-        raise ModelError(
-            "no *CONTACT PAIR that may slide is in force at the end; a joint needs one: pairs that "
-            "are TIED are glued"
-        )
 
 
 def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:

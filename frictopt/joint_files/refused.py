@@ -30,9 +30,7 @@ _REFUSED = {
     "mesh the parts as one body": "EMBEDDEDELEMENT",
     _NO_AXES: "TRANSFORM SOLIDSECTION,ORIENTATION",
     f"{_BY_HAND}, with solids in its place": "SPRING",
-    "contacts are the same in all steps; write a deck for each set of contacts": (
-        "CHANGESURFACEBEHAVIOR CHANGECONTACTTYPE"
-    ),
+    "contacts have one type; take it out": "CHANGECONTACTTYPE",
     "give the loads themselves": "SUBMODEL",
     "write *TIE": "CONTACTPAIR,TIED",
     "contacts open; take it out": "SURFACEBEHAVIOR,NOSEPARATION",

@@ -1,7 +1,7 @@
 """The conditions in force at the end of each step of a deck, as amplitudes of load cases."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -32,13 +32,14 @@ class State:
 class Setting:
     """The parts of a state that all states of a load cycle share.
 
-    `held` are rows and axes of nodes, `removed` the surfaces of pairs that are not in force, and
-    `friction` maps interactions to coefficients.
+    `held` are rows and axes of nodes, and `removed` the surfaces of pairs that are not in force.
+    `friction` maps interactions to coefficients, and `glued` are those whose pairs are ties.
     """
 
     held: frozenset[tuple[int, int]]
     removed: frozenset[tuple[str, ...]]
     friction: Mapping[str, float]
+    glued: frozenset[str]
 
 
 @dataclass
@@ -96,7 +97,7 @@ class InForce:
         self._of_this_step.discard(key)
         self.add(key, target, value, amplitude)
 
-    def state(self, name: str, friction: Mapping[str, float]) -> State:
+    def state(self, name: str, friction: Mapping[str, float], glued: Iterable[str]) -> State:
         """The conditions that are in force now; a locked bolt keeps its last tension."""
         locked = {("BOLT", row) for row in self.locked}
         self.loads |= {key: dict(self._before[key]) for key in locked if key in self._before}
@@ -105,7 +106,9 @@ class InForce:
             for target, value in load.items():
                 if value:
                     fields[target][key] = value
-        setting = Setting(frozenset(self.held), frozenset(self.removed), {**friction})
+        setting = Setting(
+            frozenset(self.held), frozenset(self.removed), {**friction}, frozenset(glued)
+        )
         return State(name, fields, setting, frozenset(self.locked))
 
 

@@ -42,10 +42,15 @@ def stack(kind, counts, ties=None, shift=0.0, held=(), **more):
     )
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.1], ids=["together", "too far to move"])
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
-def test_a_uniform_stress_passes_through_meshes_that_do_not_match(kind, element):
-    model = stack(kind, (3, 4, 4), element=element)
+def test_a_uniform_stress_passes_through_meshes_that_do_not_match(kind, element, shift):
+    tie = fo.fem.Tie("middle", "bottom", "low", "high", tolerance=0.2)
+    model = stack(kind, (3, 4, 4), [tie], shift, element=element)
+    count = 5 if kind is MeshQuad else 25
+    told = f"tie of 'middle' and 'bottom': {count} nodes glued at a distance, of up to 0.1"
+    assert model.notes == ((told,) if shift else ())
     system = model.condense(progress=False)
     flat = np.zeros(system.slip_shape)
     fields = model.recover({"P": 1.0}, flat, progress=False)
