@@ -269,7 +269,7 @@ class DeckModel:
                 rotations = _letters(held[d:]) if d == 3 else "z" * bool(held[d])
                 yield kind(name, coupled.where, _letters(held[:d]), rotations, self._point(row))
 
-    def _of_point(self, nodal: Array, row: int, coupled: Coupled) -> Array:
+    def _of_point(self, nodal: Any, row: int, coupled: Coupled) -> Any:
         """Values of the displacements and then the rotations of the point of a coupling.
 
         Rotations are given at the node of the rotations, or at the point itself.

@@ -26,7 +26,7 @@ _POLISHED = 1e-3 * ROUNDING
 # Largest number of Newton steps; usually three are enough.
 _STEPS = 8
 # Number of gaps between ratios of multiplier to slack that are tried.
-_GAPS = 4
+_GAPS = 8
 # Ratios are clipped to this number and its inverse.
 _LEAST_RATIO = 1e-12
 

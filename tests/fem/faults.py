@@ -667,8 +667,8 @@ FAULTS = (
     Fault(
         "fem/adjusting.py",
         "tied nodes move along one normal",
-        old="self._move(tie.body_1, nodes[near], places[near], normals, stays=False)",
-        new="self._move(tie.body_1, nodes[near], places[near], normals)",
+        old="self._move(tie.body_1, nodes[moves], places, normals, stays=False)",
+        new="self._move(tie.body_1, nodes[moves], places, normals)",
         tests="ties",
     ),
     Fault(

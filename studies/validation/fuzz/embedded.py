@@ -188,7 +188,7 @@ def least_slip(subject: Embedded) -> Answered:
     # The bound is proportional to the excess over the limit, which is half the limit. An error of
     # the limit therefore counts twice.
     gap = 1 - limit.load_factor / limit.bound
-    same("the bound is", solid.bound, plane.bound, _SAME * 10 + 2 * gap)
+    same("the bound is", solid.bound, plane.bound, _SAME * 10 + 2 * gap, _SAME)
     return solid.residual, True
 
 
