@@ -28,7 +28,8 @@ from ...errors import NoContinuation, SolverError
 # Load factor of the first transient, divided by the load factor of statics, or by the unit of
 # the loads.
 _START = 1e-2
-# Share of the load factor of statics. A transient that goes on there confirms statics.
+# Share of the load factor of statics, or of the end of first cycles. A transient that goes on there
+# confirms it.
 _END = 0.99
 # Largest load factor, over the unit of the loads, if that of statics is infinite.
 _END_WITHOUT_STATICS = 1e6
@@ -41,6 +42,8 @@ _TOLERANCE = 2e-4
 # Increments from corner to corner in space, and the width there: it is below their error.
 _STEPS_IN_SPACE = 2
 _TOLERANCE_IN_SPACE = 1e-3
+# Ratio of numbers of increments that confirm the load factor in space at which none has a state.
+_FINER = 4
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,8 @@ def sliding_off(
         steps = _STEPS_IN_SPACE
         tolerance = _TOLERANCE_IN_SPACE
 
-    def follow_first_cycle(load_factor: float, retries: bool = True) -> None:
-        path = path_of(system, cycle, friction, load_factor, steps=steps, retries=retries).start()
+    def follow_first_cycle(steps: int | None, load_factor: float) -> None:
+        path = path_of(system, cycle, friction, load_factor, steps=steps, retries=False).start()
         for leg in path.legs:
             path.follow([leg])
             bar.update()
@@ -96,29 +99,28 @@ def sliding_off(
     known = Bracket(0.0, np.inf, "")
     cycles = False
 
-    def approach(
-        follow: Callable[[float], None], start: float, end: float, low: float = 0.0
-    ) -> None:
+    def approach(follow: Callable[[float], None], start: float, end: float, begin: Bracket) -> None:
         nonlocal known
-        for known in _approached(partial(_end_of, follow), start, end, low, tolerance):
+        for known in _approached(partial(_end_of, follow), start, end, begin, tolerance):
             bar.best = f"they reach {known.low:.4g}"
 
     try:
         with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
             # The first cycle takes little time, also near the load that is sought, and nearly
             # always decides.
-            approach(partial(follow_first_cycle, retries=False), start, end)
+            approach(partial(follow_first_cycle, steps), start, end, known)
             if steps and known.why:
-                # An increment without a state takes ten times as long if all methods try it, so
-                # they try the smallest load factor alone at which the first one failed.
+                # Newton's method may also miss a state, but hardly so in finer increments.
                 first = known.high if known.low > 0 else start
-                approach(follow_first_cycle, first, end, known.low)
+                finer = _FINER * steps
+                known_below = Bracket(known.low, np.inf, "")
+                approach(partial(follow_first_cycle, finer), first, end, known_below)
             why = _end_of(follow_all_cycles, known.low) if known.low > 0 else ""
             cycles = True
             if why:
+                # Most transients that end in a later cycle do so just below the end of the first.
                 known = Bracket(0.0, known.low, why)
-                first = _START * known.high
-                approach(follow_all_cycles, first, known.high)
+                approach(follow_all_cycles, _END * known.high, known.high, known)
     except OutOfTime:
         return replace(known, complete=False, cycles=cycles)
     return known
@@ -142,14 +144,12 @@ def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
 
 
 def _approached(
-    end_at: Callable[[float], str], start: float, end: float, low: float, tolerance: float
+    end_at: Callable[[float], str], start: float, end: float, bracket: Bracket, tolerance: float
 ) -> Iterator[Bracket]:
     """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
 
-    Load factors shrink or grow until one of each kind is known. Then the bracket is halved. At
-    `low` a transient goes on.
+    Load factors shrink or grow until one of each kind is known. Then the bracket is halved.
     """
-    bracket = Bracket(low, np.inf, "")
     trial = start
     smallest = start / _GROWTH**_MOST_SHRINKS
     while bracket.low < min(end, (1 - tolerance) * bracket.high):
