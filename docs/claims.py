@@ -1,15 +1,20 @@
 """The sections of `claims.md`: `python docs/claims.py` writes them anew.
 
 The text of a sentence stands in `frictopt/limits`. Its source and its tests stand here, because no
-user needs them at run time. What it assumes stands beside its text, or here if sentences share it.
-To add a sentence, write it as a `Sentence` there, give it a claim here, and run this file.
+user needs them at run time. What it assumes stands below its text, or here if sentences share it.
+To add a sentence, write it and its assumption there, give it a claim here, and run this file.
 `tests/repository/test_claims.py` fails for a sentence without a claim, assumption or test.
 """
 
+import ast
+import inspect
 import re
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
+
+from frictopt.limits.answers import sentences
 
 PAGE = Path(__file__).with_name("claims.md")
 
@@ -38,8 +43,8 @@ class Claim:
 
     def section(self, number: int) -> str:
         """The section: its sentences as a quotation, and below them what each reader looks for."""
-        sentences = [sentence.strip(" ;") for sentence in (*self.texts, self.also) if sentence]
-        assumed = [getattr(sentence_of(name), "assumes", "") for name in self.sentences.split()]
+        said = [sentence.strip(" ;") for sentence in (*self.texts, self.also) if sentence]
+        assumed = [ASSUMED.get(name, "") for name in self.sentences.split()]
         first, _, others = self.by.partition(", ")
         items = {
             "Also said by": others,
@@ -47,23 +52,31 @@ class Claim:
             "Source": "" if self.source == "multipliers" else self.source,
             "Test": ", ".join(f"`{test}`" for test in self.tests.split()),
         }
-        if not (sentences and items["Holds if"] and items["Test"]):
+        if not (said and items["Holds if"] and items["Test"]):
             raise ValueError(f"{self.sentences}{self.also}: something is empty in {items}")
-        quotation = "\n>\n".join(f"> {sentence}" for sentence in sentences)
+        quotation = "\n>\n".join(f"> {sentence}" for sentence in said)
         below = "\n".join(f"- {name}: {text}" for name, text in items.items() if text)
         return f"## {number}. {first}\n\n{quotation}\n\n{below}\n"
 
 
-def sentence_of(name: str) -> object:
-    """The sentence with a name `room.file.NAME` in `frictopt/limits`: a `Sentence`, or a text."""
-    file, constant = name.rsplit(".", 1)
-    return getattr(import_module(f"frictopt.limits.{file}"), constant)
+def assumptions() -> dict[str, str]:
+    """Name -> assumption of each sentence of `sentences.py`: the text below it."""
+    found = {}
+    for assigned, text in pairwise(ast.parse(inspect.getsource(sentences)).body):
+        if isinstance(assigned, ast.Assign) and isinstance(text, ast.Expr):
+            assumption = " ".join(ast.literal_eval(text.value).split())
+            name = f"answers.sentences.{ast.unparse(assigned.targets[0])}"
+            found[name] = assumption.removeprefix("Assumption: ").removesuffix(".")
+    return found
+
+
+ASSUMED = assumptions()
 
 
 def text_of(name: str) -> str:
-    """The text of a sentence."""
-    sentence = sentence_of(name)
-    return str(getattr(sentence, "text", sentence))
+    """The text of a sentence with a name `room.file.NAME` in `frictopt/limits`."""
+    file, constant = name.rsplit(".", 1)
+    return str(getattr(import_module(f"frictopt.limits.{file}"), constant))
 
 
 def shortened(text: str) -> str:

@@ -121,18 +121,18 @@ class FatigueBand(Recorded, Plotted):
         if isinstance(self._slips, SteadyCycles):
             unique = _differ_by_constants(self._slips.question)
             which = sentences.BAND_OF_CYCLES if unique else sentences.BAND_OF_FAMILY
-        text = which(
+        text = which.format(
             node_states=self._slips.question.node_states,
             parameter=self.parameter,
             least=self.least,
             most=self.most,
         )
         if np.isinf(self.most):
-            text += sentences.WEDGES()
+            text += sentences.WEDGES
         elif self.stress_map.on_face:
-            text += sentences.GROWS_WITH_MESH()
+            text += sentences.GROWS_WITH_MESH
         if which is sentences.BAND_OF_RESTS:
-            text += sentences.OTHER_STARTS()
+            text += sentences.OTHER_STARTS
         return text
 
     def at(self, slip: ArrayLike) -> Array:

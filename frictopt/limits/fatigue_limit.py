@@ -83,7 +83,7 @@ class FatigueLimit(Answered):
     def reason(self) -> str:
         """The limit in words, and what it is not about."""
         which = sentences.ALLOWED if self.load_factor else sentences.NOT_ALLOWED
-        text = which(
+        text = which.format(
             load_factor=self.load_factor,
             some="every" if self.every == bool(self.load_factor) else "some",
             node_states=self._question.node_states,
@@ -91,10 +91,10 @@ class FatigueLimit(Answered):
             allowable=self.allowable,
         )
         if not self.reached:
-            text += sentences.RESTS_END()
+            text += sentences.RESTS_END
         if self.every and self.stress_map.on_face:
-            text += sentences.GROWS_WITH_MESH()
-        return text + sentences.OTHER_STARTS()
+            text += sentences.GROWS_WITH_MESH
+        return text + sentences.OTHER_STARTS
 
     def check_kept(self) -> None:
         """Check that the slip of a loaded limit has the allowable value; ValueError if not."""

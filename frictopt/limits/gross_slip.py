@@ -277,7 +277,7 @@ def _motion(answer: CornerAnswer) -> str:
 def _unbalanced(answer: CornerAnswer) -> str:
     """The load that no contact forces balance, and the motion that proves it."""
     bounds = _bounds(answer.asked.question)
-    return UNBALANCED(bounds=bounds, load=_load(answer), motion=_motion(answer))
+    return UNBALANCED.format(bounds=bounds, load=_load(answer), motion=_motion(answer))
 
 
 def _statics(question: Question) -> GrossSlip:
@@ -294,7 +294,7 @@ def _statics(question: Question) -> GrossSlip:
     upper = [corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], 1.0)) for k in corners]
     for answer in upper:
         if np.isnan(answer.load_factor):
-            reason = NO_STATE(unbalanced=_unbalanced(answer))
+            reason = NO_STATE.format(unbalanced=_unbalanced(answer))
             return _result(question, answer, np.nan, reason, upper)
     largest = min(answer.load_factor for answer in upper)
     governs = next(answer for answer in upper if answer.load_factor <= largest * (1 + RESIDUAL))
@@ -312,14 +312,14 @@ def _statics(question: Question) -> GrossSlip:
 def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float) -> str:
     """Why the load factor is at most that of `governs`, and at least that of `first`."""
     if first is not None and least > largest * (1 + RESIDUAL):
-        return APART(lower=_load(first), least=least, upper=_load(governs), largest=largest)
+        return APART.format(lower=_load(first), least=least, upper=_load(governs), largest=largest)
     if largest == np.inf:
         start = f" from {least:.4g} on" if least > 0 else ""
-        reason = ALL_BALANCED(bounds=_bounds(governs.asked.question), start=start)
+        reason = ALL_BALANCED.format(bounds=_bounds(governs.asked.question), start=start)
     else:
-        reason = ABOVE(unbalanced=_unbalanced(governs))
+        reason = ABOVE.format(unbalanced=_unbalanced(governs))
     if first is not None and least > 0:
-        reason += BELOW(least=least, load=_load(first), motion=_motion(first))
+        reason += BELOW.format(least=least, load=_load(first), motion=_motion(first))
     return reason
 
 
@@ -348,7 +348,7 @@ def _held_by_supports(question: Question) -> GrossSlip:
         loads="",
         phi=phi,
         motion=motion_table(question.system, phi),
-        reason=HELD(),
+        reason=HELD,
         record=SolveRecord("statics", residual=0.0),
         _asked=None,
         _forces=np.zeros(0),
@@ -402,7 +402,7 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     forces = self_stress(system, friction, N)
     if forces is None:
         return statics
-    return replace(statics, self_stress=forces, reason=SELF_STRESSED(statics=statics.reason))
+    return replace(statics, self_stress=forces, reason=SELF_STRESSED.format(statics=statics.reason))
 
 
 def _with_transients(statics: GrossSlip, question: Question, seconds: float) -> GrossSlip:
@@ -421,14 +421,14 @@ def _with_transients(statics: GrossSlip, question: Question, seconds: float) -> 
             )
         end = f", but not at {found.high:.4g} ({found.why})" if found.why else ""
         cycles = "they go on" if found.cycles else "their first cycle goes on"
-        reason = STOPPED(
+        reason = STOPPED.format(
             seconds=seconds, cycles=cycles, load_factor=load_factor, end=end, unknown=unknown
         )
     elif not found.why:
-        return replace(statics, reason=GOES_ON(unknown=unknown))
+        return replace(statics, reason=GOES_ON.format(unknown=unknown))
     elif load_factor == 0:
-        reason = SLIDES_OFF_AT_ANY(why=found.why, unknown=unknown)
+        reason = SLIDES_OFF_AT_ANY.format(why=found.why, unknown=unknown)
         load_factor = np.nan
     else:
-        reason = SLIDES_OFF_ABOVE(load_factor=load_factor, why=found.why, unknown=unknown)
+        reason = SLIDES_OFF_ABOVE.format(load_factor=load_factor, why=found.why, unknown=unknown)
     return replace(statics, load_factor=load_factor, reason=reason)

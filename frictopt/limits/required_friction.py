@@ -554,11 +554,11 @@ def _answer(
         node_states = "for all openings and closings"
     elif opened:
         node_states = f"{number_of(opened, 'node')} open and the others closed"
-    reason = LESS_IS_NOT_SAFE(within=safe_slips.within, node_states=node_states)
+    reason = LESS_IS_NOT_SAFE.format(within=safe_slips.within, node_states=node_states)
     if safe_slips.areas is None and not enough.events.empty:
-        reason += ENOUGH_WITH_EVENTS()
+        reason += ENOUGH_WITH_EVENTS
     if not uncoupled(enough._question):
-        reason += NOT_FROM_EVERY_START()
+        reason += NOT_FROM_EVERY_START
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=enough.slip,
@@ -580,7 +580,7 @@ def _within(question: Question, load_factor: float, gap: float) -> RequiredFrict
     bracket.narrow(gap, _SMALLEST)
     if bracket.enough <= RESIDUAL and has_static_shear(question, load_factor):
         bracket.enough = 0.0
-        return _answer_within(question, load_factor, bracket, np.nan, NONE_NEEDED(within=""))
+        return _answer_within(question, load_factor, bracket, np.nan, NONE_NEEDED.format(within=""))
     if bracket.enough <= _SMALLEST:
         raise SolverError(_NEXT_TO_ZERO.format(smallest=_SMALLEST))
     enough_is_known = np.isfinite(bracket.enough)
@@ -591,9 +591,9 @@ def _within(question: Question, load_factor: float, gap: float) -> RequiredFrict
         )
     stopped = ""
     if not bracket.is_within(gap):
-        stopped = STOPPED_WIDE(gap=gap, remedy=remedy)
+        stopped = STOPPED_WIDE.format(gap=gap, remedy=remedy)
         warnings.warn(f"required_friction: {stopped[2:]}", ModelWarning, stacklevel=4)
-    reason = REQUIRED_BETWEEN(
+    reason = REQUIRED_BETWEEN.format(
         lower=bracket.too_little,
         upper=bracket.enough,
         gap=100 * (1 - bracket.too_little / bracket.enough),
@@ -634,7 +634,7 @@ def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
         required=0.0,
         bound=np.nan,
         mechanism=safe._motion.table(safe.system, safe._question.names)[:0],
-        reason=NONE_NEEDED(within=safe_slips.within),
+        reason=NONE_NEEDED.format(within=safe_slips.within),
         _solved=safe._solved,
     )
 
@@ -643,7 +643,7 @@ def _slips_at_any(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer inf, if some node closes under another shear load than it opens."""
     safe = safe_slips.at(_TRIED[0])
     mechanism = safe._motion.table(safe.system, safe._question.names)
-    reason = NONE_STOPS_IT(why=safe.reason)
+    reason = NONE_STOPS_IT.format(why=safe.reason)
     return _infinite(safe_slips, safe._question, safe.record, mechanism, reason)
 
 
@@ -656,8 +656,8 @@ def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFric
         raise SolverError(_NONE_FOUND.format(largest=_TRIED[-1], least=pressed.least))
     mechanism = pressed.motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
-    why = LOADS_OPEN(within=safe_slips.within, where=where(system, nodes, _MOST_PLACES))
-    return _infinite(safe_slips, question, record, mechanism, NONE_IS_ENOUGH(why=why))
+    why = LOADS_OPEN.format(within=safe_slips.within, where=where(system, nodes, _MOST_PLACES))
+    return _infinite(safe_slips, question, record, mechanism, NONE_IS_ENOUGH.format(why=why))
 
 
 def _infinite(

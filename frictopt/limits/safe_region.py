@@ -446,21 +446,21 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
     """The border between the ends of the rays of each load alone."""
     for point in (first, second):
         if np.isnan(point.limit.load_factor):
-            return Border([], (), NO_AMPLITUDES(limit=point.limit.reason))
+            return Border([], (), NO_AMPLITUDES.format(limit=point.limit.reason))
     if np.isinf(first.limit.load_factor) and np.isinf(second.limit.load_factor):
-        return Border([], rays.names, ALL_AMPLITUDES(limit=first.limit.reason))
+        return Border([], rays.names, ALL_AMPLITUDES.format(limit=first.limit.reason))
 
     # If one load is unlimited, the other one has the limit that it has alone: the region is convex
     # and closed.
     for load, point, limited in zip(rays.names, (first, second), (second, first), strict=True):
         if np.isinf(point.limit.load_factor):
-            return Border([limited], (load,), ONE_UNLIMITED(load=load))
+            return Border([limited], (load,), ONE_UNLIMITED.format(load=load))
 
     points = [first, *_points_between(rays, first, second, tolerance), second]
     limit = first.limit
-    reason = SIDES(opened=limit._opened, node_states=limit._question.node_states)
+    reason = SIDES.format(opened=limit._opened, node_states=limit._question.node_states)
     if first.limit.load_factor == 0 and second.limit.load_factor == 0:
-        reason = NO_AMPLITUDES_ABOVE_ZERO(limit=limit.reason)
+        reason = NO_AMPLITUDES_ABOVE_ZERO.format(limit=limit.reason)
     return Border(points, (), reason)
 
 
@@ -546,7 +546,7 @@ def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
     gap = _largest_gap(points, ends) if in_space else 0.0
     reason = border.reason
     if gap > 0:
-        reason += GAP_OF_SIDES(gap=gap)
+        reason += GAP_OF_SIDES.format(gap=gap)
     corners = domain(rays.mean, rays.parts, (1.0, 1.0)).corner_names
     record, *others = (limit.record for limit in rays.limits)
     return SafeRegion(

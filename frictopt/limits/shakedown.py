@@ -419,9 +419,9 @@ def _between(
     proven = (upper - lower) / size
     stopped = ""
     if proven > gap:
-        stopped = STOPPED_WIDE(gap=gap, remedy=without_gap(question.system))
+        stopped = STOPPED_WIDE.format(gap=gap, remedy=without_gap(question.system))
         warnings.warn(f"shakedown_limit: {stopped[2:]}", ModelWarning, stacklevel=5)
-    why = BETWEEN(
+    why = BETWEEN.format(
         lower=lower,
         upper=upper,
         gap=100 * proven,
@@ -484,7 +484,7 @@ def checked_limit(
         LimitKind.FINITE,
         bound + defect,
         objective=objective,
-        _why="" if objective is None else CHOSEN(),
+        _why="" if objective is None else CHOSEN,
         constraints=solution.program.constraints,
         _solved=solution.solved("shakedown"),
     )
@@ -534,7 +534,7 @@ def _nothing_is_safe(program: RestProgram, goal: str) -> ShakedownLimit | None:
     why = ""
     rows = ", ".join(claim.ruling)
     if rows:
-        why = CONTRADICTED(node_states=question.node_states, rows=rows)
+        why = CONTRADICTED.format(node_states=question.node_states, rows=rows)
     return _not_finite(
         question,
         LimitKind.NO_SAFE_SLIP,

@@ -869,8 +869,8 @@ FAULTS = (
     Fault(
         "limits/answers/reasons.py",
         "who asks without events is not told of them",
-        old="CALL_WITH_EVENTS()",
-        new="''",
+        old="return CALL_WITH_EVENTS",
+        new="return ''",
         tests="moving_events::test_a_reason_says_where_to_ask_for_events",
     ),
     Fault(

@@ -65,7 +65,7 @@ from .shakedown_answer import ShakedownAnswer
 
 def nothing_with_events(limit: ShakedownAnswer) -> str:
     """The reason that no load factor is safe, after a search of events."""
-    return _nothing_safe(limit) + NO_EVENTS()
+    return _nothing_safe(limit) + NO_EVENTS
 
 
 def shakedown_reason(limit: ShakedownAnswer) -> str:
@@ -80,13 +80,13 @@ def shakedown_reason(limit: ShakedownAnswer) -> str:
     elif grows:
         cause = f"; {limit._why}" if limit._why else ""
         start, below = _start(limit)
-        reason = INFINITE(start=start, slip=_slip(limit), cause=cause, below=below)
+        reason = INFINITE.format(start=start, slip=_slip(limit), cause=cause, below=below)
     elif limit._question.both_vary:
-        reason = NO_BOUND(slip=_slip(limit), node_states=limit._question.node_states)
+        reason = NO_BOUND.format(slip=_slip(limit), node_states=limit._question.node_states)
     else:
         node_states = limit._question.node_states
         _, below = _start(limit)
-        reason = HIGHEST(
+        reason = HIGHEST.format(
             slip=_slip(limit), node_states=node_states, others=_others(limit), below=below
         )
     return limit._opened + reason + governing_node(limit)
@@ -97,22 +97,22 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
     question = limit._question
     assert isinstance(question, MovingAreas)
     node = question.slipping(1)
-    starts = FROM_EVERY_START() if is_held(question) else ""
+    starts = FROM_EVERY_START if is_held(question) else ""
     _, below = _start(limit)
     if limit.kind is LimitKind.NO_SAFE_SLIP:
         slips = question.slipping(0) if node is None else node
         cause = _mean_load(limit)
         if slips is not None:
-            cause = CLOSES_OTHERWISE(**_at(question, slips))
-        return NO_STATE_OF_REST(above="", cause=cause)
+            cause = CLOSES_OTHERWISE.format(**_at(question, slips))
+        return NO_STATE_OF_REST.format(above="", cause=cause)
     if node is not None:
         sentence = SLIPS_BUT_AT_ONE if limit.load_factor > 0 else SLIPS_AT_ANY
-        return sentence(starts=starts, **_at(question, node))
+        return sentence.format(starts=starts, **_at(question, node))
     if not limit.load_factor > 0:
         weak = limit._ruling
-        cause = TOO_LITTLE_PRESSURE(**_at(question, weak))
-        return NO_STATE_OF_REST(above=" above 0", cause=cause)
-    return MOVES(nodes=_moving(question), below=below)
+        cause = TOO_LITTLE_PRESSURE.format(**_at(question, weak))
+        return NO_STATE_OF_REST.format(above=" above 0", cause=cause)
+    return MOVES.format(nodes=_moving(question), below=below)
 
 
 def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, lifted: bool) -> str:
@@ -128,16 +128,16 @@ def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, l
     if following is not None:
         node = following.slipping(1)
         node = following.slipping(0) if node is None else node
-        cause = IN_ANOTHER_ORDER()
+        cause = IN_ANOTHER_ORDER
         if node is not None:
-            cause = CLOSES_ABOVE(**_at(question, node))
+            cause = CLOSES_ABOVE.format(**_at(question, node))
     elif lifted:
-        cause = LIFTED_OFF()
+        cause = LIFTED_OFF
     elif isinstance(question, MovingAreas):
-        cause = IN_THIS_ORDER(nodes=_moving(question))
+        cause = IN_THIS_ORDER.format(nodes=_moving(question))
     else:
         return ""
-    return LAST_REST(cause=cause, below=below)
+    return LAST_REST.format(cause=cause, below=below)
 
 
 def _at(question: Question, node: int) -> dict[str, object]:
@@ -171,10 +171,10 @@ def governing_node(limit: ShakedownAnswer) -> str:
     node = limit._ruling
     if question.compliance is not None:
         if _is_at_mesh_border(limit, node):
-            return BELONGS_TO_MESH(**_at(question, node))
+            return BELONGS_TO_MESH.format(**_at(question, node))
         return ""
     if limit._rated and question.r0[:, -1, node].max() < 0:
-        return ONLY_SLIP_PRESSES(**_at(question, node))
+        return ONLY_SLIP_PRESSES.format(**_at(question, node))
     return ""
 
 
@@ -222,7 +222,7 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
     """The reason that no load factor is safe, or no load factor above 0."""
     question = limit._question
     at_zero = limit.kind is LimitKind.FINITE
-    return NOTHING_SAFE(
+    return NOTHING_SAFE.format(
         slip=_slip(limit),
         above=" above 0" if at_zero else "",
         node_states=question.node_states,
@@ -242,7 +242,7 @@ def _call_with_events(limit: ShakedownAnswer) -> str:
         return ""
     if unknown or not may_open_and_close(question, path_of(question.cycle)):
         return ""
-    return CALL_WITH_EVENTS()
+    return CALL_WITH_EVENTS
 
 
 def _weak_node(limit: ShakedownAnswer) -> str:
@@ -250,11 +250,11 @@ def _weak_node(limit: ShakedownAnswer) -> str:
     question = limit._question
     node = limit._ruling
     if _slides_freely(limit):
-        return NO_FRICTION(**_at(question, node))
+        return NO_FRICTION.format(**_at(question, node))
     sheared = _shears(limit)
     alone = set(limit.mechanism["node"]) == {node}
     if alone and np.abs(question.r0[:, -1, node]).max() <= ROUNDING * question.force:
-        return NO_PRESSURE(**_at(question, node), moves="shears" if sheared else "lifts")
+        return NO_PRESSURE.format(**_at(question, node), moves="shears" if sheared else "lifts")
     return ""
 
 
@@ -274,13 +274,13 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
     """Two phrases: the load factor at which safe slips begin, and the load factors below it."""
     least = limit.least
     if np.isnan(least):
-        return " from some on", START_UNKNOWN()
+        return " from some on", START_UNKNOWN
     if not least > 0:
         return "", ""
     # The sentence of a finite limit names the open nodes itself.
     grows = limit.kind is LimitKind.UNBOUNDED
     node_states = f"{limit._question.node_states[1:]} " if grows else ""
-    below = UNSAFE_BELOW(node_states=node_states, least=least)
+    below = UNSAFE_BELOW.format(node_states=node_states, least=least)
     if not limit.constraints:
         below += f": {_mean_load(limit)}"
     return f" from {least:.6g} on", below
@@ -290,13 +290,13 @@ def _others(limit: ShakedownAnswer) -> str:
     """Phrases on the states of rest that a finite limit does not cover."""
     others = ""
     if limit.best_of_all:
-        others += NOT_HIGHER_WITH_OTHERS_OPEN()
+        others += NOT_HIGHER_WITH_OTHERS_OPEN
     elif limit.open.any() and not limit._ends_rests:
-        others += HIGHER_WITH_OTHERS_OPEN()
+        others += HIGHER_WITH_OTHERS_OPEN
     if limit.constraints:
-        others += BOUND_COVERS()
+        others += BOUND_COVERS
     elif limit._question.static and not limit.best_of_all:
-        others += STATIC()
+        others += STATIC
     return others
 
 
@@ -314,15 +314,15 @@ def guaranteed_reason(
         reason = shakedown_reason(shakedown)
     else:
         cause = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
-        reason = SAME_LIMIT(cause=cause, reason=shakedown_reason(shakedown))
+        reason = SAME_LIMIT.format(cause=cause, reason=shakedown_reason(shakedown))
     if coincide:
         nodes = number_of(coincide, "node is", "nodes are")
-        reason += ONLY_AT_LEAST(nodes=nodes, least=shakedown.least)
+        reason += ONLY_AT_LEAST.format(nodes=nodes, least=shakedown.least)
     load_factor = shakedown.load_factor if best is None else best.load_factor
     if uncoupled and shakedown._question.moves and not is_held(shakedown._question):
-        reason += OBSERVED()
+        reason += OBSERVED
     if not uncoupled and _may_lift(shakedown, load_factor):
-        reason += LIFTING()
+        reason += LIFTING
     return reason
 
 
@@ -331,16 +331,16 @@ def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
     question = shakedown._question
     node = best.state.node
     bounds = _bounds(best, question.cycle.corner_names)
-    reason = shakedown._opened + CRITICAL(**_at(question, node), bounds=bounds)
+    reason = shakedown._opened + CRITICAL.format(**_at(question, node), bounds=bounds)
     if best.above is not None:
-        reason += AT_EVERY_LOAD(least=shakedown.least)
+        reason += AT_EVERY_LOAD.format(least=shakedown.least)
     if shakedown.constraints:
         reason += f" (slips obey {', '.join(shakedown.constraints)})"
     if not best.load_factor > 0 and not question.fixed:
         size = np.linalg.norm(best.slip.reshape(len(best.slip), -1), axis=1).max()
-        reason += UNLOADED(size=float(size))
+        reason += UNLOADED.format(size=float(size))
     if _may_wedge(shakedown, node):
-        reason += WEDGED()
+        reason += WEDGED
     return reason
 
 
@@ -348,9 +348,9 @@ def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
     """The bounds that a critical node reaches, with the loads of the corners."""
     *first, last = (f"({names[corner]})" for corner in best.state.corners)
     if best.slip.ndim == 1:
-        return BOTH_BOUNDS(first=first[0], last=last)
+        return BOTH_BOUNDS.format(first=first[0], last=last)
     how = "around" if len(first) > 1 else "to and fro"
-    return BOUNDS_IN_SPACE(first=", ".join(first), last=last, how=how)
+    return BOUNDS_IN_SPACE.format(first=", ".join(first), last=last, how=how)
 
 
 def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
@@ -383,25 +383,25 @@ def safe_slip_reason(safe: Proven, exists: bool) -> str:
 
     if not exists:
         if isinstance(question, MovingAreas):
-            return NO_REST_THERE(cause=_cause_of_slip(question, safe.load_factor))
-        node_states = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.node_states
+            return NO_REST_THERE.format(cause=_cause_of_slip(question, safe.load_factor))
+        node_states = NOR_WITH_SOME_OPEN.format(opened=opened) if opened else question.node_states
         mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
-        return NO_SLIP_IS_SAFE(within=within, node_states=node_states, mean=mean)
+        return NO_SLIP_IS_SAFE.format(within=within, node_states=node_states, mean=mean)
     moving = safe.events["node"].nunique()
     if moving:
-        return SLIP_WITH_EVENTS(within=within, count=moving)
+        return SLIP_WITH_EVENTS.format(within=within, count=moving)
     if opened:
         closed = f"{safe.system.nodes - opened} of {safe.system.nodes} nodes"
-        return SLIP_IS_SAFE(within=within, closed=closed, opened=", and the others open")
-    return SLIP_IS_SAFE(within=within, closed="every node", opened="")
+        return SLIP_IS_SAFE.format(within=within, closed=closed, opened=", and the others open")
+    return SLIP_IS_SAFE.format(within=within, closed="every node", opened="")
 
 
 def _cause_of_slip(areas: MovingAreas, load_factor: float) -> str:
     """Why nothing rests at a load factor: the node that slips, whatever friction is, if any."""
     node = areas.slipping_at(load_factor)
     if node is None:
-        return TOO_LITTLE_FRICTION()
-    return CLOSES_OTHERWISE(**_at(areas, node))
+        return TOO_LITTLE_FRICTION
+    return CLOSES_OTHERWISE.format(**_at(areas, node))
 
 
 def where(system: ContactSystem, nodes: Array, most_places: int) -> str:

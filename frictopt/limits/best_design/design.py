@@ -149,15 +149,15 @@ class Design(Answered, Explained):
         """Explanation that no design is better, and the open nodes for which this holds."""
         node_states = self._question.node_states
         sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
-        reason = sentence(opened=self._opened, node_states=node_states)
+        reason = sentence.format(opened=self._opened, node_states=node_states)
         if self._is_best_of_all:
-            reason += NO_OTHER_DESIGNS_OPEN()
+            reason += NO_OTHER_DESIGNS_OPEN
         elif any(nodes.any() for nodes in self.opens):
-            reason += OTHER_DESIGNS_OPEN()
+            reason += OTHER_DESIGNS_OPEN
         if np.isnan(self.least):
-            reason += START_UNKNOWN()
+            reason += START_UNKNOWN
         elif self.least > 0:
-            reason += UNSAFE_BELOW(node_states=f"{node_states[1:]} ", least=self.least)
+            reason += UNSAFE_BELOW.format(node_states=f"{node_states[1:]} ", least=self.least)
         return reason
 
     @cached_property
