@@ -10,7 +10,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 On this floor each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
 `required_friction.py`, `safe_region.py`, `fatigue_band.py`, `fatigue_limit.py`,
 `rest_intervals.py` and `gross_slip.py`. `user_models.py` has the models that users extend,
-`pictures.py` the plots. The model for a new limit is `ShakedownLimits` in `shakedown.py`.
+`pictures.py` the plots. The model for a new limit is `limit_of_set` in `shakedown.py`.
 
 The rooms below it, in an order in which each needs only those before it:
 
@@ -45,7 +45,7 @@ from .required_friction import RequiredFriction, required_friction
 from .rest_intervals import pieces
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlip, safe_slip
-from .shakedown import ShakedownLimit, ShakedownLimits, shakedown_limit
+from .shakedown import ShakedownLimit, limit_of_any_set, limit_of_set, shakedown_limit
 
 if TYPE_CHECKING:
     from .best_design.model import DesignModel

@@ -37,7 +37,7 @@ from .moving.moving_areas import uncoupled
 from .program.question import Question, pose
 from .program.rest_program import is_held
 from .program.rest_slips import Rests, SteadyCycles
-from .safe_slip import SafeSlips
+from .safe_slip import safe_slip_of_question
 from .search.stress_levels import DRAWN, End, Stresses, StressLevels, tensors_at_rest
 from .shakedown import shakedown_limit
 
@@ -376,7 +376,7 @@ def _set_of(
     """The slips; (K, 2, P, 3, 3) stress and strain without one of them; and the slip then."""
     system, cycle = question.system, question.cycle
     if initial_slip is None:
-        safe = SafeSlips().of_question(question, load_factor)
+        safe = safe_slip_of_question(question, load_factor)
         if safe.exists and not safe._question.moves:
             tensors = tensors_at_rest(safe._question, stress_map, load_factor)
             return Rests(safe._question, load_factor), tensors, np.zeros(system.slip_shape)

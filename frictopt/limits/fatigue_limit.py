@@ -26,7 +26,7 @@ from .answers.answered import Answered
 from .fatigue_band import Parameter, posed
 from .program.question import Question
 from .search.stress_levels import Crossing, StressCrossings, Stresses, tensors_at_rest
-from .shakedown import ShakedownLimits
+from .shakedown import limit_of_question
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,7 +166,7 @@ def fatigue_limit(
     if not flag("every", every):
         _check_mean(cycle)
     with progress_bar(progress, "fatigue limit"):
-        limit = ShakedownLimits().of_question(question, None, False)
+        limit = limit_of_question(question, None, False)
         at_rest = limit._question
         _check_rests(at_rest, limit.load_factor)
         crossings = StressCrossings(at_rest, stress_map, parameter, weight, planes, allowable)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -14,7 +13,6 @@ from ..base import (
     Array,
     LimitKind,
     PerNode,
-    SolveRecord,
     Table,
     components,
     finite_number,
@@ -28,20 +26,18 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.solvers import LP, SOCP, solver_order
 from .answers.answered import Rated, check_critical
 from .answers.reasons import guaranteed_reason
 from .guarantee.critical_search import (
     COINCIDE_ALONE,
     CriticalNodes,
-    CriticalSearch,
     NodeClaim,
     load_factor_bounds,
 )
 from .moving.moving_areas import uncoupled
 from .program.question import Question, pose
 from .program.solution import Solved
-from .shakedown import ShakedownLimit, ShakedownLimits
+from .shakedown import ShakedownLimit, limit_of_all_openings, limit_of_any_set, limit_of_set
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -211,96 +207,81 @@ def checked_guaranteed(limit: object) -> GuaranteedLimit:
     return limit
 
 
-class GuaranteedLimits:
-    """The guaranteed limits of a contact, by one solver or all."""
+def guaranteed_limit_of(question: Question, user: Any = None) -> GuaranteedLimit:
+    """The limit with all nodes closed, if the mean load is safe.
 
-    def __init__(self, solver: str | None = None) -> None:
-        self._shakedown = ShakedownLimits(solver)
-        self._solver = solver
-
-    def of_any_set(self, question: Question, user: Any = None) -> GuaranteedLimit:
-        """The limit with all nodes closed, if the mean load is safe.
-
-        Otherwise the limit with the open nodes of the best shakedown limit. `user`: the `UserRows`.
-        """
-        known = None if user is not None else self._shakedown.of_all_openings(question)
-        if known is not None:
-            return _uncoupled_result(known)
-        shakedown = self._shakedown.of_set(question, user=user)
-        if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
-            shakedown = self._shakedown.of_any_set(question)
-            if user is not None:
-                shakedown = self._shakedown.of_set(shakedown._question, user=user)
-        if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
-            raise SolverError(f"guaranteed limit: {shakedown.reason}")
-        question = shakedown._question
-        if uncoupled(question):
-            return _uncoupled_result(shakedown)
-        search = CriticalSearch(question, user, self._solver)
-        nodes = CriticalNodes(question, shakedown.load_factor)
-        if not shakedown.load_factor > shakedown.least:
-            nodes.need_no_program()
-        else:
-            self._find_critical(nodes, search, shakedown)
-        if nodes.best is None:
-            return _result(shakedown, nodes, search.records)
-        assert nodes.best.solved is not None  # it has a slip
-        solved = nodes.best.solved
+    Otherwise the limit with the open nodes of the best shakedown limit. `user`: the `UserRows`.
+    """
+    known = None if user is not None else limit_of_all_openings(question)
+    if known is not None:
+        return _uncoupled_result(known)
+    shakedown = limit_of_set(question, user=user)
+    if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
+        shakedown = limit_of_any_set(question)
         if user is not None:
-            solved = user.listed(solved)
-        return _of_node(_result(shakedown, nodes, search.records), nodes.best, solved)
+            shakedown = limit_of_set(shakedown._question, user=user)
+    if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
+        raise SolverError(f"guaranteed limit: {shakedown.reason}")
+    question = shakedown._question
+    if uncoupled(question):
+        return _uncoupled_result(shakedown)
 
-    def _find_critical(
-        self, nodes: CriticalNodes, search: CriticalSearch, shakedown: ShakedownLimit
-    ) -> None:
-        """Solve the programs of the nodes in turn; skip nodes whose lower bound is too high."""
-        question = shakedown._question
-        simplify = question.simplify
-        bounds = np.zeros(len(nodes.how))
-        if simplify and nodes.may_be_critical.any():
-            bounds = load_factor_bounds(question)
-        # Nodes with little pressure are closest to critical.
-        _, added = question.reactions_of_slip(np.nan_to_num(shakedown.slip))
-        pressure = question.r0[:, -1].min(axis=0) + added
-        order = sorted(
-            np.flatnonzero(nodes.may_be_critical).tolist(),
-            key=lambda i: (float(bounds[i]), float(pressure[i])),
-        )
+    nodes = CriticalNodes(question, (shakedown.least, shakedown.load_factor), user)
+    if shakedown.load_factor > shakedown.least:
+        _find_critical(nodes, shakedown)
+    else:
+        nodes.need_no_program()
+    if nodes.best is None:
+        return _result(shakedown, nodes)
+    assert nodes.best.solved is not None  # it has a slip
+    solved = nodes.best.solved
+    if user is not None:
+        solved = user.listed(solved)
+    return _of_node(_result(shakedown, nodes), nodes.best, solved)
 
-        with progress_bar(True, "critical nodes", "node", total=len(order)) as bar:
-            for count, node in enumerate(order, start=1):
-                if simplify and bounds[node] >= nodes.least:
-                    nodes.load_factor[node] = bounds[node]
-                else:
-                    ends = shakedown.least, shakedown.load_factor
-                    for state in nodes.states[node]:
-                        claim = search.solve(state, ends, nodes.least if simplify else np.inf)
-                        nodes.add(claim)
-                bar.keep(
-                    "table",
-                    partial(nodes.table, order[:count]),
-                    f"it is at most {nodes.least:.6g}; what is known about "
-                    f"{number_of(count, 'node')} is in the attribute `table`",
-                    best=f"at most {nodes.least:.4g} so far",
-                )
-                bar.update()
+
+def _find_critical(nodes: CriticalNodes, shakedown: ShakedownLimit) -> None:
+    """Solve the programs of the nodes in turn; skip nodes whose lower bound is too high."""
+    question = shakedown._question
+    bounds = np.zeros(len(nodes.how))
+    if question.simplify and nodes.may_be_critical.any():
+        bounds = load_factor_bounds(question)
+    # Nodes with little pressure are closest to critical.
+    _, added = question.reactions_of_slip(np.nan_to_num(shakedown.slip))
+    pressure = question.r0[:, -1].min(axis=0) + added
+    order = sorted(
+        np.flatnonzero(nodes.may_be_critical).tolist(),
+        key=lambda i: (float(bounds[i]), float(pressure[i])),
+    )
+    with progress_bar(True, "critical nodes", "node", total=len(order)) as bar:
+        for count, node in enumerate(order, start=1):
+            if question.simplify and bounds[node] >= nodes.least:
+                nodes.load_factor[node] = bounds[node]
+            else:
+                nodes.solve(node)
+            bar.keep(
+                "table",
+                partial(nodes.table, order[:count]),
+                f"it is at most {nodes.least:.6g}; what is known about "
+                f"{number_of(count, 'node')} is in the attribute `table`",
+                best=f"at most {nodes.least:.4g} so far",
+            )
+            bar.update()
 
 
 def _uncoupled_result(shakedown: ShakedownLimit) -> GuaranteedLimit:
     """The guaranteed limit of an uncoupled contact: the shakedown limit, without a program."""
-    nodes = CriticalNodes(shakedown._question, shakedown.load_factor)
+    nodes = CriticalNodes(shakedown._question, (shakedown.least, shakedown.load_factor))
     nodes.need_no_program()
-    return _result(shakedown, nodes, [])
+    return _result(shakedown, nodes)
 
 
-def _result(
-    shakedown: ShakedownLimit, nodes: CriticalNodes, critical: Sequence[SolveRecord]
-) -> GuaranteedLimit:
+def _result(shakedown: ShakedownLimit, nodes: CriticalNodes) -> GuaranteedLimit:
     """The guaranteed limit: from the critical node, or the shakedown limit if there is none."""
     question = shakedown._question
     without_coupling = uncoupled(question)
     coincide = int((nodes.how == COINCIDE_ALONE).sum())
-    record = shakedown.record.joined(critical, question.started)
+    record = shakedown.record.joined(nodes.records, question.started)
     return GuaranteedLimit(
         load_factor=shakedown.load_factor,
         kind=shakedown.kind,
@@ -423,7 +404,6 @@ def guaranteed_limit(
     """
     with progress_bar(progress, "guaranteed limit"):
         question = posed_guaranteed(
-            pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
+            pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound, solver=solver)
         )
-        solver_order(solver, LP if system.tangents == 1 else SOCP)
-        return GuaranteedLimits(solver).of_any_set(question)
+        return guaranteed_limit_of(question)

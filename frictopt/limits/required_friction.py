@@ -55,7 +55,7 @@ from .program.assembled import most_pressed
 from .program.question import Question, pose, with_friction, with_open
 from .program.solution import Mechanism, Solution, Solved, solve
 from .rest_intervals import moving_areas_at
-from .safe_slip import SafeSlip, SafeSlips, checked_load_factor
+from .safe_slip import SafeSlip, checked_load_factor, safe_slip_of_question, safe_slip_of_set
 
 if TYPE_CHECKING:
     import cvxpy as cp
@@ -115,7 +115,6 @@ class SafeByFriction:
         # The same for every friction above 0.
         self.areas = moving_areas_at(question, load_factor)
         self._bar = bar
-        self._safe_slips = SafeSlips()
         self._events = events
         self._solved: dict[tuple[float, bytes, bool], SafeSlip] = {}
 
@@ -153,8 +152,8 @@ class SafeByFriction:
         if open_nodes is not None:
             opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
-            return self._safe_slips.of_set(opened, self.load_factor)
-        return self._safe_slips.of_question(
+            return safe_slip_of_set(opened, self.load_factor)
+        return safe_slip_of_question(
             question, self.load_factor, events=events, enough=self.load_factor
         )
 

@@ -29,7 +29,7 @@ import numpy as np
 
 from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind, SolveRecord
 from ..contact import ContactSystem, LoadCycle
-from ..errors import ModelError, SolverError
+from ..errors import SolverError
 from .answers.reasons import reason_of_last_rest
 from .answers.shakedown_answer import ShakedownAnswer
 from .moving.moving_areas import (
@@ -40,7 +40,7 @@ from .moving.moving_areas import (
     moving_areas,
 )
 from .moving.normal_path import NoPath
-from .program.question import Question, pose, vertices_of_hull, with_open
+from .program.question import Question, pose_like, vertices_of_hull, with_open
 from .program.solution import Mechanism
 
 L = TypeVar("L", bound=ShakedownAnswer)
@@ -83,7 +83,7 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
         [{f"scaled[{j}]": 1.0} for j in range(longest)],
         fixed=[{f"fixed[{j}]": 1.0} for j in range(longest)],
     )
-    question = pose(reduced, cycle, friction, simplify=areas.simplify)
+    question = pose_like(areas, cycle, friction, reduced)
     # Margins have the units of the whole contact, whichever instants govern.
     mean_pressure = np.where(idle, areas.mean_bound, areas.mean_pressure)
     question = replace(question, mean_bound=areas.mean_bound, mean_pressure=mean_pressure)
@@ -453,31 +453,6 @@ def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L
     limit = replace(limit, least=rest.least)
     lifted = rest.ends_with_piece and rest.following is None
     return replace(limit, _why=reason_of_last_rest(limit, rest.following, lifted))
-
-
-def all_intervals(question: Question, limits: Any) -> Array:
-    """(n, 2) all load factors with a state of rest; see `ShakedownLimit.intervals`.
-
-    `limits` are the shakedown limits of the question.
-    """
-    if knows_all_pieces(question):
-        found = [(rest.least, rest.largest) for rest in rests(question, limits.of_set)]
-        if not found or found[0][0] > 0:
-            # The walk does not see rests from 0 on that end below its first step.
-            limit = limits.of_all_openings(question)
-            if not limit.least:
-                found.insert(0, (0.0, limit.load_factor))
-        return np.array(found).reshape(-1, 2)
-    limit = limits.of_question(question, None, False)
-    if not limit._all_states:
-        raise ModelError(
-            "intervals: nodes may open and close in states of rest that no theorem covers. The "
-            "theorems need a contact in which slip changes no pressure, Coulomb's law with "
-            "friction at all nodes, and the same fixed loads at all corners if normal loads are "
-            "scaled; `least` and `load_factor` belong to the openings of the limit"
-        )
-    known = [] if np.isnan(limit.load_factor) else [(limit.least, limit.load_factor)]
-    return np.array(known, dtype=float).reshape(-1, 2)
 
 
 def knows_all_pieces(question: Question) -> bool:

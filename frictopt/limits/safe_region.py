@@ -48,7 +48,7 @@ from .answers.sentences import (
 )
 from .program.question import Question, pose, with_open
 from .program.solution import Mechanism
-from .shakedown import ShakedownLimit, ShakedownLimits
+from .shakedown import ShakedownLimit, limit_of_any_set, limit_of_question
 
 _MANY_SIDES = (
     "safe region: more than {most} sides; {advice}, or compute the limit of each ratio of the "
@@ -149,10 +149,9 @@ class Rays:
         Nodes that open and close have other mechanisms, whose lines do not bound a region.
         """
         question = pose(self.system, cycle, self.friction, question_name="shakedown_limit")
-        limits = ShakedownLimits()
         if self.open_nodes is None:
-            return limits.of_any_set(question)
-        return limits.of_question(question, self.open_nodes, events=False)
+            return limit_of_any_set(question)
+        return limit_of_question(question, self.open_nodes, events=False)
 
     def along_axes(self) -> tuple[BorderPoint, BorderPoint]:
         """The ends of the rays of each load alone."""

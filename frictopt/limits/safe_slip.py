@@ -22,7 +22,6 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from ..solve.solvers import LP, SOCP, solver_order
 from .answers.answered import Proven, answered, check_margin, reserve_of
 from .answers.reasons import safe_slip_reason
 from .events.lift_off import LiftOff
@@ -33,7 +32,13 @@ from .program.rest_program import USER
 from .program.solution import Solution, contradiction, solve
 from .rest_intervals import safe_with_moving_areas
 from .search.order_search import best_with_events
-from .shakedown import ShakedownLimit, ShakedownLimits, check_events
+from .shakedown import (
+    ShakedownLimit,
+    check_events,
+    limit_of_any_set,
+    limit_of_order,
+    limit_of_set,
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,110 +125,103 @@ class SafeSlip(Proven):
         return "safe residual slip", self.margin, mechanism, self.reason
 
 
-class SafeSlips:
-    """The safe slips of a contact with the largest margin, by one solver or all."""
+def safe_slip_of_question(
+    question: Question,
+    load_factor: float,
+    user: Any = None,
+    events: bool = False,
+    enough: float = np.inf,
+) -> SafeSlip:
+    """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
-    def __init__(self, solver: str | None = None) -> None:
-        self._limits = ShakedownLimits(solver)
-        self.solver = solver
+    The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes may
+    open and close in each cycle: with `events`, or if loads alone open and close them. `user`: the
+    `UserRows`.
+    """
+    check_events(events, question, user is not None)
+    load_factor = checked_load_factor(question, load_factor)
+    if user is None:
+        moving: SafeSlip | None = safe_with_moving_areas(question, load_factor, safe_slip_of_set)
+        if moving is not None:
+            return moving
+    closed = None
+    # Constraints of the user may be contradictory only with all nodes closed.
+    if user is None:
+        # A slip with nearly no resistance, such as rolling, can hide the margin.
+        with suppress(SolverError):
+            closed = safe_slip_of_set(question, load_factor)
+    if closed is not None and closed.exists:
+        return closed
+    limit = limit_of_any_set(question, start_by=load_factor, enough=enough)
+    open_nodes = limit.open
+    safe = closed
+    if safe is None or open_nodes.any():
+        opened = with_open(question, open_nodes)
+        assert opened is not None  # it has a limit
+        safe = safe_slip_of_set(opened, load_factor, user)
+    if safe.exists or not events:
+        return safe
+    return _with_events(limit, load_factor) or safe
 
-    def of_question(
-        self,
-        question: Question,
-        load_factor: float,
-        user: Any = None,
-        events: bool = False,
-        enough: float = np.inf,
-    ) -> SafeSlip:
-        """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
-        The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes
-        may open and close in each cycle: with `events`, or if loads alone open and close them.
-        `user`: the `UserRows`.
-        """
-        check_events(events, question, user is not None)
-        load_factor = checked_load_factor(question, load_factor)
-        if user is None:
-            moving: SafeSlip | None = safe_with_moving_areas(
-                question, load_factor, SafeSlips(self.solver).of_set
+def _with_events(limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
+    """The safe slip of an order of events, searched from a limit; None if none is found."""
+    limit = best_with_events(limit_of_set, limit_of_order, limit, load_factor)
+    ordered = limit._question
+    if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
+        return _of_order(ordered, load_factor)
+    if isinstance(ordered, LiftOff) and np.isnan(limit.least):
+        # The least load factor is not known: the order may have no slip at this one.
+        with suppress(SolverError):
+            return _of_order(ordered, load_factor)
+    return None
+
+
+def safe_slip_of_set(question: Question, load_factor: float, user: Any = None) -> SafeSlip:
+    """The slip with the largest margin, with the open nodes of the question."""
+    program = assembled.safe_slip(question, load_factor)
+    if user is not None:
+        user.add_to(program)
+
+    def claimed(solution: Solution) -> SafeSlip:
+        safe = checked_slip(question, solution, load_factor)
+        return replace(safe, _solved=solution.solved("safe_slip", margin=safe.margin))
+
+    def no_slip(outcome: str) -> None:
+        """ModelError if the user's constraints admit no slip at all, safe or not."""
+        found = contradiction(program, "margin") if program.constraints else None
+        names = found[0].ruling if found else []
+        if names:
+            raise ModelError(
+                f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
+                f"{load_factor:g}; drop or relax it"
             )
-            if moving is not None:
-                return moving
-        closed = None
-        # Constraints of the user may be contradictory only with all nodes closed.
-        if user is None:
-            # A slip with nearly no resistance, such as rolling, can hide the margin.
-            with suppress(SolverError):
-                closed = self.of_set(question, load_factor)
-        if closed is not None and closed.exists:
-            return closed
-        limit = self._limits.of_any_set(question, start_by=load_factor, enough=enough)
-        open_nodes = limit.open
-        safe = closed
-        if safe is None or open_nodes.any():
-            opened = with_open(question, open_nodes)
-            assert opened is not None  # it has a limit
-            safe = self.of_set(opened, load_factor, user)
-        if safe.exists or not events:
-            return safe
-        return self._with_events(limit, load_factor) or safe
 
-    def _with_events(self, limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
-        """The safe slip of an order of events, searched from a limit; None if none is found."""
-        limit = best_with_events(self._limits, limit, load_factor)
-        ordered = limit._question
-        if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
-            return self._of_order(ordered, load_factor)
-        if isinstance(ordered, LiftOff) and np.isnan(limit.least):
-            # The least load factor is not known: the order may have no slip at this one.
-            with suppress(SolverError):
-                return self._of_order(ordered, load_factor)
-        return None
+    safe, record = solve(program, "margin", 1.0, claimed, no_optimum=no_slip)
+    assert safe._solved is not None
+    values = {**safe._solved.values, "load_factor": load_factor}
+    solved = replace(safe._solved, values=values)
+    if user is not None:
+        solved = user.listed(solved)
+    return answered(replace(safe, _solved=solved), record)
 
-    def of_set(self, question: Question, load_factor: float, user: Any = None) -> SafeSlip:
-        """The slip with the largest margin, with the open nodes of the question."""
-        program = assembled.safe_slip(question, load_factor)
-        if user is not None:
-            user.add_to(program)
 
-        def claimed(solution: Solution) -> SafeSlip:
-            safe = checked_slip(question, solution, load_factor)
-            return replace(safe, _solved=solution.solved("safe_slip", margin=safe.margin))
+def _of_order(question: LiftOff, load_factor: float) -> SafeSlip:
+    """The slip with the largest margin, with nodes that open and close in a given order.
 
-        def no_slip(outcome: str) -> None:
-            """ModelError if the user's constraints admit no slip at all, safe or not."""
-            found = contradiction(program, "margin") if program.constraints else None
-            names = found[0].ruling if found else []
-            if names:
-                raise ModelError(
-                    f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
-                    f"{load_factor:g}; drop or relax it"
-                )
+    A node has no reserve at the event at which it opens or closes.
+    """
+    program = ordered_program(question, load_factor)
 
-        safe, record = solve(program, "margin", 1.0, claimed, self.solver, no_optimum=no_slip)
-        assert safe._solved is not None
-        values = {**safe._solved.values, "load_factor": load_factor}
-        solved = replace(safe._solved, values=values)
-        if user is not None:
-            solved = user.listed(solved)
-        return answered(replace(safe, _solved=solved), record)
+    def claimed(solution: Solution) -> SafeSlip:
+        placed, slip, motion = read_order(question, solution, load_factor)
+        safe = checked_slip(placed, solution, load_factor, slip=slip)
+        values = {"load_factor": load_factor, "margin": safe.margin}
+        solved = solved_order(question, solution, "ordered", **values)
+        return replace(safe, _motion=motion, _solved=solved)
 
-    def _of_order(self, question: LiftOff, load_factor: float) -> SafeSlip:
-        """The slip with the largest margin, with nodes that open and close in a given order.
-
-        A node has no reserve at the event at which it opens or closes.
-        """
-        program = ordered_program(question, load_factor)
-
-        def claimed(solution: Solution) -> SafeSlip:
-            placed, slip, motion = read_order(question, solution, load_factor)
-            safe = checked_slip(placed, solution, load_factor, slip=slip)
-            values = {"load_factor": load_factor, "margin": safe.margin}
-            solved = solved_order(question, solution, "ordered", **values)
-            return replace(safe, _motion=motion, _solved=solved)
-
-        safe, record = solve(program, "margin", 1.0, claimed, self.solver)
-        return answered(safe, record)
+    safe, record = solve(program, "margin", 1.0, claimed)
+    return answered(safe, record)
 
 
 def checked_load_factor(question: Question, load_factor: float) -> float:
@@ -287,9 +285,10 @@ def safe_slip(
     False
     """
     with progress_bar(progress, "safe slip"):
-        question = pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
-        solver_order(solver, LP if system.tangents == 1 else SOCP)
-        return SafeSlips(solver).of_question(question, load_factor, events=events)
+        question = pose(
+            system, cycle, friction, simplify=simplify, slip_bound=slip_bound, solver=solver
+        )
+        return safe_slip_of_question(question, load_factor, events=events)
 
 
 def checked_slip(

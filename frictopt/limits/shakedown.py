@@ -147,9 +147,14 @@ def shakedown_limit(
     True
     """
     with progress_bar(progress, "shakedown limit"):
-        name = "shakedown_limit"
         question = pose(
-            system, cycle, friction, simplify=simplify, slip_bound=slip_bound, question_name=name
+            system,
+            cycle,
+            friction,
+            simplify=simplify,
+            slip_bound=slip_bound,
+            solver=solver,
+            question_name="shakedown_limit",
         )
         if gap is not None:
             given = {"events": flag("events", events), "programs": programs is not None}
@@ -158,181 +163,195 @@ def shakedown_limit(
             return limit_within(question, open_nodes, finite_number("gap", gap, above=0, below=1))
         if programs is not None:
             programs = whole_number("programs", programs, least=1)
-        return ShakedownLimits(solver).of_question(question, open_nodes, events, programs=programs)
+        return limit_of_question(question, open_nodes, events, programs=programs)
 
 
-class ShakedownLimits:
-    """The shakedown limits of a contact, by one solver or all."""
+def limit_of_question(
+    question: Question,
+    open_nodes: Any,
+    events: bool,
+    user: Any = None,
+    programs: int | None = None,
+) -> ShakedownLimit:
+    """The limit with given nodes open, or with the best set of open nodes that a search finds.
 
-    def __init__(self, solver: str | None = None) -> None:
-        self.solver = solver
+    With `events` some nodes may open and close in each cycle. `user`: the `UserRows`.
+    `programs`: see `best_open_set`.
+    """
+    restricted = user is not None or open_nodes is not None
+    check_events(events, question, restricted)
+    if not restricted:
+        moving = rest_intervals.limit_of_moving_areas(question, limit_of_set)
+        if moving is not None:
+            return moving
+    if open_nodes is not None:
+        return limit_of_set(_with_given(question, open_nodes), user=user)
+    limit = limit_of_any_set(question, programs=programs)
+    if user is not None:
+        return limit_of_set(limit._question, user=user)
+    known = rest_intervals.up_to_last_rest(question, limit, limit_of_set)
+    if not events:
+        return known
+    if known is limit:
+        return best_with_events(limit_of_set, limit_of_order, limit)
+    # `known` has all openings and closings, from the load factor 0 on. A search of orders that
+    # begins there, too, names the events of the same limit.
+    if limit.least != 0:
+        return known
+    ordered = best_with_events(limit_of_set, limit_of_order, limit)
+    as_high = ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
+    return replace(ordered, _ends_rests=True) if as_high else known
 
-    def of_question(
-        self,
-        question: Question,
-        open_nodes: Any,
-        events: bool,
-        user: Any = None,
-        programs: int | None = None,
-    ) -> ShakedownLimit:
-        """The limit with given nodes open, or with the best set of open nodes that a search finds.
 
-        With `events` some nodes may open and close in each cycle. `user`: the `UserRows`.
-        `programs`: see `best_open_set`.
-        """
-        restricted = user is not None or open_nodes is not None
-        check_events(events, question, restricted)
-        if not restricted:
-            moving = rest_intervals.limit_of_moving_areas(question, self.of_set)
-            if moving is not None:
-                return moving
-        if open_nodes is not None:
-            return self.of_set(_with_given(question, open_nodes), user=user)
-        limit = self.of_any_set(question, programs=programs)
-        if user is not None:
-            return self.of_set(limit._question, user=user)
-        known = rest_intervals.up_to_last_rest(question, limit, self.of_set)
-        if not events:
-            return known
-        if known is limit:
-            return best_with_events(self, limit)
-        # `known` has all openings and closings, from the load factor 0 on. A search of orders that
-        # begins there, too, names the events of the same limit.
-        if limit.least != 0:
-            return known
-        ordered = best_with_events(self, limit)
-        as_high = ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
-        return replace(ordered, _ends_rests=True) if as_high else known
+def limit_of_all_openings(question: Question) -> ShakedownLimit | None:
+    """The limit for all openings and closings, if loads alone decide them; else None."""
+    moving = rest_intervals.limit_of_moving_areas(question, limit_of_set)
+    if moving is None and rest_intervals.knows_all_pieces(question):
+        return rest_intervals.up_to_last_rest(question, limit_of_any_set(question), limit_of_set)
+    return moving
 
-    def of_all_openings(self, question: Question) -> ShakedownLimit | None:
-        """The limit for all openings and closings, if loads alone decide them; else None."""
-        moving = rest_intervals.limit_of_moving_areas(question, self.of_set)
-        if moving is None and rest_intervals.knows_all_pieces(question):
-            return rest_intervals.up_to_last_rest(question, self.of_any_set(question), self.of_set)
-        return moving
 
-    def of_any_set(
-        self,
-        question: Question,
-        start_by: float = np.inf,
-        enough: float = np.inf,
-        programs: int | None = None,
-    ) -> ShakedownLimit:
-        """The limit with the best open nodes of a search; see `best_open_set`."""
-        if may_open(question):
-            closed = self._in_search(question, -np.inf)
-        else:
-            closed = self.of_set(question)
-        best = best_open_set(self._in_search, closed, start_by, enough, programs)
-        if best._solved is None:
-            # That no load factor is safe has no proof yet.
-            proven = self.of_set(best._question)
-            return replace(proven, least=best.least, _searched=best._searched)
-        return best
+def limit_of_any_set(
+    question: Question,
+    start_by: float = np.inf,
+    enough: float = np.inf,
+    programs: int | None = None,
+) -> ShakedownLimit:
+    """The limit with the best open nodes of a search; see `best_open_set`."""
+    closed = _in_search(question, -np.inf) if may_open(question) else limit_of_set(question)
+    best = best_open_set(_in_search, closed, start_by, enough, programs)
+    if best._solved is None:
+        # That no load factor is safe has no proof yet.
+        proven = limit_of_set(best._question)
+        return replace(proven, least=best.least, _searched=best._searched)
+    return best
 
-    def _in_search(self, question: Question, above: float) -> ShakedownLimit:
-        """A limit for the search; that no load factor is safe has no proof. May be `NotAbove`."""
-        if is_at_most(question, above):
-            raise NotAbove(f"a mechanism proves that the limit is not above {above:g}")
-        return self.of_set(question, above=above, proven=False)
 
-    def of_set(
-        self,
-        question: Question,
-        largest: float = np.inf,
-        *,
-        user: Any = None,
-        above: float = -np.inf,
-        proven: bool = True,
-    ) -> ShakedownLimit:
-        """The limit with given open nodes, at most `largest`.
+def _in_search(question: Question, above: float) -> ShakedownLimit:
+    """A limit for the search; that no load factor is safe has no proof. May be `NotAbove`."""
+    if is_at_most(question, above):
+        raise NotAbove(f"a mechanism proves that the limit is not above {above:g}")
+    return limit_of_set(question, above=above, proven=False)
 
-        `NotAbove` if it is at most `above`. Without `proven`, for the many sets of a search, a
-        solver is believed that no load factor is safe, and plain cvxpy is not tried.
-        """
-        program = assembled.shakedown(question)
-        if np.isfinite(largest):
-            program.row("most", {"load_factor": -1.0}, largest)
-        goal = "load_factor"
-        if user is not None:
-            goal = user.add_to(program)
 
-        claimed = partial(checked_limit, question)
+def limit_of_set(
+    question: Question,
+    largest: float = np.inf,
+    *,
+    user: Any = None,
+    above: float = -np.inf,
+    proven: bool = True,
+) -> ShakedownLimit:
+    """The limit with given open nodes, at most `largest`.
 
-        def none(outcome: str) -> ShakedownLimit | None:
-            if outcome == INFEASIBLE and not proven:
-                return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
-            return without_limit(program, goal)
+    `NotAbove` if it is at most `above`. Without `proven`, for the many sets of a search, a solver
+    is believed that no load factor is safe, and plain cvxpy is not tried.
+    """
+    program = assembled.shakedown(question)
+    if np.isfinite(largest):
+        program.row("most", {"load_factor": -1.0}, largest)
+    goal = "load_factor"
+    if user is not None:
+        goal = user.add_to(program)
 
-        try:
-            limit, record = solve(
-                program, goal, 1.0, claimed, self.solver, no_optimum=none, above=above
-            )
-        except SolverError as error:
-            if (
-                isinstance(error, NoOptimum)
-                or self.solver is not None
-                or user is not None
-                or np.isfinite(largest)
-                or not proven
-            ):
-                raise
-            # Imported here, because cvxpy is slow to import.
-            from .printed.last_resort import by_plain_cvxpy
+    claimed = partial(checked_limit, question)
 
-            limit, record = by_plain_cvxpy(question, claimed, error)
-        if limit.bound <= above:
-            raise NotAbove(f"the limit is not above {above:g}")
-        if limit._solved is None:
-            return limit
-        if user is not None:
-            limit = replace(limit, _solved=user.listed(limit._solved))
-        limit = answered(limit, record)
-        if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
-            return limit
-        slip = limit.slip if limit.kind is LimitKind.FINITE else None
-        if user is None and is_safe_at_mean_load(question, slip):
-            return replace(limit, least=0.0)
-        return self._with_least(limit, program, claimed)
+    def none(outcome: str) -> ShakedownLimit | None:
+        if outcome == INFEASIBLE and not proven:
+            return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
+        return without_limit(program, goal)
 
-    def _with_least(
-        self,
-        limit: ShakedownLimit,
-        program: RestProgram,
-        claimed: Callable[[Solution], ShakedownLimit],
-    ) -> ShakedownLimit:
-        """The limit, completed by the least safe load factor from a second program."""
-        try:
-            lower, record = solve(program, "load_factor", -1.0, claimed, self.solver)
-        except SolverError:
-            # Rounding hides whether some slip is safe under the mean load. The limit stands, and
-            # the least safe load factor is not known.
-            return limit
-        record = limit.record.joined([record], limit._question.started)
-        return replace(limit, least=lower.load_factor, record=record)
+    try:
+        limit, record = solve(program, goal, 1.0, claimed, no_optimum=none, above=above)
+    except SolverError as error:
+        if (
+            isinstance(error, NoOptimum)
+            or question.solver is not None
+            or user is not None
+            or np.isfinite(largest)
+            or not proven
+        ):
+            raise
+        # Imported here, because cvxpy is slow to import.
+        from .printed.last_resort import by_plain_cvxpy
 
-    def of_order(
-        self, question: LiftOff, program: RestProgram, sense: float, above: float = -np.inf
-    ) -> ShakedownLimit:
-        """The largest (sense 1) or least load factor of an order of events."""
+        limit, record = by_plain_cvxpy(question, claimed, error)
+    if limit.bound <= above:
+        raise NotAbove(f"the limit is not above {above:g}")
+    if limit._solved is None:
+        return limit
+    if user is not None:
+        limit = replace(limit, _solved=user.listed(limit._solved))
+    limit = answered(limit, record)
+    if limit.kind is LimitKind.NO_SAFE_SLIP or limit.objective is not None:
+        return limit
+    slip = limit.slip if limit.kind is LimitKind.FINITE else None
+    if user is None and is_safe_at_mean_load(question, slip):
+        return replace(limit, least=0.0)
+    return _with_least(limit, program, claimed)
 
-        def claimed(solution: Solution) -> ShakedownLimit:
-            placed, slip, motion = read_order(question, solution)
-            limit = checked_limit(placed, solution, at_rest=(slip, motion))
-            return replace(limit, _solved=solved_order(question, solution, "ordered"))
 
-        limit, record = solve(
-            program,
-            "load_factor",
-            sense,
-            claimed,
-            self.solver,
-            no_optimum=lambda outcome: _every_load_is_safe(question, program),
-            above=above if sense > 0 else -np.inf,
+def _with_least(
+    limit: ShakedownLimit,
+    program: RestProgram,
+    claimed: Callable[[Solution], ShakedownLimit],
+) -> ShakedownLimit:
+    """The limit, completed by the least safe load factor from a second program."""
+    try:
+        lower, record = solve(program, "load_factor", -1.0, claimed)
+    except SolverError:
+        # Rounding hides whether some slip is safe under the mean load. The limit stands, and the
+        # least safe load factor is not known.
+        return limit
+    record = limit.record.joined([record], limit._question.started)
+    return replace(limit, least=lower.load_factor, record=record)
+
+
+def limit_of_order(
+    question: LiftOff, program: RestProgram, sense: float, above: float = -np.inf
+) -> ShakedownLimit:
+    """The largest (sense 1) or least load factor of an order of events."""
+
+    def claimed(solution: Solution) -> ShakedownLimit:
+        placed, slip, motion = read_order(question, solution)
+        limit = checked_limit(placed, solution, at_rest=(slip, motion))
+        return replace(limit, _solved=solved_order(question, solution, "ordered"))
+
+    limit, record = solve(
+        program,
+        "load_factor",
+        sense,
+        claimed,
+        no_optimum=lambda outcome: _every_load_is_safe(question, program),
+        above=above if sense > 0 else -np.inf,
+    )
+    if sense > 0 and limit.bound <= above:
+        raise NotAbove(f"the limit is not above {above:g}")
+    return answered(limit, record)
+
+
+def _all_intervals(question: Question) -> Array:
+    """(n, 2) all load factors with a state of rest; see `ShakedownLimit.intervals`."""
+    if rest_intervals.knows_all_pieces(question):
+        rests = rest_intervals.rests(question, limit_of_set)
+        found = [(rest.least, rest.largest) for rest in rests]
+        if not found or found[0][0] > 0:
+            # The walk does not see rests from 0 on that end below its first step.
+            limit = limit_of_any_set(question)
+            limit = rest_intervals.up_to_last_rest(question, limit, limit_of_set)
+            if not limit.least:
+                found.insert(0, (0.0, limit.load_factor))
+        return np.array(found).reshape(-1, 2)
+    limit = limit_of_question(question, None, False)
+    if not limit._all_states:
+        raise ModelError(
+            "intervals: nodes may open and close in states of rest that no theorem covers. The "
+            "theorems need a contact in which slip changes no pressure, Coulomb's law with "
+            "friction at all nodes, and the same fixed loads at all corners if normal loads are "
+            "scaled; `least` and `load_factor` belong to the openings of the limit"
         )
-        if sense > 0 and limit.bound <= above:
-            raise NotAbove(f"the limit is not above {above:g}")
-        return answered(limit, record)
+    known = [] if np.isnan(limit.load_factor) else [(limit.least, limit.load_factor)]
+    return np.array(known, dtype=float).reshape(-1, 2)
 
 
 def _with_given(question: Question, open_nodes: Any) -> Question:
@@ -370,7 +389,7 @@ def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLi
     if found.safe.grows or bound < 0:
         if not by_products:
             # The exact program proves that the limit is infinite, or that no slip is safe.
-            return ShakedownLimits().of_set(question)
+            return limit_of_set(question)
         limit = _not_finite_by_products(question, cones, found)
         if limit is not None:
             return limit
@@ -732,7 +751,7 @@ class ShakedownLimit(ShakedownAnswer):
         [[0.0, 0.4545], [1.0, inf]]
         """
         question = pose(self.system, self.cycle, self.friction)
-        return frozen(rest_intervals.all_intervals(question, ShakedownLimits()))
+        return frozen(_all_intervals(question))
 
     def probability(
         self,

@@ -30,17 +30,16 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle, checked_cycle
 from ..errors import ModelError
 from ..solve.problem import printed_as
-from ..solve.solvers import LP, SOCP, solver_order
 from .answers.answered import Answered, Proven
-from .guaranteed import GuaranteedLimit, GuaranteedLimits, posed_guaranteed
+from .guaranteed import GuaranteedLimit, guaranteed_limit_of, posed_guaranteed
 from .printed import models
 from .printed.listing import state_rows
 from .printed.models import unknowns
 from .printed.user_rows import UserRows, check_values, checked_objective, labelled_rows
-from .program.question import Question, pose, with_friction
+from .program.question import Question, pose, pose_like, with_friction
 from .program.rest_program import RestProgram
-from .safe_slip import SafeSlip, SafeSlips, checked_load_factor
-from .shakedown import ShakedownLimit, ShakedownLimits
+from .safe_slip import SafeSlip, checked_load_factor, safe_slip_of_question
+from .shakedown import ShakedownLimit, limit_of_question
 
 A = TypeVar("A", bound=Answered)
 F = TypeVar("F", bound=Callable[..., Any])
@@ -101,12 +100,10 @@ class SafeModel:
             1.0,
             simplify=simplify,
             slip_bound=slip_bound,
+            solver=solver,
             question_name=self._public_question,
         )
-        plane = system.tangents == 1
-        solver_order(solver, LP if plane else SOCP)
         self._question = question
-        self._solver = solver
         self._turn = RLock()
         # The rows of the user that were compiled last.
         self._compiled: tuple[tuple[int, ...], UserRows] | None = None
@@ -116,7 +113,7 @@ class SafeModel:
         self.load_factor = self._x.load_factor
         self.slip = self._x.slip
         q = list(self._x.q.values())
-        self.q = printed_as(cp.vstack(q) if plane else cp.stack(q, axis=0), "q")
+        self.q = printed_as(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q")
         self.p = printed_as(cp.vstack(list(self._x.p.values())), "p")
         self._complete()
 
@@ -307,8 +304,7 @@ class ShakedownModel(SafeModel):
         user = self._user(constraints, objective)
         with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction) if cycle is None else self._posed_on(cycle, friction)
-            limits = ShakedownLimits(self._solver)
-            return self._shown(limits.of_question(question, open_nodes, events, user))
+            return self._shown(limit_of_question(question, open_nodes, events, user))
 
     def _posed_on(self, cycle: LoadCycle, friction: Any) -> Question:
         """The question of the model with another load cycle."""
@@ -319,14 +315,7 @@ class ShakedownModel(SafeModel):
                 f"cycle: {number_of(count, 'corner')}, the model has "
                 f"{len(first.cycle.corners)}; give as many, or make a model of this load cycle"
             )
-        return pose(
-            first.system,
-            cycle,
-            friction,
-            simplify=first.simplify,
-            slip_bound=first.slip_bound,
-            question_name=self._public_question,
-        )
+        return pose_like(first, cycle, friction, question_name=self._public_question)
 
     @warns_of_odd_values
     def sweep(
@@ -405,7 +394,6 @@ class SafeSlipModel(SafeModel):
     def _complete(self) -> None:
         self.margin = cp.Variable(name="margin")
         self._x.margin = self.margin
-        self._safe_slips = SafeSlips(self._solver)
 
     @property
     def _named(self) -> dict[cp.Variable, str]:
@@ -442,7 +430,7 @@ class SafeSlipModel(SafeModel):
         self.load_factor.value = checked_load_factor(question, load_factor)
         user = self._user(constraints)
         with progress_bar(progress, "safe slip"):
-            safe = self._safe_slips.of_question(question, load_factor, user, events)
+            safe = safe_slip_of_question(question, load_factor, user, events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
@@ -503,5 +491,5 @@ class GuaranteedModel(SafeModel):
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
         with progress_bar(progress, "guaranteed limit"):
-            limits = GuaranteedLimits(self._solver)
-            return self._shown(limits.of_any_set(self._posed(friction), self._user(constraints)))
+            user = self._user(constraints)
+            return self._shown(guaranteed_limit_of(self._posed(friction), user))

@@ -144,7 +144,7 @@ FAULTS = (
         tests="rest_intervals",
     ),
     Fault(
-        "limits/rest_intervals.py",
+        "limits/shakedown.py",
         "rests from 0 on are longer than a step of the walk",
         old="not found or found[0][0] > 0",
         new="False",
@@ -231,8 +231,8 @@ FAULTS = (
     Fault(
         "limits/safe_region.py",
         "a region has nodes that open and close",
-        old="limits.of_any_set(question)",
-        new="limits.of_question(question, None, events=False)",
+        old="limit_of_any_set(question)",
+        new="limit_of_question(question, None, events=False)",
         tests="open_nodes",
     ),
     Fault(
@@ -1191,8 +1191,8 @@ FAULTS = (
     Fault(
         "limits/safe_slip.py",
         "the last order for every load factor",
-        old="best_with_events(self._limits, limit, load_factor)",
-        new="best_with_events(self._limits, limit)",
+        old="best_with_events(limit_of_set, limit_of_order, limit, load_factor)",
+        new="best_with_events(limit_of_set, limit_of_order, limit)",
         tests="lift_off_questions::test_a_small_load_factor_may_need_another_order_than_the_limit",
     ),
     Fault(
@@ -1212,7 +1212,7 @@ FAULTS = (
     Fault(
         "limits/best_design/design.py",
         "every design is said to be safe from the mean load on",
-        old="least.append(ShakedownLimits().of_set(question).least)",
+        old="least.append(limit_of_set(question).least)",
         new="least.append(0.0)",
         tests="design_mean_load",
     ),
@@ -1262,8 +1262,8 @@ FAULTS = (
     Fault(
         "limits/search/order_search.py",
         "a program with products proves a bound",
-        old="replace(limits.of_order(question, program, 1.0), bound=np.inf)",
-        new="limits.of_order(question, program, 1.0)",
+        old="replace(limit_of_order(question, program, 1.0), bound=np.inf)",
+        new="limit_of_order(question, program, 1.0)",
         tests="moving_events::test_a_cylinder_of_two_materials",
     ),
     Fault(

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import ShakedownLimits, pose, with_open
+from frictopt.limits import limit_of_set, pose, with_open
 from frictopt.limits.answers import sentences
 from frictopt.limits.program.mean_load import open_under_mean
 from helpers.separation import open_in_space, pulled_system, resting_starts
@@ -253,7 +253,7 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
         contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)}),
         fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
     )
-    closed = ShakedownLimits().of_set(pose(contact, up, 0.5))
+    closed = limit_of_set(pose(contact, up, 0.5))
     steady = fo.steady_state(contact, up, 0.5, 1.2 * closed.bound)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and closed.reason.startswith(
         "no residual slip is safe above it with all nodes closed"
@@ -266,7 +266,7 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
 
 def test_with_other_nodes_open_a_contact_rests_above_its_bound():
     contact, cycle, limit = open_in_space(1, nodes=9)
-    mean = ShakedownLimits().of_set(
+    mean = limit_of_set(
         with_open(pose(contact, cycle, 0.6), open_under_mean(pose(contact, cycle, 0.6))[0])
     )
     assert (

@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.base import unresisted
-from frictopt.limits import ShakedownLimits, pose, with_open
+from frictopt.limits import limit_of_set, pose, with_open
 from frictopt.solve import answer
 from helpers.cases import few
 from helpers.liars import persuasive, unpolished, without_plain_cvxpy
@@ -86,7 +86,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
         np.array([False, True, False]),
     )
     assert not fo.shakedown_limit(contact, question.cycle, 0.5).load_factor <= 1.0
-    assert not ShakedownLimits().of_set(question).load_factor <= 1.0 + 1e-3
+    assert not limit_of_set(question).load_factor <= 1.0 + 1e-3
     lies = []
 
     def less(program, name, above):
@@ -109,11 +109,11 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
         without_plain_cvxpy(patch)
         for share in (0.5, 1.0):  # noqa: B007  the solver returns it
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-                ShakedownLimits().of_set(question)
+                limit_of_set(question)
     assert len(lies) == 6
     # The bound of 2 lets node 0 lift node 1 by 2 more.
     within = pose(contact, question.cycle, 5.0, slip_bound=2.0)
-    limit = ShakedownLimits().of_set(with_open(within, np.array([False, True, False])))
+    limit = limit_of_set(with_open(within, np.array([False, True, False])))
     assert limit.load_factor == pytest.approx(3.0)
     assert limit.slip[0] == pytest.approx(2.0)
     assert limit.residual <= 1e-9

@@ -30,7 +30,7 @@ from ..program.mean_load import TOUCHES, is_safe_at_mean_load
 from ..program.question import Question, with_open
 from ..search.loose_nodes import Branches, LooseNodes
 from ..search.set_search import MOST_COMPARED
-from ..shakedown import ShakedownLimit, ShakedownLimits
+from ..shakedown import ShakedownLimit, limit_of_any_set, limit_of_set
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -175,7 +175,7 @@ class Design(Answered, Explained):
             return 0.0
         least = []
         for question in self._questions:
-            least.append(ShakedownLimits().of_set(question).least)
+            least.append(limit_of_set(question).least)
         return float(np.max(least))
 
     def to_frame(self) -> pd.DataFrame:
@@ -228,8 +228,6 @@ class DesignSearch:
         Function that adds its printed problem to a design.
     goal
         Name of the value of a design, for a bar.
-    solver
-        Name of the solver of limits, or None.
     bar
         Counts the programs. An interrupt keeps the best design.
     """
@@ -239,13 +237,11 @@ class DesignSearch:
         best_with: Callable[[OpenNodes], Design],
         listed: Callable[[Design], Design],
         goal: str,
-        solver: str | None,
         bar: Bar,
     ) -> None:
         self._best_with = best_with
         self._listed = listed
         self._goal = goal
-        self._solver = solver
         self._bar = bar
         self.counted: list[Design] = []
         # Sets of open nodes for which no solver's answer passes the checks.
@@ -339,7 +335,7 @@ class DesignSearch:
     def _limits(self, design: Design, open_nodes: OpenNodes) -> list[ShakedownLimit]:
         """The limits with a design built in; empty if all nodes are closed and stay closed."""
         if np.any(open_nodes) or design.touches:
-            return limits_of(design._questions, self._solver)
+            return limits_of(design._questions)
         return []
 
     def _keep(self, design: Design) -> None:
@@ -358,13 +354,13 @@ class DesignSearch:
         return self.best is not None and self.best.value >= value
 
 
-def limits_of(questions: Sequence[Question], solver: str | None) -> list[ShakedownLimit]:
+def limits_of(questions: Sequence[Question]) -> list[ShakedownLimit]:
     """The limits of the questions, each with its best open nodes; empty if one has no answer."""
     limits: list[ShakedownLimit] = []
     try:
         for question in questions:
             closed = with_open(question, np.zeros_like(question.open_nodes)) or question
-            limits.append(ShakedownLimits(solver).of_any_set(closed))
+            limits.append(limit_of_any_set(closed))
     except SolverError:
         return []
     return limits

@@ -129,7 +129,7 @@ class DesignModel(SafeModel):
         self.profile = self._choice.profile
         question = self._question
         self._others = [
-            checked_scenario(f"scenarios[{number}]", scenario, self._choice, question.slip_bound)
+            checked_scenario(f"scenarios[{number}]", scenario, self._choice, question)
             for number, scenario in enumerate(listed("scenarios", scenarios))
         ]
 
@@ -187,13 +187,12 @@ class DesignModel(SafeModel):
                 partial(self._best_with, scenarios, user),
                 partial(self._listed, user),
                 "load factor" if objective is None else "objective",
-                self._solver,
                 bar,
             )
             search.alternate([question.open_nodes for question in questions])
             if not search.counted or search.counted[0].touches:
                 search.alternate(self._open_nodes_if_pressed(scenarios, user))
-            search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
+            search.from_no_design([limit.open for limit in limits_of(questions)])
             if is_small(questions):
                 search.compare(self._loose(scenarios, user), len(questions))
         if search.best is None:
@@ -285,7 +284,6 @@ class DesignModel(SafeModel):
             goal,
             1.0,
             partial(self._checked, opened, user),
-            self._solver,
             no_optimum=lambda outcome: raise_refusal(program, goal, self._choice),
         )
         return answered(design, record)
@@ -341,4 +339,4 @@ class DesignModel(SafeModel):
             built = self._choice.built(scenarios, values)
         except SolverError:
             return None
-        return [limit.open for limit in limits_of(built.questions, self._solver)]
+        return [limit.open for limit in limits_of(built.questions)]

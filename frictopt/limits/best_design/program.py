@@ -27,7 +27,7 @@ from ..printed.listing import fill, rest_rows, state_rows
 from ..printed.models import Row, Unknowns, constant, defines, unknowns
 from ..printed.user_rows import UserRows
 from ..program.assembled import law_rows, within_slip_bound
-from ..program.question import Question, pose, with_open
+from ..program.question import Question, pose_like, with_open
 from ..program.rest_program import RestProgram
 from ..program.solution import Judged, Solution, contradiction, growth, solve
 from ..search.loose_nodes import own_motions
@@ -239,7 +239,7 @@ class Choice:
             for name, amount in zip(self.names, preload.tolist(), strict=True):
                 mean[name] = mean.get(name, 0.0) + amount * shares.get(name, 1.0)
             cycle = replace(question.cycle, mean={**mean, **overlap})
-            closed = pose(system, cycle, question.friction, slip_bound=question.slip_bound)
+            closed = pose_like(question, cycle, question.friction, system)
             built.append(with_open(closed, question.open_nodes) or closed)
         return Built(preload, profile, tuple(built))
 
@@ -288,8 +288,8 @@ def _checked_names(system: ContactSystem, preloads: Sequence[str]) -> list[Any]:
     return names
 
 
-def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) -> Scenario:
-    """A scenario of the user, under its name."""
+def checked_scenario(name: str, scenario: Any, choice: Choice, first: Question) -> Scenario:
+    """A scenario of the user, under its name; `first` is the question of the first one."""
     if not isinstance(scenario, tuple) or len(scenario) not in (2, 3):
         raise ModelError(
             f"{name}: {shown(scenario)}; give (load cycle, friction), or these and the shares of "
@@ -302,7 +302,7 @@ def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) 
         raise ModelError(
             f"{name}: shares of {shown(unknown)}; the preloads are {shown(list(choice.names))}"
         )
-    return Scenario(pose(choice.system, cycle, friction, slip_bound=slip_bound), shares)
+    return Scenario(pose_like(first, cycle, friction), shares)
 
 
 def under_mean_load(scenario: Scenario) -> Scenario:
@@ -311,9 +311,7 @@ def under_mean_load(scenario: Scenario) -> Scenario:
     cycle = question.cycle
     # Without a fixed part all corners are the same load, and one is enough.
     at_zero = LoadCycle(cycle.mean, [{}] * len(cycle.unscaled), cycle.fixed)
-    return Scenario(
-        pose(question.system, at_zero, question.friction, slip_bound=question.slip_bound), shares
-    )
+    return Scenario(pose_like(question, at_zero, question.friction), shares)
 
 
 def _with_profile(

@@ -92,72 +92,6 @@ class NodeClaim:
     above: tuple[float, Array] | None = None
 
 
-class CriticalSearch:
-    """The critical programs of the nodes of a question.
-
-    `records` has the records of all solved programs, in order. `user`: the `UserRows`.
-    """
-
-    def __init__(self, question: Question, user: Any, solver: str | None) -> None:
-        self.records = list[SolveRecord]()
-        self._question = question
-        self._user = user
-        self._solver = solver
-
-    def solve(
-        self, state: CriticalState, ends: tuple[float, float], least_so_far: float
-    ) -> NodeClaim:
-        """The claim of a node: a slip that makes it critical, or that there is none of use.
-
-        In the second case it is proven to be critical only above `least_so_far`, or never.
-
-        `ends` are the least and the largest safe load factor.
-        """
-        least, largest = ends
-        unit = self._question.load_unit
-        # The step is small compared with the interval of safe load factors, and above the errors of
-        # an answer.
-        step = 1e3 * RESIDUAL * min(unit, largest - least)
-        indistinct = least + step
-        claim = self._solved(state, least_so_far)
-        if claim.load_factor > (indistinct if least > 0 else 0.0):
-            return claim
-
-        # The load factor equals the least safe one up to errors. It counts if the node can also be
-        # critical above it: the program is convex, so critical load factors form an interval.
-        highest = self._solved(state, np.inf, most=unit + least)
-        if highest.load_factor > max(indistinct, claim.load_factor + step):
-            return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
-        return _without_slip(self._question, state, np.inf, highest.residual, COINCIDE_ALONE)
-
-    def _solved(
-        self, state: CriticalState, least_so_far: float, most: float | None = None
-    ) -> NodeClaim:
-        """The claim of a node at its least critical load factor, or at its largest up to `most`."""
-        question = self._question
-        program = critical(question, state)
-        if most is not None:
-            program.row("at_most", {"load_factor": -1.0}, most)
-        if self._user is not None:
-            self._user.add_to(program)
-
-        def claimed(solution: Solution) -> NodeClaim:
-            return _claimed(solution, state, least_so_far)
-
-        def never_critical(outcome: str) -> NodeClaim | None:
-            found = contradiction(program, "load_factor")
-            if found is None:
-                return None
-            return _without_slip(question, state, np.inf, found[1], NEVER)
-
-        sense = -1.0 if most is None else 1.0
-        claim, record = solve(
-            program, "load_factor", sense, claimed, self._solver, no_optimum=never_critical
-        )
-        self.records.append(record)
-        return replace(claim, solver=record.solver)
-
-
 def _without_slip(
     question: Question, state: CriticalState, load_factor: float, residual: float, how: str
 ) -> NodeClaim:
@@ -219,13 +153,21 @@ def critical_motion(solution: Solution, state: CriticalState) -> Mechanism:
 
 
 class CriticalNodes:
-    """Load factors of all nodes, and the critical node with the least load factor so far."""
+    """Load factors of all nodes, and the critical node with the least load factor so far.
 
-    def __init__(self, question: Question, load_factor: float) -> None:
+    `ends` are the least and the largest safe load factor. `user`: the `UserRows`. `records` has the
+    records of all solved programs, in order.
+    """
+
+    def __init__(self, question: Question, ends: tuple[float, float], user: Any = None) -> None:
         nodes = question.system.nodes
+        self._question = question
+        self._user = user
+        self._ends = ends
+        self.records = list[SolveRecord]()
         self.states = critical_states(question)
         self.best: NodeClaim | None = None
-        self.least = load_factor
+        self.least = ends[1]
         self.load_factor = np.full(nodes, np.inf)
         has_state = np.array([bool(states) for states in self.states])
         self.may_be_critical = has_state & ~question.open_nodes
@@ -247,17 +189,67 @@ class CriticalNodes:
                 sentences.append(f"nodes: {count} of {len(self.how)} {why}")
         return tuple(sentences)
 
-    def add(self, claim: NodeClaim) -> None:
-        """Keep a claim of a node if it is its first one, or if its load factor is the least."""
-        node = claim.state.node
-        if claim.load_factor < self.load_factor[node] or claim.state is self.states[node][0]:
-            self.load_factor[node] = claim.load_factor
-            self.how[node] = claim.how
-        # A node that is critical at the shakedown limit itself, up to rounding, is named, too.
-        ties = self.best is None and claim.load_factor < self.least * (1 + RESIDUAL)
-        if claim.load_factor < self.least or ties:
-            self.best = claim
-            self.least = min(self.least, claim.load_factor)
+    def solve(self, node: int) -> None:
+        """Find the least load factor at which a node is critical, and keep it if it is the least.
+
+        With `simplify` the proof may be that it is above the least one so far.
+        """
+        for state in self.states[node]:
+            claim = self._claim(state, self.least if self._question.simplify else np.inf)
+            if claim.load_factor < self.load_factor[node] or state is self.states[node][0]:
+                self.load_factor[node] = claim.load_factor
+                self.how[node] = claim.how
+            # A node that is critical at the shakedown limit itself, up to rounding, is named, too.
+            ties = self.best is None and claim.load_factor < self.least * (1 + RESIDUAL)
+            if claim.load_factor < self.least or ties:
+                self.best = claim
+                self.least = min(self.least, claim.load_factor)
+
+    def _claim(self, state: CriticalState, least_so_far: float) -> NodeClaim:
+        """The claim of a node: a slip that makes it critical, or that there is none of use.
+
+        In the second case it is proven to be critical only above `least_so_far`, or never.
+        """
+        least, largest = self._ends
+        unit = self._question.load_unit
+        # The step is small compared with the interval of safe load factors, and above the errors of
+        # an answer.
+        step = 1e3 * RESIDUAL * min(unit, largest - least)
+        indistinct = least + step
+        claim = self._solved(state, least_so_far)
+        if claim.load_factor > (indistinct if least > 0 else 0.0):
+            return claim
+        # The load factor equals the least safe one up to errors. It counts if the node can also be
+        # critical above it: the program is convex, so critical load factors form an interval.
+        highest = self._solved(state, np.inf, most=unit + least)
+        if highest.load_factor > max(indistinct, claim.load_factor + step):
+            return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
+        return _without_slip(self._question, state, np.inf, highest.residual, COINCIDE_ALONE)
+
+    def _solved(
+        self, state: CriticalState, least_so_far: float, most: float | None = None
+    ) -> NodeClaim:
+        """The claim of a node at its least critical load factor, or at its largest up to `most`."""
+        question = self._question
+        program = critical(question, state)
+        if most is not None:
+            program.row("at_most", {"load_factor": -1.0}, most)
+        if self._user is not None:
+            self._user.add_to(program)
+
+        def claimed(solution: Solution) -> NodeClaim:
+            return _claimed(solution, state, least_so_far)
+
+        def never_critical(outcome: str) -> NodeClaim | None:
+            found = contradiction(program, "load_factor")
+            if found is None:
+                return None
+            return _without_slip(question, state, np.inf, found[1], NEVER)
+
+        sense = -1.0 if most is None else 1.0
+        claim, record = solve(program, "load_factor", sense, claimed, no_optimum=never_critical)
+        self.records.append(record)
+        return replace(claim, solver=record.solver)
 
     def table(self, order: list[int]) -> Table:
         """Table of the load factors of some nodes."""

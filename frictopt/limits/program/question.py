@@ -47,6 +47,7 @@ from ...contact import (
 from ...contact.diagnosis import in_contact
 from ...contact.stiffness import following
 from ...errors import ModelError
+from ...solve.solvers import LP, SOCP, solver_order
 
 # One file because all arrays of a question, and their units, follow from each other.
 
@@ -66,6 +67,7 @@ class Question:
     slip_bound: Array | None  # (N,) length; None without a bound
     open_nodes: Booleans  # (N,) which nodes are open at all corners
     simplify: bool  # whether to leave out corners and rows that cannot change the answer
+    solver: str | None  # name of the solver of its programs; None: all are tried
     started: float  # time at which the question was posed, seconds
 
     # Reactions of all nodes with all gaps pressed shut: (K0, M) at load factor 0, and the (K, M)
@@ -119,7 +121,7 @@ class Question:
                 system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
             )
         bonded = _bonded(system, fields["cycle"])
-        question = _question(**fields, compliance=compliance, bonded=bonded)
+        question = _question(**fields, solver=None, compliance=compliance, bonded=bonded)
         make_read_only(vars(question))
         return question
 
@@ -327,6 +329,7 @@ def pose(
     *,
     simplify: bool = True,
     slip_bound: PerNode | None = None,
+    solver: str | None = None,
     question_name: str = "this question",
 ) -> Question:
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
@@ -337,6 +340,7 @@ def pose(
     """
     started = perf_counter()
     checked_law(system, question_name)
+    solver_order(solver, LP if system.tangents == 1 else SOCP)
     checked_cycle(cycle)
     bonded = _bonded(system, cycle)
     bound = None
@@ -354,6 +358,7 @@ def pose(
         open_nodes=np.zeros(system.nodes, dtype=bool),
         compliance=None,
         simplify=flag("simplify", simplify),
+        solver=solver,
         started=started,
         bonded=bonded,
     )
@@ -371,6 +376,25 @@ def pose(
             "hides the pressure; press the contact, or check the units of the load cases"
         )
     return question
+
+
+def pose_like(
+    question: Question,
+    cycle: LoadCycle,
+    friction: PerNode,
+    system: ContactSystem | None = None,
+    question_name: str = "this question",
+) -> Question:
+    """Pose a question with the options of another one, see `pose`."""
+    return pose(
+        question.system if system is None else system,
+        cycle,
+        friction,
+        simplify=question.simplify,
+        slip_bound=question.slip_bound,
+        solver=question.solver,
+        question_name=question_name,
+    )
 
 
 def with_open(question: Question, open_nodes: Booleans) -> Question | None:
@@ -413,6 +437,7 @@ def _question(
     open_nodes: Booleans,
     compliance: Array | None,
     simplify: bool,
+    solver: str | None,
     started: float,
     bonded: tuple[Array, Array],
 ) -> Question:
@@ -441,6 +466,7 @@ def _question(
         slip_bound=slip_bound,
         open_nodes=open_nodes,
         simplify=simplify,
+        solver=solver,
         started=started,
         bonded=bonded,
         fixed=len(bonded[0]) > 1,

@@ -38,7 +38,7 @@ from ...solve.answer import (
     kind_of,
 )
 from ...solve.arrays import EQUATION, Arrays, Rows
-from ...solve.solvers import LP, LP_SOLVERS, SOCP, C, solver_order
+from ...solve.solvers import LP, LP_SOLVERS, C
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
 
@@ -443,7 +443,6 @@ def solve(
     goal: str,
     sense: float,
     claimed: Callable[[Solution], C],
-    solver: str | None = None,
     *,
     no_optimum: Callable[[str], C | None] = lambda outcome: None,
     above: float = -np.inf,
@@ -454,10 +453,10 @@ def solve(
     `no_optimum` makes the claim if a solver reports another outcome.
     """
     arrays = program.arrays(goal, sense)
-    if program.question.system.tangents > 1 and kind_of(arrays) == LP:
-        # The program of a node alone has no cones, and solvers of cones are not asked.
-        solver_order(solver, SOCP)
-        solver = solver if solver in LP_SOLVERS else None
+    solver = program.question.solver
+    if kind_of(arrays) == LP and solver not in LP_SOLVERS:
+        # In space the program of a node alone has no cones, and solvers of cones are not asked.
+        solver = None
     return answer(
         arrays,
         lambda x, y: claimed(Solution(program, x, y[program.slides :], goal)),

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -42,7 +42,7 @@ from ..events.lift_off import (
 )
 from ..events.ordered import About, ordered_program, read_order
 from ..program.mean_load import TOUCHES
-from ..program.question import Question, pose, with_open
+from ..program.question import Question, pose_like, with_open
 from ..program.rest_program import slip_units
 from ..program.solution import Judged, Solution, solve
 from .likely_sets import GAIN, GOVERNS_TOUCHING, PROGRAMS, WORK
@@ -352,6 +352,10 @@ def _governing(limit: ShakedownAnswer) -> list[Nodes]:
     return [_nodes(governs[k]) for k in (0, -1)]
 
 
+# The limit of a question with given open nodes, and of a program of an order, see `shakedown.py`.
+LimitOfSet: TypeAlias = Callable[..., L]
+LimitOfOrder: TypeAlias = Callable[..., L]
+
 # Numbers of the programs with products of the load factor and places of events.
 
 # Largest number of linearised programs.
@@ -360,7 +364,9 @@ _LINEARISED = 20
 _STAYS = 1e-8
 
 
-def best_with_events(limits: Any, best: L, enough: float = np.inf) -> L:
+def best_with_events(
+    limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], best: L, enough: float = np.inf
+) -> L:
     """The best limit with nodes that open and close in each cycle; `best` if none is better.
 
     `best` is the limit of nodes that stay open or closed. The search ends with the first limit that
@@ -371,89 +377,80 @@ def best_with_events(limits: Any, best: L, enough: float = np.inf) -> L:
     if path is None or not may_open_and_close(question, path):
         return best
     if path.closed or len(question.cycle.corners) == 2:
-        found: L = _searched(limits, best, enough)
+        found = _searched(limit_of_set, limit_of_order, best, enough)
     else:
-        found = _between_ends(limits, best, enough)
+        found = _between_ends(limit_of_set, limit_of_order, best, enough, path)
     if found.kind is LimitKind.NO_SAFE_SLIP:
         return replace(found, _why=nothing_with_events(found))
     return found
 
 
-def _between_ends(limits: Any, best: Any, enough: float) -> Any:
+def _between_ends(
+    limit_of_set: LimitOfSet[L],
+    limit_of_order: LimitOfOrder[L],
+    best: L,
+    enough: float,
+    path: LoadPath,
+) -> L:
     """The best limit of a load on a line, whose two ends stand for all its corners."""
     question = best._question
-    path = path_of(question.cycle)
-    assert path is not None  # the load is not static
-    ends = pose(
-        question.system,
-        ends_of(question.cycle, path),
-        question.friction,
-        simplify=question.simplify,
-    )
+    ends = pose_like(question, ends_of(question.cycle, path), question.friction)
     opened = with_open(ends, question.open_nodes)
     assert opened is not None  # it has a limit with all corners
-    of_ends = type(limits)(limits.solver)
-    found = _searched(of_ends, of_ends.of_set(opened), enough)
-    if not isinstance(found._question, LiftOff):
-        return _again(limits, best, found)
-
-    order = found._question.order
-    nodes = question.system.nodes
-    with_corners = with_order(
-        question, order, lambda opened: with_open(question, among(opened, nodes))
-    )
-    assert with_corners is not None  # the order has a limit between the ends
-    settled = Settled(order, found._question.shares, found.load_factor)
-    limit = _limit_of(limits, with_corners, settled, -np.inf)
+    found = _searched(limit_of_set, limit_of_order, limit_of_set(opened), enough)
+    if isinstance(found._question, LiftOff):
+        order = found._question.order
+        nodes = question.system.nodes
+        with_corners = with_order(
+            question, order, lambda opened: with_open(question, among(opened, nodes))
+        )
+        assert with_corners is not None  # the order has a limit between the ends
+        settled = Settled(order, found._question.shares, found.load_factor)
+        limit = _limit_of(limit_of_order, with_corners, settled, -np.inf)
+    elif (found.open == best.open).all():
+        return best
+    else:
+        opened = with_open(question, found.open)
+        assert opened is not None  # it has a limit
+        limit = limit_of_set(opened)
     return replace(limit, least=found.least)
 
 
-def _searched(limits: Any, best: Any, enough: float) -> Any:
+def _searched(
+    limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], best: L, enough: float
+) -> L:
     """The best limit of `best_order`."""
 
-    def limit_of(question: LiftOff | None, settled: Settled, above: float) -> Any:
+    def limit_of(question: LiftOff | None, settled: Settled, above: float) -> L:
         if question is not None:
-            return _limit_of(limits, question, settled, above)
+            return _limit_of(limit_of_order, question, settled, above)
         opened = with_open(best._question, among(settled.order.start, best.system.nodes))
         assert opened is not None  # a transient rests with these nodes open
-        return limits.of_set(opened, above=above)
+        return limit_of_set(opened, above=above)
 
-    found = best_order(limit_of, best, enough)
-    if isinstance(found._question, LiftOff):
-        return found
-    return _again(limits, best, found)
+    return best_order(limit_of, best, enough)
 
 
-def _again(limits: Any, best: Any, found: Any) -> Any:
-    """The limit with the open nodes of `found`; it is `best` if they are the same.
-
-    It is solved again, so that the problem of the answer holds the values of the answer.
-    """
-    if (found.open == best.open).all():
-        return best
-    opened = with_open(best._question, found.open)
-    assert opened is not None  # it has a limit
-    return replace(limits.of_set(opened), least=found.least)
-
-
-def _limit_of(limits: Any, question: LiftOff, settled: Settled, above: float) -> Any:
+def _limit_of(
+    limit_of_order: LimitOfOrder[L], question: LiftOff, settled: Settled, above: float
+) -> L:
     """The limit of an order; SolverError if it is proven to be at most `above`.
 
     If the load meets the mean load on a line, all smaller load factors are safe. Else a second
     program gives the least one, unless the order is that of a pivot.
     """
     if question.both_vary:
-        return _limit_of_products(limits, question, settled)
+        return _limit_of_products(limit_of_order, question, settled)
     program = ordered_program(question)
-    limit = limits.of_order(question, program, 1.0, above)
+    limit = limit_of_order(question, program, 1.0, above)
     if meets_mean_load(question, question.path):
         return replace(limit, least=0.0)
     if not settled.shares:
         return limit
-    return replace(limit, least=limits.of_order(question, program, -1.0).load_factor)
+    return replace(limit, least=limit_of_order(question, program, -1.0).load_factor)
 
 
-def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
+def _limit_of_products(limit_of_order: LimitOfOrder[L], question: LiftOff, settled: Settled) -> L:
     """The limit of an order whose program has products of the load factor and places.
 
     The program is linearised about the last solution and solved again, until the solution no longer
@@ -463,7 +460,7 @@ def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
     about = About(settled.load_factor, settled.shares)
     for _ in range(_LINEARISED):
         program = ordered_program(question, about=about)
-        judged, _ = solve(program, "load_factor", 1.0, _judged, limits.solver)
+        judged, _ = solve(program, "load_factor", 1.0, _judged)
         placed, _, _ = read_order(question, judged.said)
         load_factor = judged.said.load_factor
         change = abs(load_factor - about.load_factor) / question.load_unit
@@ -471,7 +468,7 @@ def _limit_of_products(limits: Any, question: LiftOff, settled: Settled) -> Any:
         about = About(load_factor, placed.shares)
         if max(change, moved) <= _STAYS:
             break
-    return replace(limits.of_order(question, program, 1.0), bound=np.inf)
+    return replace(limit_of_order(question, program, 1.0), bound=np.inf)
 
 
 def _judged(solution: Solution) -> Judged:
