@@ -64,12 +64,10 @@ class Arrays:
         return self.zero + np.cumsum(self.sizes) - self.sizes
 
     @cached_property
-    def matrix(self) -> csr_array:
+    def matrix(self) -> Array:
         """The matrix of all rows as functions of x only."""
-        if not len(self.block):
-            return self.sparse
         width = self.block.shape[1]
-        return csr_array(self.sparse[:, :width].toarray() + self.sparse[:, width:] @ self.block)
+        return np.asarray(self.sparse[:, :width].toarray() + self.sparse[:, width:] @ self.block)
 
     @cached_property
     def cones(self) -> list[Integers]:
@@ -104,7 +102,7 @@ class Arrays:
         """
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
             return np.inf
-        balance = np.abs(self.matrix.T @ y + self.cost).max(initial=0.0)
+        balance = np.abs(self.columns(y) + self.cost).max(initial=0.0)
         return float(max(self.violation(x), balance, abs(y @ self.slack(x))))
 
     def lower_bound(self, x: Array, y: Array) -> tuple[float, float]:
@@ -223,7 +221,6 @@ class _Active:
 
     def __init__(self, program: Arrays, x: Array, y: Array, share: float) -> None:
         self._program = program
-        self._matrix = program.matrix.toarray()  # the equations of a step are dense anyway
         s = program.slack(x)
         vanishing = [np.arange(program.zero)]
         on_boundary = list[Integers]()
@@ -244,7 +241,7 @@ class _Active:
         The Hessian is the negative one of the sum of these values, weighted by the multipliers m.
         """
         vanishing, *on_boundary = self.rows
-        matrix = self._matrix
+        matrix = self._program.matrix
         s = self._program.slack(x)
         n = len(x)
         values = [s[vanishing]]

@@ -158,31 +158,21 @@ def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
 
 def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
     """Status, x and multipliers of a linear program by HiGHS."""
-    rows = program.matrix
-    m, n = rows.shape
-    free = np.full(n, np.inf)
-    least = np.r_[program.right[: program.zero], np.full(m - program.zero, -np.inf)]
-    engine = _engine(_METHODS[solver], rows, least, program.right, program.cost, -free, free)
+    engine = _engine(program, _METHODS[solver])
     engine.run()
     return _answer(engine)
 
 
-def _engine(
-    method: Mapping[str, object],
-    rows: csr_array,
-    least: Array,
-    most: Array,
-    cost: Array,
-    lower: Array,
-    upper: Array,
-) -> Any:
-    """HiGHS with min `cost @ x` over `lower <= x <= upper` with `least <= rows @ x <= most`."""
+def _engine(program: Arrays, method: Mapping[str, object]) -> Any:
+    """HiGHS with a linear program."""
     engine = highspy.Highs()
+    rows = csr_array(program.matrix)
     m, n = rows.shape
     each, least_steps = _STEPS
     steps = each * (m + n) + least_steps
     for name, value in {**_HIGHS, **method, "simplex_iteration_limit": steps}.items():
         engine.setOptionValue(name, value)
+    free = np.full(n, np.inf)
     engine.passModel(
         n,
         m,
@@ -190,11 +180,11 @@ def _engine(
         int(highspy.MatrixFormat.kRowwise),
         int(highspy.ObjSense.kMinimize),
         0.0,  # constant of the objective
-        cost,
-        lower,
-        upper,
-        least,
-        most,
+        program.cost,
+        -free,
+        free,
+        np.where(np.arange(m) < program.zero, program.right, -np.inf),
+        program.right,
         rows.indptr,
         rows.indices,
         rows.data,
@@ -213,21 +203,11 @@ def _answer(engine: Any) -> tuple[str, Array, Array]:
 class WarmProgram:
     """A linear program that HiGHS keeps: a solution starts from the basis of the last one.
 
-    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds and
-    cost may change between two solutions.
+    The cost, and bounds of rows and unknowns, may change between two solutions.
     """
 
-    def __init__(
-        self,
-        matrix: Array,
-        least: Array,
-        most: Array,
-        cost: Array,
-        lower: Array,
-        upper: Array,
-    ) -> None:
-        method = {"solver": "simplex", "simplex_strategy": _DUAL}
-        self._engine = _engine(method, csr_array(matrix), least, most, cost, lower, upper)
+    def __init__(self, program: Arrays) -> None:
+        self._engine = _engine(program, {"solver": "simplex", "simplex_strategy": _DUAL})
 
     def price(self, cost: Array) -> None:
         """Change the cost of all unknowns."""

@@ -41,8 +41,8 @@ FAULTS = (
     Fault(
         "solve/arrays.py",
         "a program has unknowns",
-        old="np.abs(self.matrix.T @ y + self.cost).max(initial=0.0)",
-        new="np.abs(self.matrix.T @ y + self.cost).max()",
+        old="np.abs(self.columns(y) + self.cost).max(initial=0.0)",
+        new="np.abs(self.columns(y) + self.cost).max()",
         tests="polish",
     ),
     Fault(

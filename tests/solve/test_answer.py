@@ -138,7 +138,7 @@ def test_multipliers_outside_their_cones_prove_no_bound(cone, monkeypatch):
 
     def wrong(program, name, x, y):
         y = np.zeros(len(program.right))
-        against = np.argmax(program.matrix.toarray() @ program.cost)
+        against = np.argmax(program.matrix @ program.cost)
         y[[0, against] if cone else against] = -1.0
         least = np.zeros(len(program.cost))
         least[program.cost.astype(bool)] = -1.0

@@ -66,7 +66,7 @@ def test_no_multipliers_prove_less_than_the_optimum(seed, equations, by):
     best, (program, z, y) = problem.solve(solver="CLARABEL"), solved(problem, 1e-8)
     value, bound, error = proven(program, z, y)
     assert (value, bound) == pytest.approx((best, best), abs=1e-5) and error < 1e-4
-    idle = null_space(program.matrix.T.toarray())  # multipliers that balance each other
+    idle = null_space(program.matrix.T)  # multipliers that balance each other
     idle = idle @ rng.normal(size=idle.shape[1])
     y = y - by * np.sign(program.right @ idle) * 10.0 * idle + (by > 0.5) * rng.normal(size=len(y))
     _, bound, error = proven(program, np.full(len(z), 5.0), y)  # no unknown of a solution is larger

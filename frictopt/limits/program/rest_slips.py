@@ -92,11 +92,7 @@ class Furthest:
         self._arrays = self._program.with_cost(np.zeros(self._program.width))
         self._warm: WarmProgram | None = None
         if kind_of(self._arrays) == LP:
-            right = self._arrays.right
-            least = np.where(np.arange(len(right)) < self._arrays.zero, right, -np.inf)
-            free = np.full(self._program.width, np.inf)
-            rows = self._arrays.matrix
-            self._warm = WarmProgram(rows, least, right, self._arrays.cost, -free, free)
+            self._warm = WarmProgram(self._arrays)
 
     def along(self, direction: Array) -> Array | None:
         """The slip, length, that goes furthest in a direction (t N,); None if it has no end."""

@@ -149,7 +149,7 @@ class LooseNodes:
         program.rows.append(forces)
 
         self._arrays = program.arrays(goal, 1.0)
-        self._matrix = self._arrays.matrix.toarray()
+        self._matrix = self._arrays.matrix
         self._unit = program.place(goal).unit
         # The own motions among the unknowns. Lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
@@ -163,7 +163,7 @@ class LooseNodes:
         self._forces = of_forces.reshape(shape)
         # HiGHS keeps one linear program, whose bounds change.
         is_linear = self._arrays.sizes.max(initial=1) == 1
-        self._warm = self._warm_program() if is_linear else None
+        self._warm = WarmProgram(self._arrays) if is_linear else None
 
     def _rows_of_nodes(
         self, program: RestProgram, forces: Rows, nodes: Integers
@@ -188,13 +188,6 @@ class LooseNodes:
                 loose = np.where(loose < 0, -1, self._set[rows.instants] * n + loose)
                 node_of_row[numbers] = np.repeat(loose, rows.sizes)
         return of_forces, node_of_row
-
-    def _warm_program(self) -> WarmProgram:
-        arrays = self._arrays
-        least = np.full(len(arrays.right), -np.inf)
-        least[: arrays.zero] = arrays.right[: arrays.zero]
-        free = np.full(len(arrays.cost), np.inf)
-        return WarmProgram(self._matrix, least, arrays.right, arrays.cost, -free, free)
 
     def solve(self, branch: Branch, above: float) -> Relaxed:
         """The bound of a branch; inf if no solver proves one.
