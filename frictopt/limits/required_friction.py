@@ -98,7 +98,7 @@ def best_pressed(
         residual = worst([gap, question.excess_over_slip_bound(slip)])
         return Pressing(reached, solution.motion, residual)
 
-    pressing, record = solve(most_pressed(question, load_factor), "least", 1.0, claimed)
+    pressing, record = solve(most_pressed(question, load_factor), claimed)
     return pressing, record
 
 

@@ -189,7 +189,7 @@ def safe_slip_of_set(question: Question, load_factor: float, user: Any = None) -
 
     def no_slip(outcome: str) -> None:
         """ModelError if the user's constraints admit no slip at all, safe or not."""
-        found = contradiction(program, "margin") if program.constraints else None
+        found = contradiction(program) if program.constraints else None
         names = found[0].ruling if found else []
         if names:
             raise ModelError(
@@ -197,7 +197,7 @@ def safe_slip_of_set(question: Question, load_factor: float, user: Any = None) -
                 f"{load_factor:g}; drop or relax it"
             )
 
-    safe, record = solve(program, "margin", 1.0, claimed, no_optimum=no_slip)
+    safe, record = solve(program, claimed, no_optimum=no_slip)
     assert safe._solved is not None
     values = {**safe._solved.values, "load_factor": load_factor}
     solved = replace(safe._solved, values=values)
@@ -220,7 +220,7 @@ def _of_order(question: LiftOff, load_factor: float) -> SafeSlip:
         solved = solved_order(question, solution, "ordered", **values)
         return replace(safe, _motion=motion, _solved=solved)
 
-    safe, record = solve(program, "margin", 1.0, claimed)
+    safe, record = solve(program, claimed)
     return answered(safe, record)
 
 

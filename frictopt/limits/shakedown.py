@@ -250,19 +250,18 @@ def limit_of_set(
     program = assembled.shakedown(question)
     if np.isfinite(largest):
         program.row("most", {"load_factor": -1.0}, largest)
-    goal = "load_factor"
     if user is not None:
-        goal = user.add_to(program)
+        user.add_to(program)
 
     claimed = partial(checked_limit, question)
 
     def none(outcome: str) -> ShakedownLimit | None:
         if outcome == INFEASIBLE and not proven:
             return _not_finite(question, LimitKind.NO_SAFE_SLIP, 0.0)
-        return without_limit(program, goal)
+        return without_limit(program)
 
     try:
-        limit, record = solve(program, goal, 1.0, claimed, no_optimum=none, above=above)
+        limit, record = solve(program, claimed, no_optimum=none, above=above)
     except SolverError as error:
         if (
             isinstance(error, NoOptimum)
@@ -298,7 +297,7 @@ def _with_least(
 ) -> ShakedownLimit:
     """The limit, completed by the least safe load factor from a second program."""
     try:
-        lower, record = solve(program, "load_factor", -1.0, claimed)
+        lower, record = solve(program, claimed, -1.0)
     except SolverError:
         # Rounding hides whether some slip is safe under the mean load. The limit stands, and the
         # least safe load factor is not known.
@@ -319,9 +318,8 @@ def limit_of_order(
 
     limit, record = solve(
         program,
-        "load_factor",
-        sense,
         claimed,
+        sense,
         no_optimum=lambda outcome: _every_load_is_safe(question, program),
         above=above if sense > 0 else -np.inf,
     )
@@ -493,7 +491,7 @@ def checked_limit(
     load_factor = solution.load_factor
     slip, motion = at_rest or (solution.slip_of_nodes, solution.motion)
     bound, defect = solution.bound
-    objective = None if solution.goal == "load_factor" else solution.value
+    objective = None if solution.program.goal == "load_factor" else solution.value
     return ShakedownLimit(
         load_factor,
         slip,
@@ -509,7 +507,7 @@ def checked_limit(
     )
 
 
-def without_limit(program: RestProgram, goal: str) -> ShakedownLimit | None:
+def without_limit(program: RestProgram) -> ShakedownLimit | None:
     """The answer that no load factor is safe, or all above some value are; None without a proof.
 
     ModelError if an objective of the user grows without end.
@@ -517,16 +515,16 @@ def without_limit(program: RestProgram, goal: str) -> ShakedownLimit | None:
     question = program.question
     if program.constraints:
         # If no slip is safe even without the constraints of the user, they are not the cause.
-        limit = _nothing_is_safe(assembled.shakedown(question), "load_factor")
+        limit = _nothing_is_safe(assembled.shakedown(question))
         if limit is not None:
             return limit
-    limit = _nothing_is_safe(program, goal)
+    limit = _nothing_is_safe(program)
     if limit is not None:
         return limit
-    grown = growth(program, goal)
+    grown = growth(program)
     if grown is None:
         return None
-    if goal != "load_factor":
+    if program.goal != "load_factor":
         raise ModelError(
             "objective: it grows without bound over the safe slips; subtract a penalty, or bound "
             "it by a constraint"
@@ -543,9 +541,9 @@ def without_limit(program: RestProgram, goal: str) -> ShakedownLimit | None:
     )
 
 
-def _nothing_is_safe(program: RestProgram, goal: str) -> ShakedownLimit | None:
+def _nothing_is_safe(program: RestProgram) -> ShakedownLimit | None:
     """The answer that no slip is safe at any load factor, if it is proven."""
-    found = contradiction(program, goal)
+    found = contradiction(program)
     if found is None:
         return None
     claim, residual = found
@@ -578,7 +576,7 @@ def _cause_of_growth(solved: Solved) -> str:
 
 def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLimit | None:
     """The limit of an order with which all load factors are safe, proven; else None."""
-    grown = growth(program, "load_factor")
+    grown = growth(program)
     if grown is None:
         return None
     along, residual = grown

@@ -20,7 +20,7 @@ OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 def arrays(system, cycle, friction, **options):
     """The arrays of a limit of the closed contact, as frictopt solves them."""
     program = assembled.shakedown(pose(system, cycle, friction, **options))
-    return LinearProgram.of(program, "load_factor")
+    return LinearProgram.of(program)
 
 
 @pytest.mark.parametrize("options", OPTIONS)

@@ -57,7 +57,7 @@ def test_limit_against_the_bare_solver(elements, most, record_property):
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     limits = []
     program = assembled.shakedown(pose(contact, BULK, 0.5, simplify=False))
-    arrays = program.arrays("load_factor", 1.0)
+    arrays = program.arrays()
     ours = seconds(
         lambda: limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False)), rounds=3
     )

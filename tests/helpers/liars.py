@@ -125,7 +125,7 @@ def persuasive(program, x):
 
     Their work equals the work of this x. The program is linear.
     """
-    matrix, zero, heavy = program.matrix.toarray(), program.zero, 1e6
+    matrix, zero, heavy = program.matrix, program.zero, 1e6
     # Multipliers of equations have both signs.
     rows = np.hstack([matrix.T, -matrix[:zero].T])
     work = np.r_[program.right, -program.right[:zero]]

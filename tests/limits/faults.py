@@ -1071,7 +1071,7 @@ FAULTS = (
     Fault(
         "limits/shakedown.py",
         "an objective grows without a word",
-        old="goal != 'load_factor'",
+        old="program.goal != 'load_factor'",
         new="False",
         tests="own_constraints",
     ),

@@ -38,7 +38,7 @@ def is_critical(program):
 
 def largest(program):
     """The x of a program of a least load factor at its largest load factor, by scipy."""
-    matrix = program.matrix.toarray()
+    matrix = program.matrix
     zero = program.zero
     n = len(program.cost)
     free = {"bounds": [(None, None)] * n}

@@ -118,8 +118,8 @@ FAULTS = (
     Fault(
         "solve/solvers.py",
         "equations hold one way alone for HiGHS",
-        old="program.right[:program.zero]",
-        new="program.right[:program.zero] - 1000000000.0",
+        old="np.where(np.arange(m) < program.zero, program.right, -np.inf)",
+        new="np.full(m, -np.inf)",
         tests="guaranteed",
     ),
     Fault(

@@ -91,7 +91,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
 
     def less(program, name, above):
         """A load factor that is no limit, and the multipliers that come closest to a proof."""
-        matrix, n, zero = program.matrix.toarray(), len(program.cost), program.zero
+        matrix, n, zero = program.matrix, len(program.cost), program.zero
         x = linprog(
             np.zeros(n),
             matrix[zero:],

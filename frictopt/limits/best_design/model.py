@@ -214,9 +214,10 @@ class DesignModel(SafeModel):
         """The programs of designs in which some nodes are neither open nor closed."""
         nodes = np.arange(self._question.system.nodes)
         program = design_program(self._choice, scenarios, loose=nodes)
-        goal = "load_factor" if user is None else user.add_to(program)
-        largest = self._question.load_unit if goal == "load_factor" else np.inf
-        return LooseNodes(program, nodes, goal, largest, range(len(scenarios)))
+        if user is not None:
+            user.add_to(program)
+        largest = self._question.load_unit if program.goal == "load_factor" else np.inf
+        return LooseNodes(program, nodes, largest, range(len(scenarios)))
 
     def _slip_of_open_nodes(self, program: RestProgram) -> Array:
         """(open slips, named) slips of open nodes of the first scenario due to the design."""
@@ -276,15 +277,12 @@ class DesignModel(SafeModel):
                 raise NoneSafeError("design: the closed nodes do not hold the open ones")
             opened.append(Scenario(question, scenario.shares))
         program = design_program(self._choice, opened)
-        goal = "load_factor"
         if user is not None:
-            goal = user.add_to(program)
+            user.add_to(program)
         design, record = solve(
             program,
-            goal,
-            1.0,
             partial(self._checked, opened, user),
-            no_optimum=lambda outcome: raise_refusal(program, goal, self._choice),
+            no_optimum=lambda outcome: raise_refusal(program, self._choice),
         )
         return answered(design, record)
 
@@ -311,7 +309,7 @@ class DesignModel(SafeModel):
         names = pd.Index(self._choice.names, name="load", dtype=object)
         return Design(
             load_factor=load_factor,
-            objective=None if solution.goal == "load_factor" else solution.value,
+            objective=None if solution.program.goal == "load_factor" else solution.value,
             bound=bound + defect,
             preload=pd.Series(built.preload, index=names, name="preload"),
             profile=built.profile,

@@ -398,24 +398,22 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
     program.row("most", {"pressing": -1.0}, _MOST_PRESSED * most)
     if user is not None:
         user.add_to(program)
+    program.goal = "pressing"
 
     def claimed(solution: Solution) -> Judged:
         values = {name: solution.values(name) for name in choice.units(question)}
         return Judged(values, program.violation(solution.x))
 
-    pressed, _ = solve(program, "pressing", 1.0, claimed)
+    pressed, _ = solve(program, claimed)
     return dict(pressed.said)
 
 
-def raise_refusal(program: RestProgram, goal: str, choice: Choice) -> None:
-    """Raise an error if it is proven that there is no best design; return if not.
-
-    `goal` is the name of the maximized value.
-    """
-    found = contradiction(program, goal)
+def raise_refusal(program: RestProgram, choice: Choice) -> None:
+    """Raise an error if it is proven that there is no best design; return if not."""
+    found = contradiction(program)
     if found is not None:
         raise _contradiction_error(found[0])
-    grown = growth(program, goal)
+    grown = growth(program)
     if grown is None:
         return
     along: dict[str, float] = {}
@@ -423,7 +421,7 @@ def raise_refusal(program: RestProgram, goal: str, choice: Choice) -> None:
         part = program.named[name]
         for component, value in zip(components, grown[0].x[part].tolist(), strict=True):
             along[f"{name}[{component!r}]"] = value
-    raise ModelError(_growth_text(goal, along))
+    raise ModelError(_growth_text(program.goal, along))
 
 
 def _contradiction_error(claim: Solution) -> ModelError:

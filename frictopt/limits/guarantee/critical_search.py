@@ -241,13 +241,13 @@ class CriticalNodes:
             return _claimed(solution, state, least_so_far)
 
         def never_critical(outcome: str) -> NodeClaim | None:
-            found = contradiction(program, "load_factor")
+            found = contradiction(program)
             if found is None:
                 return None
             return _without_slip(question, state, np.inf, found[1], NEVER)
 
         sense = -1.0 if most is None else 1.0
-        claim, record = solve(program, "load_factor", sense, claimed, no_optimum=never_critical)
+        claim, record = solve(program, claimed, sense, no_optimum=never_critical)
         self.records.append(record)
         return replace(claim, solver=record.solver)
 

@@ -27,8 +27,6 @@ from . import models
 from .listing import state_rows
 from .models import unknowns
 
-GOAL = "load_factor"
-
 
 def by_plain_cvxpy(
     question: Question, claimed: Callable[[Solution], C], error: SolverError
@@ -47,9 +45,9 @@ def by_plain_cvxpy(
 
     def residual() -> float:
         rough = _read(program, problem)
-        polished = polish(program.arrays(GOAL, 1.0), *rough)
+        polished = polish(program.arrays(), *rough)
         for values, multipliers in (rough, polished):
-            solution = Solution(program, values, multipliers[program.slides :], GOAL)
+            solution = Solution(program, values, multipliers[program.slides :])
             claims.append(claimed(solution))
         claims.sort(key=lambda claim: claim.residual)
         return claims[0].residual
@@ -68,8 +66,8 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
     question = program.question
     values = {variable.name(): variable.value for variable in problem.variables()}
     x = np.zeros(program.width)
-    goal = program.place(GOAL)
-    x[goal.column] = values[GOAL] / goal.unit
+    goal = program.place
+    x[goal.column] = values[program.goal] / goal.unit
     slip = program.slips[0]
     beyond = values["slip"].ravel(order="F") - slip.reference
     x[slip.shear] = (question.A @ beyond)[slip.elastic.slips] / slip.shear_units
@@ -85,8 +83,8 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
         at, nodes = rows.instants, rows.nodes
         if not len(nodes):
             return np.zeros(0)
-        if rows.label == GOAL:
-            return duals[GOAL]
+        if rows.label == program.goal:
+            return duals[program.goal]
         listed = np.array([duals[f"{rows.label}[{k}]"] for k in corners])
         own = listed[at, places.get(rows.label, np.arange(n))[nodes]]
         if rows.label != "stuck":

@@ -198,17 +198,18 @@ class UserRows:
         """Names of the rows, and "objective"."""
         return (*self.rows, "objective") if self.objective is not None else tuple(self.rows)
 
-    def add_to(self, program: RestProgram) -> str:
+    def add_to(self, program: RestProgram) -> None:
         """Compile the rows with the present values of parameters, and add them to a program.
 
-        Returned is the name of the goal.
+        The objective becomes its goal.
         """
         data, self._chain, self._inverse = self._problem.get_problem_data(
             "CLARABEL", enforce_dpp=True, canon_backend=backend(self._problem), solver_opts={}
         )
         _refuse_unread(data)
         program.user = Substituted(self, program, data)
-        return "load_factor" if self.objective is None else "objective"
+        if self.objective is not None:
+            program.goal = "objective"
 
     def known(self, program: RestProgram) -> Iterable[tuple[cp.Variable, Known]]:
         """The variables of the model, as functions of the quantities of a program."""

@@ -181,6 +181,7 @@ def at_corners(
         }
     program = RestProgram([question], all_units, start, all_effects)
     if load_factor is None:
+        program.goal = "load_factor"
         program.row("load_factor", {"load_factor": 1.0})
     within_slip_bound(program)
     return program

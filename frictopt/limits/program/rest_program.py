@@ -185,7 +185,7 @@ USER = "user"
 
 
 class Place(NamedTuple):
-    """Where a named unknown is: its column of x, and its unit."""
+    """Where the goal is: its column of x, and its unit."""
 
     column: int
     unit: float
@@ -200,7 +200,8 @@ class RestProgram:
         For each slip: its closed nodes, their stiffness, and its units. Scenarios of a design have
         a slip each; otherwise there is one.
     units
-        Name -> unit, one number or (n,), of the named unknowns.
+        Name -> unit, one number or (n,), of the named unknowns. The first one is the `goal`, whose
+        largest or least value is sought, if the user gives no objective.
     start
         (K, M) forces at the instants without slip, if all named unknowns are 0.
     effects
@@ -240,6 +241,7 @@ class RestProgram:
         for name, unit in units.items():
             self.named[name] = slice(end, end + np.size(unit))
             end += np.size(unit)
+        self.goal = next(iter(units), "")
         self.named_units = np.concatenate([NO_UNKNOWNS, *map(np.ravel, units.values())])
         self.effects = np.zeros((count * entries, end))
         for name, effect in effects.items():
@@ -335,17 +337,18 @@ class RestProgram:
         own = np.zeros(len(self.own_units))
         return np.concatenate([start.ravel(), named, *references, own])
 
-    def place(self, goal: str) -> Place:
-        """Where a named unknown is; the objective of the user is the first of the own unknowns."""
-        if goal in self.named:
-            number = self.named[goal].start
+    @cached_property
+    def place(self) -> Place:
+        """Where the goal is; the objective of the user is the first of the own unknowns."""
+        if self.goal in self.named:
+            number = self.named[self.goal].start
             return Place(number, float(self.named_units[number]))
         return Place(self.slips[-1].slide.stop, float(self.own_units[0]))
 
-    def arrays(self, goal: str, sense: float) -> Arrays:
-        """The program that maximises (sense 1) or minimises (sense -1) a named unknown."""
+    def arrays(self, sense: float = 1.0) -> Arrays:
+        """The program that maximises (sense 1) or minimises (sense -1) the goal."""
         cost = np.zeros(self.width)
-        cost[self.place(goal).column] = -sense
+        cost[self.place.column] = -sense
         return self.with_cost(cost)
 
     def with_cost(self, cost: Array) -> Arrays:

@@ -115,5 +115,5 @@ class Furthest:
         return np.asarray(claim.said)
 
     def _checked(self, x: Array, y: Array) -> Judged:
-        slip = Solution(self._program, x, y[self._program.slides :], "").slip_of_nodes
+        slip = Solution(self._program, x, y[self._program.slides :]).slip_of_nodes
         return Judged(slip, self._slips.violation(slip))

@@ -219,7 +219,6 @@ class Solution:
     program: RestProgram
     x: Array
     y: Array
-    goal: str
 
     def values(self, name: str) -> Array:
         """(n,) the values of a named unknown."""
@@ -229,7 +228,7 @@ class Solution:
     @property
     def value(self) -> float:
         """The value of the goal."""
-        place = self.program.place(self.goal)
+        place = self.program.place
         return float(self.x[place.column]) * place.unit
 
     @property
@@ -247,8 +246,7 @@ class Solution:
     @cached_property
     def _multipliers(self) -> Array:
         """(R,) multipliers of the rows in user units, for the goal in its unit."""
-        unit = self.program.place(self.goal).unit
-        return unit * self.y / self.program.stacked.units
+        return self.program.place.unit * self.y / self.program.stacked.units
 
     @cached_property
     def _work(self) -> Array:
@@ -303,7 +301,7 @@ class Solution:
         The error holds for unknowns of the size of the solution or of their units, or for all slips
         within a slip bound if this is less.
         """
-        place = self.program.place(self.goal)
+        place = self.program.place
         resistance, rates = self.balance
         errors = np.abs(rates) * np.maximum(np.abs(self.x), 1.0)
         errors[place.column] = 0.0
@@ -326,7 +324,7 @@ class Solution:
         Relative to a thousandth of the unit, if the value is smaller.
         """
         bound, defect = self.bound
-        size = max(abs(self.value), FLOOR * self.program.place(self.goal).unit)
+        size = max(abs(self.value), FLOOR * self.program.place.unit)
         return (abs(bound - self.value) + defect) / size
 
     def residual(self, *violations: float) -> float:
@@ -440,42 +438,41 @@ class Solution:
 
 def solve(
     program: RestProgram,
-    goal: str,
-    sense: float,
     claimed: Callable[[Solution], C],
+    sense: float = 1.0,
     *,
     no_optimum: Callable[[str], C | None] = lambda outcome: None,
     above: float = -np.inf,
     tolerance: float = RESIDUAL,
 ) -> tuple[C, SolveRecord]:
-    """The claim about the largest (sense 1) or least value of a named unknown, see `answer`.
+    """The claim about the largest (sense 1) or least value of the goal, see `answer`.
 
     `no_optimum` makes the claim if a solver reports another outcome.
     """
-    arrays = program.arrays(goal, sense)
+    arrays = program.arrays(sense)
     solver = program.question.solver
     if kind_of(arrays) == LP and solver not in LP_SOLVERS:
         # In space the program of a node alone has no cones, and solvers of cones are not asked.
         solver = None
     return answer(
         arrays,
-        lambda x, y: claimed(Solution(program, x, y[program.slides :], goal)),
+        lambda x, y: claimed(Solution(program, x, y[program.slides :])),
         solver,
         no_optimum=no_optimum,
-        above=above / program.place(goal).unit,
+        above=above / program.place.unit,
         tolerance=tolerance,
     )
 
 
-def contradiction(program: RestProgram, goal: str) -> tuple[Solution, float] | None:
+def contradiction(program: RestProgram) -> tuple[Solution, float] | None:
     """Multipliers of rows that no unknowns obey at once, and their error; None if not proven.
 
     The proof holds for unknowns up to a million times their units, and along a ray of growth.
     """
-    arrays = program.arrays(goal, 1.0)
+    arrays = program.arrays()
     ray = next((ray for ray, _ in _rays(program, arrays)), None)
     for y in contradictions(arrays):
-        claim = Solution(program, np.zeros(len(arrays.cost)), y[program.slides :], goal)
+        claim = Solution(program, np.zeros(len(arrays.cost)), y[program.slides :])
         if ray is not None and not claim.balances_along(ray):
             continue
         resistance, rates = claim.balance
@@ -485,18 +482,18 @@ def contradiction(program: RestProgram, goal: str) -> tuple[Solution, float] | N
     return None
 
 
-def growth(program: RestProgram, goal: str) -> tuple[Solution, float] | None:
+def growth(program: RestProgram) -> tuple[Solution, float] | None:
     """A direction in which the goal grows without end, and its error; None if not proven.
 
     It keeps all rows up to the rounding of the stiffness, and begins at values that obey them.
     """
-    arrays = program.arrays(goal, 1.0)
+    arrays = program.arrays()
     for ray, leaving in _rays(program, arrays):
         for start in interiors(arrays):
             unsafe = program.violation(start)
             if unsafe <= RESIDUAL:
                 no_multipliers = np.zeros(len(program.stacked.constants))
-                return Solution(program, ray, no_multipliers, goal), max(leaving, unsafe)
+                return Solution(program, ray, no_multipliers), max(leaving, unsafe)
     return None
 
 

@@ -116,11 +116,9 @@ class LooseNodes:
         The program with the unknown `own` of `own_motions` and all rows.
     nodes
         (n,) the loose nodes.
-    goal
-        Name of the value that is maximised.
     largest
-        A value that is large for the goal; a bound much above it is infinite. While many nodes are
-        loose, the goal may grow without end.
+        A value that is large for the goal, which is maximised; a bound much above it is infinite.
+        While many nodes are loose, the goal may grow without end.
     sets
         (S,) for each slip of the program, which of G sets of open nodes it has. A branch decides on
         G n nodes.
@@ -130,14 +128,13 @@ class LooseNodes:
         self,
         program: RestProgram,
         nodes: Integers,
-        goal: str,
         largest: float,
         sets: Sequence[int] = (0,),
     ) -> None:
         question = program.question
         self._most = _MOST * largest
         if np.isfinite(largest):
-            program.row("most", {goal: -1.0}, self._most)
+            program.row("most", {program.goal: -1.0}, self._most)
         count, n, axes = len(program.start), len(nodes), question.system.tangents + 1
         shape = count, axes, n
         entries = np.concatenate([nodes + axis * question.system.nodes for axis in range(axes)])
@@ -148,9 +145,9 @@ class LooseNodes:
         forces = rows_of("loose", LINEAR, [[force]], np.zeros(len(at)), unit, at, of_entry)
         program.rows.append(forces)
 
-        self._arrays = program.arrays(goal, 1.0)
+        self._arrays = program.arrays()
         self._matrix = self._arrays.matrix
-        self._unit = program.place(goal).unit
+        self._unit = program.place.unit
         # The own motions among the unknowns. Lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
         self._set = np.asarray(sets)[program.response_of]  # of each instant

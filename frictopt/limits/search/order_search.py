@@ -460,7 +460,7 @@ def _limit_of_products(limit_of_order: LimitOfOrder[L], question: LiftOff, settl
     about = About(settled.load_factor, settled.shares)
     for _ in range(_LINEARISED):
         program = ordered_program(question, about=about)
-        judged, _ = solve(program, "load_factor", 1.0, _judged)
+        judged, _ = solve(program, _judged)
         placed, _, _ = read_order(question, judged.said)
         load_factor = judged.said.load_factor
         change = abs(load_factor - about.load_factor) / question.load_unit

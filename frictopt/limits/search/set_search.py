@@ -298,7 +298,7 @@ class _SetSearch(Generic[L]):
 
         # Load factors above this value do not matter, if some set counts.
         largest = max(self._reach, question.load_unit)
-        program = LooseNodes(loose(question, nodes), nodes, "load_factor", largest)
+        program = LooseNodes(loose(question, nodes), nodes, largest)
         branches = Branches(program, lambda: self._wanted, bound_of)
         if len(nodes) == len(fixed):
             self._branches = branches

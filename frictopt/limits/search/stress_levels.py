@@ -174,7 +174,7 @@ class StressLevels:
         def judged(solution: Solution) -> Judged:
             return Judged(solution.value, solution.program.violation(solution.x))
 
-        wedge, _ = solve(wedging(slips.question), "wedge", 1.0, judged)
+        wedge, _ = solve(wedging(slips.question), judged)
         # The value is 0 or 1, because any multiple of such a slip is one, too.
         self.wedges = slips.question.slip_bound is None and wedge.said > 0.5
 
@@ -233,7 +233,7 @@ class StressLevels:
             residual = worst([self._slips.violation(slip), solution.gap])
             return Level(solution.value, bound - error, slip, residual)
 
-        level, _ = solve(program, "level", -1.0, claimed)
+        level, _ = solve(program, claimed, -1.0)
         return level
 
     def most(self, point: int) -> End:
@@ -411,11 +411,11 @@ class StressCrossings:
             return Crossing(load_factor, bound - error, slip, worst([off, solution.gap]))
 
         def never(outcome: str) -> Crossing | None:
-            found = contradiction(program, "load_factor")
+            found = contradiction(program)
             nowhere = np.full(self.question.system.slip_shape, np.nan)
             return None if found is None else Crossing(np.inf, np.inf, nowhere, found[1])
 
-        crossing, _ = solve(stuck(program), "load_factor", -1.0, claimed, no_optimum=never)
+        crossing, _ = solve(stuck(program), claimed, -1.0, no_optimum=never)
         return crossing
 
     def last(self, largest: float) -> Crossing | None:

@@ -34,13 +34,13 @@ class LinearProgram:
     floor: Array
 
     @classmethod
-    def of(cls, program: Any, goal: str) -> "LinearProgram":
+    def of(cls, program: Any) -> "LinearProgram":
         """The matrices of a program of states of rest, for the largest value of its goal."""
-        arrays = program.arrays(goal, 1.0)
+        arrays = program.arrays()
         none = np.full(len(arrays.right), -np.inf)
         floor = np.r_[arrays.right[: arrays.zero], none[arrays.zero :]]
         return cls(
-            program.place(goal).unit * arrays.cost,
+            program.place.unit * arrays.cost,
             csc_matrix(arrays.matrix),
             arrays.right,
             np.full(len(arrays.cost), -np.inf),

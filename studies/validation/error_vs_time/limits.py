@@ -117,7 +117,7 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     error = relative(exact, lambda limit: limit.load_factor)
     ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
     bare = methods(
-        LinearProgram.of(program, "load_factor"),
+        LinearProgram.of(program),
         parameters.tolerances,
         relative(exact, lambda cost: -cost),
     )
@@ -149,7 +149,7 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     ]
     program = assembled.safe_slip(pose(system, LOADS, friction), factor)
     bare = methods(
-        LinearProgram.of(program, "margin"),
+        LinearProgram.of(program),
         parameters.tolerances,
         relative(exact, lambda cost: -cost),
     )

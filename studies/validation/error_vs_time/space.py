@@ -99,7 +99,7 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
         for solver in ("CLARABEL", "CLARABEL_DIRECT")
     ]
     program = assembled.shakedown(pose(system, LOADS, friction))
-    arrays, unit = program.arrays("load_factor", 1.0), program.place("load_factor").unit
+    arrays, unit = program.arrays(), program.place.unit
     for tolerance in parameters.tolerances:
         bare = partial(_clarabel, arrays.widened, tolerance)
         methods.append(
