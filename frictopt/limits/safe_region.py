@@ -235,7 +235,7 @@ def _at_governing_corners(motion: Mechanism, units: Sequence[Question]) -> Mecha
         opened = np.flatnonzero(first.open_nodes)
         forces = motion.moves.reshape(len(motion.moves), -1) @ first.system.S
         touching = -forces[:, -n:][:, opened].sum(axis=0)
-        narrowest = (first.w1 + second.w1).argmin(axis=0)
+        narrowest = (first.rate + second.rate)[:, -n:][:, opened].argmin(axis=0)
         moves[:, :, opened] = 0.0
         moves[narrowest, -1, opened] = touching.clip(0.0)
     return Mechanism.of(first, moves.reshape(len(moves), -1))

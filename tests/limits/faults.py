@@ -357,7 +357,7 @@ FAULTS = (
     Fault(
         "limits/program/question.py",
         "loads of open nodes are lost",
-        old="r - r @ compliance @ system.S",
+        old="r - follow @ system.S",
         new="r",
         tests="open_nodes set_search",
     ),
@@ -378,15 +378,15 @@ FAULTS = (
     Fault(
         "limits/program/question.py",
         "loads close gaps that they open",
-        old="-(r @ compliance)[:, -len(open_nodes):][:, open_nodes]",
-        new="(r @ compliance)[:, -len(open_nodes):][:, open_nodes]",
+        old="forces[:, -system.nodes:] -= follow[:, -system.nodes:] * open_nodes",
+        new="forces[:, -system.nodes:] += follow[:, -system.nodes:] * open_nodes",
         tests="open_nodes",
     ),
     Fault(
         "limits/program/question.py",
         "slips close gaps that they open",
-        old="-(compliance[rows] @ system.S[:, :columns])",
-        new="compliance[rows] @ system.S[:, :columns]",
+        old="-(self.compliance[rows] @ self.system.S[:, :-self.system.nodes])",
+        new="self.compliance[rows] @ self.system.S[:, :-self.system.nodes]",
         tests="open_nodes",
     ),
     Fault(

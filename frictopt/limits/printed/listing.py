@@ -27,7 +27,7 @@ from ...solve.problem import Problem, set_no_optimum, set_optimal
 from ..balance.corner_statics import CornerQuestion
 from ..events.lift_off import LiftOff
 from ..events.ordered import About, Forces, LaterSlips, forces_of_order, is_scaled
-from ..program.question import Question, motion_of_open_nodes
+from ..program.question import Question
 from ..program.solution import INFEASIBLE, OPTIMAL, Solved
 from . import models
 from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
@@ -163,7 +163,11 @@ def _parts(
         instants = np.flatnonzero(forces.response_of == number).tolist()
         of_set = question.sets[instants[0]]
         A, B, W = of_set.parts(response)
-        loads = {m: _loads(of_set, forces, m) for m in instants}
+        rate = forces.effects["load_factor"]
+        loads = {
+            m: of_set.named_loads((forces.start[m], f"[{m}]"), (rate[m], f"[{m}]"))
+            for m in instants
+        }
         terms = {m: _more(of_set, forces, m, more) for m in instants}
         contact = SimpleNamespace(A=A, B=B, W=W, loads=loads.__getitem__)
         suffix = f"_{number}" if number else ""
@@ -185,23 +189,6 @@ def _inside(question: LiftOff, margin: cp.Variable) -> partial[list[Row]]:
     return partial(models.inside, spare=spare, press=press, apart=apart)
 
 
-def _shaped(of_set: Question, forces: Array) -> dict[str, Array]:
-    """Shear forces q, normal forces p and gaps w of forces (M,)."""
-    q, p, w = of_set.parts(forces)
-    return {"q": q.reshape(of_set.system.slip_shape, order="F"), "p": p, "w": w}
-
-
-def _loads(of_set: Question, forces: Forces, m: int) -> dict[str, Array]:
-    """The loads of an instant, in the order of `Question.loads`."""
-    at_zero = _shaped(of_set, forces.start[m])
-    rate = _shaped(of_set, forces.effects["load_factor"][m])
-    loads = dict[str, Array]()
-    for parts in ("qp", "w"):
-        loads |= {f"{part}0[{m}]": at_zero[part] for part in parts}
-        loads |= {f"{part}1[{m}]": rate[part] for part in parts}
-    return loads
-
-
 def _more(
     of_set: Question, forces: Forces, m: int, unknown: Mapping[str, cp.Variable]
 ) -> list[cp.Expression]:
@@ -212,7 +199,7 @@ def _more(
         if not effect.any():
             continue
         if effect.ndim == 1:
-            for part, value in _shaped(of_set, effect).items():
+            for part, value in of_set.shaped(effect).items():
                 change = times(variable, constant(value, f"d{part}[{m}]"))
                 terms.setdefault(part, []).append(change)
             continue
@@ -332,9 +319,7 @@ def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
     opened = np.tile(question.open_nodes, system.tangents)  # (t N,)
     at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
     v0 = at_rest.ravel(order="F")[opened]
-    V = motion_of_open_nodes(
-        system, question.open_nodes, question.compliance, np.flatnonzero(opened)
-    )
+    V = question.motions_of_open(np.flatnonzero(opened))
     slip = vec(x.slip)
     v_r = cp.Variable(len(v0), name="v_r")
     chosen = constant(np.eye(len(opened))[opened], "open")

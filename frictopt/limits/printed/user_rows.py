@@ -23,7 +23,6 @@ from ...solve.arrays import CONE, EQUATION, LINEAR, Rows
 from ...solve.by_cvxpy import backend
 from ...solve.problem import dual_of, label_of
 from ...solve.products import Balance, derived_units
-from ..program.question import motion_of_open_nodes
 from ..program.rest_program import USER, RestProgram, slip_units
 from ..program.solution import Solution, Solved
 from .listing import problem_of
@@ -254,9 +253,7 @@ class UserRows:
             opened = np.flatnonzero(~is_closed)
             at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
             constant[opened] = at_rest.ravel(order="F")[opened]
-            matrix[opened, slips] = motion_of_open_nodes(
-                system, question.open_nodes, question.compliance, opened
-            )
+            matrix[opened, slips] = question.motions_of_open(opened)
             if self._open_slip is not None:
                 named = slice(program.first_named, program.first_slip)
                 matrix[opened, named] = self._open_slip(program)

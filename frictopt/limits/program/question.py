@@ -77,7 +77,11 @@ class Question:
     static: bool  # whether all corners are the same load
 
     compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
-    W: Array  # (O, t N) gaps of the open nodes due to unit slips of the closed nodes
+
+    # The forces of a node are q and p; of an open node q, which is 0, and its gap w. With all nodes
+    # in the order of S they are linear in the load factor and in the slips of the closed nodes.
+    start: Array  # (K0, M) without slip at load factor 0
+    rate: Array  # (K, M) those that a load factor of 1 adds
 
     # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
     r0: Array  # (K0, t + 1, N) force, normal ones last
@@ -86,9 +90,6 @@ class Question:
     p0: Array  # (K0, N) normal forces
     q1: Array  # (K, N) or (K, N, 2)
     p1: Array  # (K, N)
-    # Gaps of the open nodes without slip, with the same two indices.
-    w0: Array  # (K0, O) length
-    w1: Array  # (K, O)
 
     # Units of the unknowns and of margins.
     force: float  # mean normal force at load factor 0; a force of the same size if it is 0
@@ -160,9 +161,6 @@ class Question:
         """(N, t N) stiffness matrix: normal forces due to unit slips."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
-    # The forces of a node are q and p; of an open node q, which is 0, and its gap w. With all nodes
-    # in the order of S they are linear in the load factor and in the slips of the closed nodes.
-
     @cached_property
     def response(self) -> Array:
         """(M, t N) forces due to unit slips of the closed nodes."""
@@ -170,38 +168,44 @@ class Question:
         response = self.S[:, :slips]
         if self.compliance is not None:
             response = response.copy()
-            response[slips:][self.open_nodes] = self.W
+            rows = slips + np.flatnonzero(self.open_nodes)
+            response[rows] = self.motions_of_open(rows)
         return response
 
-    @cached_property
-    def start(self) -> Array:
-        """(K0, M) forces without slip at load factor 0."""
-        return self._forces(self.r0, self.w0)
+    @property
+    def W(self) -> Array:
+        """(O, t N) gaps of the open nodes due to unit slips of the closed nodes."""
+        return self.parts(self.response)[2]
 
-    @cached_property
-    def rate(self) -> Array:
-        """(K, M) forces without slip that a load factor of 1 adds."""
-        return self._forces(self.r1, self.w1)
+    def motions_of_open(self, rows: Integers) -> Array:
+        """(R, t N) slips or gaps of the open nodes due to unit slips of the closed ones.
 
-    def _forces(self, r: Array, w: Array) -> Array:
-        forces = r.reshape(len(r), -1)
-        if self.compliance is not None:
-            forces = forces.copy()
-            forces[:, -self.system.nodes :][:, self.open_nodes] = w
-        return forces
+        `rows` (R,) are the wanted entries of the motions (M,).
+        """
+        assert self.compliance is not None  # some nodes are open
+        motion = -(self.compliance[rows] @ self.system.S[:, : -self.system.nodes])
+        motion[:, np.tile(self.open_nodes, self.system.tangents)] = 0.0
+        return motion
 
     def loads(self, k: int) -> dict[str, Array]:
         """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by their printed names."""
         suffix = f"[{k}]" if self.fixed else ""
-        row = k if self.fixed else 0
-        return {
-            f"q0{suffix}": self.q0[row],
-            f"p0{suffix}": self.p0[row],
-            f"q1[{k}]": self.q1[k],
-            f"p1[{k}]": self.p1[k],
-            f"w0{suffix}": self.w0[row],
-            f"w1[{k}]": self.w1[k],
-        }
+        start = self.start[k if self.fixed else 0]
+        return self.named_loads((start, suffix), (self.rate[k], f"[{k}]"))
+
+    def named_loads(self, start: tuple[Array, str], rate: tuple[Array, str]) -> dict[str, Array]:
+        """Forces (M,) by their printed names, which end with a text; see `loads`."""
+        loads = dict[str, Array]()
+        for parts in ("qp", "w"):
+            for number, (forces, suffix) in enumerate((start, rate)):
+                shaped = self.shaped(forces)
+                loads |= {f"{part}{number}{suffix}": shaped[part] for part in parts}
+        return loads
+
+    def shaped(self, forces: Array) -> dict[str, Array]:
+        """Shear forces q, normal forces p and gaps w of forces (M,)."""
+        q, p, w = self.parts(forces)
+        return {"q": q.reshape(self.system.slip_shape, order="F"), "p": p, "w": w}
 
     def parts(self, forces: Array) -> tuple[Array, Array, Array]:
         """Shear forces, normal forces and gaps of open nodes of forces (M, ...), see `response`."""
@@ -211,10 +215,8 @@ class Question:
         return shear, pressures, normal[self.open_nodes]
 
     def forces_of(self, r: Array) -> Array:
-        """(K, M) forces, see `response`, from bonded reactions (K, M)."""
-        system, opened, compliance = self.system, self.open_nodes, self.compliance
-        carried = _carried(system, opened, compliance, r)
-        return self._forces(carried, _gaps_of_open(r, opened, compliance))
+        """(K, M) forces from bonded reactions (K, M)."""
+        return _forces(self.system, self.open_nodes, self.compliance, r)
 
     def reactions_of_slip(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` of the closed nodes that a residual slip adds, (N,) or (N, 2)."""
@@ -445,19 +447,17 @@ def _question(
     axes = system.tangents + 1
     static = not any(np.ptp(part, axis=0).any() for part in bonded)
 
-    # Arrays of the closed nodes. The open nodes are free of force: their gaps press nothing shut,
-    # not even by rounding, which would be the only force under a mean load of zero.
-    pressing_shut = system.pressing_shut(system.gap * open_nodes)
-    r0 = _carried(system, open_nodes, compliance, bonded[0] + pressing_shut)
-    r1 = _carried(system, open_nodes, compliance, bonded[1])
-    q0, p0 = parted(r0.reshape(len(r0), -1), axes)
-    q1, p1 = parted(r1.reshape(len(r1), -1), axes)
-
-    # The gaps of the open nodes.
-    rows_of_gaps = np.flatnonzero(open_nodes) + system.tangents * system.nodes
-    W = motion_of_open_nodes(system, open_nodes, compliance, rows_of_gaps)
-    w0 = _gaps_of_open(bonded[0], open_nodes, compliance)
-    w1 = _gaps_of_open(bonded[1], open_nodes, compliance)
+    # The open nodes are free of force: their gaps press nothing shut, not even by rounding, which
+    # would be the only force under a mean load of zero.
+    gap = system.gap * open_nodes
+    start = _forces(system, open_nodes, compliance, bonded[0] + system.pressing_shut(gap))
+    start[:, -system.nodes :] += gap
+    rate = _forces(system, open_nodes, compliance, bonded[1])
+    of_closed = np.tile(~open_nodes, axes)
+    q0, p0 = parted(start * of_closed, axes)
+    q1, p1 = parted(rate * of_closed, axes)
+    r0 = (start * of_closed).reshape(-1, axes, system.nodes)
+    r1 = (rate * of_closed).reshape(-1, axes, system.nodes)
 
     return Question(
         system=system,
@@ -472,15 +472,14 @@ def _question(
         fixed=len(bonded[0]) > 1,
         static=static,
         compliance=compliance,
-        W=W,
+        start=start,
+        rate=rate,
         r0=r0,
         r1=r1,
         q0=q0,
         p0=p0,
         q1=q1,
         p1=p1,
-        w0=w0,
-        w1=w1,
         **units_of(system, friction, open_nodes, r0, r1),
     )
 
@@ -494,35 +493,16 @@ def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
     return at_zero, reactions(system, cycle.corners)
 
 
-def _carried(
+def _forces(
     system: ContactSystem, open_nodes: Booleans, compliance: Array | None, r: Array
 ) -> Array:
-    """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
-    if compliance is not None:
-        r = (r - (r @ compliance) @ system.S) * ~np.tile(open_nodes, system.tangents + 1)
-    return r.reshape(len(r), -1, system.nodes)
-
-
-def motion_of_open_nodes(
-    system: ContactSystem, open_nodes: Booleans, compliance: Array | None, rows: Integers
-) -> Array:
-    """(R, t N) slips or gaps of the open nodes due to unit slips of the closed ones.
-
-    `rows` (R,) are the wanted entries of the motions (M,).
-    """
-    columns = system.tangents * system.nodes
+    """(K, M) forces from bonded reactions (K, M), see `Question`."""
     if compliance is None:
-        return np.zeros((0, columns))
-    motion = -(compliance[rows] @ system.S[:, :columns])
-    motion[:, np.tile(open_nodes, system.tangents)] = 0.0
-    return motion
-
-
-def _gaps_of_open(r: Array, open_nodes: Booleans, compliance: Array | None) -> Array:
-    """(K, O) gaps of the open nodes under bonded reactions (K, M), if nothing slips."""
-    if compliance is None:
-        return np.zeros((len(r), 0))
-    return -(r @ compliance)[:, -len(open_nodes) :][:, open_nodes]
+        return r
+    follow = r @ compliance
+    forces = (r - follow @ system.S) * ~np.tile(open_nodes, system.tangents + 1)
+    forces[:, -system.nodes :] -= follow[:, -system.nodes :] * open_nodes
+    return np.asarray(forces)
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:

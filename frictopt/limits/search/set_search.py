@@ -74,7 +74,7 @@ def is_at_most(question: Question, above: float) -> bool:
     """
     if not (np.isfinite(above) and len(question.W)):
         return False
-    gaps = (question.w0 + above * question.w1).min(axis=0)
+    gaps = _gaps(question, above)
     node = int(gaps.argmin())
     if gaps[node] >= 0:
         return False
@@ -114,6 +114,12 @@ def _mechanism(question: Question, node: int) -> tuple[Array, Array] | None:
     return None
 
 
+def _gaps(question: Question, load_factor: float) -> Array:
+    """(O,) least gaps of the open nodes without slip."""
+    normal = (question.start + load_factor * question.rate)[:, -question.system.nodes :]
+    return np.asarray(normal[:, question.open_nodes].min(axis=0))
+
+
 def _work(
     question: Question, load_factor: float, node: int, s: Array, lifts: Array
 ) -> tuple[float, float]:
@@ -125,7 +131,7 @@ def _work(
     r = (question.r0 + load_factor * question.r1)[:, :, closed]  # (K, t + 1, n)
     dissipated = question.friction[closed] * lifts * r[:, -1]
     supplied = (s * r[:, :-1]).sum(axis=1)
-    gap = (question.w0 + load_factor * question.w1)[:, node].min()
+    gap = _gaps(question, load_factor)[node]
     work = (dissipated - supplied).min(axis=0).sum() + gap
     size = (np.abs(dissipated) + np.abs(supplied)).max(axis=0).sum() + abs(gap)
     return float(work), float(size)
