@@ -8,7 +8,7 @@ factor has its own critical state, affine in the load factor.
 """
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -126,43 +126,37 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
     return -np.array([q_k + q_j + b_k - b_j, (q_k - q_j + b_k + b_j) / friction]) / 2
 
 
-# The smallest disc touches one of these subsets of four discs: the new disc, 0, and three old ones.
-_SUBSETS = ((0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3))
-
-
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     """Smallest discs around n times K discs: centres (n, 2) and radii (n,).
 
-    `centres` (n, K, 2) and `radii` (n, K) describe the discs inside; radii may be negative. Each
-    exchange takes the disc that sticks out most, and the three discs that touched before. The
-    smallest disc around these four is found by trying all subsets.
+    `centres` (n, K, 2) and `radii` (n, K) describe the discs inside; radii may be negative. The
+    smallest disc around some of them is found, which the disc that sticks out most joins, until
+    none sticks out.
     """
-    cases = np.arange(len(radii))
-    touching = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
-    centre = centres[cases, touching[:, 0]]
-    radius = radii.max(axis=1)
+    cases = np.arange(len(radii))[:, None]
     spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))
-    size = spread + np.abs(radii).max(axis=1)
-    # Largest number of exchanges per disc. Usually three in total are enough.
-    exchanges = 4
-    for _ in range(exchanges * radii.shape[1]):
+    rounding = ROUNDING * (spread + np.abs(radii).max(axis=1))
+    some = radii.argmax(axis=1)[:, None]
+    while True:
+        centre, radius = _smallest(centres[cases, some], radii[cases, some], rounding)
         far_ends = _reach(centres, radii, centre)
-        sticks_out = np.flatnonzero(far_ends.max(axis=1) > radius + ROUNDING * size)
-        if not len(sticks_out):
-            break
-        four_discs = np.column_stack([far_ends.argmax(axis=1), touching])[sticks_out]
-        four_centres = centres[sticks_out[:, None], four_discs]
-        four_radii = radii[sticks_out[:, None], four_discs]
-        radius[sticks_out] = np.inf
-        for subset in _SUBSETS:
-            for candidate in _touching(four_centres[:, subset], four_radii[:, subset]):
-                radius_around = _reach(four_centres, four_radii, candidate).max(axis=1)
-                is_smaller = radius_around < radius[sticks_out]  # False for nan: no such disc
-                centre[sticks_out[is_smaller]] = candidate[is_smaller]
-                radius[sticks_out[is_smaller]] = radius_around[is_smaller]
-                # A subset of one disc is repeated three times; of two discs, the first is repeated.
-                touching[sticks_out[is_smaller]] = four_discs[is_smaller][:, (subset * 3)[:3]]
-    return centre, _reach(centres, radii, centre).max(axis=1)
+        if (far_ends.max(axis=1) <= radius + rounding).all():
+            return centre, far_ends.max(axis=1)
+        some = np.column_stack([some, far_ends.argmax(axis=1)])
+
+
+def _smallest(centres: Array, radii: Array, rounding: Array) -> tuple[Array, Array]:
+    """The smallest discs around few discs. They touch one, two or three of them."""
+    centre = centres[:, 0]
+    radius = np.full(len(radii), np.inf)
+    for size in (1, 2, 3):
+        for subset in map(list, combinations(range(radii.shape[1]), size)):
+            for candidate in _touching(centres[:, subset], radii[:, subset]):
+                around = _reach(centres, radii, candidate).max(axis=1)
+                is_smaller = around < radius - rounding  # False for nan: no such disc
+                centre = np.where(is_smaller[:, None], candidate, centre)
+                radius = np.where(is_smaller, around, radius)
+    return centre, radius
 
 
 def _reach(centres: Array, radii: Array, centre: Array) -> Array:
