@@ -24,7 +24,7 @@ from ...errors import ModelError
 from ...solve.problem import Problem
 from ..printed import models
 from ..printed.listing import fill, rest_rows, state_rows
-from ..printed.models import Row, Unknowns, constant, defines, unknowns
+from ..printed.models import Row, Unknowns, constant, unknowns
 from ..printed.user_rows import UserRows
 from ..program.assembled import law_rows, within_slip_bound
 from ..program.question import Question, pose_like, with_open
@@ -33,16 +33,8 @@ from ..program.solution import Judged, Solution, contradiction, growth, solve
 from ..search.loose_nodes import own_motions
 from .design import NoneSafeError
 
-# Names of the matrices of the design in q, p, the gaps and the slips of open nodes.
-_SYMBOLS = {"preload": ("q_j", "p_j", "w_j", "v_j"), "profile": ("-B.T", "-C", "-w", "-v")}
-
-
-class Added(NamedTuple):
-    """The terms that a design adds to a question, and the rows that define their unknowns."""
-
-    listed: list[cp.Expression]  # added to q, p and, if nodes are open, to the gaps
-    open_slip: cp.Expression | None  # added to the slips of open nodes
-    rows: list[Row]
+# Names of the matrices of the design in q, p and the gaps of open nodes.
+_SYMBOLS = {"preload": ("q_j", "p_j", "w_j"), "profile": ("-B.T", "-C", "-w")}
 
 
 def design_problem(
@@ -65,13 +57,13 @@ def design_problem(
         if number:
             own = unknowns(question.system.slip_shape, corners, x.load_factor, suffix)
         f = models.friction(question.friction, suffix)
-        with_open_slips = number == 0 and user is not None and bool(question.open_nodes.any())
-        added = _added(choice, scenario, suffix, with_open_slips)
-        more = dict.fromkeys(corners, added.listed)
-        listed = [*added.rows, *state_rows(question, own, f, list(corners), more=more)]
+        added = _added(choice, scenario, suffix)
+        more = dict.fromkeys(corners, added)
+        listed = state_rows(question, own, f, list(corners), more=more)
         slip = solution.closed_slip(number)
-        if with_open_slips:
-            listed += rest_rows(question, x, added.open_slip)
+        if number == 0 and user is not None and question.compliance is not None:
+            opened = _open_slips_due_to(choice, scenario)
+            listed += rest_rows(question, x, opened)
             slip = whole.values["slip"]
         here = slice(first, first := first + len(question.r1))
         multipliers = {
@@ -94,39 +86,33 @@ def design_problem(
     return problem
 
 
-def _added(choice: Choice, scenario: Scenario, suffix: str, with_open_slips: bool) -> Added:
-    """The terms that a design adds to a scenario. All names end with `suffix`.
-
-    `with_open_slips`: also to the slips of open nodes, which rows of the user may contain.
-    """
+def _added(choice: Choice, scenario: Scenario, suffix: str) -> list[cp.Expression]:
+    """The terms that a design adds to q, p and the gaps of open nodes. Names end with `suffix`."""
     question = scenario.question
-    by_unknown: list[list[cp.Expression]] = []
-    rows: list[Row] = []
     effects = choice.effects(scenario)
-    for variable, name in choice.variables.items():
-        of_parts = [*question.parts(question.forces_of(effects[name]).T)]
-        if question.compliance is None:
-            of_parts = of_parts[:2]
-        elif with_open_slips:
-            of_parts.append(open_slips(question, effects[name]))
-        terms = [
+    by_unknown = [
+        [
             constant(effect, symbol + suffix) @ variable
-            for effect, symbol in zip(of_parts, _SYMBOLS[name], strict=False)
+            for effect, symbol in zip(
+                question.parts(question.forces_of(effects[name]).T), _SYMBOLS[name], strict=True
+            )
         ]
-        if name == "profile":
-            parts = [
-                cp.Variable(term.size, name=f"{part}_g{suffix}")
-                for part, term in zip("qpwv", terms, strict=False)
-            ]
-            rows = [defines(part, term) for part, term in zip(parts, terms, strict=True)]
-            terms = parts
-        by_unknown.append(terms)
-
-    q, p, *of_open_nodes = (sum(terms[1:], terms[0]) for terms in zip(*by_unknown, strict=True))
+        for variable, name in choice.variables.items()
+    ]
+    q, p, gaps = (sum(terms[1:], terms[0]) for terms in zip(*by_unknown, strict=True))
     if choice.system.tangents > 1:
         q = cp.reshape(q, choice.system.slip_shape, order="F")
-    open_slip = of_open_nodes[1] if with_open_slips else None
-    return Added([q, p, *of_open_nodes[:1]], open_slip, rows)
+    return [q, p, gaps] if question.open_nodes.any() else [q, p]
+
+
+def _open_slips_due_to(choice: Choice, scenario: Scenario) -> cp.Expression:
+    """The term that a design adds to the slips of open nodes, which rows of the user contain."""
+    effects = choice.effects(scenario)
+    terms = [
+        constant(open_slips(scenario.question, effects[name]), f"v_{name}") @ variable
+        for variable, name in choice.variables.items()
+    ]
+    return sum(terms[1:], terms[0])
 
 
 # Name of the load case of the overlap that a profile causes.

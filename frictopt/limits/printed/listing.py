@@ -32,8 +32,8 @@ from ..program.solution import INFEASIBLE, OPTIMAL, Solved
 from . import models
 from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
 
-# The label of an equation that all corners share: q_r, p_r and w_r, and those of a profile.
-_OF_ALL_CORNERS = re.compile(r"([qpw])_[rg](?:_\d+)?")
+# The label of an equation that all corners share: q_r, p_r and w_r.
+_OF_ALL_CORNERS = re.compile(r"([qpw])_r(?:_\d+)?")
 
 # The label of a row of a corner: its name, the number of its set of open nodes, and its corner.
 _OF_CORNER = re.compile(r"(.+?)(?:_\d+)?\[(\d+)\]")

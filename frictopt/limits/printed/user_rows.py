@@ -401,7 +401,7 @@ class Substituted:
         opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))
         on_slip = -(self._of_slip.T @ y)[opened]
         values = {**solved.values, "slip": solution.slip_of_nodes, "user": (z, y)}
-        multipliers = {**solved.multipliers, **dict.fromkeys(("open", "v_r", "v_g"), on_slip)}
+        multipliers = {**solved.multipliers, **dict.fromkeys(("open", "v_r"), on_slip)}
         return replace(solved, values=values, multipliers=multipliers)
 
 
