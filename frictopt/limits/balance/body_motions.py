@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,31 +18,6 @@ _FIT = COUNTS
 _MOST_PARTS = 3
 
 
-@dataclass(frozen=True)
-class BodyMotion:
-    """The motion of one contact.
-
-    Its direction, and a point that does not turn, are NaN if they do not exist.
-
-    For the columns see `GrossSlip.motion`.
-    """
-
-    direction: Array  # (axes,) of the slide, or of the axis of a turn in space
-    slide: float
-    lift: float
-    turn: float
-    at: Array  # (axes,)
-
-    def columns(self) -> dict[str, float]:
-        """The columns of the table."""
-        names = "xyz"[: len(self.at)]
-        columns = dict(zip(names, self.direction.tolist(), strict=True))
-        columns |= {"slide": self.slide, "lift": self.lift, "turn": self.turn}
-        for name, value in zip(names, self.at.tolist(), strict=True):
-            columns[f"at_{name}"] = value
-        return columns
-
-
 def motion_table(system: ContactSystem, phi: Array) -> Table:
     """The table of `GrossSlip.motion`, from motions phi (t + 1, N) whose largest has the size 1."""
     names = np.zeros(system.nodes) if system.contact is None else system.contact
@@ -52,36 +26,39 @@ def motion_table(system: ContactSystem, phi: Array) -> Table:
     moves = np.einsum("an,nak->nk", phi / stretch, system.frames)
     moving = np.abs(phi).max(axis=0) > MOVES
 
-    rows: list[dict[str, Any]] = []
+    rows = list[list[Any]]()
     for name in dict.fromkeys(names[moving].tolist()):
         nodes = moving & (names == name)
         motion = _motion_as_one_body(system.points[nodes], system.normals[nodes], moves[nodes])
         contact = "the contact" if system.contact is None else name
-        rows.append({"contact": contact, "nodes": int(nodes.sum()), **motion.columns()})
+        rows.append([contact, int(nodes.sum()), *motion])
     axes = "xyz"[: system.tangents + 1]
     columns = ["contact", "nodes", *axes, "slide", "lift", "turn", *(f"at_{axis}" for axis in axes)]
-    return frame({name: [row[name] for row in rows] for name in columns}, units=system.units)
+    return frame(rows, system.units, columns)
 
 
-def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> BodyMotion:
-    """The rigid motion of some nodes; NaN if they do not move as one body."""
+def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> list[float]:
+    """The rigid motion of some nodes, see `GrossSlip.motion`: direction, slide, lift, turn, point.
+
+    NaN if they do not move as one body. The direction is that of the slide, or of the axis of a
+    turn in space; the point does not turn.
+    """
     axes = points.shape[1]
-    no_point = np.full(axes, np.nan)
     centre = points.mean(axis=0)
     arms = points - centre
     shift, spin, error = _rigid_fit(arms, moves)
     if error > _FIT:
-        return BodyMotion(no_point, np.nan, np.nan, np.nan, no_point)
+        return [np.nan] * (2 * axes + 3)
 
     turn = float(np.linalg.norm(spin))
     turns = turn * np.linalg.norm(arms, axis=1).max() > MOVES
     if turns and axes == 2:
         at = centre + np.array([-shift[1], shift[0]]) / spin[0]
-        return BodyMotion(np.zeros(2), 0.0, 0.0, float(spin[0]), at)
+        return [0.0, 0.0, 0.0, 0.0, float(spin[0]), *at.tolist()]
     if turns:
         axis = spin / turn
         at = centre + np.cross(spin, shift) / turn**2
-        return BodyMotion(axis, float(axis @ shift), 0.0, turn, at)
+        return [*axis.tolist(), float(axis @ shift), 0.0, turn, *at.tolist()]
 
     lift = 0.0
     if (np.abs(normals - normals[0]) <= _FIT).all():
@@ -89,7 +66,7 @@ def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> BodyMoti
     shift = shift - lift * normals[0]
     slide = float(np.linalg.norm(shift))
     direction = shift / slide if slide > MOVES else np.zeros(axes)
-    return BodyMotion(direction, slide, lift, 0.0, no_point)
+    return [*direction.tolist(), slide, lift, 0.0, *[np.nan] * axes]
 
 
 def _rigid_fit(arms: Array, moves: Array) -> tuple[Array, Array, float]:

@@ -8,7 +8,7 @@ each row is substituted. All other variables are own unknowns of the program.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 from scipy.sparse import csr_array, eye_array, hstack, issparse
 
-from ...base import RESIDUAL, Array, Booleans, Integers, shown
+from ...base import RESIDUAL, Array, Integers, shown
 from ...errors import ModelError
 from ...solve.arrays import CONE, EQUATION, LINEAR, Rows
 from ...solve.by_cvxpy import backend
@@ -146,15 +146,6 @@ def checked_objective(objective: Any, known: Sequence[cp.Variable]) -> cp.Expres
     return cp.reshape(objective, (), order="C")
 
 
-@dataclass(frozen=True, eq=False)
-class Known:
-    """The entries of a variable of a model, in column order: `matrix @ quantities + constant`."""
-
-    matrix: csr_array  # (entries, quantities)
-    constant: Array
-    unit: Array
-
-
 class UserRows:
     """Rows of the user by name, and an objective that is maximized, or None.
 
@@ -210,54 +201,53 @@ class UserRows:
         if self.objective is not None:
             program.goal = "objective"
 
-    def known(self, program: RestProgram) -> Iterable[tuple[cp.Variable, Known]]:
-        """The variables of the model, as functions of the quantities of a program."""
+    def known(
+        self, program: RestProgram, columns: Mapping[int, int], count: int
+    ) -> tuple[csr_array, Array, Array]:
+        """The variables of the model among compiled unknowns, as functions of the quantities.
+
+        `columns`: number of a variable -> its first unknown. Returned are the matrix (count,
+        quantities), the constants and the units (count,), which are 0 for all other unknowns.
+        """
         question = program.question
         system = question.system
         n, t = system.nodes, system.tangents
-        count = program.first_own
-        shear = np.arange(t * n)
         closed = np.ones(n, dtype=bool)
         if question.compliance is not None:
             closed = ~question.open_nodes
-
-        def entries(quantities: Integers, weights: Array, unit: Array) -> Known:
-            size = len(quantities)
-            places = np.arange(size), quantities
-            return Known(csr_array((weights, places), shape=(size, count)), np.zeros(size), unit)
-
+        is_closed = np.tile(closed, t)
+        shear, normal = np.split(np.arange((t + 1) * n), [t * n])
+        shear_unit = np.tile(question.shear_unit, t)
+        # Each variable with the quantities that its entries are, in column order.
+        entries = [(self.slip, program.first_slip + shear, is_closed, slip_units(question))]
         for k, q in self._x.q.items():
-            at = np.full(t * n, k)
-            unit = np.tile(question.shear_unit, t)
-            yield q, entries(program.force(at, shear), np.tile(closed, t).astype(float), unit)
-        for k, p in self._x.p.items():
-            numbers = program.force(np.full(n, k), t * n + np.arange(n))
-            yield p, entries(numbers, closed.astype(float), question.node_unit)
+            entries.append((q, program.force(k, shear), is_closed, shear_unit))
+            entries.append((self._x.p[k], program.force(k, normal), closed, question.node_unit))
         for variable, name in self._named.items():
             part = program.named[name]
             numbers = program.first_named + np.arange(part.start, part.stop)
-            yield variable, entries(numbers, np.ones(len(numbers)), program.named_units[part])
-        yield self.slip, self._slip(program, closed)
+            entries.append((variable, numbers, np.ones(len(numbers)), program.named_units[part]))
 
-    def _slip(self, program: RestProgram, closed: Booleans) -> Known:
-        """The slips of all nodes; those of open nodes are the slips under the mean load."""
-        question = program.question
-        system = question.system
-        size = system.tangents * system.nodes
-        is_closed = np.tile(closed, system.tangents)
-        matrix = np.zeros((size, program.first_own))
-        slips = slice(program.first_slip, program.first_slip + size)
-        matrix[:, slips] = np.diag(is_closed.astype(float))
-        constant = np.zeros(size)
-        if question.compliance is not None:
+        matrix = csr_array((count, program.first_own))
+        constant, unit = np.zeros(count), np.zeros(count)
+        for variable, quantities, weights, of_variable in entries:
+            if variable.id in columns:
+                rows = columns[variable.id] + np.arange(variable.size)
+                unit[rows] = of_variable
+                places = weights.astype(float), (rows, quantities)
+                matrix = matrix + csr_array(places, shape=matrix.shape)
+        if question.compliance is not None and self.slip.id in columns:
+            # The slips of open nodes are those under the mean load.
             opened = np.flatnonzero(~is_closed)
+            rows = columns[self.slip.id] + opened
             at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
-            constant[opened] = at_rest.ravel(order="F")[opened]
-            matrix[opened, slips] = question.motions_of_open(opened)
+            constant[rows] = at_rest.ravel(order="F")[opened]
+            follows = np.zeros((len(opened), program.first_own))
+            follows[:, program.first_slip + shear] = question.motions_of_open(opened)
             if self._open_slip is not None:
-                named = slice(program.first_named, program.first_slip)
-                matrix[opened, named] = self._open_slip(program)
-        return Known(csr_array(matrix), constant, slip_units(question))
+                follows[:, program.first_named : program.first_slip] = self._open_slip(program)
+            matrix = matrix + eye_array(count, format="csr")[:, rows] @ csr_array(follows)
+        return matrix, constant, unit
 
     def listed(self, solved: Solved) -> Solved:
         """A solved program with its printed problem, which has the rows and the objective.
@@ -344,17 +334,8 @@ class Substituted:
         sizes = np.array(dims.soc, dtype=int)
         zero, linear = int(dims.zero), int(dims.zero + dims.nonneg)
         columns = data["param_prob"].var_id_to_col
-        places = [
-            (slice(columns[part.id], columns[part.id] + part.size), entries)
-            for part, entries in of.known(program)
-            if part.id in columns
-        ]
-        unit = np.zeros(matrix.shape[1])
-        is_own = np.ones(len(unit), dtype=bool)
-        for place, entries in places:
-            unit[place] = entries.unit
-            is_own[place] = False
-        own = np.flatnonzero(is_own)
+        of_model, self._constant, unit = of.known(program, columns, matrix.shape[1])
+        own = np.flatnonzero(unit == 0)
         if of.objective is not None:
             first = columns[of.value.id]
             own = np.r_[first, own[own != first]]
@@ -372,7 +353,8 @@ class Substituted:
         program.own_units = unit[own]
 
         # The compiled unknowns are `matrix @ quantities + constant`.
-        self._matrix, self._constant = _of_quantities(places, own, len(unit), program.first_own)
+        of_user = eye_array(len(unit), format="csr")[:, own]
+        self._matrix = csr_array(hstack([of_model, of_user]))
         weights = csr_array(-(matrix @ self._matrix))
         constants = right - matrix @ self._constant
         row_units = np.maximum(entry_sizes @ unit, np.abs(right))
@@ -403,24 +385,6 @@ class Substituted:
         values = {**solved.values, "slip": solution.slip_of_nodes, "user": (z, y)}
         multipliers = {**solved.multipliers, **dict.fromkeys(("open", "v_r"), on_slip)}
         return replace(solved, values=values, multipliers=multipliers)
-
-
-def _of_quantities(
-    places: Iterable[tuple[slice, Known]], own: Integers, count: int, first_own: int
-) -> tuple[csr_array, Array]:
-    """The compiled unknowns as functions of the quantities of the program, by matrix and constant.
-
-    Those of the model stand at `places`; `own` are those of the user, which are quantities.
-    """
-    constant = np.zeros(count)
-    of_model = csr_array((count, first_own))
-    for place, entries in places:
-        constant[place] = entries.constant
-        into = eye_array(count, format="csr")[:, place]
-        of_model = of_model + into @ entries.matrix
-    ones = np.ones(len(own))
-    of_user = csr_array((ones, (own, np.arange(len(own)))), shape=(count, len(own)))
-    return csr_array(hstack([of_model, of_user])), constant
 
 
 def _group(kind: int, sizes: Integers, weights: csr_array, constants: Array, units: Array) -> Rows:

@@ -260,7 +260,7 @@ class RestProgram:
         """Names of the rows of the user, and "objective" if they have one."""
         return () if self.user is None else self.user.of.names
 
-    def force(self, instants: Integers, entries: Integers) -> Integers:
+    def force(self, instants: Integers | int, entries: Integers) -> Integers:
         """Numbers of the quantities that are forces."""
         return np.asarray(instants * self.start.shape[1] + entries)
 
