@@ -404,6 +404,11 @@ class ContactSystem(Shown, Plotted):
         closed = joined(*self.reaction(loads)) - self.pressing_shut(self.gap)
         return parted(closed, self.tangents + 1)
 
+    @cached_property
+    def opening(self) -> Array:
+        """(M,) the initial gap as a motion: no slip, then the gap."""
+        return joined(np.zeros(self.slip_shape), self.gap)
+
     def pressing_shut(self, gap: Array) -> Array:
         """(M,) reactions that the bonded ones lose when the load presses a gap (N,) shut."""
         if not gap.any():

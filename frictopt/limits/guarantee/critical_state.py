@@ -9,7 +9,6 @@ factor has its own critical state, affine in the load factor.
 
 from dataclasses import dataclass
 from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 
@@ -91,8 +90,8 @@ def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
     fp1 = question.friction * p1
     rows = np.stack([q0, fp0, q1, fp1])  # (4, K, N)
     rounding = ROUNDING * np.abs(rows).max(axis=1)
-    forward = _governs(-(q0 + fp0), -(q1 + fp1))
-    backward = _governs(q0 - fp0, q1 - fp1)
+    forward = ruling(-(q0 + fp0), -(q1 + fp1))
+    backward = ruling(q0 - fp0, q1 - fp1)
 
     states: list[list[CriticalState]] = [[] for _ in question.friction]
     for i, friction in enumerate(question.friction):
@@ -107,13 +106,6 @@ def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
             rate = _at_both_bounds(friction, q1[pair, i], p1[pair, i])
             states[i].append(CriticalState(i, (int(k), int(j)), at_zero, rate))
     return states
-
-
-def _governs(constant: Array, rate: Array) -> Any:
-    """(K, N) whether a corner governs a node at some load factor, see `ruling`."""
-    governs = np.zeros(rate.shape, dtype=bool)
-    governs[ruling(constant, rate)] = True
-    return governs
 
 
 def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:

@@ -214,9 +214,8 @@ class MovingAreas(Question):
         """
         u, r = self._states(load_factor, slip)
         bonded = self.at_instants(load_factor) + self.system.pressing_shut(self.system.gap)
-        gap = np.pad(self.system.gap, (len(self.A), 0))
         violations = list[float]()
-        states = bonded, u - gap, r
+        states = bonded, u - self.system.opening, r
         between = [(part + np.roll(part, -1, axis=0)) / 2 for part in states]
         for loads, motions, reactions in (states, between):
             off = off_law(self.system, self.law, loads, motions, reactions, self.force)

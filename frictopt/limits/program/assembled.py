@@ -8,7 +8,7 @@ named unknowns.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -59,21 +59,19 @@ def _plane_friction(
     n = question.system.nodes
     mean_bound = question.mean_bound
     for term in question.law.terms:
-        at, nodes = np.nonzero(closed & np.isfinite(term.constant))
         for sign in (1.0, -1.0):
+            rows = closed & np.isfinite(term.constant)
+            if only_governing:
+                rows = _governing(program, rows, sign, term.slope)
+            at, nodes = np.nonzero(rows)
             terms = [
                 (program.force(at, nodes), np.full(len(at), -sign)),
                 (program.force(at, n + nodes), term.slope[nodes]),
             ]
-            kept = np.ones(len(at), dtype=bool)
-            if only_governing:
-                kept = _governing(program, at, nodes, terms)
             if reserve is not None:
                 terms.append(_reserve(program, mean_bound, reserve, at, nodes))
-            terms = [(quantities[kept], weights[kept]) for quantities, weights in terms]
-            of_nodes = nodes[kept]
-            constant, unit = term.constant[of_nodes], question.shear_unit[of_nodes]
-            program.add(term.row, LINEAR, [terms], constant, unit, at[kept], of_nodes)
+            constant, unit = term.constant[nodes], question.shear_unit[nodes]
+            program.add(term.row, LINEAR, [terms], constant, unit, at, nodes)
 
 
 def _space_friction(
@@ -126,29 +124,24 @@ def _reserve(
     return np.full(len(nodes), program.unknown("margin")), -units[at, nodes]
 
 
-def _governing(
-    program: RestProgram, at: Integers, nodes: Integers, terms: Sequence[Term]
-) -> Booleans:
-    """Which rows govern their node at some load factor >= 0.
+def _governing(program: RestProgram, rows: Booleans, sign: float, slope: Array) -> Booleans:
+    """(K, N) which rows `sign q <= slope p` govern their node at some load factor >= 0.
 
-    The slip enters the rows of a node alike at all corners. So only the loads decide.
+    The slip enters the rows of a node alike at all corners. So only the loads decide. All nodes
+    with rows have them at the same corners.
     """
-    start = np.zeros(len(at))
-    rate = np.zeros(len(at))
-    for quantities, weights in terms:
-        start += weights * program.start.ravel()[quantities]
-        if "load_factor" in program.named:
-            rate += weights * program.effects[quantities, program.named["load_factor"].start]
-    # Grids of the instants and nodes that have rows: each of these nodes has as many.
-    instants, of_instant = np.unique(at, return_inverse=True)
-    with_rows, of_node = np.unique(nodes, return_inverse=True)
-    needed = np.zeros((len(instants), len(with_rows)))
-    rates = np.zeros_like(needed)
-    needed[of_instant, of_node] = -start
-    rates[of_instant, of_node] = -rate
-    governs = np.zeros(needed.shape, dtype=bool)
-    governs[ruling(needed, rates)] = True
-    return governs[of_instant, of_node]
+    grid = np.ix_(rows.any(axis=1), rows.any(axis=0))
+
+    def needed(forces: Array) -> Array:
+        shear, normal = np.hsplit(forces.reshape(program.start.shape), 2)
+        return np.asarray((sign * shear - slope * normal)[grid])
+
+    rate = np.zeros_like(program.start)
+    if "load_factor" in program.named:
+        rate = program.effects[:, program.named["load_factor"]]
+    governs = np.zeros_like(rows)
+    governs[grid] = ruling(needed(program.start), needed(rate))
+    return governs
 
 
 def at_corners(

@@ -317,10 +317,10 @@ class Question:
 
         It is the largest violation of the contact law at an instant, or of the slip bound.
         """
-        gap = np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0))
+        system = self.system
         u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
-        bonded = self.at_instants(load_factor) + self.system.S @ gap
-        off = off_law(self.system, self.law, bonded, u - gap, r, self.force)
+        bonded = self.at_instants(load_factor) + system.pressing_shut(system.gap)
+        off = off_law(system, self.law, bonded, u - system.opening, r, self.force)
         return worst([off.max(), self.excess_over_slip_bound(slip)])
 
 
@@ -539,36 +539,34 @@ def vertices_of_hull(points: Array) -> list[int]:
     return list(range(count))
 
 
-def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
-    """Corners and nodes (R,) of the rows that govern `x >= constant_k + load_factor rate_k`.
+def ruling(constant: Array, rate: Array) -> Booleans:
+    """(K, N) which rows govern `x >= constant_k + load_factor rate_k` at each of N nodes.
 
-    A row (k, node) governs if it is the largest of its node at some load factor >= 0. The loop
-    starts with the largest row at load factor 0, and follows the upper envelope from row to row.
+    A row governs if it is the largest of its node at some load factor >= 0. The loop starts with
+    the largest row at load factor 0, and follows the upper envelope from row to row.
     """
-    if not constant.size:
-        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-    highest = constant == constant.max(axis=0)
-    corner = np.where(highest, rate, -np.inf).argmax(axis=0)
+    governs = np.zeros(rate.shape, dtype=bool)
     node = np.arange(rate.shape[1])
-    corners = [corner]
-    nodes = [node]
+    if node.size:
+        highest = constant == constant.max(axis=0)
+        corner = np.where(highest, rate, -np.inf).argmax(axis=0)
     while node.size:
+        governs[corner, node] = True
         rate_gain = rate[:, node] - rate[corner, node]
         lead = constant[corner, node] - constant[:, node]
         crossing = np.where(rate_gain > 0, lead / np.where(rate_gain > 0, rate_gain, 1.0), np.inf)
         crosses = np.isfinite(crossing.min(axis=0))
         corner = crossing.argmin(axis=0)[crosses]
         node = node[crosses]
-        corners.append(corner)
-        nodes.append(node)
-    return np.concatenate(corners), np.concatenate(nodes)
+    return governs
 
 
 def units_of(
     system: ContactSystem, friction: Array, open_nodes: Booleans, r0: Array, r1: Array
 ) -> dict[str, Any]:
     """The units, see the fields of `Question` of these names."""
-    closed = ~open_nodes
+    # Without closed nodes all reactions are zero.
+    closed = ~open_nodes | open_nodes.all()
     force = _mean_force(r0, r1, closed)
     mean_bound = _mean_bound(r0, friction, closed, force)
     # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced
@@ -595,8 +593,6 @@ def units_of(
 
 def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
     """Mean normal force at load factor 0; a force of the same size if there is none."""
-    if not closed.any():
-        return 1.0
     pressure = float(np.abs(r0[:, -1, closed]).mean())
     if pressure:
         return pressure
@@ -608,8 +604,6 @@ def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
 
 def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
     """Mean friction bound at load factor 0; `force` if it is only rounding (no pressure)."""
-    if not closed.any():
-        return force
     bound = float((friction * r0[:, -1])[:, closed].mean())
     size = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
     return bound if bound > CONDENSATION * size else force
@@ -617,8 +611,6 @@ def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> f
 
 def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: float) -> float:
     """Load factor at which the cyclic reactions reach the mean friction bound."""
-    if not closed.any():
-        return 1.0
     f = friction[closed]
     shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
     pressure = np.abs(r1[:, -1, closed])

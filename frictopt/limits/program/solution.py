@@ -261,7 +261,7 @@ class Solution:
         values, sizes = self.program.quantities(ray, ray=True)
         return bool(abs(self._work @ values) <= RESIDUAL * (np.abs(self._work) @ sizes))
 
-    @property
+    @cached_property
     def moves(self) -> Array:
         """(K, M) slips and lifts of the mechanism; at open nodes the forces that keep them open."""
         return self._work[: self.program.first_named].reshape(self.program.start.shape)

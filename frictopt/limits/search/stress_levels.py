@@ -31,7 +31,7 @@ import numpy as np
 import scipy  # a part of it is imported when it is used
 
 from ...base import Array, worst
-from ...contact import StressMap, joined
+from ...contact import StressMap
 from ...errors import SolverError
 from ...solve.arrays import LINEAR, Term
 from ...solve.solvers import NoOptimum
@@ -69,10 +69,11 @@ def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: floa
     """(K, 2, P, 3, 3) stress and strain at the corners at a load factor, without slip."""
     system = stress_map.system
     motions, _ = question.states(load_factor, np.zeros(system.slip_shape))
-    opening = joined(np.zeros(system.slip_shape), system.gap)
     loads = question.cycle.at(load_factor)
     states = zip(loads, motions, strict=True)
-    return np.array([stress_map.at(load, motion.ravel() - opening) for load, motion in states])
+    return np.array(
+        [stress_map.at(load, motion.ravel() - system.opening) for load, motion in states]
+    )
 
 
 def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
