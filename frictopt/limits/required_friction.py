@@ -1,7 +1,6 @@
 """The least friction with which a load factor is safe.
 
-If friction falls to it, some slip presses all nodes (`best_pressed`); the safe slips of the load
-factor are kept as a function of friction (`SafeByFriction`).
+The safe slips of the load factor are kept as a function of friction (`SafeByFriction`).
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ from .events.lift_off import LiftOff, Order, has_static_shear
 from .moving.moving_areas import uncoupled
 from .program.assembled import most_pressed
 from .program.question import Question, pose, with_friction, with_open
-from .program.solution import Mechanism, Solution, Solved, solve
+from .program.solution import Judged, Solution, Solved, solve
 from .rest_intervals import moving_areas_at
 from .safe_slip import SafeSlip, checked_load_factor, safe_slip_of_question, safe_slip_of_set
 
@@ -62,44 +61,6 @@ if TYPE_CHECKING:
 
 
 # One file because a reader follows the question to its answer in it.
-
-
-@dataclass(frozen=True)
-class Pressing:
-    """The least normal reaction under the best slip, with its proof.
-
-    `least` is divided by the mean normal force, and at most 1. If it is negative, `motion` is the
-    proof: a mechanism that opens nodes. `residual` is the error of both.
-    """
-
-    least: float
-    motion: Mechanism
-    residual: float
-
-    @property
-    def impossible(self) -> bool:
-        """Whether no slip presses every node at every corner."""
-        # A tension within the error of an answer is no proof.
-        return self.least < -RESIDUAL
-
-
-def best_pressed(
-    system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any
-) -> tuple[Pressing, SolveRecord]:
-    """The largest least normal reaction over nodes and corners that a residual slip can give."""
-    question = pose(system, cycle, 0.0, slip_bound=slip_bound)
-
-    def claimed(solution: Solution) -> Pressing:
-        slip = solution.slip_of_nodes
-        bound, defect = solution.bound
-        _, r = question.states(load_factor, slip)
-        reached = float(min(r[:, -1].min() / question.force, 1.0))
-        gap = abs(bound - reached) + defect
-        residual = worst([gap, question.excess_over_slip_bound(slip)])
-        return Pressing(reached, solution.motion, residual)
-
-    pressing, record = solve(most_pressed(question, load_factor), claimed)
-    return pressing, record
 
 
 class SafeByFriction:
@@ -650,10 +611,25 @@ def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFric
     """The answer inf, if a mechanism proves that the loads open a node under any slip."""
     question = safe_slips.question
     system = question.system
-    pressed, record = best_pressed(system, question.cycle, safe_slips.load_factor, slip_bound)
-    if not pressed.impossible:
-        raise SolverError(_NONE_FOUND.format(largest=_TRIED[-1], least=pressed.least))
-    mechanism = pressed.motion.table(system, question.cycle.corner_names)
+    load_factor = safe_slips.load_factor
+    without = pose(system, question.cycle, 0.0, slip_bound=slip_bound)
+
+    def claimed(solution: Solution) -> Judged:
+        """The least normal force under the best slip, in mean forces, and the mechanism."""
+        slip = solution.slip_of_nodes
+        bound, defect = solution.bound
+        _, r = without.states(load_factor, slip)
+        reached = float(min(r[:, -1].min() / without.force, 1.0))
+        gap = abs(bound - reached) + defect
+        residual = worst([gap, without.excess_over_slip_bound(slip)])
+        return Judged((reached, solution.motion), residual)
+
+    pressed, record = solve(most_pressed(without, load_factor), claimed)
+    least, motion = pressed.said
+    # A tension within the error of an answer is no proof.
+    if not least < -RESIDUAL:
+        raise SolverError(_NONE_FOUND.format(largest=_TRIED[-1], least=least))
+    mechanism = motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
     why = LOADS_OPEN.format(within=safe_slips.within, where=where(system, nodes, _MOST_PLACES))
     return _infinite(safe_slips, question, record, mechanism, NONE_IS_ENOUGH.format(why=why))

@@ -37,7 +37,7 @@ from ..base.checks import finite_number, flag, flags, whole_number
 from ..contact import ContactProducts, ContactSystem, LoadCycle, other_laws
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, ModelWarning, NoContinuation, SolverError
-from ..solve.solvers import INFEASIBLE, NoOptimum
+from ..solve.solvers import INFEASIBLE, UNBOUNDED, NoOptimum
 from . import rest_intervals
 from .answers.answered import answered
 from .answers.reasons import shakedown_reason
@@ -55,7 +55,7 @@ from .program import assembled
 from .program.mean_load import is_safe_at_mean_load, open_under_mean
 from .program.question import Question, pose, with_open
 from .program.rest_program import RestProgram
-from .program.solution import UNBOUNDED, Mechanism, Solution, Solved, contradiction, growth, solve
+from .program.solution import Mechanism, Solution, Solved, contradiction, growth, solve
 from .search.order_search import best_with_events
 from .search.set_search import NotAbove, best_open_set, is_at_most, may_open
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property, partial, wraps
+from functools import cached_property, partial
 from inspect import Signature, signature
 from threading import RLock
-from typing import Any, Self, TypeVar, cast
+from typing import Any, Self, TypeVar
 
 import cvxpy as cp
 import numpy as np
@@ -42,18 +42,6 @@ from .safe_slip import SafeSlip, checked_load_factor, safe_slip_of_question
 from .shakedown import ShakedownLimit, limit_of_question
 
 A = TypeVar("A", bound=Answered)
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def in_turn(question: F) -> F:
-    """Decorator: threads call a method of a model in turn, because they share its variables."""
-
-    @wraps(question)
-    def in_its_turn(self: SafeModel, *args: Any, **kwargs: Any) -> Any:
-        with self._turn:
-            return question(self, *args, **kwargs)
-
-    return cast(F, in_its_turn)
 
 
 class SafeModel:
@@ -104,6 +92,7 @@ class SafeModel:
             question_name=self._public_question,
         )
         self._question = question
+        # Threads solve in turn, because they share the variables.
         self._turn = RLock()
         # The rows of the user that were compiled last.
         self._compiled: tuple[tuple[int, ...], UserRows] | None = None
@@ -259,7 +248,6 @@ class ShakedownModel(SafeModel):
         return models.shakedown(self._x, rows)
 
     @warns_of_odd_values
-    @in_turn
     def solve(
         self,
         friction: PerNode,
@@ -301,8 +289,8 @@ class ShakedownModel(SafeModel):
             belong to another model; an objective without a largest value; no solver gave an answer
             that passes the checks.
         """
-        user = self._user(constraints, objective)
-        with progress_bar(progress, "shakedown limit"):
+        with self._turn, progress_bar(progress, "shakedown limit"):
+            user = self._user(constraints, objective)
             question = self._posed(friction) if cycle is None else self._posed_on(cycle, friction)
             return self._shown(limit_of_question(question, open_nodes, events, user))
 
@@ -400,7 +388,6 @@ class SafeSlipModel(SafeModel):
         return {self.margin: "margin"}
 
     @warns_of_odd_values
-    @in_turn
     def solve(
         self,
         friction: PerNode,
@@ -426,13 +413,13 @@ class SafeSlipModel(SafeModel):
             As `ShakedownModel.solve`; a load factor so large that rounding hides the mean load;
             constraints that no slip satisfies, safe or not.
         """
-        question = self._posed(friction)
-        self.load_factor.value = checked_load_factor(question, load_factor)
-        user = self._user(constraints)
-        with progress_bar(progress, "safe slip"):
+        with self._turn, progress_bar(progress, "safe slip"):
+            question = self._posed(friction)
+            self.load_factor.value = checked_load_factor(question, load_factor)
+            user = self._user(constraints)
             safe = safe_slip_of_question(question, load_factor, user, events)
-        self.margin.save_value(np.array(safe.margin))
-        return self._shown(safe)
+            self.margin.save_value(np.array(safe.margin))
+            return self._shown(safe)
 
 
 class GuaranteedModel(SafeModel):
@@ -469,7 +456,6 @@ class GuaranteedModel(SafeModel):
         posed_guaranteed(self._question)
 
     @warns_of_odd_values
-    @in_turn
     def solve(
         self, friction: PerNode, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
     ) -> GuaranteedLimit:
@@ -490,6 +476,6 @@ class GuaranteedModel(SafeModel):
         ModelError, SolverError
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
-        with progress_bar(progress, "guaranteed limit"):
+        with self._turn, progress_bar(progress, "guaranteed limit"):
             user = self._user(constraints)
             return self._shown(guaranteed_limit_of(self._posed(friction), user))

@@ -371,6 +371,15 @@ class Stacked(NamedTuple):
     weights: Array  # (entries,)
     constants: Array  # (R,)
 
+    @property
+    def parts(self) -> list[tuple[Rows, slice]]:
+        """The rows of each label, and where they are."""
+        parts = list[tuple[Rows, slice]]()
+        first = 0
+        for rows in self.rows:
+            parts.append((rows, slice(first, first := first + len(rows.constants))))
+        return parts
+
 
 def stacked(rows: Sequence[Rows]) -> Stacked:
     """All rows, in the order of the solver."""

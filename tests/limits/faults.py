@@ -350,8 +350,8 @@ FAULTS = (
     Fault(
         "limits/user_models.py",
         "threads set friction at the same time",
-        old="with self._turn:\n    return question(self, *args, **kwargs)",
-        new="if True:\n    return question(self, *args, **kwargs)",
+        old="RLock()",
+        new="__import__('contextlib').nullcontext()",
         tests="models_in_threads",
     ),
     Fault(
@@ -518,8 +518,8 @@ FAULTS = (
     Fault(
         "limits/required_friction.py",
         "a pressing without a proof",
-        old="[gap, question.excess_over_slip_bound(slip)]",
-        new="[0.0, question.excess_over_slip_bound(slip)]",
+        old="[gap, without.excess_over_slip_bound(slip)]",
+        new="[0.0, without.excess_over_slip_bound(slip)]",
         tests="required_friction limit_checks",
     ),
     Fault(

@@ -39,14 +39,6 @@ if TYPE_CHECKING:
 OpenNodes: TypeAlias = Sequence[Booleans]
 
 
-@dataclass(frozen=True)
-class Found:
-    """Scenarios of a design and the solution of its program, which its printed problem needs."""
-
-    scenarios: Any
-    solution: Any
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Answered, Explained):
     """A best design. `system` and `cycle` are the contact with the design, for other functions.
@@ -111,8 +103,8 @@ class Design(Answered, Explained):
     prices: Mapping[str, Array]
     _questions: tuple[Question, ...]
     problem: Any = None
-    # What the printed problem needs; None once it is listed.
-    _found: Found | None = None
+    # The scenarios and the solution, which the printed problem needs; None once it is listed.
+    _found: tuple[Any, Any] | None = None
     # Whether no design with other open nodes is better.
     _is_best_of_all: bool = False
     # Whether the design had to be safe under the mean load, too.

@@ -33,8 +33,8 @@ from ..program.rest_program import RestProgram
 from ..program.solution import Solution, solve
 from ..search.loose_nodes import LooseNodes
 from ..search.set_search import is_small
-from ..user_models import SafeModel, in_turn
-from .design import Design, DesignSearch, Found, NoneSafeError, OpenNodes, limits_of
+from ..user_models import SafeModel
+from .design import Design, DesignSearch, NoneSafeError, OpenNodes, limits_of
 from .program import (
     Scenario,
     checked_choice,
@@ -134,7 +134,6 @@ class DesignModel(SafeModel):
         ]
 
     @warns_of_odd_values
-    @in_turn
     def solve(
         self,
         friction: PerNode,
@@ -179,10 +178,10 @@ class DesignModel(SafeModel):
         >>> design.preload.round(6).to_dict()
         {'bolt': 8.0}
         """
-        user = self._user(constraints, objective, self._slip_of_open_nodes)
-        scenarios = [Scenario(self._posed(friction), {}), *self._others]
-        questions = [scenario.question for scenario in scenarios]
-        with progress_bar(progress, "design", "program") as bar:
+        with self._turn, progress_bar(progress, "design", "program") as bar:
+            user = self._user(constraints, objective, self._slip_of_open_nodes)
+            scenarios = [Scenario(self._posed(friction), {}), *self._others]
+            questions = [scenario.question for scenario in scenarios]
             search = DesignSearch(
                 partial(self._best_with, scenarios, user),
                 partial(self._listed, user),
@@ -195,16 +194,16 @@ class DesignModel(SafeModel):
             search.from_no_design([limit.open for limit in limits_of(questions)])
             if is_small(questions):
                 search.compare(self._loose(scenarios, user), len(questions))
-        if search.best is None:
-            raise search.refusal
+            if search.best is None:
+                raise search.refusal
 
-        design = replace(search.best, _is_best_of_all=search.is_best_of_all)
-        design = self._listed(user, design)
-        if self.preload is not None:
-            self.preload.save_value(design.preload.to_numpy())
-        if self.profile is not None:
-            self.profile.save_value(design.profile)
-        return self._shown(design)
+            design = replace(search.best, _is_best_of_all=search.is_best_of_all)
+            design = self._listed(user, design)
+            if self.preload is not None:
+                self.preload.save_value(design.preload.to_numpy())
+            if self.profile is not None:
+                self.profile.save_value(design.profile)
+            return self._shown(design)
 
     @property
     def _named(self) -> dict[cp.Variable, str]:
@@ -230,9 +229,8 @@ class DesignModel(SafeModel):
 
     def _listed(self, user: UserRows | None, design: Design) -> Design:
         """A design with its printed problem."""
-        found = design._found
-        assert found is not None  # it has no problem yet
-        problem = design_problem(self._choice, found.scenarios, found.solution, self._x, user)
+        assert design._found is not None  # it has no problem yet
+        problem = design_problem(self._choice, *design._found, self._x, user)
         return replace(design, problem=problem, _found=None)
 
     def _best_with(
@@ -319,7 +317,7 @@ class DesignModel(SafeModel):
             prices={} if user is None else user.prices(solution),
             record=SolveRecord(residual=solution.residual(*violations)),
             _questions=built.questions,
-            _found=Found(scenarios, solution),
+            _found=(scenarios, solution),
         )
 
     def _open_nodes_if_pressed(

@@ -24,11 +24,12 @@ import numpy as np
 from ...base import Array
 from ...contact import contact_law
 from ...solve.problem import Problem, set_no_optimum, set_optimal
+from ...solve.solvers import OPTIMAL
 from ..balance.corner_statics import CornerQuestion
 from ..events.lift_off import LiftOff
 from ..events.ordered import About, Forces, LaterSlips, forces_of_order, is_scaled
 from ..program.question import Question
-from ..program.solution import INFEASIBLE, OPTIMAL, Solved
+from ..program.solution import Solved
 from . import models
 from .models import Row, Unknowns, constant, defines, rest, stuck, times, unknowns, vec, within
 
@@ -57,7 +58,7 @@ def fill(
                 defined[0].save_value(value)
         set_optimal(problem)
     else:
-        set_no_optimum(problem, cp.INFEASIBLE if solved.status == INFEASIBLE else cp.UNBOUNDED)
+        set_no_optimum(problem, solved.status)
 
 
 def _fill_row(row: Row, solved: Solved) -> None:
@@ -178,13 +179,19 @@ def _parts(
         yield rows, replace(solved, question=of_set, moves=moves)
 
 
-def _inside(question: LiftOff, margin: cp.Variable) -> partial[list[Row]]:
-    """The friction rows with a margin. Nodes have no reserve at their events."""
+def _inside(question: Question, margin: cp.Variable) -> partial[list[Row]]:
+    """The friction rows with a margin. Nodes have no reserve at their events, and while open."""
+    sticks = question.statuses[0]
+    suffixes = [""] * len(question.r1)
+    if isinstance(question, LiftOff):
+        suffixes = [f"[{m}]" for m in range(len(sticks))]
     spare: dict[int, cp.Expression] = {}
     press: dict[int, cp.Expression] = {}
-    for m, sticks in enumerate(question.statuses[0]):
-        spare[m] = times(margin, constant(question.mean_bound * sticks, f"mean_bound[{m}]"))
-        press[m] = times(margin, constant(question.mean_pressure * sticks, f"mean_pressure[{m}]"))
+    for k, suffix in enumerate(suffixes):
+        has_reserve = sticks[k % len(sticks)]
+        bound, pressure = question.mean_bound * has_reserve, question.mean_pressure * has_reserve
+        spare[k] = times(margin, constant(bound, f"mean_bound{suffix}"))
+        press[k] = times(margin, constant(pressure, f"mean_pressure{suffix}"))
     apart = times(margin, constant(question.clearance, "clearance"))
     return partial(models.inside, spare=spare, press=press, apart=apart)
 
@@ -246,7 +253,7 @@ def state_rows(
     x: Unknowns,
     f: cp.Parameter,
     corners: Sequence[int],
-    friction: Any = stuck,
+    friction: Any = None,
     more: models.More | None = None,
 ) -> list[Row]:
     """The rows of a state of rest at corners, without a goal; see `models.rest`.
@@ -254,7 +261,7 @@ def state_rows(
     `friction` lists other rows in the place of `models.stuck`.
     """
     rows = rest(question, x, corners, more)
-    rows += friction(x, f, corners, law=question.law)
+    rows += (friction or partial(stuck, law=question.law))(x, f, corners)
     if question.slip_bound is not None:
         closed = None
         if question.open_nodes.any():
@@ -293,7 +300,7 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
 
 
 def _rows(
-    question: Question, x: Unknowns, f: Any, extended: bool, friction: Any = stuck
+    question: Question, x: Unknowns, f: Any, extended: bool, friction: Any = None
 ) -> list[Row]:
     """The rows of a state of rest; of all corners and all slips if there are rows of the user."""
     corners = [*x.q] if extended else question.listed_corners
@@ -329,21 +336,11 @@ def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
 
 def _safe_slip(solved: Solved, extended: bool) -> Listed:
     question = solved.question
-    closed = ~question.open_nodes
     load_factor = cp.Parameter(nonneg=True, name="load_factor", value=solved.values["load_factor"])
     x, f = _unknowns_of(solved, load_factor)
     x.load_factor.value = solved.values["load_factor"]
     margin = x.margin or cp.Variable(name="margin")
-    mean_bound = constant(question.mean_bound * closed, "mean_bound")
-    mean_pressure = constant(question.mean_pressure * closed, "mean_pressure")
-
-    def inside(x: Unknowns, f: cp.Parameter, corners: Sequence[int], law: Any) -> list[Row]:
-        spare = dict.fromkeys(corners, times(margin, mean_bound))
-        press = dict.fromkeys(corners, times(margin, mean_pressure))
-        apart = times(margin, constant(question.clearance, "clearance"))
-        return models.inside(x, f, corners, spare, press, apart)
-
-    rows = _rows(question, x, f, extended, inside)
+    rows = _rows(question, x, f, extended, _inside(question, margin))
     values = {x.slip: solved.values["slip"], margin: solved.values["margin"]}
     return models.safe_slip(margin, rows), values
 

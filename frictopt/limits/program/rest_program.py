@@ -448,9 +448,7 @@ class RestProgram:
             slack += constants
             terms += np.abs(constants) + units
         off = 0.0
-        first = 0
-        for rows in self.stacked.rows:
-            part = slice(first, first := first + len(rows.constants))
+        for rows, part in self.stacked.parts:
             if label not in (None, rows.label):
                 continue
             for size in np.unique(rows.sizes):

@@ -38,7 +38,7 @@ from ...solve.answer import (
     kind_of,
 )
 from ...solve.arrays import EQUATION, Arrays, Rows
-from ...solve.solvers import LP, LP_SOLVERS, C
+from ...solve.solvers import LP, LP_SOLVERS, OPTIMAL, C
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
 
@@ -153,11 +153,6 @@ def of_nodes(system: ContactSystem, node: Integers) -> dict[str, np.ndarray]:
     for name, values in places(system).items():
         columns[name] = values[node]
     return columns
-
-
-OPTIMAL = "optimal"
-INFEASIBLE = "infeasible"
-UNBOUNDED = "unbounded"
 
 
 @kept
@@ -381,20 +376,16 @@ class Solution:
 
     def of_rows(self, rows: Rows) -> Array:
         """Multipliers of some rows."""
-        of_stacked = self.program.stacked.rows
-        number = next(number for number, other in enumerate(of_stacked) if other is rows)
-        first = sum(len(other.constants) for other in of_stacked[:number])
-        return self._multipliers[first : first + len(rows.constants)]
+        parts = self.program.stacked.parts
+        return self._multipliers[next(part for other, part in parts if other is rows)]
 
     @property
     def of_user_alone(self) -> bool:
         """Whether only rows of the user have multipliers above rounding."""
-        stacked = self.program.stacked
-        by_user = np.concatenate(
-            [np.full(len(rows.constants), rows.label == USER) for rows in stacked.rows]
-        )
         sizes = np.abs(self._multipliers)
-        return bool((sizes[~by_user] <= RESIDUAL * sizes.max(initial=0.0)).all())
+        others = [part for rows, part in self.program.stacked.parts if rows.label != USER]
+        least = RESIDUAL * sizes.max(initial=0.0)
+        return all((sizes[part] <= least).all() for part in others)
 
     @property
     def largest_multiplier(self) -> float:
@@ -409,13 +400,10 @@ class Solution:
         leaves a node no shear force, they are the size of the multipliers of its two equations.
         """
         by_label = dict[str, Array]()
-        first = 0
-        for rows in self.program.stacked.rows:
-            heads = first + np.cumsum(rows.sizes) - rows.sizes
-            of_heads = self._multipliers[heads]
+        for rows, part in self.program.stacked.parts:
+            of_heads = self._multipliers[part][np.cumsum(rows.sizes) - rows.sizes]
             if rows.kind == EQUATION:
                 of_heads = -of_heads
-            first += len(rows.constants)
             nodes = self.program.question.system.nodes
             if len(rows.instants) and rows.instants[0] < 0 <= rows.nodes[0]:
                 of_nodes = by_label.setdefault(rows.label, np.zeros(nodes))
