@@ -713,20 +713,6 @@ FAULTS = (
         tests="all_sets",
     ),
     Fault(
-        "limits/search/set_search.py",
-        "slips of a mechanism without lifts",
-        old="(sizes <= lifts).all()",
-        new="True",
-        tests="quick_bound",
-    ),
-    Fault(
-        "limits/search/set_search.py",
-        "a mechanism holds at larger load factors, too",
-        old="work < -RESIDUAL * size and further <= work",
-        new="work < -RESIDUAL * size",
-        tests="quick_bound",
-    ),
-    Fault(
         "limits/search/likely_sets.py",
         "nodes that touch need as much motion as others",
         old="np.where(_touching(limit), GOVERNS_TOUCHING, _GOVERNS)",

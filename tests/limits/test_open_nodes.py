@@ -15,6 +15,7 @@ import frictopt as fo
 from frictopt.limits import limit_of_set
 from helpers.cases import few
 from helpers.guaranteed import check as of_witness
+from helpers.interrupts import interrupted
 from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE, all_closed, system
@@ -339,3 +340,14 @@ def test_open_nodes_may_be_free_aside_where_no_load_takes_them_and_nowhere_else(
     else:
         with pytest.raises(fo.ModelError, match="the closed nodes are too few"):
             fo.shakedown_limit(contact, cycle, 0.5, open_nodes=[False, True])
+
+
+def test_an_interrupted_search_keeps_a_proven_limit():
+    flat = fo.scenes.PunchOnHalfPlane(elements=24).condense()
+    rounded = flat.with_gap(2.0 * flat.x**4)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    with interrupted("open nodes", 3) as stopped:
+        fo.shakedown_limit(rounded, cycle, 0.6)
+    limit = stopped.value.limit
+    assert limit.load_factor > 0 and limit.residual < 1e-9
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)

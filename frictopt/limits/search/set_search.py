@@ -9,17 +9,6 @@ the open nodes").
 
 The search calls a function that returns the limit of a set; it does not depend on the program
 behind it. Each limit passes the usual checks.
-
-One mechanism may prove that a set has no limit above a load factor, for the price of one
-factorisation instead of a program. Nodes stay open only if slip lifts them, and friction bounds the
-slip. In the mechanism the open node closes by 1, and the closed nodes slip by `s` and lift by `f
-t`, so that no residual slip does work on it:
-
-    A s = B' (f t) + W' e,    |s| <= t.
-
-Friction dissipates at most the work `f t p - s q` at each closed node, at the corner of its own
-choice. If the sum of these works and of the gap is negative at a load factor, no slip is safe
-there. The sum is concave in the load factor: if it falls from there on, it stays negative.
 """
 
 from __future__ import annotations
@@ -31,15 +20,12 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from ...base import (
-    CONDENSATION,
     FLOOR,
     RESIDUAL,
-    Array,
     Bar,
     Booleans,
     Integers,
     progress_bar,
-    unresisted,
 )
 from ...contact import reactions
 from ...errors import FrictoptError, SolverError
@@ -58,84 +44,6 @@ from .likely_sets import (
     tends_to_open,
 )
 from .loose_nodes import Branches, LooseNodes, loose
-
-# Numbers of the mechanism.
-
-# Lifts grow by this factor in each round, so that they reach the slips after a few rounds.
-_GROWTH = 1.01
-# Largest number of rounds. If friction is above the critical value, there is no end.
-_ROUNDS = 20
-
-
-def is_at_most(question: Question, above: float) -> bool:
-    """Whether a mechanism proves that the limit of a question is at most `above`.
-
-    False proves nothing.
-    """
-    if not (np.isfinite(above) and len(question.W)):
-        return False
-    gaps = _gaps(question, above)
-    node = int(gaps.argmin())
-    if gaps[node] >= 0:
-        return False
-    mechanism = _mechanism(question, node)
-    if mechanism is None:
-        return False
-    work, size = _work(question, above, node, *mechanism)
-    further, _ = _work(question, above + question.load_unit, node, *mechanism)
-    return bool(work < -RESIDUAL * size and further <= work)
-
-
-def _mechanism(question: Question, node: int) -> tuple[Array, Array] | None:
-    """Slips s (t, n) and lifts t (n,) of the closed nodes while the open node closes by 1.
-
-    `node` counts the open nodes. None if friction is too large for such lifts, or if a slide that
-    nothing resists closes the node.
-    """
-    closed = np.flatnonzero(~question.open_nodes)
-    nodes, tangents = question.system.nodes, question.system.tangents
-    slips = np.concatenate([closed + axis * nodes for axis in range(tangents)])
-    sizes = question.system.own_stiffness
-    A = question.A[np.ix_(slips, slips)]
-    press = question.B[np.ix_(closed, slips)] * question.friction[closed, None]
-    pressing = press / np.sqrt(sizes[-nodes:][closed])[:, None]
-    slides, compliance = unresisted(A, sizes[slips], pressing)
-    by_gap = question.W[node, slips]
-    if np.abs(by_gap @ slides).max(initial=0.0) > CONDENSATION * np.abs(by_gap).max():
-        return None
-
-    lifts = np.zeros(len(closed))
-    for _ in range(_ROUNDS):
-        s = (compliance @ (by_gap + lifts @ press)).reshape(tangents, -1)
-        sizes = np.linalg.norm(s, axis=0)
-        if (sizes <= lifts).all():
-            return s, lifts
-        lifts = np.maximum(lifts, _GROWTH * sizes)
-    return None
-
-
-def _gaps(question: Question, load_factor: float) -> Array:
-    """(O,) least gaps of the open nodes without slip."""
-    normal = (question.start + load_factor * question.rate)[:, -question.system.nodes :]
-    return np.asarray(normal[:, question.open_nodes].min(axis=0))
-
-
-def _work(
-    question: Question, load_factor: float, node: int, s: Array, lifts: Array
-) -> tuple[float, float]:
-    """The least work of the mechanism at a load factor, and the sum of the sizes of its terms.
-
-    The strictest corner is chosen at each node.
-    """
-    closed = ~question.open_nodes
-    r = (question.r0 + load_factor * question.r1)[:, :, closed]  # (K, t + 1, n)
-    dissipated = question.friction[closed] * lifts * r[:, -1]
-    supplied = (s * r[:, :-1]).sum(axis=1)
-    gap = _gaps(question, load_factor)[node]
-    work = (dissipated - supplied).min(axis=0).sum() + gap
-    size = (np.abs(dissipated) + np.abs(supplied)).max(axis=0).sum() + abs(gap)
-    return float(work), float(size)
-
 
 # Numbers of the comparison of all sets.
 
