@@ -94,22 +94,66 @@ class RandomLimit:
     """The limit and the load factor as functions of standard normal numbers.
 
     Nodes are open and closed as in the given limit: the search for better sets takes long.
+    ModelError if no input is random.
     """
 
-    def __init__(self, limit: ShakedownAnswer, ask: AskLimit, load: Any) -> None:
+    def __init__(
+        self,
+        limit: ShakedownAnswer,
+        ask: AskLimit,
+        friction: Any,
+        preload: Any,
+        load: Any,
+        correlation_length: Any,
+    ) -> None:
         self.limit = limit
         self._ask = ask
         self.load = load
         self.names = list[str]()  # of the input of each normal number
         self.mixing = np.zeros((0, 0))
         self._values = list[tuple[Any, int | str]]()  # law, and node, load case or `_LOAD`
+        if friction is not None:
+            self._add_friction(friction, correlation_length)
+        for case, law in checked_cases("preload", preload or {}, "distribution").items():
+            if case not in limit.cycle.mean:
+                raise ModelError(f"preload[{case!r}]: the mean load has no such load case")
+            self._add(case, law, [case], np.ones((1, 1)))
+        if is_distribution(load):
+            self._add(_LOAD, load, [_LOAD], np.ones((1, 1)))
+        else:
+            finite_number("load", load, least=0.0)
+        if not self.names:
+            raise ModelError(
+                "friction, preload, load: none is a distribution of scipy.stats; give one"
+            )
 
-    def add(self, name: str, law: Any, places: list[Any], mixing: Array) -> None:
+    def _add(self, name: str, law: Any, places: list[Any], mixing: Array) -> None:
         """Add an input with a value at each place; `mixing` correlates the values."""
         distribution(name, law)
         self.names += [name] * mixing.shape[1]
         self.mixing = block_diag(self.mixing, mixing)
         self._values += [(law, place) for place in places]
+
+    def _add_friction(self, friction: Any, correlation_length: Any) -> None:
+        """Add the friction of all nodes, or of each contact; a field if it has a length."""
+        system = self.limit.system
+        named = is_named(friction)
+        laws = dict(friction) if named else {"friction": friction}
+        faces = np.array([] if system.contact is None else system.contact)
+        for name, law in laws.items():
+            nodes = np.flatnonzero(faces == name) if named else np.arange(system.nodes)
+            if not len(nodes):
+                known = sorted(set(faces.tolist()))
+                raise ModelError(f"friction: {shown(name)} is not one of the contacts {known}")
+            mixing = np.ones((len(nodes), 1))
+            if correlation_length is not None:
+                length = finite_number("correlation_length", correlation_length, least=0.0)
+                points = system.points[nodes]
+                distance = np.linalg.norm(points[:, None] - points, axis=-1)
+                # Rounding must not make the matrix indefinite, and a length of 0 not divide by 0.
+                correlation = np.exp(-distance / max(length, 1e-300)) + 1e-9 * np.eye(len(nodes))
+                mixing = np.linalg.cholesky(correlation)
+            self._add(f"friction of {name}" if named else name, law, list(nodes), mixing)
 
     def at(self, u: Array) -> tuple[ShakedownAnswer, float, Array]:
         """The limit, the load factor, and the derivatives of the inputs."""
@@ -158,22 +202,14 @@ class RandomLimit:
 
 
 def probability_of(
-    limit: ShakedownAnswer,
-    ask: AskLimit,
-    stops: Stops | None,
-    laws: tuple[Any, Any, Any, Any],
-    draws: Any,
-    seed: Any,
+    random: RandomLimit, stops: Stops | None, draws: Any, seed: Any
 ) -> ShakedownProbability:
     """The probability that the load factor has a safe slip, by FORM and by a sample.
 
-    The laws are those of friction, preload and load, and the correlation length. With `stops`, also
-    the probability that slip stops, with the same plane as control variate.
+    With `stops`, also the probability that slip stops, with the same plane as control variate.
     """
-    friction, preload, load, correlation_length = laws
     draws = whole_number("draws", draws, least=10)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
-    random = _random_limit(RandomLimit(limit, ask, load), friction, preload, correlation_length)
     numbers = np.random.default_rng(seed).standard_normal((draws, len(random.names)))
     design = random.design_point()
     limits, safe, stopped = _by_sample(random, numbers, stops)
@@ -207,26 +243,6 @@ def probability_of(
     )
 
 
-def _random_limit(
-    random: RandomLimit, friction: Any, preload: Any, correlation_length: Any
-) -> RandomLimit:
-    """The random limit with all its inputs; ModelError if none is random."""
-    one = np.ones((1, 1))
-    if friction is not None:
-        _add_friction(random, friction, correlation_length)
-    for case, law in checked_cases("preload", preload or {}, "distribution").items():
-        if case not in random.limit.cycle.mean:
-            raise ModelError(f"preload[{case!r}]: the mean load has no such load case")
-        random.add(case, law, [case], one)
-    if is_distribution(random.load):
-        random.add(_LOAD, random.load, [_LOAD], one)
-    else:
-        finite_number("load", random.load, least=0.0)
-    if not random.names:
-        raise ModelError("friction, preload, load: none is a distribution of scipy.stats; give one")
-    return random
-
-
 def _by_sample(
     random: RandomLimit, numbers: Array, stops: Stops | None
 ) -> tuple[Array, Booleans, Booleans]:
@@ -243,24 +259,3 @@ def _by_sample(
                 stopped.append(stops(drawn, factor))
             bar.update()
     return frozen(limits), np.array(safe), np.array(stopped)
-
-
-def _add_friction(random: RandomLimit, friction: Any, correlation_length: Any) -> None:
-    """Add the random friction of all nodes, or of each contact; a field if it has a length."""
-    system = random.limit.system
-    named = is_named(friction)
-    laws = dict(friction) if named else {"friction": friction}
-    faces = np.array([] if system.contact is None else system.contact)
-    for name, law in laws.items():
-        nodes = np.flatnonzero(faces == name) if named else np.arange(system.nodes)
-        if not len(nodes):
-            known = sorted(set(faces.tolist()))
-            raise ModelError(f"friction: {shown(name)} is not one of the contacts {known}")
-        mixing = np.ones((len(nodes), 1))
-        if correlation_length is not None:
-            length = finite_number("correlation_length", correlation_length, least=0.0)
-            distance = np.linalg.norm(system.points[nodes][:, None] - system.points[nodes], axis=-1)
-            # Rounding must not make the matrix indefinite, and a length of 0 not divide by 0.
-            correlation = np.exp(-distance / max(length, 1e-300)) + 1e-9 * np.eye(len(nodes))
-            mixing = np.linalg.cholesky(correlation)
-        random.add(f"friction of {name}" if named else name, law, list(nodes), mixing)

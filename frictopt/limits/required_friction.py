@@ -450,11 +450,6 @@ def _root_of_margin(
         if abs(step) <= RESIDUAL * friction or high - low <= _PROOF * friction:
             break
         inside = max(low, _SMALLEST) < friction + step < high
-        # Newton's steps shrink at least as fast from now on, so that the next one would be nothing.
-        # The proof needs two programs beside the root: if both agree, none is needed at the root.
-        ends = np.isfinite(last_step) and step**2 <= RESIDUAL * friction * last_step
-        if inside and ends and _is_proven(safe_slips, friction + step, _PROOF, open_nodes):
-            return friction + step
         if not inside or abs(step) >= last_step / 2:
             step = (low + high) / 2 - friction
         friction += step

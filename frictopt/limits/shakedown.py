@@ -50,7 +50,7 @@ from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
 from .gross_slip import statics_alone
 from .moving.moving_areas import moving_areas
-from .probability import ShakedownProbability, probability_of
+from .probability import RandomLimit, ShakedownProbability, probability_of
 from .program import assembled
 from .program.mean_load import is_safe_at_mean_load, open_under_mean
 from .program.question import Question, pose, with_open
@@ -824,8 +824,8 @@ class ShakedownLimit(ShakedownAnswer):
             return steady.outcome is Outcome.SHAKEDOWN
 
         stops = stops_as_assembled if flag("assembled", assembled) else None
-        laws = friction, preload, load, correlation_length
-        return probability_of(self, ask, stops, laws, draws, seed)
+        random = RandomLimit(self, ask, friction, preload, load, correlation_length)
+        return probability_of(random, stops, draws, seed)
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.

@@ -271,14 +271,10 @@ class LiftOff(Question):
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
-        at_corners = dict[tuple[int, bytes], tuple[Array, Array]]()
         motions = list[Array]()
         reactions = list[Array]()
         for question, shift, weights in zip(self.sets, self.shifts, self.weights, strict=True):
-            key = id(question), shift.tobytes()
-            if key not in at_corners:
-                at_corners[key] = question.states(load_factor, slip + shift)
-            u, r = at_corners[key]
+            u, r = question.states(load_factor, slip + shift)
             motions.append(np.tensordot(weights, u, 1))
             reactions.append(np.tensordot(weights, r, 1))
         return np.array(motions), np.array(reactions)
