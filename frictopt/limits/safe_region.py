@@ -424,43 +424,36 @@ def safe_region(
         if (first.limit.open | second.limit.open).any():
             rays = rays.with_one_set(first, second)
             first, second = rays.along_axes()
-        border = _border(rays, first, second, tolerance)
-        return _region(rays, border, started)
+        points, unlimited, reason = _border(rays, first, second, tolerance)
+        return _region(rays, points, unlimited, reason, started)
 
 
-@dataclass(frozen=True, eq=False)
-class Border:
-    """The points of a border, from the first load alone to the second load alone.
+def _border(
+    rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: float
+) -> tuple[list[BorderPoint], tuple[str, ...], str]:
+    """The border between the ends of the rays of each load alone.
 
-    It has no points if no amplitudes are safe or all are safe, and one point if one load is
-    unlimited.
+    Returned are its points, the loads without a limit, and the reason. It has no points if no
+    amplitudes are safe or all are safe, and one point if one load is unlimited.
     """
-
-    points: list[BorderPoint]
-    unlimited: tuple[str, ...]
-    reason: str
-
-
-def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: float) -> Border:
-    """The border between the ends of the rays of each load alone."""
     for point in (first, second):
         if np.isnan(point.limit.load_factor):
-            return Border([], (), NO_AMPLITUDES.format(limit=point.limit.reason))
+            return [], (), NO_AMPLITUDES.format(limit=point.limit.reason)
     if np.isinf(first.limit.load_factor) and np.isinf(second.limit.load_factor):
-        return Border([], rays.names, ALL_AMPLITUDES.format(limit=first.limit.reason))
+        return [], rays.names, ALL_AMPLITUDES.format(limit=first.limit.reason)
 
     # If one load is unlimited, the other one has the limit that it has alone: the region is convex
     # and closed.
     for load, point, limited in zip(rays.names, (first, second), (second, first), strict=True):
         if np.isinf(point.limit.load_factor):
-            return Border([limited], (load,), ONE_UNLIMITED.format(load=load))
+            return [limited], (load,), ONE_UNLIMITED.format(load=load)
 
     points = [first, *_points_between(rays, first, second, tolerance), second]
     limit = first.limit
     reason = SIDES.format(opened=limit._opened, node_states=limit._question.node_states)
     if first.limit.load_factor == 0 and second.limit.load_factor == 0:
         reason = NO_AMPLITUDES_ABOVE_ZERO.format(limit=limit.reason)
-    return Border(points, (), reason)
+    return points, (), reason
 
 
 def _points_between(
@@ -530,20 +523,24 @@ class Side:
         return max(abs(self.point.excess(self.start)), abs(self.point.excess(self.end)))
 
 
-def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
+def _region(
+    rays: Rays,
+    points: Sequence[BorderPoint],
+    no_limit: tuple[str, ...],
+    reason: str,
+    started: float,
+) -> SafeRegion:
     """The region of a border; SolverError if a side misses its vertices."""
-    points = border.points
     ends = _ends(points)
-    sides = _sides(points, ends, bool(border.unlimited))
+    sides = _sides(points, ends, bool(no_limit))
     error = max((side.error for side in sides), default=0.0)
     if error > 2 * _ON_LINE:
         raise SolverError(_DIFFER.format(error=error))
 
     in_space = rays.system.tangents > 1
-    unlimited = np.array([name in border.unlimited for name in rays.names])
+    unlimited = np.array([name in no_limit for name in rays.names])
     vertices, outer = _polygons(points, sides, unlimited, in_space)
     gap = _largest_gap(points, ends) if in_space else 0.0
-    reason = border.reason
     if gap > 0:
         reason += GAP_OF_SIDES.format(gap=gap)
     corners = domain(rays.mean, rays.parts, (1.0, 1.0)).corner_names
@@ -554,7 +551,7 @@ def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
         outer=frozen(outer),
         sides=_table(sides, unlimited),
         mechanisms=tuple(side.point.motion.table(rays.system, corners) for side in sides),
-        unlimited=border.unlimited,
+        unlimited=no_limit,
         gap=gap,
         reason=reason,
         record=replace(
@@ -607,16 +604,12 @@ def _sides(points: Sequence[BorderPoint], ends: Sequence[Array], unlimited: bool
     """
     sides: list[Side] = []
     for (start, end), point in zip(pairwise(ends), points, strict=True):
-        if sides and _is_on_line(sides[-1], end, point):
-            sides[-1] = replace(sides[-1], end=end)
+        last = sides[-1] if sides else None
+        if last and max(abs(last.point.excess(end)), abs(point.excess(last.start))) <= _ON_LINE:
+            sides[-1] = replace(last, end=end)
         elif start is not end or unlimited:
             sides.append(Side(start, end, point))
     return sides
-
-
-def _is_on_line(side: Side, end: Array, point: BorderPoint) -> bool:
-    """Whether a side and the next side, given by its end and its point, are on the same line."""
-    return max(abs(side.point.excess(end)), abs(point.excess(side.start))) <= _ON_LINE
 
 
 def _largest_gap(points: Sequence[BorderPoint], ends: Sequence[Array]) -> float:
