@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...base import RESIDUAL, Array, SolveRecord, worst
@@ -16,25 +14,21 @@ from .cones import Cones, Point, without_gap
 from .search import margins, raised
 
 
-class Judged(NamedTuple):
-    """Both proofs, evaluated by products of full precision, in the units of the user."""
+def judged(
+    question: Question, cones: Cones, safe: Point, moves: Array
+) -> tuple[float, Array, float, Mechanism, float, float]:
+    """The slip of a safe point, and the mechanism of multipliers (K, t + 1, R) of the rows.
 
-    load_factor: float
-    slip: Array  # (N,) or (N, 2)
-    unsafe: float  # largest violation of a row, relative to `Question.force`
-    motion: Mechanism
-    bound: float
-    defect: float  # of the bound, because the multipliers do not balance exactly
-
-
-def judged(question: Question, cones: Cones, safe: Point, moves: Array) -> Judged:
-    """The slip of a safe point, and the mechanism of multipliers (K, t + 1, R) of the rows."""
+    Both proofs are evaluated by products of full precision. Returned are, in the units of the user,
+    the load factor, its slip, and the largest violation of a row, relative to `Question.force`; the
+    mechanism, its bound, and the error of it, because the multipliers do not balance exactly.
+    """
     load_factor = safe.load_factor * question.load_unit
     unsafe = -float(margins(cones.at(safe.load_factor, safe.shear).rows).min())
 
     moves = raised(moves)
     drive = -float((moves * cones.rate).sum())
-    return Judged(
+    return (
         load_factor,
         slip_of(question, safe.shear),
         unsafe,

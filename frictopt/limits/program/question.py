@@ -565,14 +565,32 @@ def units_of(
     system: ContactSystem, friction: Array, open_nodes: Booleans, r0: Array, r1: Array
 ) -> dict[str, Any]:
     """The units, see the fields of `Question` of these names."""
-    # Without closed nodes all reactions are zero.
+    # Sizes of normal and shear forces (K, N), at load factor 0 and of the scaled loads.
+    normal, cyclic_normal = np.abs(r0[:, -1]), np.abs(r1[:, -1])
+    shear, cyclic_shear = (np.linalg.norm(r[:, :-1], axis=1) for r in (r0, r1))
+    # Without closed nodes all of them are zero.
     closed = ~open_nodes | open_nodes.all()
-    force = _mean_force(r0, r1, closed)
-    mean_bound = _mean_bound(r0, friction, closed, force)
+
+    def mean(forces: Array) -> float:
+        return float(forces[:, closed].mean())
+
+    force = mean(normal) or max(map(mean, (shear, cyclic_shear, cyclic_normal))) or 1.0
+    bound, size = mean(friction * r0[:, -1]), mean(friction * normal)
+    mean_bound = bound if bound > CONDENSATION * size else force
     # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced
     # by it, so that the unit is finite.
     least_friction = 0.01
-    node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
+
+    without_friction = cyclic_normal[:, closed & (friction == 0)].sum() / closed.sum()
+    demand = mean(cyclic_shear) + mean(friction * cyclic_normal) + float(without_friction)
+
+    # Least force unit of a node, divided by the mean normal force: answers have errors of this
+    # size. A node without pressure under the mean load has its largest other force.
+    smallest = 1e-6 * force
+    others = np.max([part.max(axis=0) for part in (shear, cyclic_shear, cyclic_normal)], axis=0)
+    pressure = normal.max(axis=0)
+    node_unit = np.where(pressure > smallest, pressure, np.maximum(others, smallest))
+    node_unit = np.where(open_nodes, force, node_unit)
 
     # In space the radius of a friction cone is the friction bound. The bound is the unit if it is
     # smaller than the pressure.
@@ -584,52 +602,8 @@ def units_of(
         "force": force,
         "mean_bound": mean_bound,
         "mean_pressure": mean_bound / np.maximum(friction, least_friction),
-        "load_unit": _load_unit(r0, r1, friction, closed, force),
+        "load_unit": (size or force) / demand if demand > 0 else 1.0,
         "node_unit": node_unit,
         "shear_unit": node_unit * np.where(small_cones, friction, 1.0),
         "clearance": mean_bound / normal_stiffness,
     }
-
-
-def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
-    """Mean normal force at load factor 0; a force of the same size if there is none."""
-    pressure = float(np.abs(r0[:, -1, closed]).mean())
-    if pressure:
-        return pressure
-    shear = np.linalg.norm(r0[:, :-1, closed], axis=1)
-    cyclic_shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
-    cyclic_pressure = np.abs(r1[:, -1, closed])
-    return float(max(shear.mean(), cyclic_shear.mean(), cyclic_pressure.mean())) or 1.0
-
-
-def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
-    """Mean friction bound at load factor 0; `force` if it is only rounding (no pressure)."""
-    bound = float((friction * r0[:, -1])[:, closed].mean())
-    size = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
-    return bound if bound > CONDENSATION * size else force
-
-
-def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: float) -> float:
-    """Load factor at which the cyclic reactions reach the mean friction bound."""
-    f = friction[closed]
-    shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
-    pressure = np.abs(r1[:, -1, closed])
-    without_friction = float(pressure[:, f == 0].sum()) / int(closed.sum())
-    demand = float(shear.mean() + (f * pressure).mean()) + without_friction
-    if not demand > 0:
-        return 1.0
-    bound = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
-    return (bound or force) / demand
-
-
-def _node_unit(r0: Array, r1: Array, force: float) -> Array:
-    """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
-    # Least force unit of a node, divided by the mean normal force: answers have errors of this
-    # size.
-    least_share = 1e-6
-    smallest = least_share * force
-    pressure = np.abs(r0[:, -1]).max(axis=0)
-    shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)
-    cyclic = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), np.abs(r1[:, -1])).max(axis=0)
-    other_forces = np.maximum(np.maximum(shear, cyclic), smallest)
-    return np.asarray(np.where(pressure > smallest, pressure, other_forces))

@@ -315,10 +315,6 @@ class RestProgram:
         """The number of equations of slides, which are the first rows of the arrays."""
         return sum(slip.elastic.slides.shape[1] for slip in self.slips)
 
-    def slip_at(self, x: Array) -> Array:
-        """(S t N,) slips of the closed nodes from the references on, from the unknowns x."""
-        return np.concatenate([slip.slip_of(x) for slip in self.slips])
-
     @cached_property
     def stacked(self) -> Stacked:
         """All rows, in the order of the solver."""

@@ -87,7 +87,7 @@ class Mechanism:
         friction = question.friction * ~question.open_nodes
         return cls(moves.reshape(shape), friction, open=question.open_nodes)
 
-    @property
+    @cached_property
     def size(self) -> Array:
         """(K, N) sizes of the slips."""
         return np.asarray(np.hypot.reduce(self.moves[:, :-1], axis=1, initial=0.0))
@@ -233,12 +233,6 @@ class Solution:
         return factor if factor > ZERO_LOAD_FACTOR * self.program.question.load_unit else 0.0
 
     @cached_property
-    def slip(self) -> Array:
-        """(S t N,) slips of the closed nodes, by component."""
-        references = [slip.reference for slip in self.program.slips]
-        return np.concatenate(references) + self.program.slip_at(self.x)
-
-    @cached_property
     def _multipliers(self) -> Array:
         """(R,) multipliers of the rows in user units, for the goal in its unit."""
         return self.program.place.unit * self.y / self.program.stacked.units
@@ -344,8 +338,9 @@ class Solution:
         """(N,) or (N, 2) a slip of the closed nodes within its bound, 0 at open nodes."""
         slip: SlipUnknowns = self.program.slips[number]
         question = slip.question
-        values = self.slip.reshape(len(self.program.slips), -1)[number]
-        if question.slip_bound is None and not len(self.program.own_units):
+        values = slip.reference + slip.slip_of(self.x)
+        needless = question.slip_bound is None and not len(self.program.own_units)
+        if needless and slip.elastic.opening.any():
             values = values - _needless_slide(self, slip, values)
         values = values.reshape(question.system.slip_shape, order="F")
         if question.slip_bound is None:
@@ -355,7 +350,7 @@ class Solution:
     @property
     def growing(self) -> dict[str, Any]:
         """The load factor and the slip of the closed nodes that grow along a direction."""
-        slip = self.program.slip_at(self.x)
+        slip = self.program.slips[0].slip_of(self.x)
         shape = self.program.question.system.slip_shape
         return {"load_factor": self.load_factor, "slip": slip.reshape(shape, order="F")}
 
@@ -431,7 +426,6 @@ def solve(
     *,
     no_optimum: Callable[[str], C | None] = lambda outcome: None,
     above: float = -np.inf,
-    tolerance: float = RESIDUAL,
 ) -> tuple[C, SolveRecord]:
     """The claim about the largest (sense 1) or least value of the goal, see `answer`.
 
@@ -448,7 +442,6 @@ def solve(
         solver,
         no_optimum=no_optimum,
         above=above / program.place.unit,
-        tolerance=tolerance,
     )
 
 
@@ -520,8 +513,6 @@ def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Ar
     question = slip.question
     elastic = slip.elastic
     slide = np.zeros(len(values))
-    if not elastic.opening.any():
-        return slide
     quantities, _ = program.quantities(solution.x)
     forces = quantities[: program.first_named].reshape(program.start.shape)
     here = program.response_of == program.slips.index(slip)

@@ -107,12 +107,13 @@ def governing(limit: ShakedownAnswer) -> Integers:
     """
     question = limit._question
     motion = motion_of(limit)
-    share = np.where(_touching(limit), GOVERNS_TOUCHING, _GOVERNS)
-    governs = motion > share * motion.max()
     has_gaps = bool((question.system.gap > TOUCHES * question.clearance).any())
     large = question.system.nodes > _FEW
     if large and not (question.open_nodes.any() or has_gaps):
         governs = tends_to_open(limit)
+    else:
+        share = np.where(_touching(limit), GOVERNS_TOUCHING, _GOVERNS)
+        governs = motion > share * motion.max()
     order = np.argsort(-motion, kind="stable")
     return np.asarray(order[governs[order]])
 
