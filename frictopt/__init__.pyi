@@ -22,7 +22,6 @@ from .joints.worn_in import worn_in
 from .limits import (
     DesignModel,
     GuaranteedModel,
-    SafeSlipModel,
     ShakedownModel,
     fatigue_band,
     fatigue_limit,
@@ -61,7 +60,6 @@ __all__ = [
     "ModelWarning",
     "NoContinuation",
     "Outcome",
-    "SafeSlipModel",
     "ShakedownModel",
     "SolverError",
     "StoreError",

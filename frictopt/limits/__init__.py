@@ -49,13 +49,13 @@ from .shakedown import ShakedownLimit, limit_of_any_set, limit_of_set, shakedown
 
 if TYPE_CHECKING:
     from .best_design.model import DesignModel
-    from .user_models import GuaranteedModel, SafeSlipModel, ShakedownModel
+    from .user_models import GuaranteedModel, ShakedownModel
 
 # The models import cvxpy, which is slow to import, and answers do not need it.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "best_design.model": ["DesignModel"],
-        "user_models": ["GuaranteedModel", "SafeSlipModel", "ShakedownModel"],
+        "user_models": ["GuaranteedModel", "ShakedownModel"],
     },
 )

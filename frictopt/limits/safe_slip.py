@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -28,8 +27,7 @@ from .events.lift_off import LiftOff
 from .events.ordered import ordered_program, read_order, solved_order
 from .program import assembled
 from .program.question import Question, pose, with_open
-from .program.rest_program import USER
-from .program.solution import Solution, contradiction, solve
+from .program.solution import Solution, solve
 from .rest_intervals import safe_with_moving_areas
 from .search.order_search import best_with_events
 from .shakedown import (
@@ -63,10 +61,8 @@ class SafeSlip(Proven):
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of two errors: the
         margin minus the recomputed reserve of the slip, and the relative distance of `bound`.
-    constraints
-        Names of user constraints, which slip, margin and `bound` take into account.
     problem
-        The solved cvxpy problem. A later solve of the same `SafeSlipModel` overwrites its values.
+        The solved cvxpy problem.
 
     Examples
     --------
@@ -113,10 +109,9 @@ class SafeSlip(Proven):
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         It has slips on which the loads do more work than friction can dissipate. No residual slip
-        does work on them. With a slip bound, its work is too small. None if a slip is safe, and
-        with user constraints: then only `bound` is a proof.
+        does work on them. With a slip bound, its work is too small. None if a slip is safe.
         """
-        if self.exists or self.constraints:
+        if self.exists:
             return None
         return self._motion.table(self.system, self._question.names)
 
@@ -128,28 +123,23 @@ class SafeSlip(Proven):
 def safe_slip_of_question(
     question: Question,
     load_factor: float,
-    user: Any = None,
     events: bool = False,
     enough: float = np.inf,
 ) -> SafeSlip:
     """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
     The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes may
-    open and close in each cycle: with `events`, or if loads alone open and close them. `user`: the
-    `UserRows`.
+    open and close in each cycle: with `events`, or if loads alone open and close them.
     """
-    check_events(events, question, user is not None)
+    check_events(events, question, False)
     load_factor = checked_load_factor(question, load_factor)
-    if user is None:
-        moving: SafeSlip | None = safe_with_moving_areas(question, load_factor, safe_slip_of_set)
-        if moving is not None:
-            return moving
+    moving: SafeSlip | None = safe_with_moving_areas(question, load_factor, safe_slip_of_set)
+    if moving is not None:
+        return moving
     closed = None
-    # Constraints of the user may be contradictory only with all nodes closed.
-    if user is None:
-        # A slip with nearly no resistance, such as rolling, can hide the margin.
-        with suppress(SolverError):
-            closed = safe_slip_of_set(question, load_factor)
+    # A slip with nearly no resistance, such as rolling, can hide the margin.
+    with suppress(SolverError):
+        closed = safe_slip_of_set(question, load_factor)
     if closed is not None and closed.exists:
         return closed
     limit = limit_of_any_set(question, start_by=load_factor, enough=enough)
@@ -158,7 +148,7 @@ def safe_slip_of_question(
     if safe is None or open_nodes.any():
         opened = with_open(question, open_nodes)
         assert opened is not None  # it has a limit
-        safe = safe_slip_of_set(opened, load_factor, user)
+        safe = safe_slip_of_set(opened, load_factor)
     if safe.exists or not events:
         return safe
     return _with_events(limit, load_factor) or safe
@@ -177,33 +167,17 @@ def _with_events(limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
     return None
 
 
-def safe_slip_of_set(question: Question, load_factor: float, user: Any = None) -> SafeSlip:
+def safe_slip_of_set(question: Question, load_factor: float) -> SafeSlip:
     """The slip with the largest margin, with the open nodes of the question."""
     program = assembled.safe_slip(question, load_factor)
-    if user is not None:
-        user.add_to(program)
 
     def claimed(solution: Solution) -> SafeSlip:
         safe = checked_slip(question, solution, load_factor)
-        return replace(safe, _solved=solution.solved("safe_slip", margin=safe.margin))
+        values = {"load_factor": load_factor, "margin": safe.margin}
+        return replace(safe, _solved=solution.solved("safe_slip", **values))
 
-    def no_slip(outcome: str) -> None:
-        """ModelError if the user's constraints admit no slip at all, safe or not."""
-        found = contradiction(program) if program.constraints else None
-        names = found[0].ruling if found else []
-        if names:
-            raise ModelError(
-                f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
-                f"{load_factor:g}; drop or relax it"
-            )
-
-    safe, record = solve(program, claimed, no_optimum=no_slip)
-    assert safe._solved is not None
-    values = {**safe._solved.values, "load_factor": load_factor}
-    solved = replace(safe._solved, values=values)
-    if user is not None:
-        solved = user.listed(solved)
-    return answered(replace(safe, _solved=solved), record)
+    safe, record = solve(program, claimed)
+    return answered(safe, record)
 
 
 def _of_order(question: LiftOff, load_factor: float) -> SafeSlip:
@@ -258,7 +232,7 @@ def safe_slip(
     Parameters
     ----------
     system, cycle, friction, slip_bound, simplify, solver, progress
-        See `shakedown_limit`; for user constraints see `SafeSlipModel`.
+        See `shakedown_limit`.
     load_factor
         Load factor, >= 0.
     events
@@ -313,8 +287,6 @@ def checked_slip(
         question.violation(load_factor, slip) if question.events else 0.0,
         question.excess_over_slip_bound(slip),
     ]
-    if solution.program.user is not None:
-        violations.append(solution.program.violation(solution.x, label=USER))
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,
@@ -323,5 +295,4 @@ def checked_slip(
         _motion=solution.motion,
         margin=margin,
         bound=bound + defect,
-        constraints=solution.program.constraints,
     )

@@ -38,7 +38,6 @@ from .printed.models import unknowns
 from .printed.user_rows import UserRows, check_values, checked_objective, labelled_rows
 from .program.question import Question, pose, pose_like, with_friction
 from .program.rest_program import RestProgram
-from .safe_slip import SafeSlip, checked_load_factor, safe_slip_of_question
 from .shakedown import ShakedownLimit, limit_of_question
 
 A = TypeVar("A", bound=Answered)
@@ -51,8 +50,6 @@ class SafeModel:
     no slip. A copy is a new model with new unknowns.
     """
 
-    # Whether the load factor is given.
-    _given = False
     # Name of the public question, which may know laws other than Coulomb's.
     _public_question = "this question"
 
@@ -97,8 +94,7 @@ class SafeModel:
         # The rows of the user that were compiled last.
         self._compiled: tuple[tuple[int, ...], UserRows] | None = None
 
-        load_factor = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
-        self._x = unknowns(system.slip_shape, range(len(question.r1)), load_factor)
+        self._x = unknowns(system.slip_shape, range(len(question.r1)))
         self.load_factor = self._x.load_factor
         self.slip = self._x.slip
         q = list(self._x.q.values())
@@ -107,7 +103,7 @@ class SafeModel:
         self._complete()
 
     def _complete(self) -> None:
-        """Check the question further, or add unknowns; a model replaces this if it needs either."""
+        """Check the question further; a model replaces this if it needs to."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._question.system!r}, {self._question.cycle!r})"
@@ -143,7 +139,7 @@ class SafeModel:
     @property
     def _named(self) -> dict[cp.Variable, str]:
         """The further unknowns that constraints of the user may contain, by name."""
-        return {} if self._given else {self.load_factor: "load_factor"}
+        return {self.load_factor: "load_factor"}
 
     def _user(
         self,
@@ -352,74 +348,6 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     for sense in ("direction",) if plane else ("slip1", "slip2"):
         row[sense] = first[sense]
     return row | {"solver": limit.record.solver}
-
-
-class SafeSlipModel(SafeModel):
-    """Safe residual slips of one system under one load cycle, for any friction.
-
-    Each call of `solve` has its own load factor and constraints. For parameters and errors see
-    `ShakedownModel`. Theory, eq. (9).
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
-    >>> model = fo.SafeSlipModel(rod, cycle)
-    >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
-    0.2
-    >>> rows = [model.slip[0] - model.slip[1] <= 0.25]
-    >>> round(model.solve(0.5, load_factor=0.8, constraints=rows).margin, 6)
-    -0.1
-    """
-
-    _given = True
-    load_factor: cp.Parameter
-    """The load factor that is given, a cvxpy parameter for user constraints."""
-    margin: cp.Variable
-    """The margin, see `SafeSlip`, a cvxpy variable for user constraints."""
-
-    def _complete(self) -> None:
-        self.margin = cp.Variable(name="margin")
-        self._x.margin = self.margin
-
-    @property
-    def _named(self) -> dict[cp.Variable, str]:
-        return {self.margin: "margin"}
-
-    @warns_of_odd_values
-    def solve(
-        self,
-        friction: PerNode,
-        load_factor: float,
-        constraints: Sequence[cp.Constraint] = (),
-        *,
-        events: bool = False,
-        progress: bool = True,
-    ) -> SafeSlip:
-        """Residual slip with the largest margin, under user constraints.
-
-        Parameters
-        ----------
-        friction, load_factor, events, progress
-            See `safe_slip`.
-        constraints
-            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see
-            `ShakedownModel.solve`. `bound` and `residual` include them.
-
-        Raises
-        ------
-        ModelError, SolverError
-            As `ShakedownModel.solve`; a load factor so large that rounding hides the mean load;
-            constraints that no slip satisfies, safe or not.
-        """
-        with self._turn, progress_bar(progress, "safe slip"):
-            question = self._posed(friction)
-            self.load_factor.value = checked_load_factor(question, load_factor)
-            user = self._user(constraints)
-            safe = safe_slip_of_question(question, load_factor, user, events)
-            self.margin.save_value(np.array(safe.margin))
-            return self._shown(safe)
 
 
 class GuaranteedModel(SafeModel):

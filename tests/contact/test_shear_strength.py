@@ -476,7 +476,6 @@ def test_a_report_leaves_out_what_does_not_know_it():
     (lambda s: fo.safe_region(s, {"pressure": 1.0}, ["force", "pressure"], 0.5), "does not know"),
     (lambda s: fo.DesignModel(s, PUSHES), "does not know"),
     (lambda s: fo.GuaranteedModel(s, PUSHES), "does not know"),
-    (lambda s: fo.SafeSlipModel(s, PUSHES), "does not know"),
     (lambda s: fo.dissipation_range(s, PUSHES, 0.5, 1.0), "does not know"),
     (lambda s: fo.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
     (lambda s: fo.limit_after_protocol(fo.shakedown_limit(s, PUSHES, 0.5), start="worst"), "does not know"),

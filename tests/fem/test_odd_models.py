@@ -232,7 +232,6 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
         lambda f: fo.ShakedownModel(SYSTEM, CYCLE).solve(f),
         lambda f: fo.ShakedownModel(SYSTEM, CYCLE).sweep([0.5, np.full(SYSTEM.nodes, f)]),
         lambda f: fo.ShakedownModel(SYSTEM, CYCLE).sweep(pd.Series([0.5, f])),
-        lambda f: fo.SafeSlipModel(SYSTEM, CYCLE).solve(f, 0.0),
         lambda f: fo.GuaranteedModel(SYSTEM, CYCLE).solve(f),
         lambda f: (model := fo.DesignModel(SYSTEM, CYCLE, preloads=["P"])).solve(
             f, [model.preload <= 1.0]

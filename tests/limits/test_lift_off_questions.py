@@ -204,13 +204,13 @@ def test_a_plane_contact_has_the_same_safe_slip_in_space():
 
 
 def test_questions_without_events_are_refused(pin):
-    model = fo.SafeSlipModel(pin, PIN)
+    model = fo.ShakedownModel(pin, PIN)
     for question, why in (
         (
             lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
             "slip is bounded",
         ),
-        (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "cannot be combined"),
+        (lambda: model.solve(0.8, [model.slip <= 1], events=True), "cannot be combined"),
     ):
         with pytest.raises(fo.ModelError, match=why):
             question()

@@ -115,31 +115,6 @@ def test_the_limit_in_space_under_rows_on_all_nodes(seed):
     agrees(contact, cycle, 0.6, limit, seed)
 
 
-@settings(max_examples=few(4, 1, 4))
-@given(seeds)
-def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
-    """A safe slip under the same rows exists up to the limit under these rows.
-
-    This also holds where rows that all pressures obey contradict each other with all nodes closed.
-    """
-    contact, f, limit = open_contact(seed)
-    rows = own_rows(limit, seed)
-    model = fo.ShakedownModel(contact, CYCLE)
-    safe = fo.SafeSlipModel(contact, CYCLE)
-    most = model.solve(f, [*rows(of_model(model)), model.p >= 0]).load_factor
-    constraints = [*rows(of_model(safe)), safe.p >= 0]
-    below = safe.solve(f, most * (1 - 1e-5), constraints)
-    beyond = safe.solve(f, 0.5 * limit.load_factor, [*constraints, safe.margin <= -0.3])
-    assert below.exists and below.residual <= 1e-9 and below.open.tolist() == limit.open.tolist()
-    assert beyond.margin == pytest.approx(-0.3)
-    assert safe.slip.value == pytest.approx(beyond.slip) and not safe.p.value[:, limit.open].any()
-    if most < limit.load_factor * (1 - 1e-4):
-        try:
-            assert not safe.solve(f, most * (1 + 1e-5), constraints).exists
-        except fo.ModelError as error:  # safe or not
-            assert "no residual slip, safe or not, obeys this" in str(error)
-
-
 @settings(max_examples=few(3, 1))
 @given(seeds)
 def test_a_guaranteed_limit_under_rows_is_the_least_with_a_closed_node_on_both_bounds(seed):

@@ -25,7 +25,6 @@ from helpers.systems import (
     explained,
     freed,
     linprog_limit,
-    linprog_margin,
     mirrored,
     on_both_bounds,
     random_system,
@@ -43,7 +42,7 @@ def contact_of(rng, nodes, tangents, coupling=0.5):
 
 def test_a_model_says_what_it_asks():
     contact = random_system(np.random.default_rng(0), 2)
-    for kind in (fo.ShakedownModel, fo.GuaranteedModel, fo.SafeSlipModel):
+    for kind in (fo.ShakedownModel, fo.GuaranteedModel):
         assert repr(kind(contact, CYCLE)) == f"{kind.__name__}({contact!r}, {CYCLE})"
     assert (
         repr(fo.DesignModel(contact, CYCLE, preloads=["mean"]))
@@ -131,7 +130,7 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
 @BOTH
 def test_constraints_that_nothing_obeys_are_named(tangents):
     contact = contact_of(np.random.default_rng(2), 3, tangents)
-    model, safe = fo.ShakedownModel(contact, TURNS), fo.SafeSlipModel(contact, TURNS)
+    model = fo.ShakedownModel(contact, TURNS)
     above = model.solve(0.4).load_factor * 1.01
     harmless = model.slip <= 10.0
     impossible = (model.load_factor >= above).set_label("service load")
@@ -154,14 +153,6 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
             f"answer      {limit.load_factor:.12g}",
         )
     )
-    low = (cp.sum(safe.slip[0]) <= 0.1).set_label("low")
-    high = (cp.sum(safe.slip[0]) >= 0.2).set_label("high")
-    with pytest.raises(
-        fo.ModelError,
-        match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3",
-    ):
-        safe.solve(0.4, 0.3, [low, safe.slip <= 7.0, high])
-    assert safe.solve(0.4, 0.3, [low]).constraints == ("low",)
 
 
 def test_all_forms_of_a_constraint_say_the_same():
@@ -549,16 +540,14 @@ def test_what_is_no_number_proves_nothing(ask, which, monkeypatch):
         ask()
 
 
-@pytest.mark.parametrize("kind", [fo.ShakedownModel, fo.SafeSlipModel])
-def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatch):
+def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(monkeypatch):
     """A solver that breaks a row of the user is not believed.
 
-    Only the unknown of the user is wrong: slip, margin, load factor and multipliers are right.
+    Only the unknown of the user is wrong: slip, load factor and multipliers are right.
     """
     contact, _ = TWO
-    model, variable = kind(*TWO), cp.Variable(name="own")
-    arguments = (0.4,) if kind is fo.ShakedownModel else (0.4, 0.1)
-    right = model.solve(*arguments, [variable == 0.5 * model.slip[0]])
+    model, variable = fo.ShakedownModel(*TWO), cp.Variable(name="own")
+    right = model.solve(0.4, [variable == 0.5 * model.slip[0]])
 
     def lie(program, x, multipliers):
         # A goal, the residual shear forces, and last the unknown of the user.
@@ -567,7 +556,7 @@ def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatc
 
     misread(monkeypatch, lie)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-        model.solve(*arguments, [variable == 0.5 * model.slip[0]])
+        model.solve(0.4, [variable == 0.5 * model.slip[0]])
     assert right.residual <= 1e-9
 
 
@@ -659,39 +648,6 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
             ):
                 fo.after_overload(limit)
     assert raised > 2
-
-
-@settings(max_examples=few(15))
-@given(
-    seed=SEEDS,
-    f=st.sampled_from([0.005, 0.3, 1.4]),
-    factor=st.sampled_from([0.0, 0.5, 2.0]),
-    size=st.sampled_from([-0.1, 0.05, 1.0]),
-)
-def test_the_margin_under_constraints(seed, f, factor, size):
-    contact = random_system(np.random.default_rng(seed), 3)
-    (q0, p0) = CYCLE.mean_reaction(contact)
-    (q1, p1) = CYCLE.corner_reactions(contact)
-    tilted = np.array([0.2, -0.3, 0.1])
-    upper = [*((row, 0.0, size) for row in np.eye(3)), (tilted, 0.0, 0.01)]
-    if f < 0.01:  # then pressures are in the margin, too
-        upper += [
-            (-row, f * p0.mean(), one)
-            for p in p0 + factor * p1
-            for row, one in zip(contact.B, p, strict=True)
-        ]
-    model = fo.SafeSlipModel(contact, CYCLE)
-    safe = model.solve(f, factor, [model.slip <= size, tilted @ model.slip <= 0.01])
-    assert [safe.margin, safe.bound] == pytest.approx(
-        [linprog_margin(contact, CYCLE, f, factor, upper=upper)] * 2, rel=1e-7, abs=1e-8
-    )
-    assert safe.exists is (safe.margin >= -1e-9)
-    assert safe.certificate is None
-    assert safe.slip.max() <= size + 1e-9
-    assert model.slip.value == pytest.approx(safe.slip, abs=1e-9)
-    assert model.margin.value == pytest.approx(safe.margin)
-    assert model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9)
-    assert model.load_factor.value == factor
 
 
 def test_the_rate_of_an_objective_is_its_slope():

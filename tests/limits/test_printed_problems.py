@@ -111,7 +111,7 @@ def design(case):
     return answer, answer.load_factor
 
 
-def with_rows(kind, *given):
+def with_rows(kind):
     """Answers of a model with rows on all its unknowns, and with a variable of the user."""
 
     def question(case):
@@ -122,8 +122,8 @@ def with_rows(kind, *given):
             cp.sum(model.q[0]) <= 0.5,
             model.p[1] <= 1.6,
         ]
-        answer = model.solve(case.friction, *given, rows)
-        return answer, answer.margin if given else answer.load_factor
+        answer = model.solve(case.friction, rows)
+        return answer, answer.load_factor
 
     return question
 
@@ -143,7 +143,6 @@ QUESTIONS = {
     "design": design,
     "rows": with_rows(fo.ShakedownModel),
     "guaranteed with rows": with_rows(fo.GuaranteedModel),
-    "margin with rows": with_rows(fo.SafeSlipModel, 0.05),
     "objective": with_objective,
 }
 ALL = "open, slip bound, fixed parts"

@@ -338,8 +338,7 @@ def _safe_slip(solved: Solved, extended: bool) -> Listed:
     question = solved.question
     load_factor = cp.Parameter(nonneg=True, name="load_factor", value=solved.values["load_factor"])
     x, f = _unknowns_of(solved, load_factor)
-    x.load_factor.value = solved.values["load_factor"]
-    margin = x.margin or cp.Variable(name="margin")
+    margin = cp.Variable(name="margin")
     rows = _rows(question, x, f, extended, _inside(question, margin))
     values = {x.slip: solved.values["slip"], margin: solved.values["margin"]}
     return models.safe_slip(margin, rows), values

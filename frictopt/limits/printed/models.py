@@ -63,7 +63,6 @@ class Unknowns:
     q: dict[int, cp.Variable]
     p: dict[int, cp.Variable]
     gap: dict[int, cp.Variable] = field(default_factory=dict)
-    margin: cp.Variable | None = None
     # Appended to all names of one set of open nodes, or of one scenario.
     suffix: str = ""
 

@@ -230,7 +230,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
     ),
     "RoundedPunch": (condensed(fo.scenes.RoundedPunch), {"punch": SCENE}),
-    "SafeSlipModel": (fo.SafeSlipModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
     "DesignModel": (
         fo.DesignModel,

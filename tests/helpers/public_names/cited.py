@@ -15,7 +15,6 @@ CITED = {
     "ShakedownModel": "shakedown",
     "results.ShakedownLimit": "mechanism",
     "safe_slip": "margin",
-    "SafeSlipModel": "margin",
     "guaranteed_limit": "guaranteed",
     "GuaranteedModel": "guaranteed",
     "DesignModel": "design",
