@@ -92,9 +92,8 @@ def _multipliers(name: str, solved: Solved) -> Any:
     kind, corner = match[1], int(match[2])
     if kind in parts:
         return parts[kind][corner]
-    if kind not in solved.multipliers:
-        return None
-    by_node = solved.multipliers[kind][corner]
+    # Rows that others imply have no multipliers.
+    by_node = solved.multipliers.get(kind, np.zeros_like(moves[:, :n]))[corner]
     for term in question.law.terms:
         if term.row == kind:
             return by_node[term.nodes]

@@ -59,11 +59,12 @@ def _plane_friction(
     n = question.system.nodes
     mean_bound = question.mean_bound
     for term in question.law.terms:
-        for sign in (1.0, -1.0):
-            rows = closed & np.isfinite(term.constant)
-            if only_governing:
-                rows = _governing(program, rows, sign, term.slope)
-            at, nodes = np.nonzero(rows)
+        rows = closed & np.isfinite(term.constant)
+        by_sign = rows, rows
+        if only_governing:
+            by_sign = _governing(program, rows, term.slope)
+        for sign, of_sign in zip((1.0, -1.0), by_sign, strict=True):
+            at, nodes = np.nonzero(of_sign)
             terms = [
                 (program.force(at, nodes), np.full(len(at), -sign)),
                 (program.force(at, n + nodes), term.slope[nodes]),
@@ -108,6 +109,8 @@ def _normal(
     reserve: Booleans | None,
 ) -> None:
     """Normal forces or gaps are at least 0, or the reserve times the margin."""
+    if not where.any():
+        return
     at, nodes = np.nonzero(where)
     normal = program.force(at, program.start.shape[1] - where.shape[1] + nodes)
     terms = [(normal, np.ones(len(nodes)))]
@@ -124,24 +127,24 @@ def _reserve(
     return np.full(len(nodes), program.unknown("margin")), -units[at, nodes]
 
 
-def _governing(program: RestProgram, rows: Booleans, sign: float, slope: Array) -> Booleans:
-    """(K, N) which rows `sign q <= slope p` govern their node at some load factor >= 0.
+def _governing(program: RestProgram, rows: Booleans, slope: Array) -> tuple[Booleans, Booleans]:
+    """(K, N) which rows `q <= slope p` and `-q <= slope p` govern at some load factor >= 0.
 
     The slip enters the rows of a node alike at all corners. So only the loads decide. All nodes
     with rows have them at the same corners.
     """
-    grid = np.ix_(rows.any(axis=1), rows.any(axis=0))
+    corners = rows.any(axis=1)
 
     def needed(forces: Array) -> Array:
-        shear, normal = np.hsplit(forces.reshape(program.start.shape), 2)
-        return np.asarray((sign * shear - slope * normal)[grid])
+        shear, normal = np.hsplit(forces.reshape(program.start.shape)[corners], 2)
+        return np.hstack([shear - slope * normal, -shear - slope * normal])
 
     rate = np.zeros_like(program.start)
     if "load_factor" in program.named:
         rate = program.effects[:, program.named["load_factor"]]
-    governs = np.zeros_like(rows)
-    governs[grid] = ruling(needed(program.start), needed(rate))
-    return governs
+    governs = np.hstack([rows, rows])
+    governs[corners] &= ruling(needed(program.start), needed(rate))
+    return governs[:, : rows.shape[1]], governs[:, rows.shape[1] :]
 
 
 def at_corners(

@@ -546,7 +546,7 @@ def ruling(constant: Array, rate: Array) -> Booleans:
     the largest row at load factor 0, and follows the upper envelope from row to row.
     """
     governs = np.zeros(rate.shape, dtype=bool)
-    node = np.arange(rate.shape[1])
+    node = np.arange(rate.shape[1] if len(rate) else 0)
     if node.size:
         highest = constant == constant.max(axis=0)
         corner = np.where(highest, rate, -np.inf).argmax(axis=0)
