@@ -14,7 +14,6 @@ from ..base import (
     SolveRecord,
     finite_number,
     flag,
-    frozen,
     progress_bar,
     warns_of_odd_values,
 )
@@ -184,7 +183,7 @@ def fatigue_limit(
         every=bool(every),
         load_factor=end.load_factor,
         reached=found is not None,
-        slip=frozen(end.slip),
+        slip=end.slip,
         bound=end.bound,
         proven=not every or parameter not in SEARCHED,
         record=SolveRecord(residual=end.residual, seconds=perf_counter() - question.started),

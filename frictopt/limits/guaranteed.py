@@ -296,7 +296,7 @@ def _result(shakedown: ShakedownLimit, nodes: CriticalNodes) -> GuaranteedLimit:
         _solved=shakedown._solved,
         _question=question,
         _motion=shakedown._motion,
-        _by_node=frozen(nodes.load_factor),
+        _by_node=nodes.load_factor,
         _how=tuple(nodes.how.tolist()),
         _above=None,
     )
@@ -309,7 +309,7 @@ def _of_node(limit: GuaranteedLimit, best: NodeClaim, solved: Solved) -> Guarant
         # Rounding may leave it just above the shakedown limit.
         load_factor=min(best.load_factor, limit.load_factor),
         kind=LimitKind.FINITE,
-        slip=frozen(best.slip),
+        slip=best.slip,
         node=best.state.node,
         corners=best.state.corners,
         record=replace(limit.record, solver=best.solver),

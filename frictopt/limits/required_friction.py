@@ -24,7 +24,6 @@ from ..base import (
     finite_number,
     flag,
     frame,
-    frozen,
     number_of,
     progress_bar,
     warns_of_odd_values,
@@ -568,7 +567,7 @@ def _answer_within(
     record = record_of(at_enough, load_factor, slip, error)
     return RequiredFriction(
         load_factor=load_factor,
-        slip=frozen(slip),
+        slip=slip,
         record=record.joined([], question.started),
         _question=at_enough,
         required=bracket.enough,
@@ -639,7 +638,7 @@ def _infinite(
 ) -> RequiredFriction:
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
-        slip=frozen(np.full(question.system.slip_shape, np.nan)),
+        slip=np.full(question.system.slip_shape, np.nan),
         record=record.joined([], safe_slips.started),
         _question=replace(question, friction=question.friction * np.inf),
         required=np.inf,

@@ -29,7 +29,6 @@ from ..base import (
     checked_loads,
     finite_number,
     frame,
-    frozen,
     listed,
     number_of,
     progress_bar,
@@ -547,8 +546,8 @@ def _region(
     record, *others = (limit.record for limit in rays.limits)
     return SafeRegion(
         loads=rays.names,
-        vertices=frozen(vertices),
-        outer=frozen(outer),
+        vertices=vertices,
+        outer=outer,
         sides=_table(sides, unlimited),
         mechanisms=tuple(side.point.motion.table(rays.system, corners) for side in sides),
         unlimited=no_limit,

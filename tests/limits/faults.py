@@ -659,8 +659,8 @@ FAULTS = (
     Fault(
         "limits/answers/shakedown_answer.py",
         "multipliers that do not balance",
-        old="max(unbalanced, residual)",
-        new="residual",
+        old="max(unbalanced, self.residual)",
+        new="self.residual",
         tests="least_slip",
     ),
     Fault(

@@ -30,7 +30,6 @@ from ...errors import ModelError, SolverError
 from ..moving.moving_areas import has_all_states
 from ..program.question import Question
 from ..program.rest_program import is_held
-from ..program.solution import Mechanism
 from .answered import Rated, check_bound, check_contradiction, check_growth, check_slip
 
 
@@ -127,45 +126,6 @@ class LeastSlip(Kept):
             for name, column in components("g", g[nodes]).items():
                 table[f"{name} at {loads}"] = column
         return frame(table)
-
-
-def least_slip(
-    question: Question, motion: Mechanism, limit: float, load_factor: float, residual: float
-) -> LeastSlip:
-    """The bound at a load factor, from a mechanism of unit drive and the limit that it proves."""
-    system = question.system
-    axes = system.tangents + 1
-    # Forces (K, M) that the motions cause at each corner, and the size of their largest term.
-    forces = motion.moves.reshape(len(motion.moves), -1) @ system.S
-    sizes = motion.size + motion.opening
-    terms = np.tile(sizes, axes - 1) @ np.abs(system.A) + sizes @ np.abs(system.B)
-    largest = float(terms.max())
-
-    g, h = parted(forces, axes)
-    unbalanced = float(np.abs(g.sum(axis=0)).max()) / largest if largest > 0 else 0.0
-    residual = max(unbalanced, residual)
-    if not residual <= RESIDUAL:
-        raise SolverError(
-            f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance "
-            f"{RESIDUAL:g}); reactions or stiffnesses may differ too much in size"
-        )
-
-    # Weights that are only rounding are set to zero.
-    g = np.where(np.abs(g) > ROUNDING * largest, g, 0.0)
-    weights = lengths(g, h)
-    many_corners = (weights > 0).sum(axis=0) > 2
-    in_circle = many_corners & (system.tangents > 1)
-    weight = weights.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
-    return LeastSlip(
-        load_factor,
-        load_factor - limit,
-        frozen(g),
-        frozen(h),
-        frozen(weight),
-        system,
-        question.cycle,
-        residual,
-    )
 
 
 @kept
@@ -369,4 +329,29 @@ class ShakedownAnswer(Rated):
                 f"least_slip: the limit (load factor {self.load_factor:g}{constrained}) bounds no "
                 "slip from below; use a finite limit without slip bound and constraints"
             )
-        return least_slip(question, self._motion, self.bound, load_factor, self.residual)
+        system = question.system
+        motion = self._motion
+        axes = system.tangents + 1
+        # Forces (K, M) that the motions cause at each corner, and the size of their largest term.
+        forces = motion.moves.reshape(len(motion.moves), -1) @ system.S
+        sizes = motion.size + motion.opening
+        terms = np.tile(sizes, axes - 1) @ np.abs(system.A) + sizes @ np.abs(system.B)
+        largest = float(terms.max())
+
+        g, h = parted(forces, axes)
+        unbalanced = float(np.abs(g.sum(axis=0)).max()) / largest if largest > 0 else 0.0
+        residual = max(unbalanced, self.residual)
+        if not residual <= RESIDUAL:
+            raise SolverError(
+                f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance "
+                f"{RESIDUAL:g}); reactions or stiffnesses may differ too much in size"
+            )
+
+        # Weights that are only rounding are set to zero.
+        g = np.where(np.abs(g) > ROUNDING * largest, g, 0.0)
+        weights = lengths(g, h)
+        many_corners = (weights > 0).sum(axis=0) > 2
+        in_circle = many_corners & (system.tangents > 1)
+        weight = weights.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
+        bound = load_factor - self.bound
+        return LeastSlip(load_factor, bound, g, h, weight, system, self.cycle, residual)

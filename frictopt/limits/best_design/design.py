@@ -218,8 +218,6 @@ class DesignSearch:
         Function that returns the best design with given open nodes.
     listed
         Function that adds its printed problem to a design.
-    goal
-        Name of the value of a design, for a bar.
     bar
         Counts the programs. An interrupt keeps the best design.
     """
@@ -228,12 +226,10 @@ class DesignSearch:
         self,
         best_with: Callable[[OpenNodes], Design],
         listed: Callable[[Design], Design],
-        goal: str,
         bar: Bar,
     ) -> None:
         self._best_with = best_with
         self._listed = listed
-        self._goal = goal
         self._bar = bar
         self.counted: list[Design] = []
         # Sets of open nodes for which no solver's answer passes the checks.
@@ -335,11 +331,12 @@ class DesignSearch:
         self.counted.append(design)
         best = self.best
         assert best is not None
+        goal = "load factor" if best.objective is None else "objective"
         self._bar.keep(
             "design",
             partial(self._listed, best),
             "the best by then is in the attribute `design`",
-            best=f"{self._goal} {best.value:.4g} so far",
+            best=f"{goal} {best.value:.4g} so far",
         )
 
     def _reaches(self, value: float) -> bool:

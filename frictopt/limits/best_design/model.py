@@ -185,7 +185,6 @@ class DesignModel(SafeModel):
             search = DesignSearch(
                 partial(self._best_with, scenarios, user),
                 partial(self._listed, user),
-                "load factor" if objective is None else "objective",
                 bar,
             )
             search.alternate([question.open_nodes for question in questions])
