@@ -5,8 +5,8 @@ order is a limiting case of the new one, so that the load factors between the li
 safe, too. Then, and for other cycles at once, transients are followed just above the best limit: a
 transient that comes to rest shows the next order (`settled_orders`).
 
-The search calls a function that returns a limit; it does not depend on the program behind it. Each
-limit passes the usual checks, and its bound holds for its own order only.
+The search calls functions that return a limit of some open nodes, or of an order. Each limit passes
+the usual checks, and its bound holds for its own order only.
 
 If only the scaled or only the fixed loads vary where nodes open or close, the limit of an order is
 one convex program. If both vary there, the program has products of the load factor and places:
@@ -177,23 +177,22 @@ def _order_of(
 
 # A shakedown limit.
 L = TypeVar("L", bound=ShakedownAnswer)
+# The limit of a question with given open nodes, and of a program of an order, see `shakedown.py`.
+LimitOfSet: TypeAlias = Callable[..., L]
+LimitOfOrder: TypeAlias = Callable[..., L]
 
 
 def best_order(
-    limit_of: Callable[[LiftOff | None, Settled, float], L],
-    best: L,
-    enough: float = np.inf,
+    limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], best: L, enough: float
 ) -> L:
     """The best limit with nodes that open and close in each cycle, starting from `best`.
 
-    The result is `best` itself if no order is better. `limit_of(question, settled, above)` computes
-    the limit of a question with an order, or without a question, if the order has no events, the
-    limit with its open nodes. It may raise an error if this limit is at most `above`. The first
-    limit that reaches `enough` ends the search.
+    The result is `best` itself if no order is better. The first limit that reaches `enough` ends
+    the search.
     """
     question = best._question
     with progress_bar(True, "events", "program") as bar:
-        search = _OrderSearch(limit_of, best, bar)
+        search = _OrderSearch(limit_of_set, limit_of_order, best, bar)
         path = path_of(question.cycle)
         if path is not None and not path.closed and not question.fixed:
             while search.below(enough) and any(
@@ -211,12 +210,13 @@ class _OrderSearch(Generic[L]):
     """The orders that have been tried, and the best limit so far with its order."""
 
     def __init__(
-        self, limit_of: Callable[[LiftOff | None, Settled, float], L], start: L, bar: Bar
+        self, limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], start: L, bar: Bar
     ) -> None:
         self.best = start
         self.order = Order(_nodes(start.open))
         self._question = start._question
-        self._limit_of = limit_of
+        self._limit_of_set = limit_of_set
+        self._limit_of_order = limit_of_order
         self._tried = set[Order]()
         self._programs = min(PROGRAMS, WORK // start.slip.size)
         self._with_open = cache(self._of_set)
@@ -272,7 +272,10 @@ class _OrderSearch(Generic[L]):
             question = with_order(self._question, order, self._with_open)
             if question is None:
                 return None
-            limit = self._limit_of(question if order.events else None, settled, above)
+            if order.events:
+                limit = _limit_of(self._limit_of_order, question, settled, above)
+            else:
+                limit = self._limit_of_set(self._with_open(order.start), above=above)
             if limit.load_factor > above:
                 return limit
         return None
@@ -352,10 +355,6 @@ def _governing(limit: ShakedownAnswer) -> list[Nodes]:
     return [_nodes(governs[k]) for k in (0, -1)]
 
 
-# The limit of a question with given open nodes, and of a program of an order, see `shakedown.py`.
-LimitOfSet: TypeAlias = Callable[..., L]
-LimitOfOrder: TypeAlias = Callable[..., L]
-
 # Numbers of the programs with products of the load factor and places of events.
 
 # Largest number of linearised programs.
@@ -377,7 +376,7 @@ def best_with_events(
     if path is None or not may_open_and_close(question, path):
         return best
     if path.closed or len(question.cycle.corners) == 2:
-        found = _searched(limit_of_set, limit_of_order, best, enough)
+        found = best_order(limit_of_set, limit_of_order, best, enough)
     else:
         found = _between_ends(limit_of_set, limit_of_order, best, enough, path)
     if found.kind is LimitKind.NO_SAFE_SLIP:
@@ -397,7 +396,7 @@ def _between_ends(
     ends = pose_like(question, ends_of(question.cycle, path), question.friction)
     opened = with_open(ends, question.open_nodes)
     assert opened is not None  # it has a limit with all corners
-    found = _searched(limit_of_set, limit_of_order, limit_of_set(opened), enough)
+    found = best_order(limit_of_set, limit_of_order, limit_of_set(opened), enough)
     if isinstance(found._question, LiftOff):
         order = found._question.order
         nodes = question.system.nodes
@@ -414,21 +413,6 @@ def _between_ends(
         assert opened is not None  # it has a limit
         limit = limit_of_set(opened)
     return replace(limit, least=found.least)
-
-
-def _searched(
-    limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], best: L, enough: float
-) -> L:
-    """The best limit of `best_order`."""
-
-    def limit_of(question: LiftOff | None, settled: Settled, above: float) -> L:
-        if question is not None:
-            return _limit_of(limit_of_order, question, settled, above)
-        opened = with_open(best._question, among(settled.order.start, best.system.nodes))
-        assert opened is not None  # a transient rests with these nodes open
-        return limit_of_set(opened, above=above)
-
-    return best_order(limit_of, best, enough)
 
 
 def _limit_of(
