@@ -3,8 +3,6 @@
 The matrices may be as large as the stiffness of a contact, so they are changed in place.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from .checks import Array, Booleans, Integers
@@ -113,22 +111,21 @@ class _Pivoted:
         return np.asarray(last @ last.T)
 
 
-def _parts(count: int) -> Iterator[slice]:
-    """The rows of a large matrix, some of them at once."""
-    at_once = 250
-    for start in range(0, count, at_once):
-        yield slice(start, start + at_once)
+# Rows of a large matrix that change at once.
+_AT_ONCE = 250
 
 
 def _add_product(matrix: Array, left: Array, right: Array) -> None:
     """Add `left @ right` to a matrix in place."""
-    for rows in _parts(len(matrix)):
+    for start in range(0, len(matrix), _AT_ONCE):
+        rows = slice(start, start + _AT_ONCE)
         matrix[rows] += left[rows] @ right
 
 
 def _symmetric(matrix: Array) -> Array:
     """The symmetric matrix of an upper triangle, in place."""
-    for rows in _parts(len(matrix)):
+    for start in range(0, len(matrix), _AT_ONCE):
+        rows = slice(start, start + _AT_ONCE)
         corner = np.triu(matrix[rows, rows])
         matrix[rows, rows] = corner + np.triu(corner, 1).T
         matrix[rows.stop :, rows] = matrix[rows, rows.stop :].T
