@@ -31,12 +31,10 @@ from .answers.reasons import guaranteed_reason
 from .guarantee.critical_search import (
     COINCIDE_ALONE,
     CriticalNodes,
-    NodeClaim,
     load_factor_bounds,
 )
 from .moving.moving_areas import uncoupled
 from .program.question import Question, pose
-from .program.solution import Solved
 from .shakedown import ShakedownLimit, limit_of_all_openings, limit_of_any_set, limit_of_set
 
 
@@ -231,13 +229,7 @@ def guaranteed_limit_of(question: Question, user: Any = None) -> GuaranteedLimit
         _find_critical(nodes, shakedown)
     else:
         nodes.need_no_program()
-    if nodes.best is None:
-        return _result(shakedown, nodes)
-    assert nodes.best.solved is not None  # it has a slip
-    solved = nodes.best.solved
-    if user is not None:
-        solved = user.listed(solved)
-    return _of_node(_result(shakedown, nodes), nodes.best, solved)
+    return _result(shakedown, nodes, user)
 
 
 def _find_critical(nodes: CriticalNodes, shakedown: ShakedownLimit) -> None:
@@ -276,13 +268,13 @@ def _uncoupled_result(shakedown: ShakedownLimit) -> GuaranteedLimit:
     return _result(shakedown, nodes)
 
 
-def _result(shakedown: ShakedownLimit, nodes: CriticalNodes) -> GuaranteedLimit:
+def _result(shakedown: ShakedownLimit, nodes: CriticalNodes, user: Any = None) -> GuaranteedLimit:
     """The guaranteed limit: from the critical node, or the shakedown limit if there is none."""
     question = shakedown._question
     without_coupling = uncoupled(question)
     coincide = int((nodes.how == COINCIDE_ALONE).sum())
     record = shakedown.record.joined(nodes.records, question.started)
-    return GuaranteedLimit(
+    limit = GuaranteedLimit(
         load_factor=shakedown.load_factor,
         kind=shakedown.kind,
         reason=guaranteed_reason(shakedown, nodes.best, without_coupling, coincide),
@@ -301,9 +293,10 @@ def _result(shakedown: ShakedownLimit, nodes: CriticalNodes) -> GuaranteedLimit:
         _above=None,
     )
 
-
-def _of_node(limit: GuaranteedLimit, best: NodeClaim, solved: Solved) -> GuaranteedLimit:
-    """The limit with the load factor, slip and proof of its critical node."""
+    best = nodes.best
+    if best is None:
+        return limit
+    assert best.solved is not None  # it has a slip
     return replace(
         limit,
         # Rounding may leave it just above the shakedown limit.
@@ -313,7 +306,7 @@ def _of_node(limit: GuaranteedLimit, best: NodeClaim, solved: Solved) -> Guarant
         node=best.state.node,
         corners=best.state.corners,
         record=replace(limit.record, solver=best.solver),
-        _solved=solved,
+        _solved=best.solved if user is None else user.listed(best.solved),
         _motion=limit._motion if best.motion is None else best.motion,
         _above=best.above,
     )
