@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ...base import Array, Booleans, Integers
-from ...contact import ROWS, ContactProducts, ContactSystem
+from ...contact import ContactProducts, ContactSystem
 from ...contact.diagnosis import in_contact
 from ...errors import ModelError
 from ..program.question import Question
@@ -52,8 +52,8 @@ class Cones:
     node
         (R,) node of each row: closed nodes first, then closed nodes with a shear strength, then
         open nodes.
-    labels
-        Label of the rows of the program -> its part of R.
+    closed
+        The first row of each closed node, its part of R.
     sheared, slope
         (R,) whether a row has shear, and the increase of its bound with the pressure.
     start, rate
@@ -69,7 +69,7 @@ class Cones:
     """
 
     node: Integers
-    labels: dict[str, slice]
+    closed: slice
     sheared: Booleans
     slope: Array
     start: Array
@@ -78,11 +78,6 @@ class Cones:
     rough: Any
     slides: Array
     corners: list[int]
-
-    @property
-    def sheared_parts(self) -> list[slice]:
-        """The parts of R of the terms of the contact law; the first one has all closed nodes."""
-        return [part for label, part in self.labels.items() if label in ROWS]
 
     def roughly(self) -> Cones:
         """These cones with products of single precision."""
@@ -113,8 +108,7 @@ class Cones:
     def relaxed(self) -> Array:
         """(t, N) residual shear that takes away the shear at load factor 0, as without friction."""
         first = np.zeros((self.start.shape[1] - 1, self.pressing.shape[0]))
-        closed = self.sheared_parts[0]
-        first[:, self.node[closed]] = -self.start[:, :-1, closed].mean(axis=0)
+        first[:, self.node[self.closed]] = -self.start[:, :-1, self.closed].mean(axis=0)
         return self.balanced(first)
 
     def at(self, load_factor: float, shear: Array) -> Point:
@@ -172,16 +166,12 @@ def cones_of(question: Question) -> Cones:
     slides[parts.slips] = parts.slides
 
     nodes, slopes, constants = list[Integers](), list[Array](), list[Array]()
-    labels = dict[str, slice]()
-    end = 0
     terms = [
-        (term.row, np.flatnonzero(~opened & np.isfinite(term.constant)), term.slope, term.constant)
+        (np.flatnonzero(~opened & np.isfinite(term.constant)), term.slope, term.constant)
         for term in question.law.terms
     ]
-    terms.append(("apart", np.flatnonzero(opened), np.ones(n), np.zeros(n)))
-    for label, having, slope, constant in terms:
-        labels[label] = slice(end, end + len(having))
-        end += len(having)
+    terms.append((np.flatnonzero(opened), np.ones(n), np.zeros(n)))
+    for having, slope, constant in terms:
         nodes.append(having)
         slopes.append(slope[having])
         constants.append(constant[having] / question.force)
@@ -199,4 +189,6 @@ def cones_of(question: Question) -> Cones:
     start = sides(np.broadcast_to(question.start, question.rate.shape)[corners])
     start[:, -1] += np.concatenate(constants)
     rate = sides(question.rate[corners] * question.load_unit)
-    return Cones(node, labels, sheared, slope, start, rate, pressing, rough, slides, corners)
+    return Cones(
+        node, slice(len(nodes[0])), sheared, slope, start, rate, pressing, rough, slides, corners
+    )

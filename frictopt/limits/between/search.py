@@ -98,7 +98,7 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: fl
     more than `usable` they prove nothing, because residual shear may be larger than its unit.
     """
     rough = cones.roughly()
-    closed = cones.sheared_parts[0]
+    closed = cones.closed
     node = cones.node[closed]
     moves = raised(moves)
     stress = cones.stress(moves)
