@@ -243,16 +243,12 @@ def wedging(question: Question) -> RestProgram:
 
 
 def most_pressed(question: Question, load_factor: float) -> RestProgram:
-    """Slips with the `least` normal force over nodes and corners, in mean forces; no friction."""
-    program = at_corners(question, load_factor, {"least": 1.0})
-    n = question.system.nodes
-    corner, nodes = np.nonzero(np.ones((len(program.start), n), dtype=bool))
-    pressure = program.force(corner, program.start.shape[1] - n + nodes), np.ones(len(nodes))
-    least = np.full(len(nodes), program.unknown("least")), np.full(len(nodes), -question.force)
-    unit = np.full(len(nodes), question.force)
-    constant = np.zeros(len(nodes))
-    program.add("pressed", LINEAR, [[pressure, least]], constant, unit, corner, nodes)
-    program.row("cap", {"least": -1.0}, 1.0)
+    """Slips with the least normal force, in mean forces, as their `margin`; no friction."""
+    program = at_corners(question, load_factor, {"margin": 1.0})
+    everywhere = np.ones((len(program.start), question.system.nodes), dtype=bool)
+    force = np.full(question.system.nodes, question.force)
+    _normal(program, "pressed", everywhere, force, force, everywhere)
+    program.row("cap", {"margin": -1.0}, 1.0)
     return program
 
 
