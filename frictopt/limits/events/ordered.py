@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from ...base import Array, Integers
-from ...solve.arrays import EQUATION
 from ..program.assembled import law_rows
 from ..program.rest_program import RestProgram
 from ..program.solution import Mechanism, Solution, Solved
@@ -183,16 +182,12 @@ def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
 
 def _touch_without_force(program: RestProgram, question: LiftOff, events: list[int]) -> None:
     """Nodes that open or close at an event have no force there."""
-    n = question.system.nodes
     for m in events:
         nodes = np.array(sorted(question.at[m].switching))
         at = np.full(len(nodes), m)
         for axis in range(question.system.tangents + 1):
             label = "event_p" if axis == question.system.tangents else f"event_q{axis}"
-            force = program.force(at, axis * n + nodes), np.ones(len(nodes))
-            unit = question.node_unit[nodes]
-            zero = np.zeros(len(nodes))
-            program.add(label, EQUATION, [[force]], zero, unit, at, nodes)
+            program.no_force(label, axis, at, nodes, question.node_unit)
 
 
 def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:

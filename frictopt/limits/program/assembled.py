@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...base import Array, Booleans, Integers
-from ...solve.arrays import CONE, EQUATION, LINEAR, Term
+from ...solve.arrays import CONE, LINEAR, Term
 from .question import Question, ruling
 from .rest_program import RestProgram
 
@@ -95,9 +95,7 @@ def _space_friction(
         program.add(term.row, CONE, parts, term.constant[nodes], unit, at, nodes)
         at, nodes = np.nonzero(has_term & ~room)
         for axis in (0, 1):
-            side = [(program.force(at, axis * n + nodes), np.ones(len(nodes)))]
-            unit = question.shear_unit[nodes]
-            program.add(term.row, EQUATION, [side], np.zeros(len(nodes)), unit, at, nodes)
+            program.no_force(term.row, axis, at, nodes, question.shear_unit)
 
 
 def _normal(

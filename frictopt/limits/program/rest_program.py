@@ -284,6 +284,14 @@ class RestProgram:
         """Add rows, see `rows_of`."""
         self.rows.append(rows_of(*row))
 
+    def no_force(
+        self, label: str, axis: int, instants: Integers, nodes: Integers, unit: Array
+    ) -> None:
+        """Add equations: nodes have no force along an axis at instants; `unit` (N,)."""
+        entries = axis * self.question.system.nodes + nodes
+        force = self.force(instants, entries), np.ones(len(nodes))
+        self.add(label, EQUATION, [[force]], np.zeros(len(nodes)), unit[nodes], instants, nodes)
+
     @cached_property
     def of_slip(self) -> bool:
         """Whether a row contains the slip."""

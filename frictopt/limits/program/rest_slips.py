@@ -16,7 +16,6 @@ import numpy as np
 from ...base import RESIDUAL, Array, Booleans, kept
 from ...contact import joined, lengths
 from ...solve.answer import answer, kind_of
-from ...solve.arrays import EQUATION
 from ...solve.solvers import LP, OPTIMAL, NoOptimum, WarmProgram
 from . import assembled
 from .question import Question
@@ -66,10 +65,8 @@ class SteadyCycles:
         assembled.law_rows(program, self.question, closed, np.zeros_like(closed))
         nodes = np.flatnonzero(self.moved)
         last = np.full(len(nodes), count)
-        unit = self.question.shear_unit[nodes]
         for axis in range(axes):
-            same = [(program.force(last, axis * n + nodes), np.ones(len(nodes)))]
-            program.add("same", EQUATION, [same], np.zeros(len(nodes)), unit, last, nodes)
+            program.no_force("same", axis, last, nodes, self.question.shear_unit)
         return program
 
     def violation(self, slip: Array) -> float:
