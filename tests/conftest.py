@@ -17,7 +17,6 @@ from locket import lock_file
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.study.range_search import SearchSettings
 from frictopt.transients.exact.kernel import compiled
 from helpers import absent, cases
 
@@ -171,7 +170,7 @@ def few_starts():
     """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask
     for no more than a range."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=8))
+        patch.setattr("frictopt.study.range_search.MOST_AROUND", 8)
         yield
 
 
@@ -217,7 +216,7 @@ def quick(quick_data, studies):
                         pytest.MonkeyPatch.context() as patch,
                     ):
                         patch.setattr(
-                            "frictopt.study.range_search.SETTINGS", SearchSettings(most_around=8)
+                            "frictopt.study.range_search.MOST_AROUND", 8
                         )  # starts around ends, of which 200 take minutes
                         assert study.run(["--quick", "--data", str(quick_data)]) == 0
                     assert all(

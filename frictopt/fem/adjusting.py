@@ -5,7 +5,6 @@ position tolerance or an adjustment for this, and so has `Contact.adjust`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -23,24 +22,18 @@ from .normals import Planes, node_normals
 from .supports import Place, nodes_of
 from .ties import Tie, Tied
 
+# Limits of moves, over the shortest edge at the node.
 
-@dataclass(frozen=True)
-class MoveSettings:
-    """Limits of moves, over the shortest edge at the node."""
-
-    # A larger move would change the elements.
-    largest: float = 0.1
-    # The nodes of a face move into one plane if no move is larger: the face may be curved.
-    into_plane: float = 0.02
-    # Two nodes of matching meshes are not farther apart.
-    same_node: float = 0.01
-    # An overlap is the same all along a contact if it differs by this share of it.
-    even: float = 0.01
-    # Tolerance of ties over the mean edge, as in CalculiX.
-    tied: float = 0.025
-
-
-SETTINGS = MoveSettings()
+# A larger move would change the elements.
+_LARGEST_MOVE = 0.1
+# The nodes of a face move into one plane if no move is larger: the face may be curved.
+_INTO_PLANE = 0.02
+# Two nodes of matching meshes are not farther apart.
+_SAME_NODE = 0.01
+# An overlap is the same all along a contact if it differs by this share of it.
+_EVEN = 0.01
+# Tolerance of ties over the mean edge, as in CalculiX.
+_TIED = 0.025
 
 
 def adjusted(
@@ -66,7 +59,7 @@ def even_overlap(contact: Contact, bodies: Mapping[str, Body]) -> float:
     *_, distance, _ = _Moves(bodies).measured(contact, 0.0)
     depth = -float(distance.mean())
     noise = sum(float(bodies[name].errors.max()) for name in (contact.body_1, contact.body_2))
-    is_even = np.abs(distance + depth).max() <= noise + SETTINGS.even * depth
+    is_even = np.abs(distance + depth).max() <= noise + _EVEN * depth
     return depth if is_even and depth > noise else 0.0
 
 
@@ -88,11 +81,11 @@ def _note_on_moves(argument: str, before: Body, after: Body) -> list[str]:
     if not length.any():
         return []
     edge = _shortest_edges(before.mesh)
-    if (i := first_of(length > SETTINGS.largest * edge, length / edge)) is not None:
+    if (i := first_of(length > _LARGEST_MOVE * edge, length / edge)) is not None:
         raise ModelError(
             f"{argument}: node {before.numbers[i]} at {place(before.mesh.p[:, i])} would move by "
             f"{length[i]:.3g}, and an element there has an edge of {edge[i]:.3g}; a node may "
-            f"move by {SETTINGS.largest:g} of the shortest edge: reduce the tolerance, or repair "
+            f"move by {_LARGEST_MOVE:g} of the shortest edge: reduce the tolerance, or repair "
             "the mesh"
         )
     check_elements(after.mesh)
@@ -139,7 +132,7 @@ class _Moves:
         for _ in range(1 + tie.adjust):
             face_1, face_2, nodes, P = self._placed(tie)
             off = face_1.points[nodes] - P @ face_2.points
-            tolerance = tie.tolerance or SETTINGS.tied * edge_length(face_1.corners)
+            tolerance = tie.tolerance or _TIED * edge_length(face_1.corners)
             sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
             near = np.linalg.norm(off, axis=1) <= tolerance + sag
             if not near.any():
@@ -149,7 +142,7 @@ class _Moves:
                     "faces"
                 )
             edge = _shortest_edges(self.bodies[tie.body_1].mesh)[nodes]
-            stays = near & (np.linalg.norm(off, axis=1) > SETTINGS.largest * edge)
+            stays = near & (np.linalg.norm(off, axis=1) > _LARGEST_MOVE * edge)
             if tie.adjust:
                 moves = near & ~stays
                 places = face_1.points[nodes[moves]] - off[moves]
@@ -180,7 +173,7 @@ class _Moves:
 
         corners = np.unique(face_2.facets)
         off, nearest = cKDTree(face_2.points[corners]).query(places)
-        same = touches & (off <= np.minimum(tolerance, SETTINGS.same_node * edge[nodes]))
+        same = touches & (off <= np.minimum(tolerance, _SAME_NODE * edge[nodes]))
         places[same] = face_2.points[corners[nearest[same]]]
         self._move(contact.body_1, nodes[touches], places[touches], normals[touches])
         return np.asarray(nodes[touches])
@@ -223,7 +216,7 @@ class _Moves:
         """
         nodes = np.unique(face.facets)
         edge = _shortest_edges(self.bodies[name].mesh)[nodes].min()
-        most = min(tolerance, SETTINGS.into_plane * edge)
+        most = min(tolerance, _INTO_PLANE * edge)
         errors = np.maximum(face.errors, most / 2)
         normal = self._planes.normal_of(face.facets, face.points, errors, askew=np.inf)
         if normal is None:

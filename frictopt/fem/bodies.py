@@ -29,21 +29,15 @@ from .elasticity import (
 )
 from .mixed import MIXED, MIXED_QUADRATIC, corner_sizes, with_wedges
 
+# Ratios of moduli and sizes of two bodies that suggest different units.
 
-@dataclass(frozen=True)
-class UnitSettings:
-    """Ratios of moduli and sizes of two bodies that suggest different units."""
-
-    # Pa and MPa differ by 1e6, rubber and steel by up to 1e5.
-    moduli: float = 2e5
-    # mm and m differ by 1000, a pad and a half-plane by some hundred.
-    sizes: float = 500.0
-    # MPa and GPa differ by 1000, and metals by up to 5. Polymers differ from steel by less than
-    # this range, rubber by more.
-    thousandfold: tuple[float, float] = (500.0, 5000.0)
-
-
-UNITS = UnitSettings()
+# Pa and MPa differ by 1e6, rubber and steel by up to 1e5.
+_MODULI_APART = 2e5
+# mm and m differ by 1000, a pad and a half-plane by some hundred.
+_SIZES_APART = 500.0
+# MPa and GPa differ by 1000, and metals by up to 5. Polymers differ from steel by less than
+# this range, rubber by more.
+_THOUSANDFOLD = (500.0, 5000.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -456,19 +450,19 @@ def units_apart(names: Sequence[str], bodies: Sequence[Body]) -> Iterator[str]:
     """Warnings if moduli or sizes of two bodies suggest that they are in different units."""
     name_1, name_2 = names
     E_1, E_2 = (body.material.E for body in bodies)
-    if max(E_1, E_2) >= UNITS.moduli * min(E_1, E_2):
+    if max(E_1, E_2) >= _MODULI_APART * min(E_1, E_2):
         yield (
             f"bodies: E = {E_1:g} of {name_1!r} and {E_2:g} of {name_2!r}; are both in the same "
             "unit (Pa or MPa)?"
         )
     size_1, size_2 = (float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies)
-    if max(size_1, size_2) >= UNITS.sizes * min(size_1, size_2):
+    if max(size_1, size_2) >= _SIZES_APART * min(size_1, size_2):
         yield (
             f"bodies: size = {size_1:g} of {name_1!r} and {size_2:g} of {name_2!r}; are both in "
             "the same unit (mm or m)?"
         )
     (soft, name_of_soft), (stiff, name_of_stiff) = sorted([(E_1, name_1), (E_2, name_2)])
-    lower, upper = UNITS.thousandfold
+    lower, upper = _THOUSANDFOLD
     if lower <= stiff / soft <= upper:
         yield (
             f"bodies: E = {soft:g} of {name_of_soft!r} and {stiff:g} of {name_of_stiff!r}, "

@@ -11,30 +11,22 @@ coordinates are numbers of single precision with more than twelve digits, as in 
 error is the rounding of these numbers.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 
+# Numbers of the search for the digits of coordinates.
 
-@dataclass(frozen=True)
-class DigitSettings:
-    """Numbers of the search for the digits of coordinates."""
-
-    # Fewest digits that count as those of a file; numbers of fewer digits are round.
-    min_digits: int = 6
-    # Most digits. With more, the share of the size of the mesh is larger than the last digit.
-    max_digits: int = 12
-    # So many coordinates are tried first, because they usually show that a mesh has many digits.
-    sample: int = 100
-    # Relative error of a decimal number, also after a change of units by a power of ten.
-    rounding: float = 8 * float(np.finfo(float).eps)
-
-
-SETTINGS = DigitSettings()
+# Fewest digits that count as those of a file; numbers of fewer digits are round.
+_MIN_DIGITS = 6
+# Most digits. With more, the share of the size of the mesh is larger than the last digit.
+_MAX_DIGITS = 12
+# So many coordinates are tried first, because they usually show that a mesh has many digits.
+_SAMPLE = 100
+# Relative error of a decimal number, also after a change of units by a power of ten.
+_ROUNDING = 8 * float(np.finfo(float).eps)
 
 
 def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
@@ -88,19 +80,19 @@ def _digits(sizes: Array, exponent: Array) -> int | None:
 
     The first digit of each number is the digit of its exponent.
     """
-    for digits in range(SETTINGS.min_digits - 1, SETTINGS.max_digits + 1):
-        sample = slice(SETTINGS.sample)
+    for digits in range(_MIN_DIGITS - 1, _MAX_DIGITS + 1):
+        sample = slice(_SAMPLE)
         if _have_digits(sizes[sample], exponent[sample], digits) and _have_digits(
             sizes, exponent, digits
         ):
-            return digits if digits >= SETTINGS.min_digits else None
+            return digits if digits >= _MIN_DIGITS else None
     return None
 
 
 def _have_digits(sizes: Array, exponent: Array, digits: int) -> bool:
     """Whether all numbers can be written with so many digits."""
     scaled = sizes * 10.0 ** (digits - 1 - exponent)
-    return bool((np.abs(scaled - np.rint(scaled)) <= SETTINGS.rounding * scaled).all())
+    return bool((np.abs(scaled - np.rint(scaled)) <= _ROUNDING * scaled).all())
 
 
 def _are_single(numbers: Array) -> bool:
@@ -110,7 +102,7 @@ def _are_single(numbers: Array) -> bool:
     if not (single == numbers).all():
         return False
     sizes = np.abs(numbers)
-    return not _have_digits(sizes, _exponent(sizes), SETTINGS.max_digits)
+    return not _have_digits(sizes, _exponent(sizes), _MAX_DIGITS)
 
 
 def mesh_errors(mesh: Mesh) -> Array:

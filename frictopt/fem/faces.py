@@ -16,19 +16,14 @@ from ..errors import ModelError
 FACED = 0.5
 
 
-@dataclass(frozen=True)
-class FacingSettings:
-    """Settings of the search for facets that face each other."""
+# Numbers of the search for facets that face each other.
 
-    # Largest cosine of the angle between the normals of two facets: it allows deviations from
-    # opposite normals of up to 60 degrees.
-    opposite: float = -0.5
-    # Steps towards the place where a normal meets the other face. If the faces deviate by 30
-    # degrees, each step reduces the distance to a quarter.
-    steps: int = 10
-
-
-SETTINGS = FacingSettings()
+# Largest cosine of the angle between the normals of two facets: it allows deviations from
+# opposite normals of up to 60 degrees.
+_OPPOSITE = -0.5
+# Steps towards the place where a normal meets the other face. If the faces deviate by 30
+# degrees, each step reduces the distance to a quarter.
+_STEPS = 10
 
 
 def facets_around(mesh: Mesh, facets: Integers) -> Integers:
@@ -289,14 +284,14 @@ def _facing(parts_1: Array, normals: Array, parts_2: Array) -> tuple[Integers, I
     middle_2, radius_2 = _circles_around(parts_2)
     tree = cKDTree(middle_2)
     foot = middle_1
-    for _ in range(SETTINGS.steps):
+    for _ in range(_STEPS):
         distance, nearest = tree.query(foot)
         height = np.sum((middle_2[nearest] - middle_1) * normals, axis=1)
         foot = middle_1 + height[:, None] * normals
     # An inclined part reaches further by the inverse of the cosine of the angle.
-    reach = (np.minimum(distance, radius_2.max()) + radius_1) / abs(SETTINGS.opposite)
+    reach = (np.minimum(distance, radius_2.max()) + radius_1) / abs(_OPPOSITE)
     i, j = neighbours(foot, reach, middle_2, radius_2)
-    is_opposite = np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < SETTINGS.opposite
+    is_opposite = np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < _OPPOSITE
     i = i[is_opposite]
     j = j[is_opposite]
     arm = middle_2[j] - middle_1[i]

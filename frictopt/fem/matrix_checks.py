@@ -1,7 +1,6 @@
 """Checks of the arguments of `condense`: matrix, numbering, pairs, their sides, and gap."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -250,22 +249,17 @@ def checked_gap(
     return measured(distance, error)
 
 
-@dataclass(frozen=True)
-class SideSettings:
-    """Tolerances of `check_sides`."""
+# Tolerances of `check_sides`.
 
-    # A neighbour lies in the plane of the contact if its height, relative to its distance, is less.
-    in_plane: float = 1e3 * CONDENSATION
-    # A shift pulls a node if the force exceeds this share of its stiffness. Smaller forces are
-    # rounding.
-    pulled: float = 1e3 * CONDENSATION
-    # A body of one element has at most this many nodes, all connected to each other.
-    element_nodes: int = 8
-    # A body is a reduced model if more than this share of its pairs of nodes are connected.
-    reduced: float = 0.75
-
-
-SETTINGS = SideSettings()
+# A neighbour lies in the plane of the contact if its height, relative to its distance, is less.
+_IN_PLANE = 1e3 * CONDENSATION
+# A shift pulls a node if the force exceeds this share of its stiffness. Smaller forces are
+# rounding.
+_PULLED = 1e3 * CONDENSATION
+# A body of one element has at most this many nodes, all connected to each other.
+_ELEMENT_NODES = 8
+# A body is a reduced model if more than this share of its pairs of nodes are connected.
+_REDUCED = 0.75
 
 
 def check_order(points: Array, frames: Array, names: Sequence[str]) -> None:
@@ -326,7 +320,7 @@ def check_sides(
     arms = points[neighbours.col] - points[node[neighbours.row]]
     normals = interface.frames[:, -1]
     heights = neighbour_side * np.sum(normals[neighbour_pair] * arms, axis=1)
-    off_plane = np.abs(heights) > SETTINGS.in_plane * np.linalg.norm(arms, axis=1)
+    off_plane = np.abs(heights) > _IN_PLANE * np.linalg.norm(arms, axis=1)
     counts = off_plane & ~np.isin(neighbours.col, links.col)
 
     def any_neighbour(flags: Booleans) -> Booleans:
@@ -357,7 +351,7 @@ def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
     listed = unknowns >= 0
     shifts = np.zeros((K.shape[0], unknowns.shape[1]))  # column a: all nodes move along axis a
     shifts[unknowns[listed], np.nonzero(listed)[1]] = 1.0
-    is_pulled = np.abs(K @ shifts) > SETTINGS.pulled * np.abs(K.diagonal())[:, None]
+    is_pulled = np.abs(K @ shifts) > _PULLED * np.abs(K.diagonal())[:, None]
     # (nodes, d, d): displacement of a node, axis of the shift
     pulled = is_pulled[unknowns] & listed[..., None]
     is_pulled_always = pulled.any(axis=1).all(axis=1)
@@ -365,5 +359,5 @@ def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
     _, body = connected_components(graph, directed=False)
     size = np.bincount(body)
     connections = np.bincount(body, np.diff(graph.indptr))
-    is_mesh = (size <= SETTINGS.element_nodes) | (connections < SETTINGS.reduced * size**2)
+    is_mesh = (size <= _ELEMENT_NODES) | (connections < _REDUCED * size**2)
     return np.asarray(is_mesh[body] & ~is_pulled_always)

@@ -40,21 +40,15 @@ from .load_cases import Load
 from .loads import BodyForce, Centrifugal, NodalForces, Pressure, Traction
 from .node_forces import PointForce, RemoteForce
 
+# The numbers of the search for modes.
 
-@dataclass(frozen=True)
-class ModeSettings:
-    """The numbers of the search for modes."""
-
-    # Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. It lies
-    # below the first mode of most bodies.
-    shift: float = 1e-3
-    # Square of an angular frequency, relative to the shift, up to which the motion is rigid.
-    rigid: float = 1e-7
-    # Vectors of the search beyond those of the modes. They find modes of one frequency together.
-    more_vectors: int = 20
-
-
-_SEARCH = ModeSettings()
+# Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. It lies
+# below the first mode of most bodies.
+_SHIFT = 1e-3
+# Square of an angular frequency, relative to the shift, up to which the motion is rigid.
+_RIGID = 1e-7
+# Vectors of the search beyond those of the modes. They find modes of one frequency together.
+_MORE_VECTORS = 20
 
 # Loads that are forces on bodies.
 _OF_FORCES = Traction, Pressure, PointForce, RemoteForce, BodyForce, Centrifugal, NodalForces
@@ -386,7 +380,7 @@ def _shift(parts: Assembly) -> float:
     speeds = [
         material.E / material.density for material in materials if material.density is not None
     ]
-    return _SEARCH.shift / size**2 * min(speeds)
+    return _SHIFT / size**2 * min(speeds)
 
 
 def _lowest(
@@ -403,7 +397,7 @@ def _lowest(
         return schur.solve(factors, np.reshape(force, (-1, 1))).ravel()
 
     inverse = LinearOperator(M.shape, matvec=solve, dtype=np.float64)
-    vectors = min(2 * size + _SEARCH.more_vectors, len(front))
+    vectors = min(2 * size + _MORE_VECTORS, len(front))
     start = np.random.default_rng(0).normal(size=len(front))
     try:
         squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=inverse, ncv=vectors, v0=start)
@@ -416,4 +410,4 @@ def _lowest(
     squares = squares[order]
     y = y[:, order]
     modal_mass = np.sum(y * (M @ y), axis=0)
-    return np.where(squares > _SEARCH.rigid * shift, squares, 0.0), y / np.sqrt(modal_mass)
+    return np.where(squares > _RIGID * shift, squares, 0.0), y / np.sqrt(modal_mass)

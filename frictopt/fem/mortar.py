@@ -18,19 +18,13 @@ from .coincidence import error_along, measured
 from .elasticity import Kinematics, circumference
 from .faces import FACED, Overlaps, areas_of, faced, facet_overlaps, mortar_projection, sag
 
+# Numbers for faces that reach beyond each other.
 
-@dataclass(frozen=True)
-class MortarSettings:
-    """Settings for faces that reach beyond each other."""
-
-    # A facet faces nothing if less than this share of it does not. The dual functions of a smaller
-    # part, which has the size of its square in a corner, would lose six digits.
-    least_share: float = 1e-3
-    # A smaller share of a flat facet beyond the other face is rounding of its drawing.
-    drawn: float = 1e-3
-
-
-SETTINGS = MortarSettings()
+# A facet faces nothing if less than this share of it does not. The dual functions of a smaller
+# part, which has the size of its square in a corner, would lose six digits.
+_LEAST_SHARE = 1e-3
+# A smaller share of a flat facet beyond the other face is rounding of its drawing.
+_DRAWN = 1e-3
 NO_NODES: Integers = np.zeros(0, dtype=np.intp)
 
 
@@ -197,14 +191,14 @@ def _part_beyond(share: Array, face_1: Face) -> tuple[float, float]:
     """
     areas = np.linalg.norm(areas_of(face_1.corners), axis=1)
     is_flat = face_1.sag()[face_1.facets].max(axis=1) == 0
-    counts = (share < FACED) | (is_flat & (share < 1 - SETTINGS.drawn))
+    counts = (share < FACED) | (is_flat & (share < 1 - _DRAWN))
     beyond = float(np.sum((1 - share) * areas * counts))
     return beyond, beyond / float(areas.sum())
 
 
 def without_slivers(overlaps: Overlaps, face_1: Face, share: Array) -> tuple[Overlaps, Face, Array]:
     """Overlaps, face 1 and shares without the facets that face nothing but a sliver."""
-    faces_2 = share >= SETTINGS.least_share
+    faces_2 = share >= _LEAST_SHARE
     number = np.cumsum(faces_2) - 1
     counts = faces_2[overlaps.facet]
     return (

@@ -20,37 +20,32 @@ from .mixed import polygons
 SMOOTH = 0.9
 
 
-@dataclass(frozen=True)
-class NormalSettings:
-    """Numbers of the normals at rims, and on cylinders and cones."""
+# Numbers of the normals at rims, and on cylinders and cones.
 
-    # Smallest cosine between two edges of a line through a node of the rim.
-    through: float = 0.8
-    # Smallest cosine between two edges of a line within the face.
-    onward: float = 0.5
-    # Smallest ratio of the curvature of a curve at the next node to its curvature here. At a corner
-    # of two flat faces the curvature at the next node is zero.
-    bends_on: float = 1 / 3
-    # Largest number of passes over the rim; the normals of its nodes depend on each other.
-    passes: int = 40
-    # Newton steps to a normal; each squares the error of an angle.
-    steps: int = 6
-    # Smallest ratio of two eigenvalues of the tangents at a node at which both directions are
-    # determined.
-    spanned: float = 0.05
-    # Largest distance of a node from its surface, relative to the shortest edge: coordinates have
-    # five digits.
-    on_surface: float = 1e-4
-    # Normals lean if they differ from the surface's by more than this many times the error of the
-    # fit in edges. A smaller difference may be an error of the coordinates.
-    leans: float = 10.0
-    # Nodes on at least this number of generators show that a face is round, and not two flat faces.
-    generators: int = 4
-    # Nodes are on one generator if their angles differ by less than this share of the range.
-    same_angle: float = 1e-3
-
-
-SETTINGS = NormalSettings()
+# Smallest cosine between two edges of a line through a node of the rim.
+_THROUGH = 0.8
+# Smallest cosine between two edges of a line within the face.
+_ONWARD = 0.5
+# Smallest ratio of the curvature of a curve at the next node to its curvature here. At a corner
+# of two flat faces the curvature at the next node is zero.
+_BENDS_ON = 1 / 3
+# Largest number of passes over the rim; the normals of its nodes depend on each other.
+_PASSES = 40
+# Newton steps to a normal; each squares the error of an angle.
+_STEPS = 6
+# Smallest ratio of two eigenvalues of the tangents at a node at which both directions are
+# determined.
+_SPANNED = 0.05
+# Largest distance of a node from its surface, relative to the shortest edge: coordinates have
+# five digits.
+_ON_SURFACE = 1e-4
+# Normals lean if they differ from the surface's by more than this many times the error of the
+# fit in edges. A smaller difference may be an error of the coordinates.
+_LEANS = 10.0
+# Nodes on at least this number of generators show that a face is round, and not two flat faces.
+_GENERATORS = 4
+# Nodes are on one generator if their angles differ by less than this share of the range.
+_SAME_ANGLE = 1e-3
 
 
 class Planes:
@@ -257,13 +252,13 @@ def _surface_normals(
     of the places of the nodes.
     """
     all_nodes = np.unique(facets)
-    if len(all_nodes) < 2 * SETTINGS.generators:
+    if len(all_nodes) < 2 * _GENERATORS:
         return None
     arms = points[all_nodes] - points[all_nodes].mean(axis=0)
     ends = points[_edges(facets)[0]]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).min()
     height = arms @ np.linalg.svd(arms, full_matrices=False)[2][2]
-    if np.abs(height).max() <= SETTINGS.on_surface * edge:
+    if np.abs(height).max() <= _ON_SURFACE * edge:
         return None  # flat
 
     # The normals of the facets of a cone have the same angle with its axis, so they vary only
@@ -276,17 +271,17 @@ def _surface_normals(
     )
     error = np.abs(fit.fun).max()
     axis, _, away, radius = cone.placed(fit.x)
-    if not error <= SETTINGS.on_surface or not radius.min() > 0:
+    if not error <= _ON_SURFACE or not radius.min() > 0:
         return None  # no such surface, or a node is the tip of a cone, which has no normal
     outward = away / radius[:, None]
-    if _count_generators(outward, axis, basis) < SETTINGS.generators:
+    if _count_generators(outward, axis, basis) < _GENERATORS:
         return None
 
     surface = (outward - fit.x[5] * axis)[np.searchsorted(all_nodes, nodes)]
     surface = surface / np.linalg.norm(surface, axis=1)[:, None]
     surface = surface * np.sign(np.sum(surface * normals, axis=1))[:, None]
     largest_lean = np.linalg.norm(surface - normals, axis=1).max(initial=0.0)
-    return np.asarray(surface) if largest_lean > SETTINGS.leans * error else None
+    return np.asarray(surface) if largest_lean > _LEANS * error else None
 
 
 def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
@@ -295,7 +290,7 @@ def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
     if np.linalg.norm(mean) <= SMOOTH / 2:
         mean = basis[0]  # the nodes are all around
     angle = np.arctan2(outward @ np.cross(axis, mean), outward @ mean)
-    same = SETTINGS.same_angle * max(np.ptp(angle), ROUNDING)
+    same = _SAME_ANGLE * max(np.ptp(angle), ROUNDING)
     return len(np.unique(np.round((angle - angle.min()) / same)))
 
 
@@ -362,9 +357,9 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
     first = np.flatnonzero(np.isin(edges.tail, nodes))  # all edges from these nodes
     node = np.searchsorted(nodes, edges.tail[first])  # index of their node
     neighbour = edges.head[first]
-    opposite, through = edges.onward(edges.tail[first], -edges.direction[first], SETTINGS.through)
-    second, goes_on = edges.onward(neighbour, edges.direction[first], SETTINGS.onward)
-    third, goes_far = edges.onward(edges.head[second], edges.direction[second], SETTINGS.onward)
+    opposite, through = edges.onward(edges.tail[first], -edges.direction[first], _THROUGH)
+    second, goes_on = edges.onward(neighbour, edges.direction[first], _ONWARD)
+    third, goes_far = edges.onward(edges.head[second], edges.direction[second], _ONWARD)
 
     # An inversion at the node turns the circle through its neighbours into a line along the
     # tangent.
@@ -375,10 +370,10 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
     tangents = tangents / np.linalg.norm(tangents, axis=1)[:, None]
 
     normals = normals.copy()
-    for _ in range(SETTINGS.passes):
+    for _ in range(_PASSES):
         near = edges.curvature(first, second, normals)
         far = edges.curvature(second, third, normals)
-        bends_on = (near * far > 0) & (np.abs(far) >= SETTINGS.bends_on * np.abs(near))
+        bends_on = (near * far > 0) & (np.abs(far) >= _BENDS_ON * np.abs(near))
         curved = ~through & goes_on & goes_far & bends_on
         cosines = np.where(curved, -np.sum(tangents * normals[neighbour], axis=1), 0.0)
         # Straight lines are used if the other lines do not determine the normal.
@@ -396,13 +391,13 @@ def _with_cosines(normals: Array, tangents: Array, cosines: Array, node: Integer
 
     The cosines are fitted in least squares; each tangent belongs to a node.
     """
-    for _ in range(SETTINGS.steps):
+    for _ in range(_STEPS):
         present = np.sum(tangents * normals[node], axis=1)
         across = tangents - present[:, None] * normals[node]
         change = np.zeros_like(normals)
         np.add.at(change, node, across * (cosines - present)[:, None])
         squares = _squares(across, node, normals.shape)
-        inverse = np.linalg.pinv(squares, rcond=SETTINGS.spanned, hermitian=True)
+        inverse = np.linalg.pinv(squares, rcond=_SPANNED, hermitian=True)
         normals = normals + np.einsum("nab,nb->na", inverse, change)
         normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     return normals
@@ -411,7 +406,7 @@ def _with_cosines(normals: Array, tangents: Array, cosines: Array, node: Integer
 def _determine(tangents: Array, node: Integers, normals: Array) -> Booleans:
     """(n,) nodes at which the tangents of lines determine the normal."""
     sizes = np.linalg.eigvalsh(_squares(tangents, node, normals.shape))
-    return np.asarray(sizes[:, 1] > SETTINGS.spanned * sizes[:, -1])
+    return np.asarray(sizes[:, 1] > _SPANNED * sizes[:, -1])
 
 
 def _squares(vectors: Array, node: Integers, shape: tuple[int, ...]) -> Array:

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -48,17 +48,12 @@ from .supports import Support, nodes_of
 _FRAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 
 
-@dataclass(frozen=True)
-class PictureSettings:
-    """The numbers of the pictures of models."""
+# The numbers of the pictures of models.
 
-    # Order of numbers in space: above all faces, whose order matplotlib takes from their distance.
-    above: float = 1e3
-    # Largest displacement of a mode in a picture, as a share of the size of the bodies.
-    bent: float = 0.15
-
-
-_PICTURE = PictureSettings()
+# Order of numbers in space: above all faces, whose order matplotlib takes from their distance.
+_ABOVE = 1e3
+# Largest displacement of a mode in a picture, as a share of the size of the bodies.
+_BENT = 0.15
 
 # Mark of a support that holds one direction.
 _MARKS = {"x": ">", "y": "^", "z": "v"}
@@ -108,7 +103,7 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         if several:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
             name: Look = {"ha": "center", "va": "center", "bbox": _FRAME, "fontsize": "small"}
-            axes.text(*middle, str(number), zorder=_PICTURE.above, **name)
+            axes.text(*middle, str(number), zorder=_ABOVE, **name)
 
 
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
@@ -194,11 +189,11 @@ def _bent(
     bent = dict[str, Mesh]()
     for name, mesh in _meshes(bodies).items():
         draw_bodies(axes, {"as it was": mesh}, [GREY], face=0.0, edge=0.3)
-        moves = _PICTURE.bent * size / largest * shape[name]
+        moves = _BENT * size / largest * shape[name]
         bent[name] = replace(mesh, doflocs=mesh.doflocs + moves)
     # Faces behind others must not shine through, so that bodies and bolts are told apart.
     draw_bodies(axes, bent, _colors(len(bent)), face=0.9, edge=0.4)
-    finish_axes(axes, ends, _PICTURE.bent * size)
+    finish_axes(axes, ends, _BENT * size)
 
 
 def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:

@@ -5,7 +5,6 @@ complement of the kept unknowns.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias
@@ -25,19 +24,14 @@ factor of the front, and the rows of the later unknowns.
 _Update: TypeAlias = tuple[Integers, Array]  # unknowns, and the matrix that their front left
 
 
-@dataclass(frozen=True)
-class EliminationSettings:
-    """Numbers of the elimination."""
+# Numbers of the elimination.
 
-    # Parts of at most this many nodes are not cut further.
-    leaf: int = 64
-    # An unknown has no stiffness if less than this share of its first stiffness remains.
-    no_stiffness: float = ROUNDING / 10
-    # So many columns of an update are added to the next front at once, which saves memory.
-    columns: int = 128
-
-
-SETTINGS = EliminationSettings()
+# Parts of at most this many nodes are not cut further.
+_LEAF = 64
+# An unknown has no stiffness if less than this share of its first stiffness remains.
+_NO_STIFFNESS = ROUNDING / 10
+# So many columns of an update are added to the next front at once, which saves memory.
+_COLUMNS = 128
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
@@ -94,7 +88,7 @@ def _cut(nodes: Integers, edges: Integers, points: Array, side: Array) -> Array 
 
     None if the part is not cut, because it is small or all its nodes coincide.
     """
-    if len(nodes) <= SETTINGS.leaf:
+    if len(nodes) <= _LEAF:
         return None
     best = None
     fewest = len(edges[0]) + 1
@@ -138,7 +132,7 @@ def eliminate(
     order = np.argsort(front, kind="stable")
     front = front[order]
     upper = triu(K[order][:, order], format="csr")
-    smallest = SETTINGS.no_stiffness * np.abs(K.diagonal()[order])
+    smallest = _NO_STIFFNESS * np.abs(K.diagonal()[order])
     starts = np.r_[np.searchsorted(front, np.arange(count + 1)), len(order)]
     place = np.zeros(len(order), dtype=np.intp)
     waiting: list[list[_Update]] = [[] for _ in range(count + 1)]
@@ -225,8 +219,8 @@ def _add(
 ) -> None:
     """Add a matrix to rows and columns of A, in increasing order; with `lower`, its lower part."""
     entries = A.reshape(-1, order="F")  # a view: A is stored by columns
-    for first in range(0, len(columns), SETTINGS.columns):
-        chunk = slice(first, first + SETTINGS.columns)
+    for first in range(0, len(columns), _COLUMNS):
+        chunk = slice(first, first + _COLUMNS)
         part = slice(first if lower else 0, None)
         indices = columns[chunk, None] * len(A) + rows[part]
         np.add.at(entries, indices.ravel(), update.T[chunk, part].ravel())

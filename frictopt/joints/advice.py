@@ -1,7 +1,6 @@
 """Sentences of a report: the kind of contact, and advice from its answers."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,20 +18,14 @@ from .report_parts import (
 )
 from .thresholds import QUANTITIES, SLIP_RANGE
 
+# The numbers of advice.
 
-@dataclass(frozen=True)
-class AdviceSettings:
-    """The numbers of advice."""
-
-    # Largest coefficient of friction that advice asks for. Dry metals reach about 1.
-    practical_friction: float = 1.0
-    # Share of the gross-slip load below which prying says nothing about slip.
-    far_below: float = 0.5
-    # Share of the contacts that slips then.
-    much_slips: float = 0.05
-
-
-_ADVICE = AdviceSettings()
+# Largest coefficient of friction that advice asks for. Dry metals reach about 1.
+_PRACTICAL_FRICTION = 1.0
+# Share of the gross-slip load below which prying says nothing about slip.
+_FAR_BELOW = 0.5
+# Share of the contacts that slips then.
+_MUCH_SLIPS = 0.05
 
 _MOVES_OFF = {
     SLIDES: "bodies slide off",
@@ -172,7 +165,7 @@ def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool)
         share = 1 / gross_slip.load_factor
         yield f"Your load is {share:.1%} of the gross-slip load, at which {move_off}{of_fit}."
         slips = 0.0 if parts.steady is None else parts.steady.slipping_share
-        if motion == PRIES and share < _ADVICE.far_below and slips > _ADVICE.much_slips:
+        if motion == PRIES and share < _FAR_BELOW and slips > _MUCH_SLIPS:
             yield (
                 "That load opens the joint and says little about slip, which begins far below it: "
                 "judge the slip by its range and its work."
@@ -246,7 +239,7 @@ def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
 def _on_required_friction(answer: RequiredFriction) -> Iterator[str]:
     """Advice on the friction that would keep the contact stuck, as far as it is practical."""
     required = answer.required
-    if float(f"{required:.3g}") <= _ADVICE.practical_friction:
+    if float(f"{required:.3g}") <= _PRACTICAL_FRICTION:
         yield (
             f"With friction of {_rounded_up(answer)} or more, some residual slip keeps it stuck; "
             "from others it may still slip in every cycle."

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,18 +21,16 @@ from .modal_oscillator import ModalOscillator
 WantedOf: TypeAlias = Callable[[pd.DataFrame], tuple[ModalOscillator, Iterable[tuple[str, float]]]]
 
 
-@dataclass(frozen=True)
-class CheckNumbers:
-    """The numbers of the check."""
+# The numbers of the check.
 
-    # Relative difference in amplitude, and in the force that it needs, up to which a state is at a
-    # wanted amplitude.
-    same: float = 0.01
-    # Most steady states for one name. 300 forces on random joints of one mass needed at most 10.
-    most: int = 20
-    # Each third state halves an interval of load factors, because interpolation fails where a small
-    # rise of the load moves the joint far.
-    halved: int = 3
+# Relative difference in amplitude, and in the force that it needs, up to which a state is at a
+# wanted amplitude.
+_SAME = 0.01
+# Most steady states for one name. 300 forces on random joints of one mass needed at most 10.
+_MOST = 20
+# Each third state halves an interval of load factors, because interpolation fails where a small
+# rise of the load moves the joint far.
+_HALVED = 3
 
 
 def checked_points(
@@ -56,7 +53,6 @@ def checked_points(
     dict
         Name -> reason why no state is at its amplitude.
     """
-    numbers = CheckNumbers()
     unchecked = dict[str, str]()
     followed = Counter[str]()
     while True:
@@ -69,11 +65,11 @@ def checked_points(
         name, a = next(far, ("", np.nan))
         if np.isnan(a):
             return points, unchecked
-        if followed[name] == numbers.most:
-            unchecked[name] = f"{numbers.most} steady states near it are not enough"
+        if followed[name] == _MOST:
+            unchecked[name] = f"{_MOST} steady states near it are not enough"
             continue
         followed[name] += 1
-        factor = _load_factor(points, a, followed[name] % numbers.halved == 0)
+        factor = _load_factor(points, a, followed[name] % _HALVED == 0)
         try:
             row = pd.DataFrame([follow(factor)], columns=points.columns)
         except (NoContinuation, SolverError) as error:
@@ -92,8 +88,7 @@ def _has_state_at(oscillator: ModalOscillator, a: float) -> bool:
     """Whether a state is at an amplitude, and needs the same force."""
     nearest = oscillator.amplitude[np.abs(oscillator.amplitude - a).argmin()]
     needed, wanted = oscillator.needed(np.array([nearest, a]))
-    same = CheckNumbers().same
-    return bool(abs(nearest - a) <= same * a and abs(needed - wanted) <= same * wanted)
+    return bool(abs(nearest - a) <= _SAME * a and abs(needed - wanted) <= _SAME * wanted)
 
 
 def _load_factor(points: pd.DataFrame, a: float, is_halved: bool) -> float:

@@ -9,31 +9,25 @@ import numpy as np
 
 from ..transients import SteadyState
 
+# Numbers of the search.
 
-@dataclass(frozen=True)
-class LoadSearchSettings:
-    """Numbers of the search."""
-
-    # Width of the last bracket divided by its upper end, in the plane and in space, where steady
-    # states in increments are less exact.
-    tolerance: tuple[float, float] = (1e-4, 1e-2)
-    # Ratio of two load factors while the search looks for one above the threshold.
-    growth: float = 2.0
-    # Largest load factor tried; a threshold that is kept there counts as not reached.
-    largest_load: float = 16.0
-    # The search, and the curve of a report, end at this share of the gross-slip load. Closer to it
-    # the slip needs many cycles to become steady.
-    below_gross_slip: float = 0.95
-    # Each third trial halves the bracket, because interpolation fails at jumps.
-    halved: int = 3
-    # The search ends below this load factor: the threshold is then exceeded at nearly no load.
-    smallest_load: float = 1e-3
-    # Share of the tolerance by which a trial goes beyond the interpolated load factor, so that two
-    # trials enclose it.
-    beyond: float = 0.4
-
-
-SETTINGS = LoadSearchSettings()
+# Width of the last bracket divided by its upper end, in the plane and in space, where steady
+# states in increments are less exact.
+TOLERANCE = (1e-4, 1e-2)
+# Ratio of two load factors while the search looks for one above the threshold.
+_GROWTH = 2.0
+# Largest load factor tried; a threshold that is kept there counts as not reached.
+LARGEST_LOAD = 16.0
+# The search, and the curve of a report, end at this share of the gross-slip load. Closer to it
+# the slip needs many cycles to become steady.
+BELOW_GROSS_SLIP = 0.95
+# Each third trial halves the bracket, because interpolation fails at jumps.
+_HALVED = 3
+# The search ends below this load factor: the threshold is then exceeded at nearly no load.
+_SMALLEST_LOAD = 1e-3
+# Share of the tolerance by which a trial goes beyond the interpolated load factor, so that two
+# trials enclose it.
+_BEYOND = 0.4
 
 
 @dataclass(frozen=True)
@@ -50,12 +44,12 @@ def load_at_threshold(
     threshold: float,
     end: float,
     tolerance: float,
-    smallest_load: float = SETTINGS.smallest_load,
+    smallest_load: float = _SMALLEST_LOAD,
 ) -> Reached:
     """Search the least load factor up to `end` at which a value exceeds a threshold.
 
     `value_at` gives the value at a load factor, inf if there is no steady state; `values_known` are
-    the values known before. See `LoadSearchSettings` for the smallest load factor.
+    the values known before.
     """
     known = {factor: value for factor, value in values_known.items() if factor <= end}
     low, high = _bracket(value_at, known, threshold, end)
@@ -88,7 +82,7 @@ def first_state_that_reaches(
         {factor: float(getattr(state, name)) for factor, state in states.items()},
         np.nextafter(wanted, 0.0),  # a state with just this number has reached it
         reaches.load_factor,
-        SETTINGS.tolerance[reaches.system.tangents - 1],
+        TOLERANCE[reaches.system.tangents - 1],
         smallest_load=0.0,  # there is a smaller load factor
     )
     return states[reached.above]
@@ -104,7 +98,7 @@ def _bracket(
     high = _least_above(known, threshold)
     low = _largest_below(known, threshold, high)
     while high == np.inf and low < end:
-        trial = min(max(1.0, SETTINGS.growth * low), end)
+        trial = min(max(1.0, _GROWTH * low), end)
         known[trial] = value_at(trial)
         high = _least_above(known, threshold)
         low = _largest_below(known, threshold, high)
@@ -122,12 +116,12 @@ def _narrowed(
 ) -> Reached:
     """Narrow a bracket to the tolerance, by interpolation between its ends and by halving."""
     trials = 0
-    shift = -SETTINGS.beyond * tolerance
+    shift = -_BEYOND * tolerance
     while high > smallest_load and high - low > tolerance * high:
         trials += 1
         trial = (low + high) / 2
         values = known.get(low, 0.0), known.get(high, np.inf)
-        if trials % SETTINGS.halved and np.isfinite(values).all() and values[0] < values[1]:
+        if trials % _HALVED and np.isfinite(values).all() and values[0] < values[1]:
             share = (threshold - values[0]) / (values[1] - values[0])
             guess = (low + share * (high - low)) * (1 + shift)
             if low < guess < high:

@@ -18,20 +18,17 @@ from scipy.optimize import brentq
 
 from ..base import Array, Kept
 
+# The numbers of the search for amplitudes and frequencies.
 
-@dataclass(frozen=True)
-class OscillatorNumbers:
-    """The numbers of the search for amplitudes and frequencies."""
-
-    # Ratio of neighbouring amplitudes of the search for roots. Two roots that are closer together
-    # are missed; amplitudes of tests scatter more.
-    ratio: float = 1.001
-    # Part of the static amplitude at which the search begins. There is no root below half of it.
-    begin: float = 0.5
-    # Halvings of a range of frequencies: 2^-60 of it is rounding.
-    halvings: int = 60
-    # Tolerance of the roots, relative.
-    root: float = 1e-14
+# Ratio of neighbouring amplitudes of the search for roots. Two roots that are closer together
+# are missed; amplitudes of tests scatter more.
+_RATIO = 1.001
+# Part of the static amplitude at which the search begins. There is no root below half of it.
+_BEGIN = 0.5
+# Halvings of a range of frequencies: 2^-60 of it is rounding.
+_HALVINGS = 60
+# Tolerance of the roots, relative.
+_ROOT = 1e-14
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -129,18 +126,17 @@ class ModalOscillator(Kept):
 
     def _roots(self, excess: Callable[[Array], Array], force: float, omega: float) -> list[float]:
         """Roots of the force that an amplitude needs beyond the given one, up to the largest."""
-        numbers = OscillatorNumbers()
         largest_loss = self.loss.max() + self.viscous * omega
-        lowest = numbers.begin * force / (self.stiffness.max() + omega**2 + largest_loss)
+        lowest = _BEGIN * force / (self.stiffness.max() + omega**2 + largest_loss)
         if lowest >= self.largest:
             return []
-        steps = int(np.log(self.largest / lowest) / np.log(numbers.ratio)) + 2
+        steps = int(np.log(self.largest / lowest) / np.log(_RATIO)) + 2
         grid = np.geomspace(lowest, self.largest, steps)
         above = excess(grid) > 0
         roots = []
         for first in np.flatnonzero(above[1:] != above[:-1]):
             pair = grid[first], grid[first + 1]
-            roots.append(float(brentq(excess, *pair, xtol=1e-300, rtol=numbers.root)))
+            roots.append(float(brentq(excess, *pair, xtol=1e-300, rtol=_ROOT)))
         return roots
 
     def frequencies(self, force: float, a: Array, side: int) -> Array:
@@ -154,7 +150,7 @@ class ModalOscillator(Kept):
         near = resonance.copy()
         is_far_enough = a * np.abs(self.balance(a, far)) >= force * (1 - 1e-12)
         is_far = far.copy()
-        for _ in range(OscillatorNumbers().halvings):
+        for _ in range(_HALVINGS):
             middle = (near + is_far) / 2
             needs_more = a * np.abs(self.balance(a, middle)) > force
             is_far = np.where(needs_more, middle, is_far)
@@ -172,7 +168,6 @@ class ModalOscillator(Kept):
 
         The resonance of this force, swept from rest, stays at or below the given amplitude.
         """
-        numbers = OscillatorNumbers()
-        steps = int(np.log(1e6) / np.log(numbers.ratio))
+        steps = int(np.log(1e6) / np.log(_RATIO))
         grid = np.geomspace(1e-6 * amplitude, amplitude, steps)
         return float(grid[self.needed(grid).argmax()])

@@ -19,16 +19,13 @@ from ..transients import SteadyState
 from .curve_load import opposed_direction
 from .swing import swing_of
 
+# The numbers of the interaction.
 
-@dataclass(frozen=True)
-class InteractionNumbers:
-    """The numbers of the interaction."""
-
-    # Damping ratio of the other modes, which bounds their answer at a multiple of the frequency.
-    damping: float = 0.005
-    # Relative compliance between two loads up to which they are of two modes. Other codes write
-    # modes with few digits.
-    orthogonal: float = 1e-2
+# Damping ratio of the other modes, which bounds their answer at a multiple of the frequency.
+_DAMPING = 0.005
+# Relative compliance between two loads up to which they are of two modes. Other codes write
+# modes with few digits.
+_ORTHOGONAL = 1e-2
 
 
 @dataclass(frozen=True)
@@ -44,10 +41,9 @@ class OtherModes:
         `dynamic` (1 + harmonics, m) are the harmonics of the displacements of the loads, from the
         mean on, which is static.
         """
-        numbers = InteractionNumbers()
         harmonic = np.arange(len(dynamic))[:, None]
         ratio = harmonic * omega / np.sqrt(self.squares)
-        gain = 1 / (1 - ratio**2 + 2j * numbers.damping * ratio) - 1
+        gain = 1 / (1 - ratio**2 + 2j * _DAMPING * ratio) - 1
         return float((self.squares * np.linalg.norm(gain * dynamic, axis=0)).max())
 
 
@@ -71,7 +67,7 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
                 f"other_modes: the load case {name!r} does no work on the glued bodies; give the "
                 "load of a mode, see `Modes.load`"
             )
-        if (across > InteractionNumbers().orthogonal * np.sqrt(square * sizes)).any():
+        if (across > _ORTHOGONAL * np.sqrt(square * sizes)).any():
             raise ModelError(
                 f"other_modes: the load case {name!r} also moves another of the modes; give loads "
                 "of different modes, see `Modes.load`, without the mode of the cycle"

@@ -1,7 +1,5 @@
 """Pictures of joints: the backbone curve, wear, and the worn-in contact."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -36,21 +34,15 @@ from .forced_response import ForcedResponse
 from .wear import WearHistory
 from .worn_in import WornIn
 
+# The numbers of pictures of curves.
 
-@dataclass(frozen=True)
-class CurveSettings:
-    """The numbers of pictures of curves."""
-
-    # Farthest limit that is drawn, over the largest value of a curve, or under the smallest. Limits
-    # farther away are in the legend alone.
-    farthest: float = 1.5
-    # Room around the values and the limits that are drawn, as a factor.
-    room: float = 1.12
-    # Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
-    logarithmic: float = 8.0
-
-
-_CURVE = CurveSettings()
+# Farthest limit that is drawn, over the largest value of a curve, or under the smallest. Limits
+# farther away are in the legend alone.
+_FARTHEST = 1.5
+# Room around the values and the limits that are drawn, as a factor.
+_ROOM = 1.12
+# Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
+_LOGARITHMIC = 8.0
 
 _DEPTH = "depth worn off (length)"
 _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
@@ -127,7 +119,7 @@ def _draw_limits(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
     """
     known = np.isfinite(x)
     shown = [x[known].min(), x[known].max()]
-    low, high = shown[0] / _CURVE.farthest, shown[1] * _CURVE.farthest
+    low, high = shown[0] / _FARTHEST, shown[1] * _FARTHEST
     limits = {
         r"guaranteed limit $\lambda_1$": (curve.guaranteed_limit, GREY),
         r"shakedown limit $\lambda_2$": (curve.shakedown_limit, BLACK),
@@ -147,7 +139,7 @@ def _draw_limits(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
             shown.append(place)
         if np.isfinite(limit) and limit > 0:
             axes.axvline(place, color=color, lw=0.8, ls="--", zorder=0, label=equals(name, limit))
-    axes.set(xscale="log", xlim=(min(shown) / _CURVE.room, max(shown) * _CURVE.room))
+    axes.set(xscale="log", xlim=(min(shown) / _ROOM, max(shown) * _ROOM))
 
 
 def _draw_work(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
@@ -230,7 +222,7 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
     near = [*table["frequency"][table["amplitude"] > tops / 3], *frequency[amplitude <= most]]
     room = max(0.15 * np.ptp(near), 0.01 * max(near))
     axes.set_xlim(min(near) - room, max(near) + room)
-    several = most > _CURVE.logarithmic * least
+    several = most > _LOGARITHMIC * least
     axes.set_yscale("log" if several else "linear")
     axes.set_ylim(least / 10 if several else 0.0, 1.3 * most)
     name = "modal amplitude" if answer.scale == 1.0 else "amplitude at the point (length)"

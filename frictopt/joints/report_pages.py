@@ -39,7 +39,7 @@ from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
 from .curve_question import CurveQuestion
 from .faces import face_table
-from .load_search import SETTINGS
+from .load_search import BELOW_GROSS_SLIP
 from .report_parts import ReportParts, areas_move, mean_load_opens
 from .report_tables import units_of
 from .safety import SteadyStates, safety_table, verdict_table
@@ -271,7 +271,7 @@ class Pages(Generic[Parts]):
         if factors is None:
             factors = np.array(LOAD_FACTORS[self.system.tangents - 1])
             if upper > 0:
-                factors *= min(1.0, SETTINGS.below_gross_slip * upper / factors[-1])
+                factors *= min(1.0, BELOW_GROSS_SLIP * upper / factors[-1])
         if slides is None or slides.rests_at(1.0):
             factors = np.union1d(factors, [1.0])
         return factors

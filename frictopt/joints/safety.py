@@ -23,7 +23,7 @@ from ..transients import SteadyState, steady_state
 from ..transients.march import mean_state
 from ..transients.steady import steady_without_step_error
 from .faces import faces_slide_at, factor_of
-from .load_search import SETTINGS, load_at_threshold
+from .load_search import BELOW_GROSS_SLIP, LARGEST_LOAD, TOLERANCE, load_at_threshold
 from .scatter import NOMINAL, Corner, Scatter
 from .thresholds import FACE_SLIP, GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judged
 
@@ -117,7 +117,7 @@ def safety_table(
     if nominal is not None:
         rows.append(_against_gross_slip(states, nominal))
         if nominal.self_stress is None:
-            end = SETTINGS.below_gross_slip * factor_of(nominal)
+            end = BELOW_GROSS_SLIP * factor_of(nominal)
     if FACE_SLIP in limits:
         rows.append(_against_face_slip(states))
     for name in (SLIP_RANGE, SLIPPING_SHARE):
@@ -172,7 +172,7 @@ def _against_slip(
     A corner that keeps the threshold at the least load factor of the corners before it is not
     followed further.
     """
-    tolerance = SETTINGS.tolerance[states.system.tangents - 1]
+    tolerance = TOLERANCE[states.system.tangents - 1]
     nominal, *corners = states.all_corners()
     what = f"safety factor against {name}"
     with progress_bar(True, what, "input", total=1 + len(corners)) as bar:
@@ -205,10 +205,8 @@ def _factor(
         return np.inf if np.isnan(value) else value
 
     known = {factor: value_at(factor) for factor in states.factors(corner)}
-    reached = load_at_threshold(
-        value_at, known, threshold, min(end, SETTINGS.largest_load), tolerance
-    )
-    not_reached = reached.above == np.inf and end >= SETTINGS.largest_load
+    reached = load_at_threshold(value_at, known, threshold, min(end, LARGEST_LOAD), tolerance)
+    not_reached = reached.above == np.inf and end >= LARGEST_LOAD
     return np.inf if not_reached else reached.load_factor
 
 

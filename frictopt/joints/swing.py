@@ -8,20 +8,17 @@ import numpy as np
 
 from ..base import Array, Integers
 
+# The numbers of the harmonics of a loop.
 
-@dataclass(frozen=True)
-class SwingNumbers:
-    """The numbers of the harmonics of a loop."""
-
-    # Distance by which a displacement may turn back between two corners, relative to its range. It
-    # is rounding of the path.
-    turning: float = 1e-9
-    # Distance between two states, relative to half the range, up to which the mean sine between
-    # them is that at their middle. The quotient of two small differences would be rounding there.
-    step: float = 1e-8
-    # Number of times in a cycle at which harmonics are sampled, and number of harmonics.
-    times: int = 512
-    harmonics: int = 12
+# Distance by which a displacement may turn back between two corners, relative to its range. It
+# is rounding of the path.
+_TURNING = 1e-9
+# Distance between two states, relative to half the range, up to which the mean sine between
+# them is that at their middle. The quotient of two small differences would be rounding there.
+_STEP = 1e-8
+# Number of times in a cycle at which harmonics are sampled, and number of harmonics.
+_TIMES = 512
+_HARMONICS = 12
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,6 @@ class Swing:
 
     legs: tuple[Integers, Integers]
     place: Array
-    numbers: SwingNumbers = SwingNumbers()
 
     def first_harmonic(self, force: Array) -> float:
         """(1 / pi) times the integral of a force (T,) times cos t over a cycle.
@@ -56,22 +52,22 @@ class Swing:
             step = np.diff(place)
             middle = (place[1:] + place[:-1]) / 2
             mean_sine = np.sqrt(1 - middle**2)
-            np.divide(np.diff(area), step, out=mean_sine, where=step > self.numbers.step)
+            np.divide(np.diff(area), step, out=mean_sine, where=step > _STEP)
             total += float(np.diff(force[leg]) @ mean_sine)
         return total / np.pi
 
     def harmonics(self, values: Array) -> Array:
         """(1 + harmonics, m) complex amplitudes of values (T, m). Row 0 is their mean."""
-        half = self.numbers.times // 2
+        half = _TIMES // 2
         place = np.cos(np.pi * np.arange(half) / half)
         up, down = self.legs
-        series = np.empty((self.numbers.times, values.shape[1]))
+        series = np.empty((_TIMES, values.shape[1]))
         for number, column in enumerate(values.T):
             series[:half, number] = np.interp(place, self.place[down], column[down])
             series[half:, number] = np.interp(-place, self.place[up], column[up])
-        transformed = 2 * np.fft.rfft(series, axis=0) / self.numbers.times
+        transformed = 2 * np.fft.rfft(series, axis=0) / _TIMES
         transformed[0] /= 2
-        return np.asarray(transformed[: 1 + self.numbers.harmonics])
+        return np.asarray(transformed[: 1 + _HARMONICS])
 
 
 def swing_of(level: Array, displacement: Array) -> Swing | None:
@@ -80,7 +76,6 @@ def swing_of(level: Array, displacement: Array) -> Swing | None:
     None if the displacement stands still or turns back between the corners: a cosine then has no
     loop.
     """
-    numbers = SwingNumbers()
     length = np.ptp(displacement)
     if not length > 0:
         return None
@@ -88,8 +83,8 @@ def swing_of(level: Array, displacement: Array) -> Swing | None:
     top = int(np.argmax(level))
     legs = np.arange(top + 1), np.arange(top, len(level))[::-1]
     for leg in legs:
-        rises = (np.diff(place[leg]) >= -numbers.turning).all()
-        ends = np.abs(place[leg[[0, -1]]] - [-1, 1]).max() <= numbers.turning
+        rises = (np.diff(place[leg]) >= -_TURNING).all()
+        ends = np.abs(place[leg[[0, -1]]] - [-1, 1]).max() <= _TURNING
         if not (rises and ends):
             return None
-    return Swing(legs, np.clip(place, -1.0, 1.0), numbers)
+    return Swing(legs, np.clip(place, -1.0, 1.0))

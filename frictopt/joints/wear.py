@@ -37,7 +37,7 @@ from ..transients import SteadyState, steady_state
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
-from .wear_course import SETTINGS, Course
+from .wear_course import WORN_IN, Course
 
 ONE_FRICTION = (
     "wear needs true sliding distances, so give the system that it was made of, with the same "
@@ -119,7 +119,7 @@ class WearHistory(Worn):
     def worn_in(self) -> bool:
         """Whether slip has stopped, or its work per cycle is a thousandth of the largest."""
         work = self._table["work"]
-        return bool(work.iloc[-1] <= SETTINGS.worn_in * work.max())
+        return bool(work.iloc[-1] <= WORN_IN * work.max())
 
     def to_frame(self) -> pd.DataFrame:
         """A row for the unworn contact, and a row after each jump.

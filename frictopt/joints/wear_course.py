@@ -1,7 +1,7 @@
 """The course of wear: the contact as it is worn so far, and its next jump of load cycles."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -12,28 +12,22 @@ from ..contact import ContactState, ContactSystem, joined, parted
 from ..errors import SolverError
 from ..transients import SteadyState
 
+# Numbers of the jumps.
 
-@dataclass(frozen=True)
-class WearSettings:
-    """Numbers of the jumps."""
-
-    # A contact is worn in if its work of friction per cycle falls to this share of its largest.
-    worn_in: float = 1e-3
-    # Parameter of the Rosenbrock method, with which fast changes decay without oscillation.
-    gamma: float = 1 - 1 / np.sqrt(2)
-    # Number of cycles after which remaining rates count as constant, in units of the time in which
-    # the stiffest node loses its pressure.
-    far: float = 1e6
-    # Largest and smallest growth of the length of a jump, and share of the growth that the error
-    # estimate allows.
-    largest_growth: float = 4.0
-    smallest_growth: float = 0.2
-    safety: float = 0.9
-    # Attempts at a jump, each shorter.
-    attempts: int = 20
-
-
-SETTINGS = WearSettings()
+# A contact is worn in if its work of friction per cycle falls to this share of its largest.
+WORN_IN = 1e-3
+# Parameter of the Rosenbrock method, with which fast changes decay without oscillation.
+_GAMMA = 1 - 1 / np.sqrt(2)
+# Number of cycles after which remaining rates count as constant, in units of the time in which
+# the stiffest node loses its pressure.
+_FAR = 1e6
+# Largest and smallest growth of the length of a jump, and share of the growth that the error
+# estimate allows.
+_LARGEST_GROWTH = 4.0
+_SMALLEST_GROWTH = 0.2
+_SAFETY = 0.9
+# Attempts at a jump, each shorter.
+_ATTEMPTS = 20
 
 
 class Course:
@@ -127,10 +121,10 @@ class Course:
         of first order, which estimates the error.
         """
         rate, damping = self.rate(self.steady), self.damping
-        for _ in range(SETTINGS.attempts):
+        for _ in range(_ATTEMPTS):
             cycles = min(self.cycles + self.length, most_cycles)
             length = cycles - self.cycles
-            implicit = np.eye(len(rate)) + SETTINGS.gamma * length * damping
+            implicit = np.eye(len(rate)) + _GAMMA * length * damping
             first = np.maximum(np.linalg.solve(implicit, rate), 0.0)
             middle, _began = self.after(length * first)
             second = np.linalg.solve(implicit, self.rate(middle) - 2 * first)
@@ -165,7 +159,7 @@ class Course:
             return f"{most_cycles:.6g} cycles are over"
         if np.isfinite(most_cycles):
             return ""
-        if work <= SETTINGS.worn_in * largest:
+        if work <= WORN_IN * largest:
             return f"worn in: the work of friction per cycle is {work / largest:.1e} of its largest"
         if self._never_changes(rate):
             return (
@@ -177,7 +171,7 @@ class Course:
     def _never_changes(self, rate: Array) -> bool:
         """Whether the rates (N,) are the same after all pressure that wear takes off is gone."""
         damping = self.damping
-        cycles = SETTINGS.far / (np.abs(damping).max() or 1.0)
+        cycles = _FAR / (np.abs(damping).max() or 1.0)
         late = np.linalg.solve(np.eye(len(rate)) + cycles * damping, rate)
         return bool(np.abs(late - rate).max() <= self.tolerance * rate.max())
 
@@ -185,6 +179,6 @@ class Course:
 def _growth(error: float) -> float:
     """Length of the next jump, or of the next attempt, over that of a jump with this error."""
     if error == 0:
-        return SETTINGS.largest_growth
-    growth = SETTINGS.safety / np.sqrt(error)
-    return float(np.clip(growth, SETTINGS.smallest_growth, SETTINGS.largest_growth))
+        return _LARGEST_GROWTH
+    growth = _SAFETY / np.sqrt(error)
+    return float(np.clip(growth, _SMALLEST_GROWTH, _LARGEST_GROWTH))

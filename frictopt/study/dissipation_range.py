@@ -30,27 +30,21 @@ from ..transients.steady import MOST_CYCLES
 from .range_search import FAR, STOPPED, Orbit, Search, levels_of
 from .range_starts import RangeStarts
 
+# Numbers of the order in which a range is searched.
 
-@dataclass(frozen=True)
-class RangeSettings:
-    """Numbers of the order in which a range is searched."""
-
-    # Levels of work from which the first search goes on: those with the most and the least work.
-    climbed: int = 12
-    descended: int = 2
-    # Times that random starts are tried around both ends, and the best of them at each end from
-    # which the search goes on.
-    rounds: int = 8
-    climbed_around: int = 4
-    # Distance of these from the end, over the range.
-    reach: float = 0.2
-    # Relative change of an end after which random starts are tried again.
-    moved: float = 1e-3
-    # Levels of a rough search at each end that are followed in all increments.
-    confirmed: int = 4
-
-
-SETTINGS = RangeSettings()
+# Levels of work from which the first search goes on: those with the most and the least work.
+_CLIMBED = 12
+_DESCENDED = 2
+# Times that random starts are tried around both ends, and the best of them at each end from
+# which the search goes on.
+_ROUNDS = 8
+_CLIMBED_AROUND = 4
+# Distance of these from the end, over the range.
+_REACH = 0.2
+# Relative change of an end after which random starts are tried again.
+_MOVED = 1e-3
+# Levels of a rough search at each end that are followed in all increments.
+_CONFIRMED = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -241,7 +235,7 @@ def _range(search: Search, starts: RangeStarts) -> DissipationRange:
             rough_levels = levels_of([*rough_levels, *_search_from(rough, rough_levels)])
         transients = rough.transients
 
-    count = SETTINGS.confirmed
+    count = _CONFIRMED
     for orbit in dict.fromkeys([*rough_levels[:count], *rough_levels[-count:]]):
         followed.append(search.follow(orbit.name, orbit.start, most=MOST_CYCLES))
     levels = levels_of(followed)
@@ -283,13 +277,11 @@ def _search_from(search: Search, levels: list[Orbit]) -> list[Orbit]:
     A local extreme may have more or less work beside it, or a basin of its own far away. An end
     that is no local extreme is searched from again.
     """
-    ends = _climb_from(
-        search, low=levels[: SETTINGS.descended], high=levels[::-1][: SETTINGS.climbed]
-    )
-    for _ in range(SETTINGS.rounds):
+    ends = _climb_from(search, low=levels[:_DESCENDED], high=levels[::-1][:_CLIMBED])
+    for _ in range(_ROUNDS):
         known = levels_of([*levels, *ends])
         low, high = known[0], known[-1]
-        reach = SETTINGS.reach * (high.work - low.work)
+        reach = _REACH * (high.work - low.work)
         near = search.around(high, high.work - reach)
         near += search.around(low, 0.0 if low.work > 0 else high.work - reach)
         new = [
@@ -300,8 +292,8 @@ def _search_from(search: Search, levels: list[Orbit]) -> list[Orbit]:
         ends += _climb_around(search, high, 1, new[::-1], reach)
         if low.work > 0:
             ends += _climb_around(search, low, -1, new, reach)
-        least = low.work * (1 - SETTINGS.moved)
-        most = high.work * (1 + SETTINGS.moved)
+        least = low.work * (1 - _MOVED)
+        most = high.work * (1 + _MOVED)
         if all(least <= end.work <= most for end in ends):
             break
     return ends
@@ -312,7 +304,7 @@ def _climb_around(
 ) -> list[Orbit]:
     """Ends of the search from the best new levels near one end, and from that end if it stopped."""
     near = [orbit for orbit in new if sense * (best.work - orbit.work) <= reach]
-    near = near[: SETTINGS.climbed_around]
+    near = near[:_CLIMBED_AROUND]
     if best.end == STOPPED:
         near.insert(0, best)
     return [search.climb(orbit, sense) for orbit in near]

@@ -22,43 +22,37 @@ from ..transients.transient import Transient
 from .ascent import Ascent
 from .range_starts import shortened
 
+# Numbers of the search.
 
-@dataclass(frozen=True)
-class SearchSettings:
-    """Numbers of the search."""
-
-    # Smallest relative gain of work in a step.
-    least_gain: float = 100 * RESIDUAL
-    # First and last radius of the trust region, relative to the spread of the slips of the orbit.
-    first_radius: float = 0.25
-    last_radius: float = 0.25e-5
-    # Largest number of transients in a climb.
-    climb_transients: int = 20
-    # A climb stops if this many times its next gain would not reach the best work found elsewhere.
-    leap: float = 400.0
-    # Smallest and largest number of random starts around an orbit.
-    least_around: int = 8
-    most_around: int = 200
-    # Between these bounds, the number of random starts times the number of nodes: with many nodes a
-    # transient is slower, and the works of the starts differ less.
-    nodes_around: int = 1000
-    # Largest and smallest distance of random starts, relative to the spread of the slips of the
-    # orbit.
-    widest: float = 2.0
-    narrowest: float = 0.05
-    # Number of cycles after which a transient is given up. Some transients need thousands.
-    most_cycles: int = 200
-    # Increments from corner to corner in a rough search, a quarter of the usual number.
-    rough_steps: int = 5
-    # Smallest relative gain of work in a rough search, and largest relative change of work in the
-    # later cycles that it leaves out.
-    rough_share: float = 1e-3
-    # Number of works of a rough transient from which the later change is estimated.
-    rough_works: int = 4
-
-
-SETTINGS = SearchSettings()
-STOPPED = f"stopped after {SETTINGS.climb_transients} transients"
+# Smallest relative gain of work in a step.
+_LEAST_GAIN = 100 * RESIDUAL
+# First and last radius of the trust region, relative to the spread of the slips of the orbit.
+_FIRST_RADIUS = 0.25
+_LAST_RADIUS = 0.25e-5
+# Largest number of transients in a climb.
+_CLIMB_TRANSIENTS = 20
+# A climb stops if this many times its next gain would not reach the best work found elsewhere.
+_LEAP = 400.0
+# Smallest and largest number of random starts around an orbit.
+_LEAST_AROUND = 8
+MOST_AROUND = 200
+# Between these bounds, the number of random starts times the number of nodes: with many nodes a
+# transient is slower, and the works of the starts differ less.
+_NODES_AROUND = 1000
+# Largest and smallest distance of random starts, relative to the spread of the slips of the
+# orbit.
+_WIDEST = 2.0
+_NARROWEST = 0.05
+# Number of cycles after which a transient is given up. Some transients need thousands.
+_MOST_CYCLES = 200
+# Increments from corner to corner in a rough search, a quarter of the usual number.
+_ROUGH_STEPS = 5
+# Smallest relative gain of work in a rough search, and largest relative change of work in the
+# later cycles that it leaves out.
+_ROUGH_SHARE = 1e-3
+# Number of works of a rough transient from which the later change is estimated.
+_ROUGH_WORKS = 4
+STOPPED = f"stopped after {_CLIMB_TRANSIENTS} transients"
 FAR = "far from the end of the range, and its steps gain too little"
 
 
@@ -115,7 +109,7 @@ class Search:
         self._steps = steps
         self._count_one = count_one
         self.rough = rough
-        self._least_gain = SETTINGS.rough_share if rough else SETTINGS.least_gain
+        self._least_gain = _ROUGH_SHARE if rough else _LEAST_GAIN
         self.transients = 0
         # (M,) states after one cycle, in slip scales, with the orbits that follow from them
         self._met = list[tuple[Array, Orbit]]()
@@ -129,14 +123,12 @@ class Search:
 
     def in_few_increments(self) -> Search | None:
         """A rough search of the same contact; None if its increments would not be much fewer."""
-        if self._path(None).steps < 2 * SETTINGS.rough_steps:
+        if self._path(None).steps < 2 * _ROUGH_STEPS:
             return None
-        return Search(
-            self._question, self._load_factor, SETTINGS.rough_steps, self._count_one, rough=True
-        )
+        return Search(self._question, self._load_factor, _ROUGH_STEPS, self._count_one, rough=True)
 
     def follow(
-        self, name: str, start: Array, least: float = 0.0, most: int = SETTINGS.most_cycles
+        self, name: str, start: Array, least: float = 0.0, most: int = _MOST_CYCLES
     ) -> Orbit:
         """Follow the transient from a start for at most `most` cycles.
 
@@ -207,14 +199,14 @@ class Search:
         many nodes.
         """
         assert orbit.path is not None
-        count = SETTINGS.nodes_around // len(orbit.start)
-        if not least and count < 2 * SETTINGS.least_around:
+        count = _NODES_AROUND // len(orbit.start)
+        if not least and count < 2 * _LEAST_AROUND:
             return []
-        count = int(np.clip(count, SETTINGS.least_around, SETTINGS.most_around))
+        count = int(np.clip(count, _LEAST_AROUND, MOST_AROUND))
         spread = _spread(orbit.start, orbit.path)
-        narrowing = (SETTINGS.narrowest / SETTINGS.widest) ** np.linspace(0, 1, count) ** 2
+        narrowing = (_NARROWEST / _WIDEST) ** np.linspace(0, 1, count) ** 2
         orbits = list[Orbit]()
-        for distance in spread * SETTINGS.widest * narrowing:
+        for distance in spread * _WIDEST * narrowing:
             start = orbit.start + distance * self._rng.uniform(-1, 1, orbit.start.shape)
             start = shortened(start, self._question.slip_bound)
             orbits.append(self.follow(f"around {orbit.name}", start, least))
@@ -226,9 +218,9 @@ class Search:
         The radius of the trust region is doubled after a step that gains work, and divided by four
         after any other step.
         """
-        last_transient = self.transients + SETTINGS.climb_transients
+        last_transient = self.transients + _CLIMB_TRANSIENTS
         best = max(sense * known.work for known in self.orbits)
-        radius = SETTINGS.first_radius
+        radius = _FIRST_RADIUS
         unit = 0.0
         ascent: Ascent | None = None
         while self.transients < last_transient:
@@ -265,10 +257,10 @@ class Search:
     ) -> str:
         """The reason to end a climb before a step is tried; "" if there is none."""
         gain = 0.0 if step is None else step[1]
-        if not gain > self._least_gain * orbit.work or radius < SETTINGS.last_radius:
+        if not gain > self._least_gain * orbit.work or radius < _LAST_RADIUS:
             self._extremes.append(orbit.work)
             return "local extreme"
-        return FAR if sense * orbit.work + SETTINGS.leap * gain < best else ""
+        return FAR if sense * orbit.work + _LEAP * gain < best else ""
 
     def _ascent(self, orbit: Orbit, sense: int) -> Ascent:
         state = orbit.state
@@ -295,12 +287,12 @@ def _nearly_settled(run: Run) -> Settled | None:
     The later change is estimated from the last works; the first cycle, from the mean load, is not
     used.
     """
-    works = run.works[1:][-SETTINGS.rough_works :]
-    if run.period > 1 or len(works) < SETTINGS.rough_works or not run.last:
+    works = run.works[1:][-_ROUGH_WORKS:]
+    if run.period > 1 or len(works) < _ROUGH_WORKS or not run.last:
         return None
     changes = [abs(later - earlier) for earlier, later in pairwise(works)]
     later_change = distance_left(changes, 0.0)
-    if not later_change < SETTINGS.rough_share * works[-1]:
+    if not later_change < _ROUGH_SHARE * works[-1]:
         return None
     cycle = replace(run.last[-1], change=0.0)
     work_error = later_change / works[-1]

@@ -4,7 +4,7 @@ All functions depend on the cycles that they are given, and on nothing else.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,20 +13,12 @@ import numpy as np
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from .transient import FollowedCycle, Transient
 
-
-@dataclass(frozen=True)
-class ClassifySettings:
-    """The numbers of this file."""
-
-    # If the pressure of a node, relative to the mean pressure, is at most this, it is no measure of
-    # the work of a slip: friction bounds have the error of an answer.
-    small_pressure: float = 100 * RESIDUAL
-    # Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
-    # is a part of the residual.
-    excess: float = RESIDUAL / 10
-
-
-SETTINGS = ClassifySettings()
+# If the pressure of a node, relative to the mean pressure, is at most this, it is no measure of
+# the work of a slip: friction bounds have the error of an answer.
+_SMALL_PRESSURE = 100 * RESIDUAL
+# Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
+# is a part of the residual.
+_EXCESS = RESIDUAL / 10
 
 
 class Settled(NamedTuple):
@@ -89,7 +81,7 @@ def _at_rest(path: Transient, cycle: FollowedCycle) -> FollowedCycle | None:
     q = np.linalg.norm(r.reshape(len(r), -1, n)[:, :-1], axis=1)
     p = r[:, -n:]
     margin = np.minimum(path.law.bound(p) - q, p)
-    if not (margin >= -SETTINGS.excess * path.scales.mean).all():
+    if not (margin >= -_EXCESS * path.scales.mean).all():
         return None
     zeros = np.zeros(n)
     states = np.tile(u, (len(r), 1))
@@ -126,7 +118,7 @@ def _slips(path: Transient, cycle: FollowedCycle, earlier: FollowedCycle | None)
     n = path.nodes
     mean, force, length = path.scales
     pressure = cycle.r[:, -n:].max(axis=0)
-    pressure = np.where(pressure > SETTINGS.small_pressure * mean, pressure, mean)
+    pressure = np.where(pressure > _SMALL_PRESSURE * mean, pressure, mean)
     shear_ratio = path.law.bound(pressure) / pressure
     unit = length * np.minimum(1.0, shear_ratio)
     # Slips lose digits in proportion to their size.

@@ -1,7 +1,6 @@
 """Parameters of multiaxial fatigue at one point, on given planes or on the critical one."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,26 +8,20 @@ from numpy.typing import ArrayLike
 
 from ..base import Array, worst
 
+# The numbers of the search for the critical plane.
 
-@dataclass(frozen=True)
-class PlaneSettings:
-    """The numbers of the search for the critical plane."""
-
-    # Number of planes that are tried first. They are about 5 degrees apart.
-    planes: int = 800
-    # Number of the best planes that are refined: the single best one may be at a lower peak.
-    best: int = 20
-    # Size of the first steps about each of them, degrees.
-    step: float = 5.0
-    # Ratio of the step in the next round to the step in the present round.
-    finer: float = 0.4
-    # Number of rounds. The last steps are 0.001 degrees.
-    rounds: int = 10
-    # Number of tensors that are looked at together, so that arrays of all planes stay below 100 MB.
-    at_once: int = 1000
-
-
-SETTINGS = PlaneSettings()
+# Number of planes that are tried first. They are about 5 degrees apart.
+_PLANES = 800
+# Number of the best planes that are refined: the single best one may be at a lower peak.
+_BEST = 20
+# Size of the first steps about each of them, degrees.
+_STEP = 5.0
+# Ratio of the step in the next round to the step in the present round.
+_FINER = 0.4
+# Number of rounds. The last steps are 0.001 degrees.
+_ROUNDS = 10
+# Number of tensors that are looked at together, so that arrays of all planes stay below 100 MB.
+_AT_ONCE = 1000
 
 # Relative difference up to which shear amplitudes or principal stresses count as equal.
 EQUAL = 1e-9
@@ -89,7 +82,7 @@ def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[Arr
     least = 0.0 if name in NOT_NEGATIVE else -np.inf
     values = list[Array]()
     planes = list[Array]()
-    count = max(1, SETTINGS.at_once // len(sigma))
+    count = max(1, _AT_ONCE // len(sigma))
     for start in range(0, sigma.shape[1], count):
         states = sigma[:, start : start + count], epsilon[:, start : start + count]
         normals = planes_of(name, *states, weight)
@@ -268,11 +261,11 @@ def _critical_plane(value: Callable[[Array], Array]) -> Array:
     The search begins at evenly spread points of the half-sphere. It continues from the best of
     them, with ever finer grids about each.
     """
-    best = half_sphere(SETTINGS.planes)
-    best = best[np.argsort(value(best))[..., -SETTINGS.best :]]
+    best = half_sphere(_PLANES)
+    best = best[np.argsort(value(best))[..., -_BEST:]]
     grid = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
-    step = SETTINGS.step
-    for _ in range(SETTINGS.rounds):
+    step = _STEP
+    for _ in range(_ROUNDS):
         # Two directions across each normal, and the normals of its grid (P, best, 9, 3).
         axis = np.eye(3)[np.abs(best).argmin(axis=-1)]
         along_axis = axis - best * np.vecdot(best, axis)[..., None]
@@ -282,7 +275,7 @@ def _critical_plane(value: Callable[[Array], Array]) -> Array:
         tilted /= np.linalg.norm(tilted, axis=-1)[..., None]
         values = value(tilted.reshape(len(best), -1, 3)).reshape(tilted.shape[:-1])
         best = _with_largest(values, tilted)
-        step *= SETTINGS.finer
+        step *= _FINER
     return _with_largest(value(best), best)[:, None]
 
 

@@ -28,28 +28,22 @@ from .classify import Settled, bend, classify, distance_left, without_work, work
 from .extrapolation import AffineLimit, CurvedLimit, LimitSearch
 from .transient import FollowedCycle, Transient
 
+# The numbers of `Run`.
 
-@dataclass(frozen=True)
-class RunSettings:
-    """The numbers of `Run`."""
-
-    # Number of returns before the latest one that are kept for extrapolation.
-    kept_returns: int = 12
-    # Number of successive returns that must alternate before two cycles count as one return.
-    alternating_returns: int = 4
-    # Largest number of returns that are compared until the work of friction repeats.
-    compared_returns: int = 30
-    # If the relative error of a work is at least this, the work may decay to zero. The error of a
-    # slowly decaying work is 1.
-    dying_work: float = 0.5
-    # Relative change of a drift from return to return below which the drift needs more than ten
-    # thousand cycles to die out.
-    slow_decay: float = 1e-3
-    # Number of the last returns whose changes tell how many cycles are left.
-    decaying_returns: int = 4
-
-
-SETTINGS = RunSettings()
+# Number of returns before the latest one that are kept for extrapolation.
+_KEPT_RETURNS = 12
+# Number of successive returns that must alternate before two cycles count as one return.
+_ALTERNATING_RETURNS = 4
+# Largest number of returns that are compared until the work of friction repeats.
+_COMPARED_RETURNS = 30
+# If the relative error of a work is at least this, the work may decay to zero. The error of a
+# slowly decaying work is 1.
+_DYING_WORK = 0.5
+# Relative change of a drift from return to return below which the drift needs more than ten
+# thousand cycles to die out.
+_SLOW_DECAY = 1e-3
+# Number of the last returns whose changes tell how many cycles are left.
+_DECAYING_RETURNS = 4
 
 GIVEN_UP = (
     "steady state: none proven within {cycles} of most_cycles = {most} cycles "
@@ -140,7 +134,7 @@ class Run:
         The number of cycles follows from the decay of the last changes. An extrapolation may end
         the run earlier.
         """
-        last = self.last[-SETTINGS.decaying_returns :]
+        last = self.last[-_DECAYING_RETURNS:]
         if not last:
             return ""
         change = float((np.abs(last[-1].after - last[-1].before) * self.path.unit).max())
@@ -151,10 +145,10 @@ class Run:
         if changes[-1] <= PERIODIC:
             return "slip repeats up to rounding"
         text = f"slip changes by {change:.1e}{unit} {span}"
-        if len(changes) < SETTINGS.decaying_returns:
+        if len(changes) < _DECAYING_RETURNS:
             return text
         decay = (changes[-1] / changes[0]) ** (1 / (len(changes) - 1))
-        if decay > 1 - SETTINGS.slow_decay:
+        if decay > 1 - _SLOW_DECAY:
             return f"{text}, as much as before: it drifts, or decays slowly"
         left = self.period * ceil(np.log(PERIODIC / changes[-1]) / np.log(decay))
         return f"{text}, {decay:.3g} times the change before: about {left} cycles left"
@@ -171,7 +165,7 @@ class Run:
         latest = self.follow(self.path)
         self.works = self.works + latest.works
         self.lost = max(self.lost, latest.lost)
-        self.last = [] if is_first else [*self.last[-SETTINGS.kept_returns :], latest]
+        self.last = [] if is_first else [*self.last[-_KEPT_RETURNS:], latest]
 
         settled = self._classified(latest)
         if settled is None and self.last:
@@ -215,12 +209,12 @@ class Run:
         """
         cycles = self.last[-2:]
         error = self._work_error(cycles)
-        while not error <= RESIDUAL and len(cycles) < SETTINGS.compared_returns:
+        while not error <= RESIDUAL and len(cycles) < _COMPARED_RETURNS:
             cycles.append(self.follow(self.path))
             if not cycles[-1].work.any():
                 return without_work(self.path, cycles[-1])
             error = self._work_error(cycles)
-        if not error < SETTINGS.dying_work:
+        if not error < _DYING_WORK:
             return None
         error = max(error, self.search.work_error(self.later_changes))
         return Settled(Outcome.CYCLIC_SLIP, self.path, cycles[-1], error, (cycles[-1],))
@@ -249,12 +243,12 @@ class Run:
 
     def _alternates(self) -> bool:
         """Whether each of the last returns undoes more than half of the return before it."""
-        pairs = list(pairwise(self.last[-SETTINGS.alternating_returns - 1 :]))
+        pairs = list(pairwise(self.last[-_ALTERNATING_RETURNS - 1 :]))
         undone = [
             later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max())
             for earlier, later in pairs
         ]
-        return self.period == 1 and len(undone) == SETTINGS.alternating_returns and all(undone)
+        return self.period == 1 and len(undone) == _ALTERNATING_RETURNS and all(undone)
 
     def _same_drift(self) -> str:
         """Description of a drift that more returns cannot change; empty if it may change.
@@ -269,7 +263,7 @@ class Run:
         decay = bend(self.last)
         if cycles_left <= 0 or latest.change <= PERIODIC:
             return ""
-        if decay.max() >= min(SETTINGS.slow_decay, 1 / cycles_left) * latest.change:
+        if decay.max() >= min(_SLOW_DECAY, 1 / cycles_left) * latest.change:
             return ""
         # Lower bound of the change of each gap in the last of the remaining cycles.
         gap_drift = (np.abs(drift) - cycles_left * decay)[self.path.nodes :]
@@ -313,6 +307,6 @@ class Run:
             return LITTLE_WORK.format(work=latest.work.sum(), force=self.path.largest)
         if self.search.attempts and len(self.last) > 1 and self.last[-2].events == latest.events:
             decay = float(bend(self.last).max()) / latest.change
-            if decay < SETTINGS.slow_decay:
+            if decay < _SLOW_DECAY:
                 return SLOW_DRIFT.format(decay=decay, drift=drift)
         return "allow more"

@@ -31,42 +31,37 @@ Moves: TypeAlias = list[tuple[Array, Array]]
 """Distances (m,) of states from a limit, before and after a cycle, in slip scales."""
 
 
-@dataclass(frozen=True)
-class LimitSettings:
-    """The numbers of the search for a limit. Lengths are in slip scales."""
+# The numbers of the search for a limit. Lengths are in slip scales.
 
-    # Cycles with the same events before the first extrapolation.
-    least_cycles: int = 4
-    # Deviation of a state from the linear map fitted to all states, relative to its distance. The
-    # fit divides by small differences.
-    fit: float = 1e3 * RESIDUAL
-    # Accepted deviation of a cycle from the affine map, relative to the change of the state. Other
-    # events would cause a larger deviation.
-    affine: float = 1e-3
-    # Largest change of the state in tests close to the limit, where other events may begin.
-    near: float = 100 * PERIODIC
+# Cycles with the same events before the first extrapolation.
+_LEAST_CYCLES = 4
+# Deviation of a state from the linear map fitted to all states, relative to its distance. The
+# fit divides by small differences.
+_FIT = 1e3 * RESIDUAL
+# Accepted deviation of a cycle from the affine map, relative to the change of the state. Other
+# events would cause a larger deviation.
+_AFFINE = 1e-3
+# Largest change of the state in tests close to the limit, where other events may begin.
+_NEAR = 100 * PERIODIC
 
-    # Largest distance of a fixed point of the increments from the last state.
-    far: float = 1e-2
-    # Ratio by which the change must fall from one extrapolation to the next.
-    gain: float = 4.0
-    # The change may take several extrapolations to fall: one, and one more for each
-    # `cycles_per_turn` load cycles of the transient.
-    cycles_per_turn: int = 60
-    # Largest number of such extrapolations.
-    most_turns: int = 6
-    # Positions of the tested states between the fixed point (0) and the last state (1).
-    shares: tuple[float, ...] = (0.5, 0.1)
-    # Largest relative difference of the works at two fixed points that count as the same.
-    same_work: float = 3e-8
-    # Estimated error of the work at the limit if nodes have yet to stop, relative to the distance
-    # of the last work from it. In random contacts the error was at most 0.4 %.
-    later_events: float = 1e-2
-    # Largest accepted relative error of the work due to such nodes.
-    accepted: float = 1e-5
-
-
-SETTINGS = LimitSettings()
+# Largest distance of a fixed point of the increments from the last state.
+_FAR = 1e-2
+# Ratio by which the change must fall from one extrapolation to the next.
+_GAIN = 4.0
+# The change may take several extrapolations to fall: one, and one more for each
+# `cycles_per_turn` load cycles of the transient.
+_CYCLES_PER_TURN = 60
+# Largest number of such extrapolations.
+_MOST_TURNS = 6
+# Positions of the tested states between the fixed point (0) and the last state (1).
+_SHARES = (0.5, 0.1)
+# Largest relative difference of the works at two fixed points that count as the same.
+_SAME_WORK = 3e-8
+# Estimated error of the work at the limit if nodes have yet to stop, relative to the distance
+# of the last work from it. In random contacts the error was at most 0.4 %.
+_LATER_EVENTS = 1e-2
+# Largest accepted relative error of the work due to such nodes.
+_ACCEPTED = 1e-5
 
 
 class Limit(NamedTuple):
@@ -119,9 +114,9 @@ class AffineLimit(LimitSearch):
         self, path: Transient, last: Sequence[FollowedCycle], follow: Follow, cycles: int
     ) -> Limit | None:
         """See `LimitSearch`. A return from the limit must end there, and the map must be affine."""
-        latest = last[-SETTINGS.least_cycles :]
+        latest = last[-_LEAST_CYCLES:]
         same_events = len({cycle.events for cycle in latest}) == 1
-        if not same_events or len(latest) < SETTINGS.least_cycles:
+        if not same_events or len(latest) < _LEAST_CYCLES:
             self.restart()
             return None
         if self.wait:
@@ -145,7 +140,7 @@ def _is_affine(path: Transient, limit: Array, moves: Moves, follow: Follow) -> b
     for before, after in moves:
         end = follow(path.at(limit + before)).after
         deviation = np.abs(end - limit - after).max()
-        if deviation > PERIODIC + SETTINGS.affine * np.abs(before - after).max():
+        if deviation > PERIODIC + _AFFINE * np.abs(before - after).max():
             return False
     return True
 
@@ -178,17 +173,17 @@ class CurvedLimit(LimitSearch):
     ) -> Limit | None:
         """See `LimitSearch`."""
         self.wait = max(self.wait - 1, 0)
-        if self.wait or len(last) < SETTINGS.least_cycles:
+        if self.wait or len(last) < _LEAST_CYCLES:
             return None
         self.attempts += 1
         latest = last[-1]
         sticks = np.abs(latest.after - latest.before) <= REPEATED
         start = np.where(sticks, latest.after, fixed_point(_ends(last)))
-        if np.abs(start - latest.after).max() > SETTINGS.far:
+        if np.abs(start - latest.after).max() > _FAR:
             return None
 
-        patience = min(1 + cycles // SETTINGS.cycles_per_turn, SETTINGS.most_turns)
-        self.wait = SETTINGS.least_cycles * patience
+        patience = min(1 + cycles // _CYCLES_PER_TURN, _MOST_TURNS)
+        self.wait = _LEAST_CYCLES * patience
         iterated = _iterated(path, start, latest.change, patience, follow)
         if iterated is None:
             return None
@@ -204,10 +199,10 @@ class CurvedLimit(LimitSearch):
 
         # The work (N,) of a negligible slip.
         no_work = RESIDUAL * path.scales.mean * path.scales.length
-        distance = work_to_come(last[-SETTINGS.least_cycles :], limit.cycle, no_work)
-        events_error = turns * SETTINGS.later_events * distance
-        self.wait = SETTINGS.least_cycles * turns
-        if events_error > SETTINGS.accepted:
+        distance = work_to_come(last[-_LEAST_CYCLES:], limit.cycle, no_work)
+        events_error = turns * _LATER_EVENTS * distance
+        self.wait = _LEAST_CYCLES * turns
+        if events_error > _ACCEPTED:
             self.wait = max(self.wait, cycles // 4)
         return self._with_same_work(limit, earlier.cycle, events_error, no_work)
 
@@ -219,8 +214,8 @@ class CurvedLimit(LimitSearch):
         total = work.sum()
         change = np.abs(work - earlier.work)
         self.fixed = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
-        is_same = (change <= SETTINGS.same_work * total + no_work).all()
-        return limit if is_same and events_error <= SETTINGS.accepted else None
+        is_same = (change <= _SAME_WORK * total + no_work).all()
+        return limit if is_same and events_error <= _ACCEPTED else None
 
     def work_error(self, later_changes: float | None) -> float:
         """See `LimitSearch`. The fixed point shifts in proportion to the changes left."""
@@ -252,13 +247,13 @@ def _iterated(
         if first.change <= PERIODIC:
             return Limit(at_point, first), turns
         changes.append(first.change)
-        if not changes[-1] < changes[-2] / SETTINGS.gain:
+        if not changes[-1] < changes[-2] / _GAIN:
             turns = patience
         earlier = min(changes[:-patience], default=np.inf)
-        if not min(changes[-patience:]) < earlier / SETTINGS.gain:
+        if not min(changes[-patience:]) < earlier / _GAIN:
             return None
-        further = [follow(at_point) for _ in range(SETTINGS.least_cycles)]
-        returns = [first, *further, *returns][: (SETTINGS.least_cycles + 1) * patience]
+        further = [follow(at_point) for _ in range(_LEAST_CYCLES)]
+        returns = [first, *further, *returns][: (_LEAST_CYCLES + 1) * patience]
         point = fixed_point(_ends(returns))
 
 
@@ -267,7 +262,7 @@ def _is_approached(
 ) -> bool:
     """Whether the latest return and returns from states between come closer to a fixed point."""
     limit = at_limit.after
-    starts = [limit + share * (latest.after - limit) for share in SETTINGS.shares]
+    starts = [limit + share * (latest.after - limit) for share in _SHARES]
     cycles = [latest, *(follow(path.at(start)) for start in starts)]
     return all(
         np.linalg.norm(cycle.after - limit) < np.linalg.norm(cycle.before - limit)
@@ -289,7 +284,7 @@ def extrapolate(last: Sequence[FollowedCycle]) -> Iterator[tuple[Array, Moves]]:
     due to the same events in another order.
     """
     latest = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
-    for count in range(len(latest), SETTINGS.least_cycles - 1, -2):
+    for count in range(len(latest), _LEAST_CYCLES - 1, -2):
         states = [last[-count].before, *(cycle.after for cycle in last[-count:])]
         affine = limit_of(np.array(states))
         if affine is None:
@@ -298,7 +293,7 @@ def extrapolate(last: Sequence[FollowedCycle]) -> Iterator[tuple[Array, Moves]]:
         moves = [(last[-1].before - limit, last[-1].after - limit), *modes]
         close_moves = []
         for before, after in moves:
-            share = SETTINGS.near / max(SETTINGS.near, np.abs(before - after).max())
+            share = _NEAR / max(_NEAR, np.abs(before - after).max())
             close_moves.append((share * before, share * after))
         yield limit, [*close_moves, *modes]
 
@@ -327,7 +322,7 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     step = basis.T @ distances[1:].T @ right[significant].T / sizes[significant]
     fitted = basis @ step @ basis.T @ distances[:-1].T
     deviation = np.abs(distances[1:].T - fitted).max(axis=0)
-    if np.any(deviation > PERIODIC + SETTINGS.fit * np.abs(distances[:-1]).max(axis=1)):
+    if np.any(deviation > PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)):
         return None
 
     rates, vectors = np.linalg.eig(step)

@@ -4,7 +4,6 @@
 """
 
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
 from weakref import WeakKeyDictionary
@@ -36,21 +35,14 @@ SLIDES = (
 )
 
 
-@dataclass(frozen=True)
-class StaticsSettings:
-    """The numbers of this file."""
-
-    # Share of the friction onto which a projection goes, so that its limit lies within friction.
-    within: float = 0.99
-    # Largest number of projections. A program takes as long as some thousands of them.
-    projections: int = 1000
-    # Square of the size of a motion with negative work. The program has the size 1, or 0 for none.
-    proven_motion: float = 0.5
-    # A motion is a slide, not a turn, if its mean is at least this share of its mean size.
-    even: float = 0.5
-
-
-SETTINGS = StaticsSettings()
+# Share of the friction onto which a projection goes, so that its limit lies within friction.
+_WITHIN = 0.99
+# Largest number of projections. A program takes as long as some thousands of them.
+_PROJECTIONS = 1000
+# Square of the size of a motion with negative work. The program has the size 1, or 0 for none.
+_PROVEN_MOTION = 0.5
+# A motion is a slide, not a turn, if its mean is at least this share of its mean size.
+_EVEN = 0.5
 
 
 def rigid_motions(S: Array, sizes: Array) -> Array:
@@ -236,7 +228,7 @@ class Statics:
                 phi = np.r_[phi, self._friction * slip]
             rounding = COUNTS * np.abs(phi) @ np.abs(load)
             work_on_motion = phi @ load + self._sheared_off(phi)
-            if phi @ phi > SETTINGS.proven_motion and work_on_motion < -rounding:
+            if phi @ phi > _PROVEN_MOTION and work_on_motion < -rounding:
                 return phi
         return None
 
@@ -246,9 +238,9 @@ class Statics:
         They project onto forces within friction, and onto forces with the load's work in V.
         """
         f = self._friction
-        less = SETTINGS.within * f
+        less = _WITHIN * f
         r = load.reshape(-1, self._system.nodes)
-        for _ in range(SETTINGS.projections):
+        for _ in range(_PROJECTIONS):
             q = r[:-1]
             p = r[-1]
             size = np.linalg.norm(q, axis=0)
@@ -258,7 +250,7 @@ class Statics:
             if not pressed:
                 on_cone = np.maximum(p + less * size, 0.0) / (1 + less**2)
                 nearest = np.where(size <= less * p, p, on_cone)
-            bound = SETTINGS.within * self._law.bound(nearest)
+            bound = _WITHIN * self._law.bound(nearest)
             shortened = q * np.minimum(1.0, bound / np.where(size > 0, size, 1.0))
             r = np.vstack([shortened, nearest])
             r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
@@ -299,7 +291,7 @@ class Statics:
         along = np.einsum("an,nak->nk", phi[:-1], self._system.frames[:, :-1])[moves].mean(axis=0)
         size = float(np.linalg.norm(along))
         held_by = "friction and strength" if self._system.capped else "friction"
-        if size <= SETTINGS.even * mean_slip:
+        if size <= _EVEN * mean_slip:
             return TURNS.format(place=place, load=name, demand=demand, bound=holds, held_by=held_by)
         bound = f"the {holds:.4g} of {held_by}" if self._system.capped else f"f P = {holds:.4g}"
         # Adding 0.0 turns -0.0 into 0.0.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, cast
 
@@ -40,26 +39,21 @@ MOST_CYCLES = 2000
 """Default number of cycles after which the search for a steady state gives up."""
 
 
-@dataclass(frozen=True)
-class StepErrorSettings:
-    """The numbers of the estimate of `step_error`."""
+# The numbers of the estimate of `step_error`.
 
-    # Least number of cycles followed in finer increments from the beginning of the transient.
-    first_cycles: int = 3
-    # Largest number of cycles followed in finer increments from the beginning of the transient,
-    # and again from the steady state.
-    most_cycles: int = 8
-    # These cycles end if the later changes are below this share of the change so far.
-    converged: float = 0.1
-    # Largest estimate of the later changes, relative to the last change.
-    longest: float = 300.0
-    # Factor on the estimated error.
-    safety: float = 2.0
-    # Share of the work in doubt that is added, since errors may cancel in a difference.
-    cancelled: float = 0.01
-
-
-SETTINGS = StepErrorSettings()
+# Least number of cycles followed in finer increments from the beginning of the transient.
+_FIRST_CYCLES = 3
+# Largest number of cycles followed in finer increments from the beginning of the transient,
+# and again from the steady state.
+_FINER_CYCLES = 8
+# These cycles end if the later changes are below this share of the change so far.
+_CONVERGED = 0.1
+# Largest estimate of the later changes, relative to the last change.
+_LONGEST = 300.0
+# Factor on the estimated error.
+_SAFETY = 2.0
+# Share of the work in doubt that is added, since errors may cancel in a difference.
+_CANCELLED = 0.01
 
 OFF_LAW = (
     "steady state: its states violate the contact law or the balance of energy, or do not return "
@@ -201,7 +195,7 @@ def _followed(
             bar.update()
             # The transient itself does not move while copies of it are followed for a proof.
             is_new = not first_states or path.state.u is not first_states[-1]
-            if is_new and len(first_states) < SETTINGS.most_cycles:
+            if is_new and len(first_states) < _FINER_CYCLES:
                 first_states.append(path.state.u)
 
         run.report = count
@@ -245,7 +239,7 @@ def _step_error(
     if not total:
         return np.inf if missed or finer_run.settled().cycle.work.any() else 0.0
     change = _change_of_work(finer_run, settled.cycle)
-    error = SETTINGS.safety * parts / (parts - 1) * change + SETTINGS.cancelled * lacking
+    error = _SAFETY * parts / (parts - 1) * change + _CANCELLED * lacking
     return float(max(error, missed)) / total
 
 
@@ -265,16 +259,16 @@ def _later_difference(run: Run, first_states: Sequence[Array], finer: SteppedPat
         difference = (finer.state.u - state)[: -finer.nodes]
         growth = difference - before
         growths.append(float(np.linalg.norm(growth / unit)))
-        if len(growths) >= SETTINGS.first_cycles:
+        if len(growths) >= _FIRST_CYCLES:
             later = _later(growths, REPEATED)
-            if later <= SETTINGS.converged * np.linalg.norm(difference / unit):
+            if later <= _CONVERGED * np.linalg.norm(difference / unit):
                 break
     return difference + (growth * (later / growths[-1]) if later else 0.0)
 
 
 def _later(changes: Sequence[float], rounding: float) -> float:
     """Estimated sum of all later changes, at most `longest` times the last change."""
-    return min(distance_left(changes[-3:], rounding), SETTINGS.longest * changes[-1])
+    return min(distance_left(changes[-3:], rounding), _LONGEST * changes[-1])
 
 
 def _work_in_doubt(path: SteppedPath, cycle: FollowedCycle) -> tuple[float, float]:
@@ -301,8 +295,8 @@ def _change_of_work(again: Run, cycle: FollowedCycle) -> float:
         changes.append(float(np.abs(work - before).sum()))
         change = float(np.abs(work - cycle.work).sum())
         later = _later(changes, REPEATED * float(cycle.work.sum()))
-        converged = len(changes) > 1 and later <= SETTINGS.converged * change
-        if converged or len(changes) == SETTINGS.most_cycles:
+        converged = len(changes) > 1 and later <= _CONVERGED * change
+        if converged or len(changes) == _FINER_CYCLES:
             return change + later
 
 

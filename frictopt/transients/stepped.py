@@ -1,7 +1,6 @@
 """A transient from increment to increment."""
 
 from copy import copy
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -12,20 +11,14 @@ from ..errors import ModelError, NoContinuation, SolverError
 from .statics import Statics, check_sliding, motions_of_bodies
 from .transient import OPEN, STICK, FollowedCycle, Transient
 
+# Numbers of increments.
 
-@dataclass(frozen=True)
-class StepSettings:
-    """Numbers of increments."""
-
-    # Default number of increments from corner to corner.
-    steps: int = 20
-    # Least number of parts into which the error estimate divides each increment.
-    parts: int = 4
-    # Least number of increments from corner to corner in the error estimate.
-    finest: int = 32
-
-
-_SETTINGS = StepSettings()
+# Default number of increments from corner to corner.
+_STEPS = 20
+# Least number of parts into which the error estimate divides each increment.
+_PARTS = 4
+# Least number of increments from corner to corner in the error estimate.
+_FINEST = 32
 
 # The finer increments also end at these distances before a corner, in lengths of an increment. Just
 # above a limit, nodes slip only shortly before a corner. The closer the load factor is to the
@@ -68,7 +61,7 @@ class SteppedPath(Transient):
 
     def __init__(self, steps: int | None, *parameters: Any, retries: bool = True) -> None:
         self._retries = retries
-        self.steps = whole_number("steps", _SETTINGS.steps if steps is None else steps, least=1)
+        self.steps = whole_number("steps", _STEPS if steps is None else steps, least=1)
         smaller_counts = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
         self.coarser = sorted(smaller_counts, reverse=True)
         self.shares = np.arange(1, self.steps + 1) / self.steps
@@ -157,7 +150,7 @@ class SteppedPath(Transient):
 
     def finer(self) -> tuple[Self, int]:
         """A copy with finer increments, and the number of parts of each increment."""
-        parts = max(_SETTINGS.parts, -(-_SETTINGS.finest // self.steps))
+        parts = max(_PARTS, -(-_FINEST // self.steps))
         count = parts * self.steps
         equal_ends = np.arange(1, count + 1) / count
         last_ends = 1 - _TAIL / self.steps

@@ -38,17 +38,12 @@ HOLD = "hold the body by supports, press it more, or load it less"
 """The remedy for a body that slides or opens as a whole."""
 
 
-@dataclass(frozen=True)
-class _StressLimits:
-    """Limits of the ratio of the reactions at the start to the largest force of the loads."""
+# Limits of the ratio of the reactions at the start to the largest force of the loads.
 
-    # A larger ratio is refused: rounding hides the events (1e30 gave wrong results).
-    refused: float = 1e18
-    # Above this ratio an error names the start as the cause of a large residual.
-    suspected: float = 1e3
-
-
-_STRESS = _StressLimits()
+# A larger ratio is refused: rounding hides the events (1e30 gave wrong results).
+_REFUSED_STRESS = 1e18
+# Above this ratio an error names the start as the cause of a large residual.
+_SUSPECTED_STRESS = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +183,7 @@ class Transient(ABC):
             self._start_name = "initial_state"
             state = checked_state("initial_state", initial_state, system, len(self.corners))
             start = self._resumed(state)
-        self.far_start = self._start_stress > _STRESS.suspected
+        self.far_start = self._start_stress > _SUSPECTED_STRESS
 
         self.legs = [
             (corner, f"the segment to the corner ({name})")
@@ -261,10 +256,10 @@ class Transient(ABC):
     def check_near(self, name: str, stress: ArrayLike) -> float:
         """The ratio of reactions to the loads; ModelError if rounding would hide the loads."""
         ratio = float(np.abs(stress).max()) / self.largest
-        if ratio > _STRESS.refused:
+        if ratio > _REFUSED_STRESS:
             raise ModelError(
                 f"{name}: it stresses the contact {ratio:.1e} times as much as the loads, so that "
-                f"rounding would hide the loads; give a slip of at most {_STRESS.refused:g} "
+                f"rounding would hide the loads; give a slip of at most {_REFUSED_STRESS:g} "
                 "times, or check the units"
             )
         return ratio

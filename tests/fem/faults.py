@@ -153,8 +153,8 @@ FAULTS = (
     Fault(
         "fem/modes.py",
         "free bodies without a shift",
-        old="shift: float = 0.001",
-        new="shift: float = 0.0",
+        old="_SHIFT = 0.001",
+        new="_SHIFT = 0.0",
         tests="modes",
     ),
     Fault(
@@ -491,7 +491,7 @@ FAULTS = (
     Fault(
         "fem/faces.py",
         "faces are sought where body 1 is",
-        old="range(SETTINGS.steps)",
+        old="range(_STEPS)",
         new="range(1)",
         tests="mortar_space",
     ),
@@ -688,14 +688,14 @@ FAULTS = (
     Fault(
         "fem/adjusting.py",
         "any face of body 2 becomes plane",
-        old="min(tolerance, SETTINGS.into_plane * edge)",
-        new="SETTINGS.into_plane * edge",
+        old="min(tolerance, _INTO_PLANE * edge)",
+        new="_INTO_PLANE * edge",
         tests="adjust",
     ),
     Fault(
         "fem/adjusting.py",
         "nodes of matching meshes are not found again",
-        old="np.minimum(tolerance, SETTINGS.same_node * edge[nodes])",
+        old="np.minimum(tolerance, _SAME_NODE * edge[nodes])",
         new="-1.0",
         tests="adjust",
     ),
@@ -772,7 +772,7 @@ FAULTS = (
     Fault(
         "fem/faces.py",
         "faces that look the same way touch",
-        old="np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < SETTINGS.opposite",
+        old="np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < _OPPOSITE",
         new="np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < 2",
         tests="touching",
     ),
@@ -898,7 +898,7 @@ FAULTS = (
     Fault(
         "fem/normals.py",
         "a corner of two flat faces is rounded",
-        old="(near * far > 0) & (np.abs(far) >= SETTINGS.bends_on * np.abs(near))",
+        old="(near * far > 0) & (np.abs(far) >= _BENDS_ON * np.abs(near))",
         new="near != 0",
         tests="curved_faces",
     ),

@@ -209,8 +209,8 @@ FAULTS = (
     Fault(
         "joints/mode_interaction.py",
         "the static answer counts",
-        old="1 / (1 - ratio**2 + 2j * numbers.damping * ratio) - 1",
-        new="1 / (1 - ratio**2 + 2j * numbers.damping * ratio)",
+        old="1 / (1 - ratio**2 + 2j * _DAMPING * ratio) - 1",
+        new="1 / (1 - ratio**2 + 2j * _DAMPING * ratio)",
         tests="forced_response::test_the_interaction_is_what_other_modes_answer_at_multiples_of_the_frequency",
     ),
     Fault(
@@ -412,7 +412,7 @@ FAULTS = (
     Fault(
         "joints/advice.py",
         "friction of 1.48 as advice",
-        old="float(f'{required:.3g}') <= _ADVICE.practical_friction",
+        old="float(f'{required:.3g}') <= _PRACTICAL_FRICTION",
         new="True",
         tests="sheet::test_friction_that_no_surface_has_is_no_advice",
     ),

@@ -186,9 +186,7 @@ def test_odd_contacts_are_of_all_kinds():
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    range_search.SETTINGS = range_search.SearchSettings(
-        most_around=8
-    )  # as the fixture `few_starts` does
+    range_search.MOST_AROUND = 8  # as the fixture `few_starts` does
     counts = Counter()
     for number in range(int(sys.argv[1]), int(sys.argv[2])):
         for question in [*QUESTIONS, *(name for name in ASKED if name not in QUESTIONS)]:

@@ -10,7 +10,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import pose
-from frictopt.study.range_search import Search, SearchSettings
+from frictopt.study.range_search import Search
 from helpers.cases import few
 from helpers.paths import followed
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, SHEAR, system
@@ -150,7 +150,7 @@ def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(
     thousands of programs.
     """
     # Of the starts around an end a few are enough here.
-    monkeypatch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=8))
+    monkeypatch.setattr("frictopt.study.range_search.MOST_AROUND", 8)
     places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle(
         {"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places]

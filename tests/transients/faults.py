@@ -113,8 +113,8 @@ FAULTS = (
     Fault(
         "transients/extrapolation.py",
         "one map need not make all states",
-        old="deviation > PERIODIC + SETTINGS.fit * np.abs(distances[:-1]).max(axis=1)",
-        new="deviation < PERIODIC + SETTINGS.fit * np.abs(distances[:-1]).max(axis=1)",
+        old="deviation > PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)",
+        new="deviation < PERIODIC + _FIT * np.abs(distances[:-1]).max(axis=1)",
         tests="path_cycles path_drift path_steady path_hard path_unproven",
     ),
     Fault(
@@ -339,8 +339,8 @@ FAULTS = (
     Fault(
         "transients/extrapolation.py",
         "one state tells the fixed point of a curved map",
-        old="is_same and events_error <= SETTINGS.accepted",
-        new="events_error <= SETTINGS.accepted",
+        old="is_same and events_error <= _ACCEPTED",
+        new="events_error <= _ACCEPTED",
         tests="spatial_cycles",
     ),
     Fault(
@@ -403,8 +403,8 @@ FAULTS = (
     Fault(
         "transients/extrapolation.py",
         "the map need not be affine near a limit",
-        old="deviation > PERIODIC + SETTINGS.affine * np.abs(before - after).max()",
-        new="False and deviation > PERIODIC + SETTINGS.affine * np.abs(before - after).max()",
+        old="deviation > PERIODIC + _AFFINE * np.abs(before - after).max()",
+        new="False and deviation > PERIODIC + _AFFINE * np.abs(before - after).max()",
         tests="path_cycles path_drift path_steady path_hard path_unproven spatial_cycles",
     ),
     Fault(
@@ -431,8 +431,8 @@ FAULTS = (
     Fault(
         "transients/cycles.py",
         "the first cycle proves a steady state",
-        old="[] if is_first else [*self.last[-SETTINGS.kept_returns:], latest]",
-        new="[*self.last[-SETTINGS.kept_returns:], latest]",
+        old="[] if is_first else [*self.last[-_KEPT_RETURNS:], latest]",
+        new="[*self.last[-_KEPT_RETURNS:], latest]",
         tests="path_cycles path_drift path_steady path_hard path_unproven",
     ),
     Fault(
@@ -529,7 +529,7 @@ FAULTS = (
     Fault(
         "transients/critical_plane.py",
         "the search for the worst plane goes on from one alone",
-        old="-SETTINGS.best",
+        old="-_BEST",
         new="-1",
         tests="critical_plane",
     ),
@@ -628,7 +628,7 @@ FAULTS = (
     Fault(
         "transients/cycles.py",
         "a drift counts down to its end",
-        old="decay > 1 - SETTINGS.slow_decay",
+        old="decay > 1 - _SLOW_DECAY",
         new="decay > 2",
         tests="path_cycles",
     ),

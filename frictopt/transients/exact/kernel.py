@@ -18,7 +18,6 @@ read that first. The file has four parts:
 # would not take effect.
 
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -45,24 +44,20 @@ _CONDENSATION = 1e-10
 _NO_DRIVE = 1e-15
 
 
-class PathSettings(NamedTuple):
-    """The numbers of the exact path; a tuple because numba takes no other class."""
+# The numbers of the exact path.
 
-    # A node is at its bound up to this slack, over its bound and a thousandth of the force scale.
-    at_bound: float = 10 * _ROUNDING
-    # Rates of slack and slip below this share of the load rate count as zero.
-    zero_rate: float = 10 * _ROUNDING
-    # Pivots below this share of the unknown's stiffness may be zero. Then the rates are not unique.
-    zero_pivot: float = _CONDENSATION
-    # Solutions for the rates by one inverse at most: the first one and its corrections.
-    solutions: int = 3
-    # Iterations that change all wrong nodes at once.
-    block_iterations: int = 12
-    # Later iterations, which change the first wrong node alone (Murty 1974).
-    single_iterations: int = 200
-
-
-SETTINGS = PathSettings()
+# A node is at its bound up to this slack, over its bound and a thousandth of the force scale.
+AT_BOUND = 10 * _ROUNDING
+# Rates of slack and slip below this share of the load rate count as zero.
+_ZERO_RATE = 10 * _ROUNDING
+# Pivots below this share of the unknown's stiffness may be zero. Then the rates are not unique.
+_ZERO_PIVOT = _CONDENSATION
+# Solutions for the rates by one inverse at most: the first one and its corrections.
+_SOLUTIONS = 3
+# Iterations that change all wrong nodes at once.
+_BLOCK_ITERATIONS = 12
+# Later iterations, which change the first wrong node alone (Murty 1974).
+_SINGLE_ITERATIONS = 200
 
 
 # --- Arrays ---------------------------------------------------------------------------------------
@@ -144,7 +139,7 @@ def _append(S, active, new, factor):
     share = 0.0
     if S[new, new] > 0.0:
         share = pivot / S[new, new]
-    if abs(share) <= SETTINGS.zero_pivot:
+    if abs(share) <= _ZERO_PIVOT:
         return 0.0
     n, inverse, left, right = active.size[0], active.inverse, active.left, active.right
     for a in range(n):
@@ -271,7 +266,7 @@ def solve_rates(S, active, state):
     u_rate[:] = 0.0
     _copy(load_rate, r_rate)
     rounding = _ROUNDING * _largest(load_rate)
-    for _ in range(SETTINGS.solutions):
+    for _ in range(_SOLUTIONS):
         largest = 0.0
         for a in range(n):
             error[a] = _left_side(r_rate, active.unknown[a], active.weight[a])
@@ -314,7 +309,7 @@ def _slacks(f, r, node, nodes):
 @inner_in_place
 def _is_unpressed(p, force):
     """Whether a pressure is zero up to rounding, relative to a thousandth of the force scale."""
-    return p <= SETTINGS.at_bound * 1e-3 * force
+    return p <= AT_BOUND * 1e-3 * force
 
 
 @inner_in_place
@@ -324,7 +319,7 @@ def look(f, state, force):
     for node in range(nodes):
         p = r[nodes + node]
         forward_slack, backward_slack = _slacks(f, r, node, nodes)
-        small = SETTINGS.at_bound * (f[node] * p + 1e-3 * force[node])
+        small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
         unpressed = _is_unpressed(p, force[node])
         touch = FORWARD * (forward_slack <= small) + BACKWARD * (backward_slack <= small)
         touch += UNPRESSED * unpressed
@@ -347,7 +342,7 @@ def _falls(S, state, node, rate, least, stiffness):
         if u_rate[k] != 0.0:
             # S is symmetric, and its rows lie together.
             reached += abs(u_rate[k]) * (abs(S[node, k]) + abs(S[nodes + node, k]))
-    return rate < -SETTINGS.zero_rate * reached / stiffness
+    return rate < -_ZERO_RATE * reached / stiffness
 
 
 @inner_in_place
@@ -405,10 +400,10 @@ def settle(S, f, state, active, known, least_r, least_u):
     """
     unique = True
     _copy(state.status, state.wanted)
-    for iteration in range(SETTINGS.block_iterations + SETTINGS.single_iterations):
+    for iteration in range(_BLOCK_ITERATIONS + _SINGLE_ITERATIONS):
         if iteration > 0 or not known:
             solve_rates(S, active, state)
-        only_first = iteration >= SETTINGS.block_iterations
+        only_first = iteration >= _BLOCK_ITERATIONS
         wrong = _find_wrong_statuses(S, f, state, least_r, least_u, only_first)
         if wrong == 0:
             return unique and not _may_also_slip(S, f, state, active)
@@ -506,7 +501,7 @@ def _include(S, proof, unknown, weight):
             entry -= L[n, b] * L[a, b]
         L[n, a] = entry / L[a, a]
         pivot -= L[n, a] * L[n, a]
-    if not pivot > SETTINGS.zero_pivot * S[unknown, unknown]:
+    if not pivot > _ZERO_PIVOT * S[unknown, unknown]:
         return False
     L[n, n] = np.sqrt(pivot)
     _enter(proof, unknown, weight)
@@ -538,7 +533,7 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
     load_rate, time = state.load_rate, start
     for k in range(len(load_rate)):
         load_rate[k] = ahead[k] - bonded[k]
-    least_r = SETTINGS.zero_rate * _largest(load_rate)
+    least_r = _ZERO_RATE * _largest(load_rate)
     least_u = least_r / _mean_stiffness(S)
     if begins:
         _begin(S, f, state, active)

@@ -16,25 +16,19 @@ import numpy as np
 from scipy.linalg.blas import dger
 
 from ...base import CONDENSATION, RESIDUAL, ROUNDING, Array
-from .kernel import OPEN, SETTINGS, STICK
+from .kernel import AT_BOUND, OPEN, STICK
 from .state import State
 
+# The numbers of the search for solutions of a rate problem.
 
-@dataclass(frozen=True)
-class RateSettings:
-    """The numbers of the search for solutions of a rate problem."""
-
-    # All statuses are tried up to this number of pairs.
-    tried_pairs: int = 8
-    # Covering vectors that Lemke's method begins with, in turn.
-    covers: int = 3
-    # Two solutions differ by more than this, over their size: each has errors up to the residual.
-    distinct: float = 1e3 * RESIDUAL
-    # Pivots of Lemke's tableau up to this count as zero: each pivot adds its rounding to the rest.
-    zero_pivot: float = 10 * ROUNDING
-
-
-_SETTINGS = RateSettings()
+# All statuses are tried up to this number of pairs.
+_TRIED_PAIRS = 8
+# Covering vectors that Lemke's method begins with, in turn.
+_COVERS = 3
+# Two solutions differ by more than this, over their size: each has errors up to the residual.
+_DISTINCT = 1e3 * RESIDUAL
+# Pivots of Lemke's tableau up to this count as zero: each pivot adds its rounding to the rest.
+_ZERO_PIVOT = 10 * ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +81,8 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
     q, p = np.split(state.r, 2)
 
     # Nodes at their bounds, by the same tolerances as `look`.
-    small = SETTINGS.at_bound * (f * p + 1e-3 * force)
-    unpressed = p <= SETTINGS.at_bound * 1e-3 * force
+    small = AT_BOUND * (f * p + 1e-3 * force)
+    unpressed = p <= AT_BOUND * 1e-3 * force
     touching = unpressed & (state.u[nodes:] + state.gap <= 0)
     gapped = (state.status == OPEN) & ~touching
     frictionless = (f == 0) & ~touching & ~gapped
@@ -136,28 +130,26 @@ def _has_free_motion(S: Array, motions: np.ndarray) -> bool:
     return not _is_positive_definite(block - least * np.eye(len(block)))
 
 
-def find_rates(
-    problem: RateProblem, before: np.ndarray, settings: RateSettings = _SETTINGS
-) -> Solutions:
+def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
     """Find at most two different solutions of a rate problem."""
     stiffness = float(np.abs(np.diag(problem.M)).max(initial=0.0)) or 1.0
     load = float(np.abs(problem.c).max(initial=0.0)) or 1.0
     M = problem.M / stiffness
     c = problem.c / load
 
-    if len(c) <= settings.tried_pairs:
+    if len(c) <= _TRIED_PAIRS:
         candidates = _all_solutions(M, c)
         complete = True
     else:
         unique = _is_positive_definite(M)
-        candidates = list(islice(_pivoted(M, c, settings), 1 if unique else None))
+        candidates = list(islice(_pivoted(M, c), 1 if unique else None))
         complete = unique and bool(candidates)
 
     found: list[tuple[np.ndarray, Array]] = []
     for z in candidates:
         rates = problem.u_rate @ np.r_[z * load / stiffness, 1.0]
         size = max(float(np.abs(rates).max()), load / stiffness)
-        if all(np.abs(rates - known).max() > settings.distinct * size for _, known in found):
+        if all(np.abs(rates - known).max() > _DISTINCT * size for _, known in found):
             found.append((problem.statuses(z, before), rates))
     return Solutions(found[:2], complete)
 
@@ -175,12 +167,12 @@ def _all_solutions(M: Array, c: Array) -> list[Array]:
     return solutions
 
 
-def _pivoted(M: Array, c: Array, settings: RateSettings) -> Iterator[Array]:
+def _pivoted(M: Array, c: Array) -> Iterator[Array]:
     """Solutions by Lemke's method, which may differ from one covering vector to the next."""
-    shape = settings.covers - 1, len(c)
+    shape = _COVERS - 1, len(c)
     random = np.random.default_rng(0).uniform(0.2, 1.0, size=shape)
     for cover in (np.ones(len(c)), *random):
-        z = _lemke(M, c, cover, settings)
+        z = _lemke(M, c, cover)
         if z is not None and _solves(M, c, z):
             yield z
 
@@ -197,7 +189,7 @@ def _is_positive_definite(M: Array) -> bool:
     return bool(np.linalg.eigvalsh(M + M.T).min(initial=np.inf) > 0)
 
 
-def _lemke(M: Array, c: Array, cover: Array, settings: RateSettings = _SETTINGS) -> Array | None:
+def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
     """Solution by complementary pivoting (Lemke 1965); None if it ends in a ray."""
     n = len(c)
     if c.min(initial=0.0) >= 0:
@@ -221,7 +213,7 @@ def _lemke(M: Array, c: Array, cover: Array, settings: RateSettings = _SETTINGS)
             return z[n : 2 * n]
         # The complement of the unknown that leaves enters.
         entering = leaving + n if leaving < n else leaving - n
-        positive = np.flatnonzero(tableau[:, entering] > settings.zero_pivot)
+        positive = np.flatnonzero(tableau[:, entering] > _ZERO_PIVOT)
         if not len(positive):
             return None
         row = _pivot_row(tableau, basis, positive, entering)

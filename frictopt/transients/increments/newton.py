@@ -22,26 +22,20 @@ from ...base import ROUNDING, STALLED, Array
 from ..transient import OPEN, SLIP, STICK
 from .sweeps import reactions
 
+# The numbers of Newton's method.
 
-@dataclass(frozen=True)
-class NewtonSettings:
-    """The numbers of Newton's method."""
-
-    # Dimensionless error of the law at which it is done.
-    enough: float = 1e-2 * ROUNDING
-    # A step may be halved so often in the line search, less one.
-    halvings: int = 6
-    # A step with earlier factors must leave at most this share of the error.
-    kept_factors: float = 0.1
-    # If a step leaves more than this share of the squared error, the error may be rounding.
-    small_gain: float = 0.25
-    # It ends without a state after so many steps in turn that each leave more than this share of
-    # the squared error: a body slides, and further motion does not change the forces.
-    no_gain: float = 0.99
-    idle_steps: int = 6
-
-
-_SETTINGS = NewtonSettings()
+# Dimensionless error of the law at which it is done.
+_ENOUGH = 1e-2 * ROUNDING
+# A step may be halved so often in the line search, less one.
+_HALVINGS = 6
+# A step with earlier factors must leave at most this share of the error.
+_KEPT_FACTORS = 0.1
+# If a step leaves more than this share of the squared error, the error may be rounding.
+_SMALL_GAIN = 0.25
+# It ends without a state after so many steps in turn that each leave more than this share of
+# the squared error: a body slides, and further motion does not change the forces.
+_NO_GAIN = 0.99
+_IDLE_STEPS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +95,10 @@ def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
     steps = 0
     idle = 0
     factors = None
-    while steps < most and idle < _SETTINGS.idle_steps and best.error > _SETTINGS.enough:
+    while steps < most and idle < _IDLE_STEPS and best.error > _ENOUGH:
         if factors and (factors.status == best.status).all():
             tried = _piece(law, trial, best.u + factors.step(best))
-            if tried.error <= _SETTINGS.kept_factors * best.error:
+            if tried.error <= _KEPT_FACTORS * best.error:
                 best = tried
                 continue
             if _is_rounding(tried, best):
@@ -114,14 +108,14 @@ def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
         tried = _line_search(law, trial, best, direction)
         if _is_rounding(tried, best):
             break
-        idle = idle + 1 if tried.merit > _SETTINGS.no_gain * best.merit else 0
+        idle = idle + 1 if tried.merit > _NO_GAIN * best.merit else 0
         best = tried
     return _on_law(law, best, steps)
 
 
 def _line_search(law: Law, trial: Array, best: "_Piece", direction: Array) -> "_Piece":
     """The longest step that reduces the squared error, or the shortest one."""
-    for share in 0.5 ** np.arange(_SETTINGS.halvings):
+    for share in 0.5 ** np.arange(_HALVINGS):
         tried = _piece(law, trial, best.u + share * direction)
         if tried.merit < best.merit:
             break
@@ -130,7 +124,7 @@ def _line_search(law: Law, trial: Array, best: "_Piece", direction: Array) -> "_
 
 def _is_rounding(tried: "_Piece", best: "_Piece") -> bool:
     """Whether the error is rounding: it is small, and a step hardly reduces it."""
-    return tried.merit > _SETTINGS.small_gain * best.merit and best.error <= STALLED
+    return tried.merit > _SMALL_GAIN * best.merit and best.error <= STALLED
 
 
 def _on_law(law: Law, piece: "_Piece", steps: int) -> State:
