@@ -34,9 +34,8 @@ from .limits import (
 )
 from .study import starts
 from .study.after_overload import after_overload
-from .study.dissipation import dissipation_study
+from .study.dissipation import dissipation_study, plot_study
 from .study.dissipation_range import dissipation_range
-from .study.plot_study import plot_study
 from .study.protocols import friction_after_protocol, limit_after_protocol
 from .transients import (
     increments,

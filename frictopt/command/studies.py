@@ -56,9 +56,9 @@ COMMANDS = (
 
 def _study(options: argparse.Namespace) -> int:
     from ..base import number_of, whole_number
-    from ..study.columns import FAILED
+    from ..study.case import FAILED
+    from ..study.dissipation import plot_study
     from ..study.plans import read_plan
-    from ..study.plot_study import plot_study
 
     question, files = read_plan(options.file)
     store = Path(options.store or files["store"])

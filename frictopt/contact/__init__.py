@@ -7,20 +7,19 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
     p = p^w + B v + C (w - gap)        p >= 0,  w >= 0,  p w = 0
 
 - `system.py`: the contact and its copies; `given_parts.py` checks its parts, `stiffness.py` has the
-  algebra of its stiffness, `components.py` the order of its vectors, `frames.py` tangents and
-  normals, `files.py` its files.
+  algebra of its stiffness, `components.py` the order of its vectors, tangents and normals,
+  `files.py` its files.
 - `products.py`: a contact that is known by products, without its stiffness.
 - `cycle.py`: load cycles; `history.py` makes their corners from histories and harmonic loads.
 - `law.py`: the bound of the shear force. A new law of friction begins there.
 - `law_check.py`: how much a state violates the law; `state.py`: a state to start from.
 - `stress_map.py`: stresses at points as linear functions of loads and motions.
 - `diagnosis.py`: what is wrong with a load, in words.
-- `pictures.py` draws contacts and their shear forces; `faces.py` lays faces in space on maps.
+- `pictures.py` draws contacts and their shear forces on lines and maps.
 """
 
-from .components import joined, parted, runs
+from .components import frames_of, joined, parted, runs
 from .cycle import LoadCycle, checked_cycle
-from .frames import frames_of
 from .given_parts import checked_springs, compliances
 from .law import (
     ROWS,

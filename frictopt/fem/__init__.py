@@ -10,17 +10,17 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `model.py` | `ContactModel`: the description by the user, and its condensation |
 | `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
 | `mixed.py` | meshes of elements of several shapes |
-| `contacts.py`, `supports.py`, `couplings.py` | contacts, supports, and nodes coupled to a point |
-| `cyclic.py`, `sector.py` | sectors of a ring |
+| `contacts.py` | contacts, their corners, and whether bodies touch unjoined |
+| `supports.py`, `couplings.py` | supports, and nodes coupled to a point |
+| `sector.py` | sectors of a ring |
 | `ties.py` | faces that are glued for good |
 | `adjusting.py` | position tolerances: nodes moved onto the opposite face |
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
 | `bolts.py` | tightened bolts |
 | `faces.py`, `normals.py` | facets, overlaps of faces, and normals |
 | `mortar.py` | nodes of one face joined to places on another |
-| `coincidence.py`, `touching.py` | which points coincide, and whether bodies touch unjoined |
+| `coincidence.py` | which points coincide |
 | `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases |
-| `shared_corners.py` | corners of several contacts |
 | `condense.py`, `schur.py`, `rigid.py` | condensation, elimination, and free rigid motions |
 | `interface.py` | pairs as unknowns, also on planes of symmetry |
 | `matrix_checks.py` | checks of matrices, and of the order and sides of pairs |

@@ -2,11 +2,11 @@ from .bodies import Body, split_bodies
 from .bolts import BoltPreload
 from .contacts import Contact, Interference
 from .couplings import DistributingCoupling, RigidCoupling
-from .cyclic import Cyclic
 from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .model import ContactModel
 from .node_forces import PointForce, RemoteForce
+from .sector import Cyclic
 from .supports import Support
 from .ties import Tie
 

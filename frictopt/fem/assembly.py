@@ -20,25 +20,30 @@ from ..base import (
     place,
     shown,
 )
-from ..contact.frames import frames_of
+from ..contact.components import frames_of
 from ..errors import ModelError
 from .adjusting import adjusted, notes_on_moves
 from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, check_ends, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
 from .condense import Glued
-from .contacts import Contact, contact_names, join_faces, normals_into
+from .contacts import (
+    Contact,
+    check_touching,
+    contact_names,
+    independent_pairs,
+    join_faces,
+    normals_into,
+)
 from .couplings import Coupling, coupled
-from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .interface import Interface, guided_pairs, notes_on_held, openings
 from .loads import Displacement
 from .mortar import Joint
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
-from .shared_corners import independent_pairs
+from .sector import Cyclic, sector_of
 from .supports import Support, nodes_of
 from .ties import Tie, followers_of
-from .touching import check_touching
 
 
 class Assembly:

@@ -24,7 +24,7 @@ from ..base import (
     progress_bar,
 )
 from ..contact import ContactSystem, runs
-from ..contact.frames import frames_of
+from ..contact.components import frames_of
 from ..errors import ModelError
 from .coincidence import coordinate_errors
 from .interface import Interface, guided_pairs, openings

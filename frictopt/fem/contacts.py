@@ -5,20 +5,25 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.cluster.hierarchy import DisjointSet
+from scipy.sparse import csr_matrix
+from skfem import Mesh
 
-from ..base import Array, Integers, check_text, finite_number, shown
+from ..base import COUNTS, Array, Booleans, Integers, check_text, finite_number, place, shown
 from ..contact import checked_springs
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics
-from .faces import facets_around, ordered_nodes
+from .coincidence import coincident, error_along, measured
+from .elasticity import Kinematics, parts_of
+from .faces import areas_of, facet_overlaps, facets_around, ordered_nodes, unit_vectors
 from .loads import Part, values_at
 from .mortar import Face, FaceNames, Joint, joined
-from .normals import Planes, normals_of_faces
+from .normals import SMOOTH, Planes, normals_of_faces
 from .supports import Place, checked_place
 from .ties import Tie
 
@@ -243,3 +248,186 @@ def faces_of(part: Contact | Tie, body_1: Body, body_2: Body) -> tuple[Face, Fac
 def _face(body: Body, boundary: str, argument: str) -> Face:
     facets = body.boundary(boundary, argument)
     return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
+
+
+# Check that bodies that touch are joined by a contact.
+
+
+def check_touching(
+    bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]
+) -> None:
+    """Check that a contact joins two bodies wherever a facet of one lies on a facet of the other.
+
+    `joined` maps the names of two bodies to the nodes of the first body that contacts of these two
+    join. Facets of joined nodes do not count, and neither do facets that meet in a point or at an
+    edge. Curved faces are seen if the nodes of both sides coincide.
+    """
+    no_nodes = np.zeros(0, int)
+    for name_1, name_2 in combinations(bodies, 2):
+        meshes = bodies[name_1].mesh, bodies[name_2].mesh
+        errors = bodies[name_1].errors, bodies[name_2].errors
+        near = sum(float(error.max()) for error in errors)
+        # The box in which both bodies are.
+        low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near
+        high = np.min([mesh.p.max(axis=1) for mesh in meshes], axis=0) + near
+        facets_1, facets_2 = (
+            _free_facets(mesh, np.concatenate([*joined.get(pair, []), no_nodes]), low, high)
+            for mesh, pair in zip(meshes, ((name_1, name_2), (name_2, name_1)), strict=True)
+        )
+        if not len(facets_1) or not len(facets_2):
+            continue
+        middles = _touching(facets_1, meshes[0].p.T, errors[0], facets_2, meshes[1].p.T, errors[1])
+        if len(middles):
+            raise ModelError(
+                f"contacts: bodies {name_1!r} and {name_2!r} touch around {place(middles[0])}, "
+                "without a contact there, so they would pass through each other; add a Contact of "
+                "all these faces (a corner may belong to several contacts), or move or merge the "
+                "bodies"
+            )
+
+
+def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Integers:
+    """(facets, corners) nodes of facets of the outline that reach into a box and are not joined."""
+    outline = mesh.boundary_facets()
+    nodes = mesh.facets[:, outline]
+    corners = mesh.p[:, nodes]  # (d, corners, facets)
+    is_joined = np.isin(nodes, joined).all(axis=0)
+    above = (corners.max(axis=1) >= low[:, None]).all(axis=0)
+    below = (corners.min(axis=1) <= high[:, None]).all(axis=0)
+    return facets_around(mesh, outline[~is_joined & above & below])
+
+
+def _touching(
+    facets_1: Integers,
+    x: Array,
+    x_errors: Array,
+    facets_2: Integers,
+    y: Array,
+    y_errors: Array,
+) -> Array:
+    """(m, d) middles of the parts of facets of body 1 that lie on facets of body 2.
+
+    Facets are given by their nodes, with the coordinates of the bodies and their errors.
+    """
+    overlaps = facet_overlaps(facets_1, x, facets_2, y)
+    points_1 = np.einsum("mk,mkd->md", overlaps.phi, x[overlaps.nodes_1])
+    points_2 = np.einsum("mk,mkd->md", overlaps.chi, y[overlaps.nodes_2])
+    errors = np.einsum("mk,mkd->md", overlaps.phi, x_errors[overlaps.nodes_1]) + np.einsum(
+        "mk,mkd->md", overlaps.chi, y_errors[overlaps.nodes_2]
+    )
+    difference = points_1 - points_2
+    error = error_along(unit_vectors(difference), errors)
+    is_apart = measured(np.linalg.norm(difference, axis=1), error) > 0
+    weights = np.where(is_apart, 0.0, overlaps.weights)
+    count = len(facets_1)
+    sizes = np.bincount(overlaps.facet, weights, minlength=count)
+    touching = sizes > COUNTS * np.linalg.norm(areas_of(x[facets_1]), axis=1)
+    moments = np.column_stack(
+        [np.bincount(overlaps.facet, weights * x_i, minlength=count) for x_i in points_1.T]
+    )
+    return np.asarray(moments[touching] / sizes[touching, None])
+
+
+# Corners of several contacts: independent pairs, and pairs that represent other pairs.
+#
+# If three bodies meet in a point, the relative motion of two of them follows from the motions of
+# both relative to the third. Two contacts between the same two bodies also make such a circle. In a
+# circle the pair of the last contact is dissolved.
+
+
+def independent_pairs(
+    contacts: Sequence[Contact],
+    contact: Integers,
+    nodes: Integers,
+    partners: Integers,
+    points: Array,
+    errors: Array,
+    normals: Array,
+    widths: Array,
+    inside: Booleans,
+) -> tuple[Integers, csr_matrix, Array]:
+    """Find the pairs whose relative motions are independent, of N pairs.
+
+    The next pair of its contact represents a dissolved pair: it has the mean of both relative
+    motions, weighted by their widths. So a uniform traction still passes through (as for the
+    multipliers at cross points of the mortar method, Wohlmuth 2000).
+
+    A face with two names is one face: if it continues smoothly from one contact of two bodies to
+    another, the pair of the first contact represents both, with the sum of their normals.
+
+    A node that both faces share, at the tip of a crack, is no pair. If the faces do not match, the
+    motion relative to its place counts with the next pair, whose width does not change.
+
+    The next pair also represents a node that lies beyond the edge of body 2.
+
+    Arguments are, for each pair, the number of the contact, increasing; the node of body 1, and its
+    partner, the node of body 2 that coincides with it (-1: none); the point with its errors; the
+    normal, of any length; the width; and whether the node lies opposite body 2.
+
+    Returned are the (kept,) independent pairs, the (kept, N) matrix of the means, and the (kept, d)
+    normals.
+    """
+    n = len(nodes)
+    kept = _independent(contacts, contact, nodes, partners, points, errors, inside)
+    unit = normals / np.linalg.norm(normals, axis=1)[:, None]
+    body_2 = np.array([one_contact.body_2 for one_contact in contacts])[contact]
+    heir = np.arange(n)  # the pair that represents each pair
+    total = normals.copy()
+    for k in np.flatnonzero(~kept).tolist():
+        same_contact = np.flatnonzero(kept & (contact == contact[k]))
+        if not len(same_contact):
+            raise ModelError(
+                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners of contacts "
+                "that are listed before it; mesh it with two elements, or list it first"
+            )
+        same_faces = kept & (nodes == nodes[k]) & (body_2 == body_2[k])
+        smooth = same_faces & (unit @ unit[k] > SMOOTH)
+        if smooth.any():
+            heir[k] = smooth.argmax()
+            total[heir[k]] += normals[k]
+        else:
+            distance = np.linalg.norm(points[same_contact] - points[k], axis=1)
+            heir[k] = same_contact[distance.argmin()]
+    is_tip = nodes == partners
+    whole = np.bincount(heir, np.where(is_tip, 0.0, widths), minlength=n)
+    means = csr_matrix((widths / whole[heir], (heir, np.arange(n))), shape=(n, n))
+    return np.flatnonzero(kept), means[kept], total[kept]
+
+
+def _independent(
+    contacts: Sequence[Contact],
+    contact: Integers,
+    nodes: Integers,
+    partners: Integers,
+    points: Array,
+    errors: Array,
+    inside: Booleans,
+) -> Booleans:
+    """(N,) whether a pair lies inside, and moves independently of the pairs before it."""
+    independent = (nodes != partners) & inside
+    spot = parts_of(coincident(points, errors), len(nodes))  # (N,) number of the place of a pair
+    is_crowded = (np.bincount(spot)[spot] > 1) & independent
+
+    # Both ends of each pair at a crowded spot: body, spot, and node (-1: none).
+    ends = {}
+    for k in np.flatnonzero(is_crowded).tolist():
+        bodies = contacts[contact[k]].body_1, contacts[contact[k]].body_2
+        ends[k] = [
+            (bodies[0], int(spot[k]), int(nodes[k])),
+            (bodies[1], int(spot[k]), int(partners[k])),
+        ]
+    node_at = {
+        (body, place): node for pair in ends.values() for body, place, node in pair if node >= 0
+    }
+    # A pair that closes a circle connects ends that are connected already. An end is a node, or a
+    # place of a body that has no node there.
+    connected = DisjointSet()
+    for k, pair in ends.items():
+        end_1, end_2 = (
+            node if node >= 0 else node_at.get((body, place), (body, place))
+            for body, place, node in pair
+        )
+        connected.add(end_1)
+        connected.add(end_2)
+        independent[k] = connected.merge(end_1, end_2)
+    return np.asarray(independent)

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..base import ROUNDING, Array, Integers, place
-from ..contact.frames import frames_of
+from ..contact.components import frames_of
 from ..errors import ModelError
 
 # Smallest share of a facet that faces the other face, for its nodes to be nodes of the contact.

@@ -18,7 +18,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.linalg import inv
 
 from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, number_of
-from ..contact.frames import frames_of
+from ..contact.components import frames_of
 from ..errors import ModelError
 
 # Squared sine of the largest angle between two normals that are treated as one normal.

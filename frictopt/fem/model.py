@@ -33,7 +33,6 @@ from .bolts import bolts_of, by_their_forces
 from .condense import condensed
 from .contacts import Contact
 from .couplings import Coupling
-from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .fields import Recoverable
 from .load_cases import Load, LoadCase, load_case, load_sizes
@@ -42,6 +41,7 @@ from .mixed import MIXED
 from .modes import Vibrating
 from .mortar import Joint
 from .products import products_of
+from .sector import Cyclic
 from .supports import Support
 from .ties import Tie
 

@@ -2,7 +2,7 @@
 
 If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. A
 facet that does so by more than half would have nodes beyond the edge. Such nodes have no pair: the
-next pair of the contact represents them, see `shared_corners.py`. So the pressure on the part of
+next pair of the contact represents them, see `independent_pairs`. So the pressure on the part of
 the facet that lies opposite body 2 acts there.
 """
 

@@ -19,7 +19,6 @@ from ..plots.bodies import (
     finish_axes,
     legend_of_bodies,
 )
-from ..plots.draw import draw as draw
 from ..plots.style import (
     BLACK,
     GREY,
@@ -32,16 +31,17 @@ from ..plots.style import (
     spread,
     together,
 )
+from ..plots.style import draw as draw
 from .bodies import Body
 from .bolts import BoltPreload
 from .contacts import Interference
 from .couplings import Coupling, RigidCoupling
-from .cyclic import Cyclic
 from .elasticity import integration_points
 from .loads import Displacement, Pressure, Traction
 from .model import ContactModel
 from .modes import Modes
 from .recovery import BodyFields, von_mises
+from .sector import Cyclic
 from .supports import Support, nodes_of
 
 # Frame of the number of a contact.

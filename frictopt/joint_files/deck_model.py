@@ -17,12 +17,12 @@ from ..fem.bodies import Body, split_bodies, with_parts
 from ..fem.bolts import BoltPreload
 from ..fem.contacts import Contact, Interference
 from ..fem.couplings import DistributingCoupling, RigidCoupling
-from ..fem.cyclic import Cyclic
 from ..fem.elasticity import Kinematics, Material
 from ..fem.load_cases import Load
 from ..fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from ..fem.model import ContactModel
 from ..fem.node_forces import PointForce, RemoteForce
+from ..fem.sector import Cyclic
 from ..fem.supports import Support
 from ..fem.ties import Tie
 from ..readers.meshes import corner_mesh, named_mesh

@@ -13,10 +13,10 @@ from ..errors import ModelError
 from ..fem.bodies import split_bodies
 from ..fem.contacts import Contact
 from ..fem.couplings import Coupling
-from ..fem.cyclic import Cyclic
 from ..fem.elasticity import Material
 from ..fem.load_cases import Load
 from ..fem.model import ContactModel
+from ..fem.sector import Cyclic
 from ..fem.supports import Support
 from ..fem.ties import Tie
 from ..readers.deck_text import blocks, text_of

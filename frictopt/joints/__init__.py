@@ -3,8 +3,8 @@
 In come a contact, its load cycle and its friction. Out go:
 
 - `report.py`: all answers about a joint, asked page by page in `report_pages.py`, from
-  `report_parts.py` (the answers), `report_tables.py` (numbers with units), `advice.py` and
-  `motion_names.py` (sentences); `report_text.py` prints them, `report_files.py` saves them
+  `report_parts.py` (the answers), `report_tables.py` (numbers with units) and `advice.py`
+  (sentences); `report_text.py` prints them, `report_files.py` saves them
 - `compare.py`: reports on variants of a joint in one table
 - `faces.py`: the faces of a joint, one by one
 - `safety.py`: safety factors and verdicts, from `scatter.py` (ranges of friction and preload),
@@ -12,10 +12,9 @@ In come a contact, its load cycle and its friction. Out go:
 - `backbone.py`: work W, stiffness k and damping W / (2 pi k u^2) over the amplitude u of the load,
   from `curve_question.py` (one load factor) and `curve_load.py` (the displacement of the load)
 - `forced_response.py`: amplitude over the frequency of a harmonic force, asked of a curve in
-  `resonant.py`, from `swing.py` (harmonics of a loop), `modal_oscillator.py` (one mode),
-  `response_branches.py` (its curves) and `mode_interaction.py` (other modes)
+  `resonant.py`, from `modal_oscillator.py` (one mode, and what it leaves out)
 - `tightening.py`: shortenings of locked bolts that give them their forces
-- `wear.py`: wear by Archard's law, in jumps of load cycles (`wear_course.py`)
+- `wear.py`: wear by Archard's law, in jumps of load cycles
 - `worn_in.py`: the end of wear by a theorem
 - `pictures.py`: pictures of all these
 """

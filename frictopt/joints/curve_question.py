@@ -13,7 +13,7 @@ from ..base import Array, Outcome
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit
-from ..study.columns import FAILED, SLIDES_OFF
+from ..study.case import FAILED, SLIDES_OFF
 from ..study.dissipation_range import dissipation_range
 from ..transients import SteadyState, steady_state
 from .curve_load import CurveLoad

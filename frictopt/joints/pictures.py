@@ -4,11 +4,9 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..base import Array, finite_number
-from ..contact.faces import faces_of
-from ..contact.pictures import panels_of, work_label
+from ..contact.pictures import faces_of, panels_of, work_label
 from ..errors import ModelError
 from ..plots.along import along
-from ..plots.draw import draw as draw
 from ..plots.face import face_map
 from ..plots.style import (
     BLACK,
@@ -27,6 +25,7 @@ from ..plots.style import (
     together,
     unit,
 )
+from ..plots.style import draw as draw
 from .backbone import BackboneCurve
 from .compare import Comparison
 from .curve_load import load_size

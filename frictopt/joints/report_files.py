@@ -82,7 +82,7 @@ def write_html(parts: ReportParts, file: Path) -> None:
 
 
 def _image(title: str, pictured: Plotted) -> str:
-    from ..plots.draw import png  # imported here, because matplotlib is slow to import
+    from ..plots.style import png  # imported here, because matplotlib is slow to import
 
     image = b64encode(png(pictured)).decode()
     return f'<img alt="{title}" src="data:image/png;base64,{image}">'

@@ -8,7 +8,6 @@ import numpy as np
 from ..contact import lengths
 from ..contact.pictures import ONE_NODE, Circles, panels_of, shear_ratios
 from ..plots.along import along
-from ..plots.draw import draw as draw
 from ..plots.style import (
     FILL,
     SERIES,
@@ -23,6 +22,7 @@ from ..plots.style import (
     picture,
     together,
 )
+from ..plots.style import draw as draw
 from .best_design.design import Design
 from .fatigue_band import FatigueBand
 from .fatigue_limit import FatigueLimit

@@ -3,8 +3,8 @@
 - `along.py`: lines, bands and circles over the nodes of contacts in the plane.
 - `face.py`: maps of faces in space, with arrows of slips.
 - `bodies.py`: meshes of bodies in the plane and in space.
-- `style.py`: colours, axes, legends, arrows, vertical limits, and the names of units.
-- `draw.py`: draws a result by the picture that is registered for its class.
+- `style.py`: colours, axes, legends, arrows, and the names of units; `draw` draws a result by the
+  picture that is registered for its class.
 
 The `pictures.py` of each room say in a few lines what is drawn of its results. matplotlib comes
 with the extra `figures`.

@@ -9,14 +9,14 @@ the range of W over the starts, and the loads up to which a contact comes to res
 A table of many runs (`dissipation_study`):
 
 - `starts.py`: starts, such as residual slips, overloads and load steps
-- `case.py`: one run and its key, a digest of its content
-- `columns.py`: the columns of the table; a new column is one more line there
+- `case.py`: one run and its key, a digest of its content; the columns of the table, where a new
+  column is one more line
 - `runs.py`: runs are followed, here or by an executor
 - `workers.py`: processes of this machine, each replaced if it ends
 - `store.py`: the file that keeps the rows
-- `dissipation.py`: the question, its checks, and the table
+- `dissipation.py`: the question, its checks, the table and its picture
 - `plans.py`: studies described in files
-- `plot_study.py`, `pictures.py`: pictures
+- `pictures.py`: pictures
 
 Searches:
 

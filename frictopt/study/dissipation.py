@@ -22,6 +22,7 @@ from ..base import (
     Bar,
     PerNode,
     check_text,
+    choice,
     finite_array,
     finite_numbers,
     flag,
@@ -35,11 +36,11 @@ from ..base import (
     whole_number,
 )
 from ..base.checks import is_named
+from ..base.results import pictures_of
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
-from .case import Case, Run, digest, sketch
-from .columns import FAILED, LIMIT_COLUMNS, SHOWN, Row, shown_row
+from .case import FAILED, LIMIT_COLUMNS, SHOWN, Case, Row, Run, digest, shown_row, sketch
 from .runs import execute
 from .starts import Start, given_slips, no_slip
 from .store import Store
@@ -434,3 +435,65 @@ def _field(item: Any, system: ContactSystem, generator: Any) -> Array:
     elif isinstance(item, np.ndarray) and item.shape == (1,):
         item = item[0]  # a row of a column of numbers, np.c_[...]
     return frozen(friction_coefficients(item, system))
+
+
+_NEEDED = ("friction", "cycle", "load_factor", "family", "outcome", "dissipation", "engine")
+
+
+def plot_study(
+    table: pd.DataFrame,
+    ax: Any = None,
+    *,
+    x: str | None = None,
+    colour: str | None = None,
+) -> Any:
+    """Draw the steady dissipation of each run of a study against its load: a mark for each start.
+
+    Columns of the table, also columns that you add, split it: `plot_study(table, x="cycle",
+    colour="friction")`. Runs that shake down have no dissipation. Runs that failed or slide
+    off have no mark; the title counts them.
+
+    Parameters
+    ----------
+    table
+        The table of `dissipation_study`, or rows of it.
+    ax
+        matplotlib axes to draw in; None: a new figure.
+    x
+        Column along the horizontal axis. None: the load factor, divided by the shakedown limit if
+        the table has a finite limit for all runs; friction if all runs have one load factor.
+    colour
+        Column whose values have different colours. None: friction if it has several values,
+        otherwise the load cycle, unless this column is along the horizontal axis; otherwise the
+        family of the starts.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes of the picture.
+
+    Raises
+    ------
+    ModelError
+        The table, a column or `ax` is unsuitable.
+    ImportError
+        matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> axes = fo.plot_study(fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0]))
+    >>> [text.get_text() for text in axes.get_legend().get_texts()]
+    ['no slip']
+    """
+    if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
+        raise ModelError(
+            f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}"
+        )
+    for name, column in (("x", x), ("colour", colour)):
+        if column is not None:
+            choice(name, column, list(table.columns))
+    pictures = pictures_of(__name__)
+    return pictures.draw(table, ax, pictures.runs_of, x=x, colour=colour)

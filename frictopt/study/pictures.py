@@ -6,7 +6,6 @@ import pandas as pd
 from ..base import Table
 from ..contact.pictures import panels_of
 from ..plots.along import along
-from ..plots.draw import draw as draw
 from ..plots.style import (
     BLACK,
     GREY,
@@ -20,8 +19,9 @@ from ..plots.style import (
     series,
     unit,
 )
+from ..plots.style import draw as draw
 from ..transients.pictures import slip_and_work, work_map
-from .columns import FAILED, SLIDES_OFF
+from .case import FAILED, SLIDES_OFF
 from .dissipation_range import DissipationRange
 from .protocols import REST, SLIP, UNDECIDED, FrictionAfterProtocol, LimitAfterProtocol
 

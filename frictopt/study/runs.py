@@ -14,8 +14,7 @@ import numpy as np
 from ..errors import FrictoptError, ModelError, NoContinuation, SolverError
 from ..transients import steady_state
 from ..transients.exact.kernel import compiled
-from .case import Run
-from .columns import FAILED, SLIDES_OFF, Row, row_of_run, row_of_steady
+from .case import FAILED, SLIDES_OFF, Row, Run, row_of_run, row_of_steady
 from .starts import root_mean_square
 from .workers import Workers
 

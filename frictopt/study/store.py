@@ -15,8 +15,7 @@ import pandas as pd
 from ..base import Array, listed, number_of
 from ..base.files import written_by
 from ..errors import StoreError
-from .case import KEY, digest
-from .columns import FAILED, STORED, Row
+from .case import FAILED, KEY, STORED, Row, digest
 
 _SQL_TYPES = {"str": "text", "float64": "real", "Int64": "integer"}
 _DECLARED = ", ".join(f"{name} {_SQL_TYPES[dtype]}" for name, dtype in STORED.items())

@@ -9,13 +9,11 @@ with `|q| = f p` against q, or is open. Out come:
 - `onset`: the loads at which the bonded contact first slips or opens, an `Onset` (`onset.py`).
 
 A transient is followed exactly, from event to event, in the plane (`exact/`), and in increments in
-space (`stepped.py`, `increments/`); `transient.py` is the base of both, and
-`increment_doubts.py` says what increments leave in doubt. `cycles.py` follows the cycles
-until a steady state is proven: `classify.py` judges the last cycles, `extrapolation.py` jumps to
-their limit, and `steady_cycle.py` checks the states of one period. `fretting.py` and
-`critical_plane.py` make the tables of a steady cycle, `pictures.py` draws. `statics.py` proves that
-friction cannot hold a load, `mean_load.py` describes the mean load, and `linear_forces.py` has the
-forces until a node slips.
+space (`stepped.py`, `increments/`); `transient.py` is the base of both. `cycles.py`
+follows the cycles until a steady state is proven: `classify.py` judges the last cycles, and
+`extrapolation.py` jumps to their limit. `fretting.py` and `critical_plane.py` make the tables of a
+steady cycle, `pictures.py` draws. `statics.py` proves that friction cannot hold a load, and
+`mean_load.py` describes the mean load.
 """
 
 import lazy_loader

@@ -31,8 +31,7 @@ from ..contact import (
 )
 from ..errors import NoContinuation, SolverError
 from .exact import ExactPath
-from .increment_doubts import doubts
-from .stepped import SteppedPath, SteppedState
+from .stepped import SteppedPath, SteppedState, doubts
 from .trajectory import Trajectory
 from .transient import OPEN
 

@@ -6,10 +6,16 @@ import numpy as np
 
 from ..base import ROUNDING, SIMULTANEOUS, Array
 from ..contact import lengths
-from ..contact.faces import faces_of
-from ..contact.pictures import ONE_NODE, Circles, node_at, panels_of, shear_ratios, work_label
+from ..contact.pictures import (
+    ONE_NODE,
+    Circles,
+    faces_of,
+    node_at,
+    panels_of,
+    shear_ratios,
+    work_label,
+)
 from ..plots.along import along, lines_or_band
-from ..plots.draw import draw as draw
 from ..plots.face import face_map
 from ..plots.style import (
     AnyAxes,
@@ -24,6 +30,7 @@ from ..plots.style import (
     together,
     unit,
 )
+from ..plots.style import draw as draw
 from .fretting import slip_ways
 from .onset import Onset
 from .outcome import SteadyState

@@ -29,10 +29,9 @@ from ..contact import ContactState, ContactSystem, LoadCycle, off_law, parted
 from ..errors import NoContinuation, SolverError
 from .classify import Settled, distance_left, returns_after
 from .cycles import Run
-from .increment_doubts import doubts
 from .march import path_of
 from .outcome import SteadyState
-from .stepped import SteppedPath
+from .stepped import SteppedPath, doubts
 from .transient import FollowedCycle, Transient
 
 MOST_CYCLES = 2000

@@ -215,7 +215,7 @@ FAULTS = (
         tests="locked_bolts",
     ),
     Fault(
-        "contact/frames.py",
+        "contact/components.py",
         "left-handed tangents",
         old="np.cross(n, first)",
         new="np.cross(first, n)",

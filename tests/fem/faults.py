@@ -298,7 +298,7 @@ FAULTS = (
         tests="bolts",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "a body that goes the long way round is a sector",
         old="(onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0",
         new=(
@@ -349,7 +349,7 @@ FAULTS = (
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "faces that are no copies make a sector",
         old="len(nodes) != len(others) or (off > allowed).any() or is_off_axis.any()",
         new="False",
@@ -370,7 +370,7 @@ FAULTS = (
         tests="sectors::test_what_is_no_sector_is_refused",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "the sense of a sector is that of the names",
         old="angle < 0 and count > 2",
         new="False",
@@ -539,7 +539,7 @@ FAULTS = (
         tests="overhang",
     ),
     Fault(
-        "fem/shared_corners.py",
+        "fem/contacts.py",
         "nodes beyond the edge of body 2 have pairs",
         old="(nodes != partners) & inside",
         new="nodes != partners",
@@ -777,14 +777,14 @@ FAULTS = (
         tests="touching",
     ),
     Fault(
-        "fem/touching.py",
+        "fem/contacts.py",
         "bodies that are apart touch",
         old="measured(np.linalg.norm(difference, axis=1), error) > 0",
         new="measured(np.linalg.norm(difference, axis=1), error) < 0",
         tests="touching",
     ),
     Fault(
-        "fem/shared_corners.py",
+        "fem/contacts.py",
         "a relative motion counts twice",
         old="independent[k] = connected.merge(end_1, end_2)",
         new="connected.merge(end_1, end_2)",

@@ -71,7 +71,7 @@ LIBRARIES: dict[str, set[str]] = {
 """Room -> libraries that its files may import, except libraries of drawing."""
 
 DRAWING = {"matplotlib", "mpl_toolkits", "pandas", "skfem", "pyvista"}
-DRAWS = {"pictures", "views", "draw", "style", "along", "bodies", "face", "plot_study"}
+DRAWS = {"pictures", "views", "draw", "style", "along", "bodies", "face"}
 """Names of the files that may import libraries of drawing. In `base` a function asks whether
 matplotlib is there."""
 

@@ -96,7 +96,7 @@ FAULTS = (
         tests="shear_strength",
     ),
     Fault(
-        "transients/linear_forces.py",
+        "transients/onset.py",
         "a relieved node at its bound",
         old="slack < -floor",
         new="slack < floor",
@@ -195,14 +195,14 @@ FAULTS = (
         tests="step_error",
     ),
     Fault(
-        "transients/linear_forces.py",
+        "transients/onset.py",
         "open nodes hold as if they were closed",
         old="load + moved @ S",
         new="load.copy()",
         tests="onset",
     ),
     Fault(
-        "transients/linear_forces.py",
+        "transients/onset.py",
         "the onset forgets the settled slip",
         old="state.slip",
         new="0 * state.slip",
@@ -499,14 +499,14 @@ FAULTS = (
         tests="march",
     ),
     Fault(
-        "transients/steady_cycle.py",
+        "transients/outcome.py",
         "the work of a steady cycle is not compared",
         old="float((np.abs(path.work[-1] - work) - _ACCEPTED * accepted).max())",
         new="0 * float((np.abs(path.work[-1] - work) - _ACCEPTED * accepted).max())",
         tests="fretting",
     ),
     Fault(
-        "transients/steady_cycle.py",
+        "transients/outcome.py",
         "a steady cycle need not come back",
         old="_motion_change(path, units)",
         new="0 * _motion_change(path, units)",

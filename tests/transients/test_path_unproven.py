@@ -5,7 +5,7 @@ from numba import njit
 
 import frictopt as fo
 from frictopt.transients.exact import kernel
-from frictopt.transients.exact.state import new_active_set, new_state
+from frictopt.transients.exact.kernel import new_active_set, new_state
 from helpers.systems import mirrored, odd
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.frames import frames_of
+from frictopt.contact.components import frames_of
 from frictopt.transients.statics import check_sliding, rigid_motions
 from helpers.cases import few
 from helpers.components import joined

@@ -19,10 +19,11 @@ from .kernel import (
     UNSETTLED,
     compiled,
     follow,
+    new_active_set,
+    new_state,
     set_statuses,
 )
 from .rate import RateProblem, Solutions, find_rates, rate_problem
-from .state import new_active_set, new_state
 
 _FREE = "the contact slides or opens freely"
 
@@ -48,7 +49,7 @@ class ExactPath(Transient):
     Attributes
     ----------
     state
-        The present state, see `State` in `state.py`.
+        The present state, see `State` in `kernel.py`.
     history
         Of a path that is `recorded`: arrays of times (T,), `u` and `r` (T, 2N), statuses and work
         (T, N) side by side, after each event and at each corner. The time counts the corners

@@ -16,8 +16,7 @@ import numpy as np
 from scipy.linalg.blas import dger
 
 from ...base import CONDENSATION, RESIDUAL, ROUNDING, Array
-from .kernel import AT_BOUND, OPEN, STICK
-from .state import State
+from .kernel import AT_BOUND, OPEN, STICK, State
 
 # The numbers of the search for solutions of a rate problem.
 
