@@ -10,7 +10,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `model.py` | `ContactModel`: the description by the user, and its condensation |
 | `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
 | `mixed.py` | meshes of elements of several shapes |
-| `contacts.py` | contacts, their corners, and whether bodies touch unjoined |
+| `contacts.py` | contacts, and the corners that they share |
 | `supports.py`, `couplings.py` | supports, and nodes coupled to a point |
 | `sector.py` | sectors of a ring |
 | `ties.py` | faces that are glued for good |
@@ -18,7 +18,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
 | `bolts.py` | tightened bolts |
 | `faces.py`, `normals.py` | facets, overlaps of faces, and normals |
-| `mortar.py` | nodes of one face joined to places on another |
+| `mortar.py` | nodes of one face joined to places on another; faces that touch unjoined |
 | `coincidence.py` | which points coincide |
 | `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases |
 | `condense.py`, `schur.py`, `rigid.py` | condensation, elimination, and free rigid motions |

@@ -14,10 +14,10 @@ from skfem import Mesh
 from ..base import Array, Integers, choice, first_of, number_of, place
 from ..errors import ModelError
 from .bodies import Body, check_elements
-from .contacts import Contact, faces_of
+from .contacts import Contact
 from .elasticity import corner_weights
 from .faces import mortar_projection, unit_vectors
-from .mortar import NO_NODES, Face, edge_length, facing, without_slivers
+from .mortar import Face, edge_length, faces_of, facing, sags, without_slivers
 from .normals import Planes, node_normals
 from .supports import Place, nodes_of
 from .ties import Tie, Tied
@@ -47,7 +47,7 @@ def adjusted(
     moves = _Moves(bodies)
     tied = [moves.tie(tie) for tie in ties]
     touching = [
-        NO_NODES if contact.adjust is None else moves.fit(contact, contact.adjust)
+        np.zeros(0, dtype=np.intp) if contact.adjust is None else moves.fit(contact, contact.adjust)
         for contact in contacts
     ]
     notes = [*moves.notes, *notes_on_moves("adjust", bodies, moves.bodies)]
@@ -106,11 +106,6 @@ def _shortest_edges(mesh: Mesh) -> Array:
     return edge
 
 
-def _largest(values: Array, P: csr_matrix) -> Array:
-    """(n,) largest of the values of the nodes of each place."""
-    return np.asarray(np.maximum.reduceat(values[P.indices], P.indptr[:-1]))
-
-
 class _Moves:
     """Bodies whose nodes move, contact after contact."""
 
@@ -133,7 +128,7 @@ class _Moves:
             face_1, face_2, nodes, P = self._placed(tie)
             off = face_1.points[nodes] - P @ face_2.points
             tolerance = tie.tolerance or _TIED * edge_length(face_1.corners)
-            sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
+            sag = sags(face_1, face_2, nodes, P)
             near = np.linalg.norm(off, axis=1) <= tolerance + sag
             if not near.any():
                 raise ModelError(
@@ -185,7 +180,7 @@ class _Moves:
 
         Nodes of round faces may miss the opposite facets by their sag.
         """
-        _, face_2, _ = faces_of(contact, self._body(contact.body_1), self._body(contact.body_2))
+        _, face_2 = faces_of(contact, self._body(contact.body_1), self._body(contact.body_2))
         is_plane = self._straighten(contact.body_2, face_2, tolerance)
         face_1, face_2, nodes, P = self._placed(contact)
         points = face_1.points[nodes]
@@ -194,7 +189,7 @@ class _Moves:
         distance = np.sum((points - P @ face_2.points) * normals, axis=1)
         sag = np.zeros(len(nodes))
         if not is_plane:
-            sag = face_1.sag()[nodes] + _largest(face_2.sag(), P)
+            sag = sags(face_1, face_2, nodes, P)
         return face_2, nodes, points, normals, distance, sag
 
     def _body(self, name: str) -> Body:
@@ -203,8 +198,8 @@ class _Moves:
     def _placed(self, part: Contact | Tie) -> tuple[Face, Face, Integers, csr_matrix]:
         """Both faces, the nodes of face 1 that lie opposite face 2, and their places there."""
         bodies = self._body(part.body_1), self._body(part.body_2)
-        face_1, face_2, names = faces_of(part, *bodies)
-        overlaps, share = facing(face_1, face_2, names)
+        face_1, face_2 = faces_of(part, *bodies)
+        overlaps, share = facing(face_1, face_2, part)
         overlaps, opposite, _ = without_slivers(overlaps, face_1, share)
         nodes = np.unique(opposite.facets)
         return face_1, face_2, nodes, mortar_projection(overlaps, nodes, len(face_2.points))[0]

@@ -27,19 +27,12 @@ from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, check_ends, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
 from .condense import Glued
-from .contacts import (
-    Contact,
-    check_touching,
-    contact_names,
-    independent_pairs,
-    join_faces,
-    normals_into,
-)
+from .contacts import Contact, contact_names, independent_pairs
 from .couplings import Coupling, coupled
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .interface import Interface, guided_pairs, notes_on_held, openings
 from .loads import Displacement
-from .mortar import Joint
+from .mortar import Joint, check_touching, join_faces, normals_into
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .sector import Cyclic, sector_of
 from .supports import Support, nodes_of

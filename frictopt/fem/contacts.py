@@ -1,31 +1,24 @@
-"""Contacts of a model: the faces that meet, and how their nodes are joined."""
+"""Contacts of a model, and the corners that they share."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
-from skfem import Mesh
 
-from ..base import COUNTS, Array, Booleans, Integers, check_text, finite_number, place, shown
+from ..base import Array, Booleans, Integers, check_text, finite_number, shown
 from ..contact import checked_springs
 from ..errors import ModelError
-from .bodies import Body
-from .coincidence import coincident, error_along, measured
-from .elasticity import Kinematics, parts_of
-from .faces import areas_of, facet_overlaps, facets_around, ordered_nodes, unit_vectors
-from .loads import Part, values_at
-from .mortar import Face, FaceNames, Joint, joined
-from .normals import SMOOTH, Planes, normals_of_faces
+from .coincidence import coincident
+from .elasticity import parts_of
+from .loads import Part
+from .normals import SMOOTH
 from .supports import Place, checked_place
-from .ties import Tie
 
 
 @dataclass(frozen=True)
@@ -175,157 +168,6 @@ def contact_names(contacts: Sequence[Contact]) -> list[str]:
         if name in names[:i]:
             raise ModelError(f"contacts: two contacts are called {name!r}; give each a name")
     return names
-
-
-def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> list[Array]:
-    """(nodes of body 1, d) normals into body 1 of each contact.
-
-    Faces between the same two bodies that continue smoothly are treated as one face.
-    """
-    contacts_of_bodies = defaultdict[tuple[str, str], list[int]](list)
-    for number, contact in enumerate(contacts):
-        contacts_of_bodies[contact.body_1, contact.body_2].append(number)
-    normals = dict[int, Array]()
-    planes = Planes(next(iter(bodies.values())).mesh.dim())
-    for (name, _), numbers in contacts_of_bodies.items():
-        mesh = bodies[name].mesh
-        faces = []
-        for number in numbers:
-            argument = f"contact {contacts[number].name!r}, body {name!r}"
-            facets = bodies[name].boundary(contacts[number].boundary_1, argument)
-            faces.append(facets_around(mesh, facets))
-        of_faces = normals_of_faces(faces, mesh.p.T, bodies[name].errors, planes)
-        normals.update(zip(numbers, of_faces, strict=True))
-    return [normals[number] for number in range(len(contacts))]
-
-
-def join_faces(
-    contact: Contact,
-    bodies: Mapping[str, Body],
-    normals: Array,
-    touching: Integers,
-    kinematics: Kinematics,
-) -> Joint:
-    """Join the nodes of the two faces of a contact, see `joined`.
-
-    `normals` (nodes of body 1, d) point into body 1, see `normals_into`; `touching` are nodes of
-    body 1 that have been moved onto body 2.
-    """
-    body_1 = bodies[contact.body_1]
-    face_1, face_2, names = faces_of(contact, body_1, bodies[contact.body_2])
-    nodes = np.unique(face_1.facets)
-    if kinematics != "space":
-        facets_1 = body_1.boundary(contact.boundary_1, "contacts")
-        title = f"{names.contact}, body {contact.body_1!r}: boundary {contact.boundary_1!r}"
-        nodes = ordered_nodes(body_1.mesh, facets_1, title)
-
-    def given_gap(points: Array) -> Array:
-        gap = contact.gap if callable(contact.gap) else 0.0
-        return values_at(f"{names.contact}: gap", gap, points.T)
-
-    is_measured = contact.gap == "measured" or (contact.adjust is not None and not contact.gap)
-    return joined(
-        face_1,
-        face_2,
-        nodes,
-        normals[nodes],
-        None if is_measured else given_gap,
-        names,
-        kinematics,
-        touching,
-    )
-
-
-def faces_of(part: Contact | Tie, body_1: Body, body_2: Body) -> tuple[Face, Face, FaceNames]:
-    """The faces of a contact or tie of two bodies, and their names."""
-    return (
-        _face(body_1, part.boundary_1, f"{part.title}, body {part.body_1!r}"),
-        _face(body_2, part.boundary_2, f"{part.title}, body {part.body_2!r}"),
-        FaceNames(part.title, f"the face of body {part.body_1!r}", f"body {part.body_2!r}"),
-    )
-
-
-def _face(body: Body, boundary: str, argument: str) -> Face:
-    facets = body.boundary(boundary, argument)
-    return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
-
-
-# Check that bodies that touch are joined by a contact.
-
-
-def check_touching(
-    bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]
-) -> None:
-    """Check that a contact joins two bodies wherever a facet of one lies on a facet of the other.
-
-    `joined` maps the names of two bodies to the nodes of the first body that contacts of these two
-    join. Facets of joined nodes do not count, and neither do facets that meet in a point or at an
-    edge. Curved faces are seen if the nodes of both sides coincide.
-    """
-    no_nodes = np.zeros(0, int)
-    for name_1, name_2 in combinations(bodies, 2):
-        meshes = bodies[name_1].mesh, bodies[name_2].mesh
-        errors = bodies[name_1].errors, bodies[name_2].errors
-        near = sum(float(error.max()) for error in errors)
-        # The box in which both bodies are.
-        low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near
-        high = np.min([mesh.p.max(axis=1) for mesh in meshes], axis=0) + near
-        facets_1, facets_2 = (
-            _free_facets(mesh, np.concatenate([*joined.get(pair, []), no_nodes]), low, high)
-            for mesh, pair in zip(meshes, ((name_1, name_2), (name_2, name_1)), strict=True)
-        )
-        if not len(facets_1) or not len(facets_2):
-            continue
-        middles = _touching(facets_1, meshes[0].p.T, errors[0], facets_2, meshes[1].p.T, errors[1])
-        if len(middles):
-            raise ModelError(
-                f"contacts: bodies {name_1!r} and {name_2!r} touch around {place(middles[0])}, "
-                "without a contact there, so they would pass through each other; add a Contact of "
-                "all these faces (a corner may belong to several contacts), or move or merge the "
-                "bodies"
-            )
-
-
-def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Integers:
-    """(facets, corners) nodes of facets of the outline that reach into a box and are not joined."""
-    outline = mesh.boundary_facets()
-    nodes = mesh.facets[:, outline]
-    corners = mesh.p[:, nodes]  # (d, corners, facets)
-    is_joined = np.isin(nodes, joined).all(axis=0)
-    above = (corners.max(axis=1) >= low[:, None]).all(axis=0)
-    below = (corners.min(axis=1) <= high[:, None]).all(axis=0)
-    return facets_around(mesh, outline[~is_joined & above & below])
-
-
-def _touching(
-    facets_1: Integers,
-    x: Array,
-    x_errors: Array,
-    facets_2: Integers,
-    y: Array,
-    y_errors: Array,
-) -> Array:
-    """(m, d) middles of the parts of facets of body 1 that lie on facets of body 2.
-
-    Facets are given by their nodes, with the coordinates of the bodies and their errors.
-    """
-    overlaps = facet_overlaps(facets_1, x, facets_2, y)
-    points_1 = np.einsum("mk,mkd->md", overlaps.phi, x[overlaps.nodes_1])
-    points_2 = np.einsum("mk,mkd->md", overlaps.chi, y[overlaps.nodes_2])
-    errors = np.einsum("mk,mkd->md", overlaps.phi, x_errors[overlaps.nodes_1]) + np.einsum(
-        "mk,mkd->md", overlaps.chi, y_errors[overlaps.nodes_2]
-    )
-    difference = points_1 - points_2
-    error = error_along(unit_vectors(difference), errors)
-    is_apart = measured(np.linalg.norm(difference, axis=1), error) > 0
-    weights = np.where(is_apart, 0.0, overlaps.weights)
-    count = len(facets_1)
-    sizes = np.bincount(overlaps.facet, weights, minlength=count)
-    touching = sizes > COUNTS * np.linalg.norm(areas_of(x[facets_1]), axis=1)
-    moments = np.column_stack(
-        [np.bincount(overlaps.facet, weights * x_i, minlength=count) for x_i in points_1.T]
-    )
-    return np.asarray(moments[touching] / sizes[touching, None])
 
 
 # Corners of several contacts: independent pairs, and pairs that represent other pairs.

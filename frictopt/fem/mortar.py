@@ -6,17 +6,38 @@ next pair of the contact represents them, see `independent_pairs`. So the pressu
 the facet that lies opposite body 2 acts there.
 """
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.sparse import csr_matrix
+from skfem import Mesh
 
 from ..base import COUNTS, Array, Booleans, Integers, first_of, place
 from ..errors import ModelError
+from .bodies import Body
 from .coincidence import error_along, measured
+from .contacts import Contact
 from .elasticity import Kinematics, circumference
-from .faces import FACED, Overlaps, areas_of, faced, facet_overlaps, mortar_projection, sag
+from .faces import (
+    FACED,
+    Overlaps,
+    areas_of,
+    faced,
+    facet_overlaps,
+    facets_around,
+    mortar_projection,
+    ordered_nodes,
+    sag,
+    unit_vectors,
+)
+from .loads import values_at
+from .normals import Planes, normals_of_faces
+from .ties import Tie
 
 # Numbers for faces that reach beyond each other.
 
@@ -25,16 +46,6 @@ from .faces import FACED, Overlaps, areas_of, faced, facet_overlaps, mortar_proj
 _LEAST_SHARE = 1e-3
 # A smaller share of a flat facet beyond the other face is rounding of its drawing.
 _DRAWN = 1e-3
-NO_NODES: Integers = np.zeros(0, dtype=np.intp)
-
-
-@dataclass(frozen=True)
-class FaceNames:
-    """Names of a contact, of its face of body 1 and of its body 2, for error messages."""
-
-    contact: str
-    face_1: str
-    body_2: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,31 +94,57 @@ class Joint:
     missed: float
 
 
-def joined(
-    face_1: Face,
-    face_2: Face,
-    nodes: Integers,
-    normals: Array,
-    given_gap: Callable[[Array], Array] | None,
-    names: FaceNames,
-    kinematics: Kinematics,
-    touching: Integers = NO_NODES,
-) -> Joint:
-    """Join the nodes (n,) of face 1, with normals (n, d) into body 1, to places on face 2.
+def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> list[Array]:
+    """(nodes of body 1, d) normals into body 1 of each contact.
 
-    If the faces match, the places are nodes. `given_gap` is the initial gap at points (n, d) of
-    faces that touch; None: it is measured. Some nodes are `touching`, whatever their distance.
+    Faces between the same two bodies that continue smoothly are treated as one face.
     """
-    overlaps, share = facing(face_1, face_2, names)
+    contacts_of_bodies = defaultdict[tuple[str, str], list[int]](list)
+    for number, contact in enumerate(contacts):
+        contacts_of_bodies[contact.body_1, contact.body_2].append(number)
+    normals = dict[int, Array]()
+    planes = Planes(next(iter(bodies.values())).mesh.dim())
+    for (name, _), numbers in contacts_of_bodies.items():
+        mesh = bodies[name].mesh
+        faces = []
+        for number in numbers:
+            argument = f"contact {contacts[number].name!r}, body {name!r}"
+            facets = bodies[name].boundary(contacts[number].boundary_1, argument)
+            faces.append(facets_around(mesh, facets))
+        of_faces = normals_of_faces(faces, mesh.p.T, bodies[name].errors, planes)
+        normals.update(zip(numbers, of_faces, strict=True))
+    return [normals[number] for number in range(len(contacts))]
+
+
+def join_faces(
+    contact: Contact,
+    bodies: Mapping[str, Body],
+    normals: Array,
+    touching: Integers,
+    kinematics: Kinematics,
+) -> Joint:
+    """Join the nodes of the face of body 1 of a contact to places on the face of body 2.
+
+    If the faces match, the places are nodes. `normals` (nodes of body 1, d) point into body 1, see
+    `normals_into`; `touching` are nodes of body 1 that have been moved onto body 2.
+    """
+    body_1 = bodies[contact.body_1]
+    face_1, face_2 = faces_of(contact, body_1, bodies[contact.body_2])
+    nodes = np.unique(face_1.facets)
+    if kinematics != "space":
+        facets_1 = body_1.boundary(contact.boundary_1, "contacts")
+        title = f"{contact.title}, body {contact.body_1!r}: boundary {contact.boundary_1!r}"
+        nodes = ordered_nodes(body_1.mesh, facets_1, title)
+    overlaps, share = facing(face_1, face_2, contact)
     opposite = face_1.facets[share > 0]
     beyond, share_beyond = _part_beyond(share, face_1)
     overlaps, face_1, share = without_slivers(overlaps, face_1, share)
 
     is_joined = np.isin(nodes, face_1.facets)
     nodes = nodes[is_joined]
-    inward = normals[is_joined]
+    inward = normals[nodes]
     inside = np.isin(nodes, face_1.facets[share >= FACED])
-    _check_neighbours(nodes[inside], face_1, names)
+    _check_neighbours(nodes[inside], face_1, contact)
 
     # Axisymmetric faces are integrated around the axis, so their widths are areas.
     x = np.sum(overlaps.phi * face_1.points[overlaps.nodes_1, 0], axis=1)
@@ -119,17 +156,16 @@ def joined(
     error = error_along(unit, face_1.errors[nodes] + abs(P) @ face_2.errors)
     distance = np.sum((points - P @ face_2.points) * unit, axis=1)
     distance[np.isin(nodes, touching)] = 0.0
-    largest_sag_2 = np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
-    allowed = error + face_1.sag()[nodes] + largest_sag_2
-    _check_overlap(points, distance, allowed, names)
+    allowed = error + sags(face_1, face_2, nodes, P)
+    _check_overlap(points, distance, allowed, contact)
     missed = 0.0
-    if given_gap is None:
+    if contact.gap == "measured" or (contact.adjust is not None and not contact.gap):
         gap = measured(distance, error)
         # Nodes that touch need no facets: there the gap of the curved faces is zero, too.
         if (np.abs(distance) > error).any():
             missed = float((allowed - error).max())
     else:
-        gap = _checked_gap(given_gap(points), points, distance, allowed, names)
+        gap = _checked_gap(points, distance, allowed, contact)
 
     is_opposite = np.isin(face_2.facets, P.indices).all(axis=1)
     length_1 = edge_length(face_1.corners)
@@ -149,11 +185,33 @@ def joined(
     )
 
 
-def facing(face_1: Face, face_2: Face, names: FaceNames) -> tuple[Overlaps, Array]:
+def faces_of(part: Contact | Tie, body_1: Body, body_2: Body) -> tuple[Face, Face]:
+    """The faces of a contact or tie of two bodies."""
+    return (
+        _face(body_1, part.boundary_1, f"{part.title}, body {part.body_1!r}"),
+        _face(body_2, part.boundary_2, f"{part.title}, body {part.body_2!r}"),
+    )
+
+
+def _face(body: Body, boundary: str, argument: str) -> Face:
+    facets = body.boundary(boundary, argument)
+    return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
+
+
+def sags(face_1: Face, face_2: Face, nodes: Integers, P: csr_matrix) -> Array:
+    """(n,) distance by which both faces may miss each other at nodes of face 1.
+
+    P (n, nodes of body 2) are the places of the nodes on face 2.
+    """
+    largest_2 = np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
+    return np.asarray(face_1.sag()[nodes] + largest_2)
+
+
+def facing(face_1: Face, face_2: Face, part: Contact | Tie) -> tuple[Overlaps, Array]:
     """The overlaps of two faces, and the share (facets,) of each facet of face 1 that faces 2."""
     overlaps = facet_overlaps(face_1.facets, face_1.points, face_2.facets, face_2.points)
     share = faced(overlaps, face_1.corners)
-    _check_faced(share, face_1, names)
+    _check_faced(share, face_1, part)
     return overlaps, share
 
 
@@ -162,24 +220,23 @@ def edge_length(corners: Array) -> float:
     return float(np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).mean())
 
 
-def _around(corners: Array, names: FaceNames) -> str:
+def _around(corners: Array, part: Contact | Tie) -> str:
     """The face of body 1 around a facet (corners, d), in words."""
-    return f"{names.contact}: {names.face_1} around {place(corners.mean(axis=0))}"
+    return f"{part.title}: the face of body {part.body_1!r} around {place(corners.mean(axis=0))}"
 
 
-def _check_faced(share: Array, face_1: Face, names: FaceNames) -> None:
+def _check_faced(share: Array, face_1: Face, part: Contact | Tie) -> None:
     """Check that facets of body 1 face body 2, by a share (facets,) of each, and only once."""
     corners = face_1.corners
     if share.max() < FACED:
         raise ModelError(
-            f"{_around(corners[share.argmax()], names)} has no opposite part of {names.body_2}, "
-            "or less than half of each facet has one; name the part that touches, exchange the "
-            "bodies, or "
-            "mesh body 1 finer; the elements of the two bodies must lie on opposite sides"
+            f"{_around(corners[share.argmax()], part)} has no opposite part of body "
+            f"{part.body_2!r}, or less than half of each facet has one; name the part that "
+            "touches, exchange the bodies, or mesh body 1 finer; the elements of the two bodies must lie on opposite sides"
         )
     if share.max() > 1 + COUNTS:
         raise ModelError(
-            f"{_around(corners[share.argmax()], names)} faces {names.body_2} more than once; "
+            f"{_around(corners[share.argmax()], part)} faces body {part.body_2!r} more than once; "
             "name only the part that touches, or mesh its curves finer"
         )
 
@@ -201,54 +258,121 @@ def without_slivers(overlaps: Overlaps, face_1: Face, share: Array) -> tuple[Ove
     faces_2 = share >= _LEAST_SHARE
     number = np.cumsum(faces_2) - 1
     counts = faces_2[overlaps.facet]
-    return (
-        Overlaps(
-            facet=number[overlaps.facet[counts]],
-            weights=overlaps.weights[counts],
-            nodes_1=overlaps.nodes_1[counts],
-            phi=overlaps.phi[counts],
-            nodes_2=overlaps.nodes_2[counts],
-            chi=overlaps.chi[counts],
-        ),
-        replace(face_1, facets=face_1.facets[faces_2]),
-        share[faces_2],
-    )
+    kept = Overlaps(*(values[counts] for values in vars(overlaps).values()))
+    facets = face_1.facets[faces_2]
+    return replace(kept, facet=number[kept.facet]), replace(face_1, facets=facets), share[faces_2]
 
 
-def _check_neighbours(inside: Integers, face_1: Face, names: FaceNames) -> None:
+def _check_neighbours(inside: Integers, face_1: Face, part: Contact | Tie) -> None:
     """Check that each facet has one of the nodes that lie opposite body 2."""
     has_node = np.isin(face_1.facets, inside).any(axis=1)
     if (i := first_of(~has_node)) is not None:
         raise ModelError(
-            f"{_around(face_1.corners[i], names)} has facets too large for the part of "
-            f"{names.body_2} that lies opposite; mesh body 1 finer there, or exchange the bodies"
+            f"{_around(face_1.corners[i], part)} has facets too large for the part of "
+            f"body {part.body_2!r} that lies opposite; mesh body 1 finer there, or exchange the "
+            "bodies"
         )
 
 
-def _check_overlap(points: Array, distance: Array, allowed: Array, names: FaceNames) -> None:
+def _check_overlap(points: Array, distance: Array, allowed: Array, contact: Contact) -> None:
     """Check that nodes at points (n, d) lie at distances (n,) of at least `-allowed` (n,)."""
     if (i := first_of(distance < -allowed, -distance)) is not None:
         raise ModelError(
-            f"{names.contact}, at {place(points[i])}: the bodies overlap by {-distance[i]:g}; move "
+            f"{contact.title}, at {place(points[i])}: the bodies overlap by {-distance[i]:g}; move "
             "them apart, and give an Interference load (in a deck *CLEARANCE); or, if it is "
             "rounding or noise, give the Contact adjust= (in a deck *CONTACT PAIR, ADJUST=0)"
         )
 
 
-def _checked_gap(
-    gap: Array, points: Array, distance: Array, allowed: Array, names: FaceNames
-) -> Array:
-    """(n,) given gap, checked, of nodes that touch: their distances are at most `allowed` (n,)."""
+def _checked_gap(points: Array, distance: Array, allowed: Array, contact: Contact) -> Array:
+    """(n,) given gap of nodes that touch: their distances are at most `allowed` (n,)."""
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(
-            f"{names.contact}, at {place(points[i])}: the faces do not touch, they are "
+            f"{contact.title}, at {place(points[i])}: the faces do not touch, they are "
             f'{distance[i]:g} apart; move them, or give gap="measured" (in a deck no *CLEARANCE); '
             "or, if it is rounding or noise, give the Contact adjust= (in a deck *CONTACT PAIR, "
             "ADJUST)"
         )
+    amount = contact.gap if callable(contact.gap) else 0.0
+    gap = values_at(f"{contact.title}: gap", amount, points.T)
     if (i := first_of(gap < 0, -gap)) is not None:
         raise ModelError(
-            f"{names.contact}, at {place(points[i])}: gap {gap[i]:g}; give gaps >= 0, and an "
+            f"{contact.title}, at {place(points[i])}: gap {gap[i]:g}; give gaps >= 0, and an "
             "Interference load for bodies that overlap"
         )
     return gap
+
+
+def check_touching(
+    bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]
+) -> None:
+    """Check that a contact joins two bodies wherever a facet of one lies on a facet of the other.
+
+    `joined` maps the names of two bodies to the nodes of the first body that contacts of these two
+    join. Facets of joined nodes do not count, and neither do facets that meet in a point or at an
+    edge. Curved faces are seen if the nodes of both sides coincide.
+    """
+    no_nodes = np.zeros(0, int)
+    for name_1, name_2 in combinations(bodies, 2):
+        meshes = bodies[name_1].mesh, bodies[name_2].mesh
+        errors = bodies[name_1].errors, bodies[name_2].errors
+        near = sum(float(error.max()) for error in errors)
+        # The box in which both bodies are.
+        low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near
+        high = np.min([mesh.p.max(axis=1) for mesh in meshes], axis=0) + near
+        facets_1, facets_2 = (
+            _free_facets(mesh, np.concatenate([*joined.get(pair, []), no_nodes]), low, high)
+            for mesh, pair in zip(meshes, ((name_1, name_2), (name_2, name_1)), strict=True)
+        )
+        if not len(facets_1) or not len(facets_2):
+            continue
+        middles = _touching(facets_1, meshes[0].p.T, errors[0], facets_2, meshes[1].p.T, errors[1])
+        if len(middles):
+            raise ModelError(
+                f"contacts: bodies {name_1!r} and {name_2!r} touch around {place(middles[0])}, "
+                "without a contact there, so they would pass through each other; add a Contact of "
+                "all these faces (a corner may belong to several contacts), or move or merge the "
+                "bodies"
+            )
+
+
+def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Integers:
+    """(facets, corners) nodes of facets of the outline that reach into a box and are not joined."""
+    outline = mesh.boundary_facets()
+    nodes = mesh.facets[:, outline]
+    corners = mesh.p[:, nodes]  # (d, corners, facets)
+    is_joined = np.isin(nodes, joined).all(axis=0)
+    above = (corners.max(axis=1) >= low[:, None]).all(axis=0)
+    below = (corners.min(axis=1) <= high[:, None]).all(axis=0)
+    return facets_around(mesh, outline[~is_joined & above & below])
+
+
+def _touching(
+    facets_1: Integers,
+    x: Array,
+    x_errors: Array,
+    facets_2: Integers,
+    y: Array,
+    y_errors: Array,
+) -> Array:
+    """(m, d) middles of the parts of facets of body 1 that lie on facets of body 2.
+
+    Facets are given by their nodes, with the coordinates of the bodies and their errors.
+    """
+    overlaps = facet_overlaps(facets_1, x, facets_2, y)
+    points_1 = np.einsum("mk,mkd->md", overlaps.phi, x[overlaps.nodes_1])
+    points_2 = np.einsum("mk,mkd->md", overlaps.chi, y[overlaps.nodes_2])
+    errors = np.einsum("mk,mkd->md", overlaps.phi, x_errors[overlaps.nodes_1]) + np.einsum(
+        "mk,mkd->md", overlaps.chi, y_errors[overlaps.nodes_2]
+    )
+    difference = points_1 - points_2
+    error = error_along(unit_vectors(difference), errors)
+    is_apart = measured(np.linalg.norm(difference, axis=1), error) > 0
+    weights = np.where(is_apart, 0.0, overlaps.weights)
+    count = len(facets_1)
+    sizes = np.bincount(overlaps.facet, weights, minlength=count)
+    touching = sizes > COUNTS * np.linalg.norm(areas_of(x[facets_1]), axis=1)
+    moments = np.column_stack(
+        [np.bincount(overlaps.facet, weights * x_i, minlength=count) for x_i in points_1.T]
+    )
+    return np.asarray(moments[touching] / sizes[touching, None])
