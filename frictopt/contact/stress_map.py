@@ -129,4 +129,4 @@ class StressMap(Kept):
         total = np.tensordot(motion, np.asarray(self.motions), 1)
         for name, amplitude in loads.items():
             total = total + amplitude * np.asarray(self.loads[name])
-        return np.asarray(total)
+        return total

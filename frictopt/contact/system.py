@@ -462,7 +462,7 @@ class ContactSystem(Shown, Plotted):
                 f"amplitudes, slip, gap: shapes {loads.shape}, {v.shape}, {w.shape}; give (..., "
                 f"{len(self.bonded)}), (..., {self.slip_shape}), (..., {self.nodes})"
             )
-        return np.asarray(loads @ self.compliance - joined(v, w - self.gap) @ self._reactions)
+        return loads @ self.compliance - joined(v, w - self.gap) @ self._reactions
 
     def tension(self, case: str, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
         """(...,) tension of the locked bolt of a load case at states of the contact, force.
@@ -492,7 +492,7 @@ class ContactSystem(Shown, Plotted):
         _, shortening = self.bolts[case]
         number = list(self.bonded).index(case)
         displacement = self.displacements(amplitudes, slip, gap)[..., number]
-        return np.asarray(-displacement / shortening)
+        return -displacement / shortening
 
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`.

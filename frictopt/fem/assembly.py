@@ -149,7 +149,7 @@ class Assembly:
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
         nodes = nodes_of(self.body(argument, part.body), part.body, part.where)
-        return np.asarray(nodes + self.first_node[part.body])
+        return nodes + self.first_node[part.body]
 
     def axes(self, argument: str, body: str, directions: str | None) -> list[int]:
         """Numbers of the axes in `directions`, such as "xz"; None: all axes."""

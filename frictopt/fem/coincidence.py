@@ -54,7 +54,7 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
         unit = np.abs(np.spacing(points.astype(np.float32))).astype(float)
     # Two roundings of one number may differ by a whole unit: a little more than half of it is
     # allowed to each.
-    return np.asarray(np.maximum((1 + COUNTS) / 2 * unit, rounding))
+    return np.maximum((1 + COUNTS) / 2 * unit, rounding)
 
 
 def _by_decimals(sizes: Array) -> float:
@@ -65,14 +65,14 @@ def _by_decimals(sizes: Array) -> float:
 
 def _exponent(sizes: Array) -> Array:
     """Power of ten of the first digit of numbers >= 0."""
-    return np.asarray(np.floor(np.log10(np.maximum(sizes, np.finfo(float).tiny))))
+    return np.floor(np.log10(np.maximum(sizes, np.finfo(float).tiny)))
 
 
 def _unit(exponent: Array, digits: int | None) -> Array:
     """Unit of the last of some digits, if the first digit has this exponent; 0 without digits."""
     if digits is None:
         return np.zeros(exponent.shape)
-    return np.asarray(10.0 ** (exponent - digits + 1))
+    return 10.0 ** (exponent - digits + 1)
 
 
 def _digits(sizes: Array, exponent: Array) -> int | None:

@@ -224,7 +224,7 @@ def _of_elements(
         stiffness[:, a, :, a] += same_direction
     if kinematics == "axisymmetric":
         stiffness[:, 0, :, 0] += 2 * mu * products(hoop)
-    return np.asarray(stiffness)
+    return stiffness
 
 
 def boundary_forces(
@@ -456,4 +456,4 @@ def _midside_nodes(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers, Ar
 
 def _cross_matrices(vectors: Array) -> Array:
     """(..., 3, 3) matrices of the cross products with vectors (..., 3)."""
-    return np.asarray(np.cross(np.eye(3), vectors[..., None, :]))
+    return np.cross(np.eye(3), vectors[..., None, :])

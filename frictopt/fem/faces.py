@@ -390,10 +390,10 @@ def _clipped(polygons: Array, start: Array, end: Array) -> Array:
 def _sizes(parts: Array) -> Array:
     """Signed lengths of intervals or areas of triangles."""
     if parts.shape[1] == 2:
-        return np.asarray(parts[:, 1, 0] - parts[:, 0, 0])
+        return parts[:, 1, 0] - parts[:, 0, 0]
     return _areas(parts[:, 0], parts[:, 1], parts[:, 2])
 
 
 def _areas(a: Array, b: Array, c: Array) -> Array:
     """Signed areas of triangles with corners (..., 2)."""
-    return np.asarray(((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]) / 2)
+    return ((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]) / 2

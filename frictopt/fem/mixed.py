@@ -122,7 +122,7 @@ def places_among(rows: Integers, known: Integers) -> Integers:
     number = np.unique(sorted_rows, axis=0, return_inverse=True)[1].ravel()
     index = np.full(len(number), -1)
     index[number[:count]] = np.arange(count)
-    return np.asarray(index[number[count:]])
+    return index[number[count:]]
 
 
 def with_wedges(mesh: Mesh) -> Mesh:

@@ -333,7 +333,7 @@ def _participation(
         return factors * [0.0, 1.0]
     if parts.sector.count > 1:
         # A translation across the axis turns from sector to sector.
-        return np.asarray(factors @ np.outer(parts.sector.along, parts.sector.along))
+        return factors @ np.outer(parts.sector.along, parts.sector.along)
     return factors
 
 

@@ -59,7 +59,7 @@ class Face:
     @property
     def corners(self) -> Array:
         """(facets, corners, d) places of the corners of the facets."""
-        return np.asarray(self.points[self.facets])
+        return self.points[self.facets]
 
     def sag(self) -> Array:
         """(nodes,) distances by which facets may miss the curved face."""
@@ -204,7 +204,7 @@ def sags(face_1: Face, face_2: Face, nodes: Integers, P: csr_matrix) -> Array:
     P (n, nodes of body 2) are the places of the nodes on face 2.
     """
     largest_2 = np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
-    return np.asarray(face_1.sag()[nodes] + largest_2)
+    return face_1.sag()[nodes] + largest_2
 
 
 def facing(face_1: Face, face_2: Face, part: Contact | Tie) -> tuple[Overlaps, Array]:

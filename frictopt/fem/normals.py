@@ -79,7 +79,7 @@ class Planes:
             if is_flat and is_one_normal and (areas @ normal > 0).all():
                 if known is mean:
                     self._normals.append(mean)
-                return np.asarray(normal)
+                return normal
         return None
 
 
@@ -299,7 +299,7 @@ def _rim(facets: Integers, count: int) -> Booleans:
     if facets.shape[1] == 2:
         return np.asarray(np.bincount(facets.ravel(), minlength=count) == 1)
     edges, uses = np.unique(_edges(facets)[0], axis=0, return_counts=True)
-    return np.asarray(np.isin(np.arange(count), edges[uses == 1]))
+    return np.isin(np.arange(count), edges[uses == 1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -406,7 +406,7 @@ def _with_cosines(normals: Array, tangents: Array, cosines: Array, node: Integer
 def _determine(tangents: Array, node: Integers, normals: Array) -> Booleans:
     """(n,) nodes at which the tangents of lines determine the normal."""
     sizes = np.linalg.eigvalsh(_squares(tangents, node, normals.shape))
-    return np.asarray(sizes[:, 1] > _SPANNED * sizes[:, -1])
+    return sizes[:, 1] > _SPANNED * sizes[:, -1]
 
 
 def _squares(vectors: Array, node: Integers, shape: tuple[int, ...]) -> Array:

@@ -85,12 +85,12 @@ class SlidingBodies:
 
     def openings(self, lifts: Array) -> Array:
         """(t N,) the transpose of `pressures`: minus the slips due to openings (N,)."""
-        return np.asarray(self._exact(self.K_w.T @ lifts.ravel())[self.first_slip :])
+        return self._exact(self.K_w.T @ lifts.ravel())[self.first_slip :]
 
     def slips(self, shear: Array) -> Array:
         """(t N,) slips due to shear forces (t N,)."""
         slips = self._exact(self._load(shear))[self.first_slip :]
-        return np.asarray(slips - self.slides @ (self.slides.T @ slips))
+        return slips - self.slides @ (self.slides.T @ slips)
 
     def rough(self) -> Array:
         """(N, t N) the matrix of `pressures` in single precision, by blocks of solutions."""

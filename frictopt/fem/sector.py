@@ -76,7 +76,7 @@ class Sector:
     @property
     def _centre(self) -> Array:
         """(d,) a point of the axis."""
-        return np.asarray(np.linalg.pinv(np.eye(len(self.turn)) - self.turn) @ self.shift)
+        return np.linalg.pinv(np.eye(len(self.turn)) - self.turn) @ self.shift
 
     def closed(self, bodies: Mapping[str, Body]) -> dict[str, Body]:
         """The bodies with copied nodes exactly at the turned places of their originals.

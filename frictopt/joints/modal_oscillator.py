@@ -124,7 +124,7 @@ class ModalOscillator(Kept):
         """All amplitudes at one angular frequency, rising: one, or three where the curve folds."""
 
         def excess(a: Array) -> Array:
-            return np.asarray(a * np.abs(self.balance(a, np.asarray(omega))) - force)
+            return a * np.abs(self.balance(a, np.asarray(omega))) - force
 
         return self._roots(excess, force, omega)
 

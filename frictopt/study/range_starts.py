@@ -189,4 +189,4 @@ def shortened(slip: Array, slip_bound: Array | None) -> Array:
         return slip
     size = lengths(slip, slip_bound)
     share = np.minimum(1.0, slip_bound / np.where(size > 0, size, 1.0))
-    return np.asarray((slip.T * share).T)
+    return (slip.T * share).T

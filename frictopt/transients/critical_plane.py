@@ -247,7 +247,7 @@ def _normal(tensors: Array, normals: Array) -> Array:
 def _shear(tensors: Array, normals: Array) -> Array:
     """(M, ..., planes, 3) components along the planes."""
     vectors = normals @ tensors
-    return np.asarray(vectors - _normal(tensors, normals)[..., None] * normals)
+    return vectors - _normal(tensors, normals)[..., None] * normals
 
 
 def _amplitude(vectors: Array) -> Array:

@@ -197,7 +197,7 @@ class Statics:
         within = V.T @ basis
         _, apart, directions = np.linalg.svd(basis - V @ within, full_matrices=False)
         shifts = V @ (within @ directions[apart <= CONDENSATION].T)
-        return np.asarray(np.linalg.qr(shifts)[0])
+        return np.linalg.qr(shifts)[0]
 
     def _with_negative_work(self, V: Array, pressed: bool, load: Array) -> Array | None:
         """The motion (M,) within V with the least work; None if that is not negative.

@@ -319,4 +319,4 @@ def _pressure_at_first_slip(crossing: _Crossing, friction: Array, slip: Array) -
     fall = slack(-load_change)
     share = slack(crossing.forces) / np.where(fall > 0, fall, 1.0)
     begins_at = np.where(fall > 0, p + load_change[:, -1] * share, p)
-    return np.asarray(begins_at.clip(0.0, p))
+    return begins_at.clip(0.0, p)

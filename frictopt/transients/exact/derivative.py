@@ -135,7 +135,7 @@ def return_map(path: ExactPath) -> ReturnMap:
     def motion_derivative(number: int, rows: Array) -> Array:
         stretch = stretches[number]
         reduced = stretch.growth.reduced(rows, stretch.begun)
-        return np.asarray(reduced @ stretch.growth.base)
+        return reduced @ stretch.growth.base
 
     statuses = np.array([stretch.status for stretch in stretches], dtype=np.int8)
     reactions = np.array([stretch.r for stretch in stretches])
@@ -233,7 +233,7 @@ class _Growth:
         lower, upper = self.inverses
         moving = self.order[:begun]
         weights = rows[:, moving] @ upper[:begun, :begun] @ lower[:begun, :begun]
-        return np.asarray(rows - weights @ self.equations[:begun])
+        return rows - weights @ self.equations[:begun]
 
     def integral(self, row: Array, stretches: Sequence["_Stretch"]) -> Array:
         """(2N,) integral of `row @ D` over stretches, D the derivative on each of them."""

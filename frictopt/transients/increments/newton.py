@@ -59,7 +59,7 @@ class Law:
     def bound(self, p: Array) -> Array:
         """(N,) largest shear under normal forces; 0 at nodes that nothing presses."""
         smallest = (self.slopes * np.maximum(p, 0.0) + self.constants).min(axis=0)
-        return np.asarray(np.where(p > 0, smallest, 0.0))
+        return np.where(p > 0, smallest, 0.0)
 
     def slope(self, p: Array, nodes: NDArray[np.intp]) -> Array:
         """Slope of the governing term of the bound of some nodes, under their normal forces."""
