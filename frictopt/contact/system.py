@@ -747,7 +747,7 @@ class ContactSystem(Shown, Plotted):
 
         ModelError if it is missing or damaged.
         """
-        return cls(**files.read(path))
+        return cls(**files.read(path, cls))
 
 
 def _own_stiffness(S: Array, axes: int, scale: float) -> Array:

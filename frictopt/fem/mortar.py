@@ -232,7 +232,8 @@ def _check_faced(share: Array, face_1: Face, part: Contact | Tie) -> None:
         raise ModelError(
             f"{_around(corners[share.argmax()], part)} has no opposite part of body "
             f"{part.body_2!r}, or less than half of each facet has one; name the part that "
-            "touches, exchange the bodies, or mesh body 1 finer; the elements of the two bodies must lie on opposite sides"
+            "touches, exchange the bodies, or mesh body 1 finer; the elements of the two bodies "
+            "must lie on opposite sides"
         )
     if share.max() > 1 + COUNTS:
         raise ModelError(
