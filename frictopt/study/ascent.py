@@ -122,7 +122,7 @@ def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Ar
             # (nodes, M) derivative of the reserve with respect to the state at the event
             by_pressure = f[nodes, None] * S[-n:][nodes]
             by_shear = np.einsum("tn,tnm->nm", tangent[:, nodes], tangential[:, nodes])
-            derivative = cycle.motion_derivative(event, by_pressure - by_shear)
+            derivative = (by_pressure - by_shear) @ cycle.motions[event]
             rows.append(derivative @ follow / unit[:, None])
             reserves.append(np.maximum(reserve[event, here], 0.0) / unit)
     return np.vstack(rows), np.concatenate(reserves)
@@ -186,7 +186,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
         work_gradient=work_gradient,
         status=np.array([point.status for point in points]),
         r=np.array([point.r for point in points])[:, None],
-        motion_derivative=lambda increment, rows: np.asarray(rows @ derivatives[increment]),
+        motions=derivatives,
     )
 
 

@@ -480,7 +480,7 @@ FAULTS = (
     Fault(
         "transients/exact/derivative.py",
         "gaps that close go on",
-        old="after.base[path.nodes:][status != OPEN] = 0.0",
+        old="after[n:][status != OPEN] = 0.0",
         new="pass",
         tests="return_map",
     ),

@@ -5,8 +5,7 @@ the slips and gaps of open nodes, where q = p = 0. All other motions b rest. So 
 is piecewise linear in the state at its beginning.
 
 On each stretch between two events the rows b of the derivative D stay as they are. The rows a solve
-`K_aa D_a = -K_ab D_b`, where K has the rows of the equations above. As long as nodes only begin to
-move, the rows b are those from before the first node began (the base). A motion that stops within a
+`K_aa D_a = -K_ab D_b`, where K has the rows of the equations above. A motion that stops within a
 segment stops at an event, and the time of the event changes with the state.
 
 The work of friction of a cycle is the work of the loads less the elastic energy gained. Integrate
@@ -14,15 +13,12 @@ it by parts: if the state `u = [v, w - g0]` changes by du, the work changes in f
 integral of `du . dr^w` over the cycle, less `r . du` at its end, plus `r . du` at its beginning.
 """
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base import CONDENSATION, ROUNDING, Array, Booleans, frozen
+from ...base import CONDENSATION, ROUNDING, Array, Booleans, Integers, frozen
 from ...errors import NoContinuation
 from .kernel import OPEN, STICK
 from .path import ExactPath
@@ -53,9 +49,8 @@ class ReturnMap:
     r
         (E, 2, M) reactions `[q, p]` at the beginning and at the end of each stretch, (E, 1, M)
         after each increment, force (per depth).
-    motion_derivative
-        Function of the number of a stretch and of rows (m, M). It returns `rows @ D` (m, M), where
-        D is the derivative of u on that stretch with respect to `before`.
+    motions
+        (E, M, M) derivative of u on each stretch with respect to `before`.
 
     Examples
     --------
@@ -77,7 +72,7 @@ class ReturnMap:
     work_gradient: Array
     status: NDArray[np.int8]
     r: Array
-    motion_derivative: Callable[[int, Array], Array]
+    motions: list[Array]
 
     @property
     def locked(self) -> Booleans:
@@ -111,41 +106,29 @@ def return_map(path: ExactPath) -> ReturnMap:
     status = path.state.status.copy()
 
     # The gap of a closed node cannot be chosen.
-    free = np.concatenate([np.ones(n), status == OPEN])
-    growth = _growth(path, np.full(n, STICK), np.diag(free))
+    D = np.diag(np.concatenate([np.ones(n), status == OPEN]))
     integral = np.zeros(2 * n)
-    stretches = list[_Stretch]()
+    statuses = list[NDArray[np.int8]]()
+    reactions = list[Array]()
+    motions = list[Array]()
     for corner, name in path.legs:
         drive = corner - path.bonded
-        observed = _follow_leg(path, corner, name)
-
         # Slipping nodes stick at a corner. The new direction of the load says which ones slip.
         status = np.where(status == OPEN, OPEN, STICK)
-        growth = _growth(path, status, growth.derivative())
-        leg = list[_Stretch]()
-        for length, next_status, r in observed:
-            growth = _after_event(path, growth, status, next_status, drive)
+        for length, next_status, r in _follow_leg(path, corner, name):
+            D = _after_event(path, D, status, next_status, drive)
             status = next_status
-            leg.append(_Stretch(growth, len(growth.order), length, status, r))
-        for moving, parts in groupby(leg, key=lambda stretch: stretch.growth):
-            integral += moving.integral(drive, list(parts))
-        stretches += leg
-    derivative = growth.derivative()
-
-    def motion_derivative(number: int, rows: Array) -> Array:
-        stretch = stretches[number]
-        reduced = stretch.growth.reduced(rows, stretch.begun)
-        return reduced @ stretch.growth.base
-
-    statuses = np.array([stretch.status for stretch in stretches], dtype=np.int8)
-    reactions = np.array([stretch.r for stretch in stretches])
+            integral += length * (drive @ D)
+            statuses.append(status)
+            reactions.append(r)
+            motions.append(D)
     return ReturnMap(
         before=frozen(u_before),
-        derivative=frozen(derivative),
-        work_gradient=frozen(integral + r_before - path.state.r @ derivative),
-        status=statuses.reshape(-1, n),
-        r=frozen(reactions.reshape(-1, 2, 2 * n)),
-        motion_derivative=motion_derivative,
+        derivative=frozen(D),
+        work_gradient=frozen(integral + r_before - path.state.r @ D),
+        status=np.array(statuses).reshape(-1, n),
+        r=frozen(np.reshape(reactions, (-1, 2, 2 * n))),
+        motions=motions,
     )
 
 
@@ -169,155 +152,59 @@ def _follow_leg(
     ]
 
 
-@dataclass(eq=False)
-class _Growth:
-    """Motions that begin one after the other while none stops.
+def _flexibility(path: ExactPath, status: NDArray[np.int8]) -> tuple[Integers, Array]:
+    """The m motions under some statuses, and the (m, 2N) matrix of their answer to forces.
 
-    Their equations K are factored as L U without exchange of rows. So the leading blocks of the
-    inverse factors belong to the motions that begin first, and one factorisation serves all
-    stretches.
-
-    Attributes
-    ----------
-    S
-        (2N, 2N) stiffness.
-    factor
-        (2N,) factor of p in the equation of each motion: the sense of slip times friction.
-    base
-        (2N, 2N) derivative of the state, of which the rows of motions that rest are used.
-    order
-        Numbers of the motions that move, in the order in which they begin. It may grow until the
-        inverse factors are asked for.
+    Bonded reactions that change by dr let the motions change by `flexibility @ dr`.
     """
-
-    S: Array
-    factor: Array
-    base: Array
-    order: list[int]
-
-    @cached_property
-    def equations(self) -> Array:
-        """(n, 2N) the equation of each motion in `order`."""
-        moving = np.array(self.order, dtype=np.intp)
-        is_slip = self.factor[moving] != 0
-        slips = moving[is_slip]
-        rows = self.S[moving]
-        rows[is_slip] += self.factor[slips, None] * self.S[len(self.S) // 2 + slips]
-        return rows
-
-    @cached_property
-    def inverses(self) -> tuple[Array, Array]:
-        """(n, n) the inverses of L, which has a unit diagonal, and of U.
-
-        NoContinuation if a pivot vanishes beside the stiffness of its motion: then the rates are
-        not unique.
-        """
-        n = len(self.order)
-        K = self.equations[:, self.order]
-        lower = np.eye(n)
-        upper = np.eye(n)
-        for k in range(n):
-            row = K[k, :k] @ upper[:k, :k]  # of L
-            column = lower[:k, :k] @ K[:k, k]  # of U
-            pivot = K[k, k] - row @ column
-            stiffness = self.S[self.order[k], self.order[k]]
-            if not abs(pivot) > CONDENSATION * stiffness:
-                raise NoContinuation(_CRITICAL)
-            lower[k, :k] = -row @ lower[:k, :k]
-            upper[:k, k] = upper[:k, :k] @ column / -pivot
-            upper[k, k] = 1 / pivot
-        return lower, upper
-
-    def reduced(self, rows: Array, begun: int) -> Array:
-        """(m, 2N) R with `R @ base = rows @ D`, D the derivative when `begun` motions move."""
-        lower, upper = self.inverses
-        moving = self.order[:begun]
-        weights = rows[:, moving] @ upper[:begun, :begun] @ lower[:begun, :begun]
-        return rows - weights @ self.equations[:begun]
-
-    def integral(self, row: Array, stretches: Sequence["_Stretch"]) -> Array:
-        """(2N,) integral of `row @ D` over stretches, D the derivative on each of them."""
-        lower, upper = self.inverses
-        lengths = np.zeros(len(self.order) + 1)  # by the number of motions that have begun
-        for stretch in stretches:
-            lengths[stretch.begun] += stretch.length
-        # By the same number: the length of all stretches on which at least so many have begun.
-        lasting = lengths[::-1].cumsum()[::-1]
-        weights = (row[self.order] @ upper * lasting[1:]) @ lower
-        return np.asarray((lasting[0] * row - weights @ self.equations) @ self.base)
-
-    def derivative(self) -> Array:
-        """(2N, 2N) the derivative when all motions in `order` move."""
-        lower, upper = self.inverses
-        resting = self.equations.copy()
-        resting[:, self.order] = 0.0
-        derivative = self.base.copy()
-        derivative[self.order] = -upper @ (lower @ (resting @ self.base))
-        return derivative
-
-    def rate(self, drive: Array) -> Array:
-        """(2N,) rates of u under rates of the bonded reactions when all in `order` move."""
-        lower, upper = self.inverses
-        n = len(drive) // 2
-        load = drive + self.factor * np.tile(drive[n:], 2)
-        rate = np.zeros_like(drive)
-        rate[self.order] = -upper @ (lower @ load[self.order])
-        return rate
-
-
-@dataclass(frozen=True, eq=False)
-class _Stretch:
-    """A part of a segment between two events, on which the first `begun` motions move."""
-
-    growth: _Growth
-    begun: int
-    length: float  # share of the segment
-    status: NDArray[np.int8]  # (N,)
-    r: Array  # (2, 2N) reactions at its beginning and at its end
-
-
-def _growth(path: ExactPath, status: NDArray[np.int8], base: Array) -> _Growth:
-    """The motions under these statuses, which begin at once."""
+    n, S = path.nodes, path.system.S
     is_open = status == OPEN
-    slip_factor = status * path.friction * ~is_open
-    factor = np.concatenate([slip_factor, np.zeros(path.nodes)])
-    moves = np.concatenate([status != STICK, is_open])
-    return _Growth(path.system.S, factor, base, np.flatnonzero(moves).tolist())
+    motions = np.flatnonzero(np.concatenate([status != STICK, is_open]))
+    # Its equation is `q + sense f p = 0` for a slip, and q = 0 or p = 0 for an open node.
+    factor = np.concatenate([status * path.friction * ~is_open, np.zeros(n)])[motions]
+    equations = np.eye(2 * n)[motions]
+    equations[np.arange(len(motions)), n + motions % n] += factor
+    K = equations @ S[:, motions]
+    try:
+        inverse = np.linalg.inv(K)
+    except np.linalg.LinAlgError as error:
+        raise NoContinuation(_CRITICAL) from error
+    # A motion that is much softer than its own stiffness has no unique rate.
+    if not np.abs(inverse * np.diag(S)[motions]).max(initial=0.0) < 1 / CONDENSATION:
+        raise NoContinuation(_CRITICAL)
+    return motions, -inverse @ equations
 
 
 def _after_event(
     path: ExactPath,
-    growth: _Growth,
+    D: Array,
     before: NDArray[np.int8],
     status: NDArray[np.int8],
     drive: Array,
-) -> _Growth:
-    """The motions after an event that changes some statuses.
+) -> Array:
+    """(2N, 2N) derivative of the state on the stretch after an event that changes some statuses.
 
-    `drive` (2N,) is the change of the bonded reactions on the segment. A motion stops when some
-    node begins to slip, opens or closes: its end moves with the time of that event.
+    D is the derivative before it, and `drive` (2N,) the change of the bonded reactions on the
+    segment. A motion stops when some node begins to slip, opens or closes: its end moves with the
+    time of that event.
     """
-    after = _growth(path, status, growth.base)
-    nodes_only_begin = not np.any((before != STICK) & (status != before))
-    if nodes_only_begin:
-        begun = set(growth.order)
-        growth.factor = after.factor
-        growth.order += [motion for motion in after.order if motion not in begun]
-        return growth
-
-    after.base = growth.derivative()
-    stops = np.setdiff1d(growth.order, after.order)
-    if not len(stops):
-        return after
+    n = path.nodes
+    moved, moved_by = _flexibility(path, before)
+    moves, moves_by = _flexibility(path, status)
+    stops = np.setdiff1d(moved, moves)
     begins = (before == STICK) & (status != STICK)
     opens_or_closes = (status == OPEN) != (before == OPEN)
     causes = np.flatnonzero(opens_or_closes | begins)
-    if len(causes):
+    after = D.copy()
+    if len(stops) and len(causes):
         row, load_rate = _condition(path, int(causes[0]), before, status, drive)
-        rate = growth.rate(drive)
-        delay = -(row @ after.base) / (row @ rate + load_rate)  # (2N,) by the state before
-        after.base[stops] += np.outer(rate[stops], delay)
-    after.base[path.nodes :][status != OPEN] = 0.0
+        rate = np.zeros(2 * n)
+        rate[moved] = moved_by @ drive
+        delay = -(row @ D) / (row @ rate + load_rate)  # (2N,) by the state before
+        after[stops] += np.outer(rate[stops], delay)
+    after[n:][status != OPEN] = 0.0
+    after[moves] = 0.0
+    after[moves] = moves_by @ path.system.S @ after
     return after
 
 
