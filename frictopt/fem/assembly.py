@@ -297,9 +297,11 @@ class Assembly:
             self.points,
             self.kinematics,
         )
-        self.free_rows.ravel()[self.coupled.followers] = -2
-        self.free_rows.ravel()[self.coupled.zero] = -1
-        return self._by_rows(self.coupled.matrix)
+        matrix = self.coupled.matrix
+        bound = matrix.diagonal() == 0
+        follows = np.diff(matrix.indptr)[bound] > 0
+        self.free_rows.ravel()[bound] = np.where(follows, -2, -1)
+        return self._by_rows(matrix)
 
     def _midside_ties(self, contacts: Sequence[Contact | Tie]) -> list[csr_matrix]:
         """Ties of midside nodes of each body on contacts and ties."""

@@ -217,11 +217,8 @@ Coupling: TypeAlias = RigidCoupling | DistributingCoupling
 class Coupled:
     """Displacements of a model that couplings bind; a displacement is `d node + axis`."""
 
-    # (size, size) matrix by which the displacements follow
+    # (size, size) matrix by which the displacements follow; the row of one that is zero is empty
     matrix: csr_matrix
-    # displacements that follow others, and those that are zero
-    followers: Integers
-    zero: Integers
     # nodes of all couplings
     nodes: Integers
 
@@ -248,41 +245,28 @@ def coupled(
     a coupling, and no node may be in two couplings.
     """
     d = points.shape[1]
-    rows = [np.zeros(0, dtype=np.intp)]
-    columns = [np.zeros(0, dtype=np.intp)]
-    shares = [np.zeros(0)]
-    followers = [np.zeros(0, dtype=np.intp)]
-    zero = [np.zeros(0, dtype=np.intp)]
-    used = [np.zeros(0, dtype=np.intp)]
+    kept = np.ones(points.size)
+    links = csr_matrix((points.size,) * 2)
+    used = np.zeros(0, dtype=np.intp)
     for coupling in couplings:
         body = bodies[choice("supports: body", coupling.body, bodies)]
         first = first_node[coupling.body]
         nodes = first + nodes_of(body, coupling.body, coupling.where)
-        both = np.intersect1d(nodes, np.concatenate([taken, *used]))
+        both = np.intersect1d(nodes, np.r_[taken, used])
         if len(both):
             raise ModelError(
                 f"supports: {coupling} has the node at {place(points[both[0]])}, which also "
                 "belongs to a contact or another coupling; leave it out"
             )
-        used.append(nodes)
+        used = np.r_[used, nodes]
         held = ~free[first : first + body.mesh.p.shape[1]]
         bound = coupling._followers(body, held, kinematics)
         share = np.where(np.abs(bound.share) > ROUNDING, bound.share, 0.0)
-        follows = share.any(axis=1)
-        row, column = np.nonzero(share)
-        rows.append(d * first + bound.followers[row])
-        columns.append(d * first + bound.leaders[column])
-        shares.append(share[row, column])
-        followers.append(d * first + bound.followers[follows])
-        zero.append(d * first + bound.followers[~follows])
-    entries = np.concatenate(shares), (np.concatenate(rows), np.concatenate(columns))
-    bound_ones = np.concatenate([*followers, *zero])
-    kept = np.ones(points.size)
-    kept[bound_ones] = 0.0
-    matrix = csr_matrix(entries, shape=(points.size,) * 2) + diags(kept)
-    return Coupled(
-        csr_matrix(matrix), np.concatenate(followers), np.concatenate(zero), np.concatenate(used)
-    )
+        follow, lead = np.nonzero(share)
+        places = d * first + bound.followers[follow], d * first + bound.leaders[lead]
+        links = links + csr_matrix((share[follow, lead], places), shape=links.shape)
+        kept[d * first + bound.followers] = 0.0
+    return Coupled(csr_matrix(links + diags(kept)), used)
 
 
 def _independent(rows: Array) -> Integers:

@@ -55,7 +55,7 @@ FAULTS = (
     Fault(
         "fem/couplings.py",
         "a node follows two points",
-        old="used.append(nodes)",
+        old="used = np.r_[used, nodes]",
         new="used.append(nodes[:0])",
         tests="couplings",
     ),
