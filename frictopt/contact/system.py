@@ -259,19 +259,13 @@ class ContactSystem(Shown, Plotted):
         C: ArrayLike,
         x: ArrayLike,
         bonded: Mapping[str, tuple[ArrayLike, ArrayLike]],
-        gap: ArrayLike | None = None,
-        *,
-        contact: ArrayLike | None = None,
-        width: ArrayLike | None = None,
-        E_star: float | None = None,
-        compliance: ArrayLike | None = None,
-        bolts: Mapping[str, tuple[float, float]] | None = None,
-        units: str | None = None,
+        gap: Any = None,
+        **parts: Any,
     ) -> Self:
         """A contact in the plane on a straight line.
 
         A, B, C are the (N, N) blocks of its stiffness, x (N,) the coordinates of its nodes on the
-        line. For all other arguments see `ContactSystem`.
+        line. For all other arguments, such as `width` and `units`, see `ContactSystem`.
 
         Examples
         --------
@@ -289,18 +283,8 @@ class ContactSystem(Shown, Plotted):
         A = symmetrised("A", finite_array("A", A, (n, n)))
         B = finite_array("B", B, (n, n))
         C = symmetrised("C", finite_array("C", C, (n, n)))
-        return cls(
-            np.block([[A, B.T], [B, C]]),
-            np.column_stack([line, np.zeros(n)]),
-            bonded,
-            gap=frozen([]) if gap is None else gap,  # type: ignore[arg-type]  # checked there
-            contact=contact,  # type: ignore[arg-type]
-            width=width,  # type: ignore[arg-type]
-            E_star=E_star,
-            compliance=compliance,  # type: ignore[arg-type]
-            bolts={} if bolts is None else bolts,
-            units=units,
-        )
+        points = np.column_stack([line, np.zeros(n)])
+        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, **parts)
 
     def _answer(self) -> Mapping[str, object]:
         answer: dict[str, object] = {"nodes": self.nodes}
