@@ -39,7 +39,6 @@ from .load_cases import Load, LoadCase, load_case, load_sizes
 from .matrix_checks import check_order
 from .mixed import MIXED
 from .modes import Vibrating
-from .mortar import Joint
 from .products import products_of
 from .sector import Cyclic
 from .supports import Support
@@ -140,16 +139,8 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
             ties=listed_parts("ties", self.ties, Tie),
         )
         _ = self._cases  # assembles the model, which checks that its parts fit each other
-        for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
-            self._warn_of(contact, joint)
-        for tie, of_tie in zip(self.ties, self._assembly.of_ties, strict=True):
-            if of_tie.others:
-                _warn(
-                    f"ties: {tie.title}: {number_of(of_tie.others, 'node')} of the face of body "
-                    f"{tie.body_1!r} farther than {of_tie.tolerance:.3g} from the other face are "
-                    "free; give a larger tolerance if they should be tied"
-                )
-        self._warn_of_locking(kinematics)
+        for text in self._doubts(kinematics):
+            warnings.warn(text, ModelWarning, stacklevel=3)  # the line that makes the model
 
     def _checked_contacts(self) -> Sequence[Contact]:
         """The contacts; if none is given, the contact of the two bodies."""
@@ -177,36 +168,40 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
                 raise ModelError(f"loads[{name!r}]: {hint}")
         return loads
 
-    def _warn_of(self, contact: Contact, joint: Joint) -> None:
-        """Warn of units that differ, of coarse meshes, and of faces that reach beyond others."""
-        names = contact.body_1, contact.body_2
-        if joint.beyond > 0:
-            size = "area" if self.kinematics == "space" else "length"
-            _warn(
-                f"contacts: {contact.name!r}: of the face of body {names[0]!r}, the {size} "
-                f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) has no opposite part of body "
-                f"{names[1]!r} and is free; if it should touch, name more of body {names[1]!r}"
-            )
-        for text in units_apart(names, [self.bodies[name] for name in names]):
-            _warn(text)
-        # If the edges of body 1 are this much longer than the edges of body 2, the nodes of the
-        # contact are too far apart.
-        if joint.coarser > 4.0:
-            _warn(
-                f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "
-                f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the "
-                "contact has the nodes of body 1: exchange the bodies, or mesh it finer"
-            )
-        widest = float(joint.gap.max())
-        if joint.missed > 0.5 * widest:
-            _warn(
-                f"contacts: {contact.name!r}: its facets may miss curved faces by "
-                f"{joint.missed:.2g}, and the widest measured gap is {widest:.2g}; mesh finer"
-            )
-
-    def _warn_of_locking(self, kinematics: Kinematics) -> None:
-        for text in locking(self.bodies, kinematics):
-            _warn(text)
+    def _doubts(self, kinematics: Kinematics) -> Iterator[str]:
+        """Warnings of units that differ, coarse meshes, faces beyond others, and free nodes."""
+        for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
+            names = contact.body_1, contact.body_2
+            if joint.beyond > 0:
+                size = "area" if kinematics == "space" else "length"
+                yield (
+                    f"contacts: {contact.name!r}: of the face of body {names[0]!r}, the {size} "
+                    f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) has no opposite part of body "
+                    f"{names[1]!r} and is free; if it should touch, name more of body {names[1]!r}"
+                )
+            yield from units_apart(names, [self.bodies[name] for name in names])
+            # If the edges of body 1 are this much longer than the edges of body 2, the nodes of the
+            # contact are too far apart.
+            if joint.coarser > 4.0:
+                yield (
+                    f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "
+                    f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the "
+                    "contact has the nodes of body 1: exchange the bodies, or mesh it finer"
+                )
+            widest = float(joint.gap.max())
+            if joint.missed > 0.5 * widest:
+                yield (
+                    f"contacts: {contact.name!r}: its facets may miss curved faces by "
+                    f"{joint.missed:.2g}, and the widest measured gap is {widest:.2g}; mesh finer"
+                )
+        for tie, of_tie in zip(self.ties, self._assembly.of_ties, strict=True):
+            if of_tie.others:
+                yield (
+                    f"ties: {tie.title}: {number_of(of_tie.others, 'node')} of the face of body "
+                    f"{tie.body_1!r} farther than {of_tie.tolerance:.3g} from the other face are "
+                    "free; give a larger tolerance if they should be tied"
+                )
+        yield from locking(self.bodies, kinematics)
 
     def condense(self, *, progress: bool = True) -> ContactSystem:
         """Condense the glued bodies to the relative motions of the contacts.
@@ -409,10 +404,6 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         tangential = np.array([contact.tangential_stiffness for contact in self.contacts])
         normal = np.array([contact.normal_stiffness for contact in self.contacts])
         return tangential[self._assembly.contact], normal[self._assembly.contact]
-
-
-def _warn(text: str) -> None:
-    warnings.warn(text, ModelWarning, stacklevel=5)  # the line that makes the model
 
 
 def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]:
