@@ -30,8 +30,6 @@ _Update: TypeAlias = tuple[Integers, Array]  # unknowns, and the matrix that the
 _LEAF = 64
 # An unknown has no stiffness if less than this share of its first stiffness remains.
 _NO_STIFFNESS = ROUNDING / 10
-# So many columns of an update are added to the next front at once, which saves memory.
-_COLUMNS = 128
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
@@ -207,20 +205,8 @@ def _assembled(
         unknowns, update = updates.pop()
         index = place[unknowns]
         m = int(np.searchsorted(unknowns, last))
-        _add(pivot, update[:m, :m], index[:m], index[:m], lower=True)
-        _add(coupling, update[m:, :m], index[m:], index[:m])
-        _add(contribution, update[m:, m:], index[m:], index[m:], lower=True)
+        pivot[np.ix_(index[:m], index[:m])] += update[:m, :m]
+        coupling[np.ix_(index[m:], index[:m])] += update[m:, :m]
+        contribution[np.ix_(index[m:], index[m:])] += update[m:, m:]
         del update  # frees its memory before the next one is added
     return _Front(later, pivot, coupling, contribution)
-
-
-def _add(
-    A: Array, update: Array, rows: Integers, columns: Integers, *, lower: bool = False
-) -> None:
-    """Add a matrix to rows and columns of A, in increasing order; with `lower`, its lower part."""
-    entries = A.reshape(-1, order="F")  # a view: A is stored by columns
-    for first in range(0, len(columns), _COLUMNS):
-        chunk = slice(first, first + _COLUMNS)
-        part = slice(first if lower else 0, None)
-        indices = columns[chunk, None] * len(A) + rows[part]
-        np.add.at(entries, indices.ravel(), update.T[chunk, part].ravel())

@@ -202,8 +202,8 @@ FAULTS = (
     Fault(
         "fem/schur.py",
         "what fronts leave to the first of several is dropped",
-        old="while updates:\n    unknowns, update = updates.pop()\n    index = place[unknowns]\n    m = int(np.searchsorted(unknowns, last))\n    _add(pivot, update[:m, :m], index[:m], index[:m], lower=True)\n    _add(coupling, update[m:, :m], index[m:], index[:m])\n    _add(contribution, update[m:, m:], index[m:], index[m:], lower=True)\n    del update",
-        new="if updates:\n    unknowns, update = updates.pop()\n    index = place[unknowns]\n    m = int(np.searchsorted(unknowns, last))\n    _add(pivot, update[:m, :m], index[:m], index[:m], lower=True)\n    _add(coupling, update[m:, :m], index[m:], index[:m])\n    _add(contribution, update[m:, m:], index[m:], index[m:], lower=True)\n    del update",
+        old="while updates:\n    unknowns, update = updates.pop()\n    index = place[unknowns]\n    m = int(np.searchsorted(unknowns, last))\n    pivot[np.ix_(index[:m], index[:m])] += update[:m, :m]\n    coupling[np.ix_(index[m:], index[:m])] += update[m:, :m]\n    contribution[np.ix_(index[m:], index[m:])] += update[m:, m:]\n    del update",
+        new="if updates:\n    unknowns, update = updates.pop()\n    index = place[unknowns]\n    m = int(np.searchsorted(unknowns, last))\n    pivot[np.ix_(index[:m], index[:m])] += update[:m, :m]\n    coupling[np.ix_(index[m:], index[:m])] += update[m:, :m]\n    contribution[np.ix_(index[m:], index[m:])] += update[m:, m:]\n    del update",
         tests="condense",
     ),
     Fault(
