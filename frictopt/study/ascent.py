@@ -59,20 +59,16 @@ class Ascent:
                 left = (self._slip_bound - (tangent * self._before).sum(axis=0)) / unit
                 rows = np.vstack([rows, along])
                 reserve = np.concatenate([reserve, left])
-        # Within the trust region no change reaches the other bounds.
-        near = radius * np.abs(rows).sum(axis=1) > reserve
-        # The dual program has fewer rows. Its multipliers are the changes of the locked slips, over
-        # the radius; `box` are the multipliers of the trust region.
-        box = np.eye(len(self._gain))
         answer = linprog(
-            np.r_[reserve[near], np.ones(2 * len(self._gain))],
-            A_eq=np.hstack([-radius * rows[near].T, box, -box]),
-            b_eq=self._gain / np.abs(self._gain).max(),
+            -self._gain / np.abs(self._gain).max(),
+            -radius * rows,
+            reserve,
+            bounds=(-1.0, 1.0),
             options={"presolve": False},
         )
         if answer.status != 0:
             return None
-        locked_change = radius * answer.eqlin.marginals
+        locked_change = radius * answer.x
         change = self._slip @ locked_change
         slip_change = change[0] if len(change) == 1 else change.T
         return slip_change, float(self._gain @ locked_change)
