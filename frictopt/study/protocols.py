@@ -143,13 +143,12 @@ class Search:
                 first = middle
         return first
 
-    def try_others(self, grid: Array) -> None:
-        """Try the values of the grid beyond the first one without rest."""
+    def others_slip(self, grid: Array) -> bool:
+        """Whether no value of the grid beyond the first one without rest has rest."""
         rests_at = self.rests_at
-        for value in grid.tolist():
-            if value not in self.tried:
-                self._rests(value)
+        others = [self._rests(value) for value in grid.tolist() if value not in self.tried]
         self.rests_at = rests_at
+        return not any(others)
 
     def table(self) -> pd.DataFrame:
         """The values tried so far, and their outcomes."""
@@ -184,6 +183,7 @@ class AfterProtocol(Kept, Plotted):
     transients: int
     residual: float
     note: str
+    monotonic: bool
 
     def to_frame(self) -> pd.DataFrame:
         """The values tried, see `tried`."""
@@ -219,6 +219,8 @@ class LimitAfterProtocol(AfterProtocol):
     note
         Why the transient at `upper` has no result, for example because the protocol makes a body
         slide off; "" if it keeps slipping.
+    monotonic
+        Whether the contact comes to rest at no load factor tried above `upper`.
 
     Examples
     --------
@@ -240,12 +242,6 @@ class LimitAfterProtocol(AfterProtocol):
     def ratio(self) -> float:
         """The load factor divided by lambda_2."""
         return self.load_factor / self.shakedown_limit if self.shakedown_limit > 0 else np.nan
-
-    @property
-    def monotonic(self) -> bool:
-        """Whether the contact comes to rest at no load factor tried above `upper`."""
-        outcomes = self.tried.loc[self.tried["load_factor"] > self.upper, "outcome"]
-        return not (outcomes == REST).any()
 
 
 @warns_of_odd_values
@@ -336,7 +332,7 @@ def limit_after_protocol(
         first = search.first_slip(grid, tolerance * largest)
         # Load factors above the limit may bring other starts to the front.
         starts = frozen(transients.starts)
-        search.try_others(grid)
+        monotonic = search.others_slip(grid)
     answer = search.table()
     answer.insert(1, "ratio", answer["load_factor"] / limit.load_factor)
     return LimitAfterProtocol(
@@ -344,6 +340,7 @@ def limit_after_protocol(
         bar.count,
         transients.residual,
         search.note(first),
+        monotonic,
         load_factor=search.rests_at,
         upper=np.inf if np.isnan(first) else first,
         shakedown_limit=limit.load_factor,
@@ -372,6 +369,8 @@ class FrictionAfterProtocol(AfterProtocol):
         DataFrame, one row for each friction tried: friction; outcome, see `LimitAfterProtocol`.
     transients, residual, note
         See `LimitAfterProtocol`.
+    monotonic
+        Whether the contact comes to rest with no friction tried below `lower`.
 
     Examples
     --------
@@ -389,12 +388,6 @@ class FrictionAfterProtocol(AfterProtocol):
     lower: float
     least: float
     load_factor: float
-
-    @property
-    def monotonic(self) -> bool:
-        """Whether the contact comes to rest with no friction tried below `lower`."""
-        outcomes = self.tried.loc[self.tried["friction"] < self.lower, "outcome"]
-        return not (outcomes == REST).any()
 
 
 @warns_of_odd_values
@@ -480,12 +473,13 @@ def friction_after_protocol(
             )
         grid = least + (largest - least) * np.r_[shares[::-1], 0.0]
         first = search.first_slip(grid, tolerance * largest)
-        search.try_others(grid)
+        monotonic = search.others_slip(grid)
     return FrictionAfterProtocol(
         search.table(),
         bar.count,
         max(residuals),
         search.note(first),
+        monotonic,
         required=search.rests_at,
         lower=required.bound if np.isnan(first) else first,
         least=least,

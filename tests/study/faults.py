@@ -104,16 +104,9 @@ FAULTS = (
     ),
     Fault(
         "study/protocols.py",
-        "rest above counts for nothing",
-        old="self.upper",
-        new="np.inf",
-        tests="protocols",
-    ),
-    Fault(
-        "study/protocols.py",
-        "rest with less friction counts for nothing",
-        old="self.lower",
-        new="-np.inf",
+        "rest beyond slip counts for nothing",
+        old="not any(others)",
+        new="True",
         tests="protocols",
     ),
     Fault(
