@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import Array, finite_number, place, shown
+from ..base import finite_number, place, shown
 from ..base.checks import checked_cases
 from ..contact import ContactSystem
 from ..contact.diagnosis import in_deck
@@ -36,12 +36,21 @@ class Judged:
 class Quantity:
     """A quantity of a steady state that has a threshold.
 
-    `unit` names its unit in forces and lengths, see `units_of`.
+    `unit` names its unit in forces and lengths, see `units_of`. `found` gives its value and the
+    place of it in words. The error of increments is estimated for quantities `of_work`.
     """
 
     unit: str
-    judged: Callable[[SteadyState], Judged]
+    found: Callable[[SteadyState], tuple[float, str]]
     needs_width: bool = False
+    of_work: bool = False
+
+    def judged(self, steady: SteadyState) -> Judged:
+        """The value in a steady state; what is judged includes its estimated error."""
+        value, where = self.found(steady)
+        error = steady.step_error if self.of_work and steady.steps else 0.0
+        # At rest, an infinite error says that finer increments may slip.
+        return Judged(value, where, np.inf if np.isinf(error) else value * (1 + error))
 
 
 def checked_limits(system: ContactSystem, limits: object) -> dict[str, float]:
@@ -67,14 +76,14 @@ def checked_limits(system: ContactSystem, limits: object) -> dict[str, float]:
     return thresholds
 
 
-def _at_node(steady: SteadyState, values: Array) -> Judged:
-    """The largest of some values (N,) at the nodes, and its place."""
+def _at_node(steady: SteadyState, column: str) -> tuple[float, str]:
+    """The largest value of a column of the fretting table, and its place."""
+    values = np.asarray(steady.fretting_table()[column], dtype=float)
     node = int(np.argmax(values))
-    value = float(values[node])
     where = place_of_node(steady.system, node)
     if steady.system.contact is not None:
         where = f"{steady.system.contact[node]}, {where}"
-    return Judged(value, where, value)
+    return float(values[node]), where
 
 
 def place_of_node(system: ContactSystem, node: int) -> str:
@@ -87,44 +96,6 @@ def place_of_node(system: ContactSystem, node: int) -> str:
     return f"node {node}{f' ({number})' if number else ''} at {at}"
 
 
-def _with_step_error(steady: SteadyState, value: Judged) -> Judged:
-    """A value from the work of friction; what is judged includes its estimated error."""
-    error = steady.step_error if steady.steps else 0.0
-    # At rest, an infinite error says that finer increments may slip.
-    judged = np.inf if np.isinf(error) else value.value * (1 + error)
-    return Judged(value.value, value.where, judged)
-
-
-def _slip_range(steady: SteadyState) -> Judged:
-    return _at_node(steady, _column(steady, "slip_range"))
-
-
-def _ruiz(steady: SteadyState) -> Judged:
-    return _at_node(steady, _column(steady, "F1"))
-
-
-def _work_density(steady: SteadyState) -> Judged:
-    return _with_step_error(steady, _at_node(steady, _column(steady, "work_density")))
-
-
-def _column(steady: SteadyState, name: str) -> Array:
-    return np.asarray(steady.fretting_table()[name], dtype=float)
-
-
-def _work(steady: SteadyState) -> Judged:
-    value = Judged(steady.dissipation, _contact_of_most(steady, "work"), steady.dissipation)
-    return _with_step_error(steady, value)
-
-
-def _slipping_share(steady: SteadyState) -> Judged:
-    share = steady.slipping_share
-    return Judged(share, _contact_of_most(steady, "slipping"), share)
-
-
-def _drift(steady: SteadyState) -> Judged:
-    return Judged(steady.drift, "", steady.drift)
-
-
 def _contact_of_most(steady: SteadyState, column: str) -> str:
     """The contact with the largest value of a column; "" if there is one contact or no value."""
     table = steady.by_contact()
@@ -135,11 +106,22 @@ def _contact_of_most(steady: SteadyState, column: str) -> str:
 
 
 QUANTITIES: Mapping[str, Quantity] = {
-    SLIP_RANGE: Quantity("slip_range", _slip_range),
-    "work": Quantity("work", _work),
-    "work density": Quantity("work_density", _work_density, needs_width=True),
-    "Ruiz": Quantity("Ruiz", _ruiz, needs_width=True),
-    SLIPPING_SHARE: Quantity("share", _slipping_share),
-    "drift": Quantity("drift", _drift),
+    SLIP_RANGE: Quantity("slip_range", lambda steady: _at_node(steady, "slip_range")),
+    "work": Quantity(
+        "work",
+        lambda steady: (steady.dissipation, _contact_of_most(steady, "work")),
+        of_work=True,
+    ),
+    "work density": Quantity(
+        "work_density",
+        lambda steady: _at_node(steady, "work_density"),
+        needs_width=True,
+        of_work=True,
+    ),
+    "Ruiz": Quantity("Ruiz", lambda steady: _at_node(steady, "F1"), needs_width=True),
+    SLIPPING_SHARE: Quantity(
+        "share", lambda steady: (steady.slipping_share, _contact_of_most(steady, "slipping"))
+    ),
+    "drift": Quantity("drift", lambda steady: (steady.drift, "")),
 }
 """Name of a threshold -> its quantity. `gross slip` is the least safety factor against it."""

@@ -307,15 +307,15 @@ FAULTS = (
     Fault(
         "joints/thresholds.py",
         "the error of increments does not count",
-        old="value.value * (1 + error)",
-        new="value.value",
+        old="value * (1 + error)",
+        new="value",
         tests="sheet::test_increments_count_against_a_work",
     ),
     Fault(
         "joints/thresholds.py",
         "Ruiz' parameter of nodal forces",
-        old="_column(steady, 'F1')",
-        new="_column(steady, 'F1') * np.asarray(steady.system.width)",
+        old="_at_node(steady, 'F1')",
+        new="_at_node(steady, 'tau_amplitude')",
         tests="sheet::test_a_verdict_turns_at_the_value",
     ),
     Fault(
