@@ -36,9 +36,9 @@ class NumberedPoints(NDArray[np.float64]):
     numbers: Integers | None = None
 
 
-def checked_stiffness(K: object, name: str = "K") -> csr_matrix:
+def checked_stiffness(K: object) -> csr_matrix:
     """Check that a matrix is symmetric; error messages call it `name`."""
-    matrix = _checked_matrix(name, K)
+    matrix = _checked_matrix("K", K)
     matrix.sum_duplicates()
     skew = abs(matrix - matrix.T).tocoo()
     # Largest asymmetry of a stiffness, relative to its largest entry. Other codes write ten digits.
@@ -48,8 +48,8 @@ def checked_stiffness(K: object, name: str = "K") -> csr_matrix:
         i = int(skew.row[worst])
         j = int(skew.col[worst])
         raise ModelError(
-            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but "
-            f"{name}[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric matrix, "
+            f"K: not symmetric, K[{i}, {j}] = {matrix[i, j]:g} but "
+            f"K[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric matrix, "
             "and write it in a step without friction and follower forces"
         )
     return matrix

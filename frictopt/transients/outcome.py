@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
+    COUNTS,
     RESIDUAL,
+    SAME_STATE,
     Array,
     Booleans,
     Outcome,
@@ -33,19 +35,12 @@ from ..contact import (
     check_contact_law,
     joined,
     parted,
+    reactions,
 )
-from ..errors import ModelError
+from ..errors import ModelError, SolverError
 from .fretting import contact_table, fretting_table, tensions, with_worst_planes
 from .march import amplitudes_at, march
 from .trajectory import LoadLoop, Trajectory
-
-if TYPE_CHECKING:
-    from .increments import Increment
-
-
-from ..base import COUNTS, SAME_STATE
-from ..contact import reactions
-from ..errors import SolverError
 from .transient import Scales, scales
 
 
@@ -246,12 +241,6 @@ class SteadyState(Recorded, Plotted):
         start = {case: last.get(case, 0.0) for case in self.system.bonded}
         amplitudes = amplitudes_at(self.system, self.cycle, self.load_factor, path.time, start)
         return replace(path, amplitudes=frozen(amplitudes))
-
-    def increment(
-        self, number: int, form: Literal["qp", "complementarity", "milp"] = "qp"
-    ) -> Increment:
-        """The increment to the state `number` of the `states`, see `Trajectory.increment`."""
-        return self.states().increment(number, form)
 
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case at the `states`, see `Trajectory.displacement`."""
