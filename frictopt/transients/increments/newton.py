@@ -28,8 +28,6 @@ from .sweeps import reactions
 _ENOUGH = 1e-2 * ROUNDING
 # A step may be halved so often in the line search, less one.
 _HALVINGS = 6
-# A step with earlier factors must leave at most this share of the error.
-_KEPT_FACTORS = 0.1
 # If a step leaves more than this share of the squared error, the error may be rounding.
 _SMALL_GAIN = 0.25
 # It ends without a state after so many steps in turn that each leave more than this share of
@@ -88,24 +86,14 @@ def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
     """The state after at most `most` Newton steps from the motions u.
 
     The caller must check whether it obeys the law. If the error at u is small enough already, no
-    step is made. While the statuses stay, the LU factors of an earlier step are tried first,
-    because such steps are cheap. In the plane slip against +x has the status -1.
+    step is made. In the plane slip against +x has the status -1.
     """
     best = _piece(law, trial, u)
     steps = 0
     idle = 0
-    factors = None
     while steps < most and idle < _IDLE_STEPS and best.error > _ENOUGH:
-        if factors and (factors.status == best.status).all():
-            tried = _piece(law, trial, best.u + factors.step(best))
-            if tried.error <= _KEPT_FACTORS * best.error:
-                best = tried
-                continue
-            if _is_rounding(tried, best):
-                break
         steps += 1
-        direction, factors = _step(law, best)
-        tried = _line_search(law, trial, best, direction)
+        tried = _line_search(law, trial, best, _step(law, best))
         if _is_rounding(tried, best):
             break
         idle = idle + 1 if tried.merit > _NO_GAIN * best.merit else 0
@@ -199,28 +187,8 @@ def _piece(law: Law, trial: Array, u: Array) -> _Piece:
     )
 
 
-class Factors(NamedTuple):
-    """The LU factors of a step, for pieces with the same statuses; `free` are its motions.
-
-    `root` scales rows and columns.
-    """
-
-    status: NDArray[np.int8]
-    free: NDArray[np.intp]
-    root: Array
-    lu: Array
-    pivots: NDArray[np.int32]
-
-    def step(self, piece: _Piece) -> Array:
-        """A step with these factors."""
-        step = -piece.u
-        right = -piece.errors(self.free) / self.root
-        step[self.free] = dgetrs(self.lu, self.pivots, right)[0] / self.root
-        return step
-
-
-def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
-    """Newton's step on a piece, with its LU factors unless the matrix is singular.
+def _step(law: Law, piece: _Piece) -> Array:
+    """Newton's step on a piece.
 
     Sticking and closed motions become zero. The free motions solve the linearised equations; those
     that nothing holds do not move.
@@ -234,7 +202,7 @@ def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
     step = -piece.u.copy()
     step[free] = 0.0
     if not len(free):
-        return step, None
+        return step
 
     # Motions that become zero move, too: their columns are on the right side.
     ending = step != 0
@@ -247,11 +215,11 @@ def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
     right = (-piece.errors(free) - rows @ step[columns]) / root
     lu, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(lu, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
-        step[free] = np.asarray(dgetrs(lu, pivots, right)[0]) / root
-        return step, Factors(piece.status, free, root, lu, pivots)
-    least = lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]
-    step[free] = np.asarray(least) / root
-    return step, None
+        scaled = dgetrs(lu, pivots, right)[0]
+    else:
+        scaled = lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]
+    step[free] = np.asarray(scaled) / root
+    return step
 
 
 def _linearised(
