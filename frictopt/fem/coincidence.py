@@ -23,8 +23,6 @@ from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 _MIN_DIGITS = 6
 # Most digits. With more, the share of the size of the mesh is larger than the last digit.
 _MAX_DIGITS = 12
-# So many coordinates are tried first, because they usually show that a mesh has many digits.
-_SAMPLE = 100
 # Relative error of a decimal number, also after a change of units by a power of ten.
 _ROUNDING = 8 * float(np.finfo(float).eps)
 
@@ -81,10 +79,7 @@ def _digits(sizes: Array, exponent: Array) -> int | None:
     The first digit of each number is the digit of its exponent.
     """
     for digits in range(_MIN_DIGITS - 1, _MAX_DIGITS + 1):
-        sample = slice(_SAMPLE)
-        if _have_digits(sizes[sample], exponent[sample], digits) and _have_digits(
-            sizes, exponent, digits
-        ):
+        if _have_digits(sizes, exponent, digits):
             return digits if digits >= _MIN_DIGITS else None
     return None
 

@@ -281,13 +281,6 @@ FAULTS = (
         tests="increment_engines",
     ),
     Fault(
-        "transients/increments/by_newton.py",
-        "a state elsewhere has the stress of the last one",
-        old="u is self._stands[0]",
-        new="len(self._stands[0])",
-        tests="spatial_cycles",
-    ),
-    Fault(
         "transients/statics.py",
         "a load that friction holds is held with less friction",
         old="friction.tobytes() + load.tobytes()",

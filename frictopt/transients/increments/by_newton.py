@@ -153,8 +153,6 @@ class NewtonIncrement(_Nodes):
         # Another c and d, for tangents and normals of very different stiffness.
         tangents = np.tile(stiffness[:-1].mean(axis=0), (system.tangents, 1))
         self._of_directions = np.vstack([tangents, stiffness[-1]])
-        # The last state u, and S u.
-        self._stands: tuple[Array, Array] = np.empty(0), np.empty(0)
         # The nodes that remained in the last increment with an elimination.
         self._rest: _Rest | None = None
         # Nodes that landed while they were eliminated: they are never eliminated again.
@@ -212,24 +210,17 @@ class NewtonIncrement(_Nodes):
         errors of `solve`. Each increment begins with the reactions and gaps of the previous state.
         After sweeps have failed once, open nodes are eliminated as long as they stay open.
         """
-        n, S = self.system.nodes, self.system.S
+        n = self.system.nodes
         for load in loads:
-            stress = self._stands[1] if u is self._stands[0] else S @ u
-            r = load + stress
+            r = load + self.system.S @ u
             force = force_scale(load[-n:], r)
-            moved, acting = None, r
-            if self.sweeps_failed:
-                moved = self._without_open(u, r, force)
-            if moved:
-                acting = reactions(S, r, moved[0] - u)
-            if moved is None or not np.abs(acting - moved[1]).max() <= STALLED * force:
+            moved = self._without_open(u, r, force) if self.sweeps_failed else None
+            if moved is None:
                 moved = self._moved(u, r, force)
                 if moved is None and not self.retries:
                     raise SolverError("friction increment: Newton's method finds no state at once")
                 moved = moved or self._solved_by_itself(u, load)
-                acting = reactions(S, r, moved[0] - u)
             u = moved[0]
-            self._stands = u, acting - load
             yield moved
 
     def _without_open(self, u: Array, r: Array, force: float) -> Moved | None:
@@ -250,7 +241,8 @@ class NewtonIncrement(_Nodes):
             gap = moved[0][-len(opened) :] + self._gap
             lands = opened & (gap < -STALLED * force / self._unit)
             if not lands.any():
-                return moved
+                off = np.abs(reactions(self.system.S, r, moved[0] - u) - moved[1]).max()
+                return moved if off <= STALLED * force else None
             self._landed |= lands
             opened = opened & ~lands
         return None
