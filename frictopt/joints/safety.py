@@ -20,8 +20,8 @@ from ..contact import ContactState, ContactSystem
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip
 from ..transients import SteadyState, steady_state
-from ..transients.march import mean_state
-from ..transients.steady import steady_without_step_error
+from ..transients.march import mean_state, path_of
+from ..transients.steady import settled_from
 from .faces import faces_slide_at, factor_of
 from .load_search import BELOW_GROSS_SLIP, LARGEST_LOAD, TOLERANCE, load_at_threshold
 from .scatter import NOMINAL, Corner, Scatter
@@ -80,7 +80,8 @@ class SteadyStates:
         if factor == 1.0 or self.steps is None:
             return steady_state(*asked, factor, steps=self.steps)
         begin = self.mean_state(corner)
-        return steady_without_step_error(*asked, factor, begin, self.steps)
+        path = path_of(*asked, factor, None, begin, steps=self.steps)
+        return settled_from(path.start(), np.nan)
 
     def mean_state(self, corner: Corner) -> ContactState:
         """The state of a corner under the mean load, from no slip."""

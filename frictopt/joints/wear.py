@@ -37,9 +37,8 @@ from ..contact import (
 from ..contact.diagnosis import in_contact
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
-from ..transients.cycles import Run
 from ..transients.march import path_of
-from ..transients.steady import MOST_CYCLES, reported
+from ..transients.steady import settled_from
 
 # The course of wear: the contact as it is worn so far, and its next jump of load cycles.
 
@@ -414,13 +413,7 @@ def wear(
 
     def settle(worn: ContactSystem, state: ContactState | None) -> SteadyState:
         path = path_of(worn, cycle, friction, load_factor, None, state, steps=steps).start()
-        run = Run(path, MOST_CYCLES)
-        step_error = np.inf if path.steps else 0.0  # not known yet
-        with progress_bar(True, "steady state", "cycle") as cycles_so_far:
-            # Hidden if the bar of the wear is hidden.
-            cycles_so_far.best = run.progress
-            run.report = cycles_so_far.update
-            return reported(run, run.settled(), step_error)
+        return settled_from(path, np.inf)  # the error is not known yet
 
     errors = (KeyboardInterrupt, NoContinuation, SolverError)
     with progress_bar(progress, "wear", "jump", on=errors) as bar:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from time import perf_counter
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -153,34 +153,6 @@ def steady_state(
     flag("progress", progress)
     overload_factor = None if overload is None else finite_number("overload", overload, least=0.0)
     problem = system, cycle, friction, load_factor, initial_slip, initial_state
-    return _followed(problem, overload_factor, most_cycles, steps, progress, True)
-
-
-def steady_without_step_error(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: PerNode,
-    load_factor: float,
-    initial_state: ContactState | None,
-    steps: int | None,
-) -> SteadyState:
-    """The steady state from an earlier state or from no slip; in increments `step_error` is NaN.
-
-    The estimate of this error takes more than half of the time of a steady state.
-    """
-    problem = system, cycle, friction, load_factor, None, initial_state
-    return _followed(problem, None, MOST_CYCLES, steps, True, False)
-
-
-def _followed(
-    problem: tuple[Any, ...],
-    overload: float | None,
-    most_cycles: int,
-    steps: int | None,
-    progress: bool,
-    with_step_error: bool,
-) -> SteadyState:
-    """The steady state of a transient, whose parameters are the `problem`."""
     path = path_of(*problem, steps=steps)
     run = Run(path, most_cycles)
     first_states: list[Array] = []
@@ -200,21 +172,33 @@ def _followed(
         run.report = count
         # A copy solves its increments with the same solver, which learns which nodes are open.
         begin = copy(path)
-        path.start(overload)
+        path.start(overload_factor)
         settled = run.settled()
         error = 0.0
-        if path.steps:
-            error = np.nan
-        if isinstance(begin, SteppedPath) and with_step_error:
+        if isinstance(begin, SteppedPath):
             bar.best = "steady"
             with progress_bar(progress, "error of its increments", "cycle") as finer_bar:
                 run.report = finer_bar.update
                 try:
                     finer, parts = begin.finer()
-                    error = _step_error(run, settled, first_states, finer.start(overload), parts)
+                    error = _step_error(
+                        run, settled, first_states, finer.start(overload_factor), parts
+                    )
                 except (NoContinuation, SolverError):
                     error = np.inf
         return reported(run, settled, error)
+
+
+def settled_from(path: Transient, step_error: float) -> SteadyState:
+    """The steady state of a transient that has begun; in increments with a given `step_error`.
+
+    The estimate of this error takes more than half of the time of a steady state.
+    """
+    run = Run(path, MOST_CYCLES)
+    with progress_bar(True, "steady state", "cycle") as bar:
+        bar.best = run.progress
+        run.report = bar.update
+        return reported(run, run.settled(), step_error if path.steps else 0.0)
 
 
 def _step_error(

@@ -71,7 +71,7 @@ def sliding_off(
     """
     # Imported here, because limits of other contacts need neither transients nor their compiler.
     from ...transients.march import path_of
-    from ...transients.steady import steady_without_step_error
+    from ...transients.steady import settled_from
 
     steps = None
     tolerance = _TOLERANCE
@@ -86,7 +86,8 @@ def sliding_off(
             bar.update()
 
     def follow_all_cycles(load_factor: float) -> None:
-        steady_without_step_error(system, cycle, friction, load_factor, None, steps)
+        path = path_of(system, cycle, friction, load_factor, steps=steps)
+        settled_from(path.start(), np.nan)
 
     if np.isfinite(statics):
         start = _START * statics
