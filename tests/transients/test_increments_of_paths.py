@@ -56,9 +56,9 @@ def solve(problem, form):
         assert problem.objective.value == pytest.approx(0.0, abs=1e-6)
 
 
-def assert_increments(path, form, numbers, increment):
+def assert_increments(path, form, numbers):
     for number in numbers:
-        found = increment(number, form)
+        found = path.increment(number, form)
         step = path.slip[number] - path.slip[number - 1]
         step = step.T.ravel()
         assert found.residual < 1e-9 and found.problem.status == "optimal"
@@ -81,14 +81,14 @@ def test_plain_cvxpy_finds_each_state_of_a_plane_path(path, form):
 
     The path has found it from event to event, or by Newton's method.
     """
-    assert_increments(path, form, range(1, len(path.time)), path.increment)
+    assert_increments(path, form, range(1, len(path.time)))
 
 
 def test_plain_cvxpy_finds_each_state_in_space():
     contact = random_contact(np.random.default_rng(0), 3)
     path = fo.march(contact, spatial_cycle(), 0.4, 1.0, cycles=1, steps=2)
     assert {*path.status.ravel().tolist()} == {0, 1, 2}
-    assert_increments(path, "qp", range(1, len(path.time)), path.increment)
+    assert_increments(path, "qp", range(1, len(path.time)))
     for form in ("milp", "complementarity"):
         with pytest.raises(fo.ModelError, match=f"form: '{form}'.*choose 'qp'"):
             path.increment(1, form)
