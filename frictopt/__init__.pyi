@@ -14,8 +14,7 @@ from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, Sol
 from .fem.condense import condense
 from .joint_files.read_joint import read_joint
 from .joints.backbone import backbone_curve
-from .joints.compare import compare
-from .joints.report import report
+from .joints.report import compare, report
 from .joints.tightening import tightened
 from .joints.wear import wear
 from .joints.worn_in import worn_in

@@ -6,9 +6,8 @@ from typing import Any
 from .base import Attempt, SolveRecord, archive
 from .contact import StressMap, Verdict
 from .joints.backbone import BackboneCurve
-from .joints.compare import Comparison
 from .joints.forced_response import ForcedResponse
-from .joints.report import Report
+from .joints.report import Comparison, Report
 from .joints.wear import WearHistory
 from .joints.worn_in import WornIn
 from .limits import (

@@ -13,7 +13,7 @@ from ..limits import GrossSlip, RequiredFriction
 from ..limits.balance.body_motions import MOVES
 from ..study.protocols import FrictionAfterProtocol
 from ..transients import SteadyState
-from .report_parts import (
+from .report_tables import (
     ReportParts,
     increments_are_coarse,
     limits_change_with_mesh,

@@ -28,8 +28,7 @@ from ..contact import ContactSystem, LoadCycle, checked_cycle, friction_coeffici
 from ..errors import ModelError, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
-from .curve_load import load_size, with_compliance
-from .curve_question import CurveCycle, CurveQuestion, default_factors
+from .curve_question import CurveCycle, CurveQuestion, default_factors, load_size, with_compliance
 from .load_search import first_state_that_reaches
 from .resonant import Resonant
 

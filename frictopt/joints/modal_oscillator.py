@@ -20,7 +20,7 @@ from ..base import Array, Kept, Outcome, choice
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..transients import SteadyState
-from .curve_load import opposed_direction, swing_of
+from .curve_question import opposed_direction, swing_of
 
 # The numbers of the search for amplitudes and frequencies.
 

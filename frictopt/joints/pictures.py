@@ -27,9 +27,9 @@ from ..plots.style import (
 )
 from ..plots.style import draw as draw
 from .backbone import BackboneCurve
-from .compare import Comparison
-from .curve_load import load_size
+from .curve_question import load_size
 from .forced_response import ForcedResponse
+from .report import Comparison
 from .wear import WearHistory
 from .worn_in import WornIn
 

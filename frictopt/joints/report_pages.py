@@ -36,13 +36,10 @@ from ..study.protocols import (
 from ..study.store import SAME
 from ..transients import SteadyState
 from .backbone import BackboneCurve, curve_at
-from .curve_load import with_compliance
-from .curve_question import CurveQuestion
-from .faces import face_table
+from .curve_question import CurveQuestion, with_compliance
 from .load_search import BELOW_GROSS_SLIP
-from .report_parts import ReportParts, areas_move, mean_load_opens
-from .report_tables import units_of
-from .safety import SteadyStates, safety_table, verdict_table
+from .report_tables import ReportParts, areas_move, mean_load_opens, units_of
+from .safety import SteadyStates, face_table, safety_table, verdict_table
 from .scatter import Scatter
 from .thresholds import FACE_SLIP, GROSS_SLIP, SLIP_RANGE, SLIPPING_SHARE
 

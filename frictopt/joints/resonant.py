@@ -15,8 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from ..base import Array, finite_number, frozen, listed, progress_bar
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import steady_state
-from .curve_load import with_compliance
-from .curve_question import measured_cycle
+from .curve_question import measured_cycle, with_compliance
 from .forced_response import (
     ForcedResponse,
     detached_of,

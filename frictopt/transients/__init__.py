@@ -13,7 +13,7 @@ space (`stepped.py`, `increments/`); `transient.py` is the base of both. `cycles
 follows the cycles until a steady state is proven: `classify.py` judges the last cycles, and
 `extrapolation.py` jumps to their limit. `fretting.py` and `critical_plane.py` make the tables of a
 steady cycle, `pictures.py` draws. `statics.py` proves that friction cannot hold a load, and
-`mean_load.py` describes the mean load.
+describes the mean load.
 """
 
 import lazy_loader

@@ -46,7 +46,7 @@ from ..contact import (
 )
 from ..contact.law import reach
 from ..errors import FrictoptError, NoContinuation
-from .mean_load import unscaled_diagnosis
+from .statics import unscaled_diagnosis
 
 
 class LinearForces(NamedTuple):

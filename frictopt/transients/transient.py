@@ -30,7 +30,7 @@ from ..contact import (
 from ..contact.diagnosis import pressing
 from ..contact.state import checked_state
 from ..errors import ModelError
-from .mean_load import mean_load_diagnosis
+from .statics import mean_load_diagnosis
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node. In the plane, slip against +x has the status -1."""

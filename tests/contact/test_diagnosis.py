@@ -8,7 +8,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.diagnosis import counted, in_contact, open_nodes, pressing
-from frictopt.transients.mean_load import mean_load_diagnosis
+from frictopt.transients.statics import mean_load_diagnosis
 from helpers.systems import system
 
 

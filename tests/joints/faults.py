@@ -4,14 +4,14 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
-        "joints/compare.py",
+        "joints/report.py",
         "less is always better",
         old="unit.isin(_MORE_IS_BETTER) * 2 - 1",
         new="unit.isin(_MORE_IS_BETTER) * 0 - 1",
         tests="compare",
     ),
     Fault(
-        "joints/compare.py",
+        "joints/report.py",
         "other units are compared",
         old="(units.nunique(axis=1) > 1).any()",
         new="False",
@@ -25,14 +25,14 @@ FAULTS = (
         tests="backbone",
     ),
     Fault(
-        "joints/curve_load.py",
+        "joints/curve_question.py",
         "damping of half the loss",
         old="steady.dissipation / displacement / load_factor / (2 * np.pi)",
         new="steady.dissipation / displacement / load_factor / (4 * np.pi)",
         tests="backbone",
     ),
     Fault(
-        "joints/curve_load.py",
+        "joints/curve_question.py",
         "the displacement is the whole range",
         old="np.ptp(displacement) / 2",
         new="np.ptp(displacement)",
@@ -130,21 +130,21 @@ FAULTS = (
         tests="wear::test_the_table_says_what_the_arrays_say",
     ),
     Fault(
-        "joints/curve_load.py",
+        "joints/curve_question.py",
         "the resonance is that of the tips",
         old="np.sqrt(harmonic / displacement)",
         new="np.sqrt(load_factor / displacement)",
         tests="forced_response::test_the_resonance_of_a_slider_is_its_first_harmonic",
     ),
     Fault(
-        "joints/curve_load.py",
+        "joints/curve_question.py",
         "a displacement may turn back",
         old="rises and ends",
         new="ends",
         tests="forced_response::test_a_curve_ends_where_its_displacement_turns_back",
     ),
     Fault(
-        "joints/curve_load.py",
+        "joints/curve_question.py",
         "the way down counts as the way up",
         old="np.interp(place, self.place[down], column[down])",
         new="np.interp(place, self.place[up], column[up])",
@@ -298,7 +298,7 @@ FAULTS = (
         tests="sheet::test_without_a_steady_state_no_threshold_is_kept",
     ),
     Fault(
-        "joints/faces.py",
+        "joints/safety.py",
         "the mean load that slides off is safe",
         old="np.isnan(gross.load_factor) or gross.least > 1 + ROUNDING",
         new="np.isnan(gross.load_factor)",
@@ -368,7 +368,7 @@ FAULTS = (
         tests="sheet::test_on_the_first_page_statics_does_not_know_a_press_fit",
     ),
     Fault(
-        "joints/report_parts.py",
+        "joints/report_tables.py",
         "a rolling contact has no limits",
         old="moving_areas(question) is not None",
         new="False",
@@ -382,7 +382,7 @@ FAULTS = (
         tests="sheet::test_limits_that_belong_to_the_mesh_are_given_if_they_are_asked",
     ),
     Fault(
-        "joints/faces.py",
+        "joints/safety.py",
         "preloads shear a face",
         old="drives(slides, reactions(system, [{case: 1.0}])[0])",
         new="True",

@@ -626,7 +626,7 @@ FAULTS = (
         tests="path_cycles",
     ),
     Fault(
-        "transients/mean_load.py",
+        "transients/statics.py",
         "less shear is advised of a load that has none",
         old="PRESSED_ALONE if pressed_alone else LESS_SHEAR",
         new="LESS_SHEAR",

@@ -7,7 +7,7 @@ import numpy as np
 from ...base import ROUNDING, Array, LimitKind, number_of, place
 from ...contact import ContactProducts, ContactSystem, other_laws
 from ...contact.diagnosis import in_contact
-from ...transients.mean_load import unscaled_diagnosis
+from ...transients.statics import unscaled_diagnosis
 from ..events.lift_off import may_open_and_close, path_of
 from ..guarantee.critical_search import NodeClaim
 from ..moving.moving_areas import MovingAreas
