@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from frictopt.fem.contacts import check_touching
 from frictopt.fem.faces import facet_overlaps, neighbours, normals_of
+from frictopt.fem.mortar import check_touching
 from helpers.cases import few
 from helpers.meshes import blocks, hung, rotation, turned, uniform_loads
 
