@@ -45,6 +45,7 @@ from .checks import (
     number_of,
     place,
     real_array,
+    runs,
     shown,
     warns_of_odd_values,
     whole,

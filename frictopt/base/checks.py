@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import wraps
 from inspect import Parameter, isclass, signature
+from itertools import pairwise
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -346,6 +347,12 @@ def checked_contact(argument: str, contact: object, n: int) -> Names:
     copy = np.array(names, dtype=np.str_)
     copy.flags.writeable = False
     return copy
+
+
+def runs(names: Sequence[str] | Names) -> list[slice]:
+    """The nodes of each contact, from the name of the contact of each node."""
+    starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
+    return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
 
 
 def checked_units(units: object) -> str | None:

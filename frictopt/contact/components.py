@@ -1,11 +1,8 @@
 """Vectors of all nodes, ordered by component, and coordinates along contacts in the plane."""
 
-from collections.abc import Sequence
-from itertools import pairwise
-
 import numpy as np
 
-from ..base import SAME_POINT, Array
+from ..base import SAME_POINT, Array, runs
 from ..base.checks import Names
 from ..errors import ModelError
 
@@ -33,12 +30,6 @@ def parted(r: Array, axes: int) -> tuple[Array, Array]:
     if axes == 3:
         tangential = np.stack([tangential[..., :n], tangential[..., n:]], axis=-1)
     return tangential, normal
-
-
-def runs(names: Sequence[str] | Names) -> list[slice]:
-    """The nodes of each contact, from the name of the contact of each node."""
-    starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
-    return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
 
 
 def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:

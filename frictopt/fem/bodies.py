@@ -395,6 +395,13 @@ def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
     return owner
 
 
+def check_names(part: object, *fields: str) -> None:
+    """Check that fields of a part of a model are names of its bodies or their boundaries."""
+    for field in fields:
+        kind = "body of the model" if field.startswith("body") else "boundary of the mesh"
+        check_text(field, getattr(part, field), f"the name of a {kind}")
+
+
 def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:
     """Check the bodies, and that the kinematics suits their dimension."""
     for name, body in bodies.items():

@@ -22,8 +22,9 @@ from ..base import (
     finite_array,
     place,
     progress_bar,
+    runs,
 )
-from ..contact import ContactSystem, runs
+from ..contact import ContactSystem
 from ..contact.components import frames_of
 from ..errors import ModelError
 from .coincidence import coordinate_errors

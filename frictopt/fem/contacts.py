@@ -14,6 +14,7 @@ from scipy.sparse import csr_matrix
 from ..base import Array, Booleans, Integers, check_text, finite_number, shown
 from ..contact import checked_springs
 from ..errors import ModelError
+from .bodies import check_names
 from .coincidence import coincident
 from .elasticity import parts_of
 from .loads import Part
@@ -97,12 +98,7 @@ class Contact:
     normal_stiffness: float = np.inf
 
     def __post_init__(self) -> None:
-        body = "the name of a body of the model"
-        boundary = "the name of a boundary of the mesh"
-        check_text("body_1", self.body_1, body)
-        check_text("boundary_1", self.boundary_1, boundary)
-        check_text("body_2", self.body_2, body)
-        check_text("boundary_2", self.boundary_2, boundary)
+        check_names(self, "body_1", "boundary_1", "body_2", "boundary_2")
         if (self.body_1, self.boundary_1) == (self.body_2, self.boundary_2):
             raise ModelError(
                 f"boundary_2: {self.boundary_2!r} is also the face of body_1; a face cannot touch "

@@ -15,9 +15,9 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csr_matrix, diags
 
-from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, place
+from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, choice, place
 from ..errors import ModelError
-from .bodies import Body
+from .bodies import Body, check_names
 from .elasticity import Kinematics
 from .node_forces import (
     TINY,
@@ -61,7 +61,7 @@ class _Coupling:
     point: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
+        check_names(self, "body")
         object.__setattr__(self, "where", checked_place(self.where))
         choice("directions", self.directions, _AXES)
         choice("rotations", self.rotations, _AXES)

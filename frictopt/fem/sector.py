@@ -19,13 +19,12 @@ from ..base import (
     Array,
     Booleans,
     Integers,
-    check_text,
     finite_number,
     first_of,
     place,
 )
 from ..errors import ModelError
-from .bodies import Body
+from .bodies import Body, check_names
 from .elasticity import Kinematics, facet_nodes
 from .faces import areas_of, facets_around
 from .interface import ASKEW, blocks_of
@@ -360,9 +359,7 @@ class Cyclic:
 
     def __post_init__(self) -> None:
         finite_number("tolerance", self.tolerance, least=0.0)
-        check_text("body", self.body, "the name of a body of the model")
-        for side in ("low", "high"):
-            check_text(side, getattr(self, side), "the name of a boundary of the mesh")
+        check_names(self, "body", "low", "high")
         if self.low == self.high:
             raise ModelError(
                 f"high: {self.high!r} is `low` too; name the two cut faces of the sector"

@@ -9,13 +9,12 @@ import numpy as np
 from ..base import (
     Array,
     Integers,
-    check_text,
     choice,
     finite_numbers,
     shown,
 )
 from ..errors import ModelError
-from .bodies import Body
+from .bodies import Body, check_names
 
 Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., Any]
 """Name of a boundary, coordinates of a node or of several, or a function that selects nodes."""
@@ -59,7 +58,7 @@ class Support:
     directions: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = None
 
     def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
+        check_names(self, "body")
         if self.directions is not None:
             choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
         object.__setattr__(self, "where", checked_place(self.where))

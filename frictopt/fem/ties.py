@@ -10,14 +10,13 @@ from ..base import (
     Array,
     Booleans,
     Integers,
-    check_text,
     finite_number,
     first_of,
     flag,
     place,
 )
 from ..errors import ModelError
-from .bodies import Body
+from .bodies import Body, check_names
 
 
 @dataclass(frozen=True)
@@ -66,10 +65,7 @@ class Tie:
     adjust: bool = True
 
     def __post_init__(self) -> None:
-        for name in ("body_1", "body_2"):
-            check_text(name, getattr(self, name), "the name of a body of the model")
-        for name in ("boundary_1", "boundary_2"):
-            check_text(name, getattr(self, name), "the name of a boundary of the mesh")
+        check_names(self, "body_1", "body_2", "boundary_1", "boundary_2")
         if self.tolerance is not None:
             finite_number("tolerance", self.tolerance, above=0.0)
         flag("adjust", self.adjust)

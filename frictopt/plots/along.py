@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from ..base import Array
+from ..base import Array, runs
 from ..base.checks import Names
 from .style import BLACK, GREY, POINTS, SERIES, Look, as_is, legend, line
 
@@ -30,8 +30,7 @@ def parts(nodes: Nodes) -> list[tuple[str, slice]]:
     names = nodes.contact
     if names is None:
         return [("", slice(None))]
-    ends = [0, *(np.flatnonzero(names[1:] != names[:-1]) + 1).tolist(), len(names)]
-    return [(str(names[start]), slice(start, end)) for start, end in pairwise(ends)]
+    return [(str(names[run.start]), run) for run in runs(names)]
 
 
 def lines(ax: Axes, nodes: Nodes, values: Array, *, label: str | None = None, **look: Any) -> None:
