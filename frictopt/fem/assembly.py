@@ -179,11 +179,13 @@ class Assembly:
         """Number nodes and unknowns, body after body."""
         meshes = [body.mesh for body in self.bodies.values()]
         self.first_node: dict[str, int] = {}
+        self.own_nodes: dict[str, slice] = {}
         rows = []
         node = 0
         for name, mesh in zip(self.bodies, meshes, strict=True):
-            self.first_node[name] = node
             d, count = mesh.p.shape
+            self.first_node[name] = node
+            self.own_nodes[name] = slice(node, node + count)
             rows.append(d * node + np.arange(d * count).reshape(d, count).T)
             node += count
         self.rows: Integers = np.concatenate(rows)
@@ -193,10 +195,7 @@ class Assembly:
 
     def _name_of_node(self, node: int) -> str:
         """The number of a node in the mesh or deck of its body, in words."""
-        owner = ""
-        for name, first in self.first_node.items():
-            if first <= node:
-                owner = name
+        owner = next(name for name, own in self.own_nodes.items() if node < own.stop)
         return f"node {self.numbers[node]} of body {owner!r}"
 
     def _joined_faces(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> list[Joint]:

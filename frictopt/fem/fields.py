@@ -14,7 +14,6 @@ from ..base import (
     EQUILIBRIUM,
     SIMULTANEOUS,
     Array,
-    Integers,
     checked_loads,
     finite_array,
     finite_number,
@@ -26,7 +25,6 @@ from ..base import (
 from ..contact import StressMap, compliances, joined, parted
 from ..errors import ModelError
 from .elasticity import basis_of
-from .load_cases import LoadCase
 from .loads import Expansion
 from .recovery import BodyFields, NodalFields, Recovery, Steady, tensors_of, warn_of_open_nodes
 
@@ -100,7 +98,7 @@ class Recoverable:
         strain = {}
         stress = {}
         for name in assembly.bodies:
-            displacement[name] = frozen(u[self._rows_of(name), 0].T)
+            displacement[name] = frozen(u[assembly.rows[assembly.own_nodes[name]], 0].T)
             fields = self._nodal_fields(name, u, [amplitudes])
             strain[name], stress[name] = (frozen(field[..., 0]) for field in fields)
         q, p = parted(reactions[:, 0], d)
@@ -246,7 +244,6 @@ class Recoverable:
         for name in np.unique(names).tolist():
             body = assembly.bodies[name]
             here = np.flatnonzero(names == name)
-            columns = assembly.first_node[name] + np.arange(body.mesh.p.shape[1])
             try:
                 functions = basis_of(body.mesh).probes(points[here].T)
             except ValueError as error:
@@ -255,7 +252,7 @@ class Recoverable:
                     f"{place(points[here].min(axis=0))} to {place(points[here].max(axis=0))}; "
                     "move them, or reduce the depth"
                 ) from error
-            picked[np.ix_(here, columns)] = functions
+            picked[here, assembly.own_nodes[name]] = functions
         return csr_matrix(picked)
 
     def _tensors_at(
@@ -263,9 +260,8 @@ class Recoverable:
     ) -> Array:
         """(n, 2, P, 3, 3) stress and strain at points under n displacements u (size, n)."""
         found = np.zeros((2, picked.shape[0], 3, 3, u.shape[1]))
-        for name, body in self._assembly.bodies.items():
-            first = self._assembly.first_node[name]
-            part = picked[:, first : first + body.mesh.p.shape[1]]
+        for name, nodes in self._assembly.own_nodes.items():
+            part = picked[:, nodes]
             if part.nnz:
                 strain, stress = self._nodal_fields(name, u, loads)
                 for of_kind, rows in zip(found, (stress, strain), strict=True):
@@ -310,9 +306,14 @@ class Recoverable:
         """
         assembly = self._assembly
         n, d = len(assembly.contact), assembly.points.shape[1]
-        cases = [self._combined_case(amplitudes) for amplitudes in loads]
-        moved = np.column_stack([case.displacements for case in cases])
-        force = np.column_stack([case.forces for case in cases])
+        has_locked_bolt = any(cut.bolt.locked for cut in assembly.cuts)
+        bolts = self._condensed.bolts if has_locked_bolt else {}
+        # The load case of a locked bolt is computed for a shortening of 1. At amplitude 1 the bolt
+        # is shortened until it has its force in the glued bodies.
+        shortenings = [bolts.get(name, (0.0, 1.0))[1] for name in self.loads]
+        amounts = np.array([[each.get(name, 0.0) for each in loads] for name in self.loads])
+        amounts *= np.array(shortenings)[:, None]
+        force, moved, overlaps = (part @ amounts for part in self._cases)
         net_force = force - assembly.whole @ moved
         if np.isfinite(self._springs).any():
             # The relative motion of the bodies is the motion of their surfaces minus the
@@ -323,47 +324,20 @@ class Recoverable:
             tangential, normal = self._springs
             compliance = compliances(tangential, normal, assembly.width, d - 1)
             motions = motions - compliance[:, None] * forces
-        overlaps = np.column_stack([case.overlaps for case in cases])
-        motions = motions + np.concatenate([np.zeros((len(motions) - n, len(cases))), overlaps])
+        motions = motions + np.pad(overlaps, ((len(motions) - n, 0), (0, 0)))
         R, D = assembly.release
         y, reactions = self._recovery.displacements(R.T @ net_force, motions)
         return assembly.tied @ (R @ y + D @ net_force + moved), reactions
-
-    def _combined_case(self: Any, amplitudes: Mapping[str, float]) -> LoadCase:
-        """The sum of the load cases, times their amplitudes.
-
-        The load case of a locked bolt is computed for a shortening of 1. At amplitude 1 the bolt is
-        shortened until it has its force in the glued bodies.
-        """
-        assembly = self._assembly
-        has_locked_bolt = any(cut.bolt.locked for cut in assembly.cuts)
-        bolts = self._condensed.bolts if has_locked_bolt else {}
-        forces = np.zeros(assembly.points.size)
-        displacements = np.zeros(assembly.points.size)
-        overlaps = np.zeros(len(assembly.contact))
-        for name, amplitude in amplitudes.items():
-            _, shortening = bolts.get(name, (0.0, 1.0))
-            factor = amplitude * shortening
-            case = self._cases[name]
-            forces += factor * case.forces
-            displacements += factor * case.displacements
-            overlaps += factor * case.overlaps
-        return LoadCase(forces, displacements, overlaps)
-
-    def _rows_of(self: Any, name: str) -> Integers:
-        """(nodes, d) numbers of the displacements of a body."""
-        first = self._assembly.first_node[name]
-        count = self._assembly.bodies[name].mesh.p.shape[1]
-        return np.asarray(self._assembly.rows[first : first + count])
 
     def _nodal_fields(
         self: Any, name: str, u: Array, loads: Sequence[Mapping[str, float]]
     ) -> tuple[Array, Array]:
         """(components, nodes, n) strain and stress of a body under displacements u (size, n)."""
         assembly = self._assembly
+        own = assembly.own_nodes[name]
         if name not in self._projections:
+            seam = assembly.sector.seam(own)
             body = assembly.bodies[name]
-            seam = assembly.sector.seam(assembly.first_node[name], body)
             self._projections[name] = NodalFields(body, assembly.kinematics, seam)
         expansions = [
             [
@@ -375,7 +349,7 @@ class Recoverable:
             for amplitudes in loads
         ]
         fields: NodalFields = self._projections[name]
-        return fields.of(u[self._rows_of(name)].transpose(1, 0, 2), expansions)
+        return fields.of(u[assembly.rows[own]].transpose(1, 0, 2), expansions)
 
     def _over(self: Any, steady: Steady, *, every: bool) -> Iterator[BodyFields]:
         """The fields at the corners of a steady cycle, or with `every` at all its states."""

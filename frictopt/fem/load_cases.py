@@ -1,7 +1,6 @@
 """Load cases of an assembled model: nodal forces, moved supports and interferences."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -42,21 +41,13 @@ Load: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class LoadCase:
-    """A load case, as vectors of all unknowns and of all pairs."""
+def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Array, Array, Array]:
+    """Nodal forces (size,), displacements (size,), and overlaps (N,) of the pairs in a load case.
 
-    # (size,) nodal forces
-    forces: Array
-    # (size,) displacements of moved supports, of the nodes glued to them, and of the far face of a
-    # locked bolt that is shortened by 1; all other displacements are zero
-    displacements: Array
-    # (N,) overlaps of the pairs
-    overlaps: Array
-
-
-def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> LoadCase:
-    """Assemble the loads of a load case; error messages call it `argument`."""
+    The displacements are those of moved supports, of the nodes glued to them, and of the far face
+    of a locked bolt that is shortened by 1; all others are zero. Error messages call the load case
+    `argument`.
+    """
     forces = np.zeros(model.points.size)
     prescribed = np.full(model.points.size, np.nan)  # nan: not prescribed
     overlaps = dict.fromkeys(model.names, 0.0)
@@ -83,7 +74,7 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> LoadCase
         shortening = 1.0 if cut.bolt.locked and cut.bolt in loads else 0.0
         near = displacements[model.rows[cut.near]]
         displacements[model.rows[cut.far]] = near - cut.axis * shortening
-    return LoadCase(forces, displacements, np.array(list(overlaps.values()))[model.contact])
+    return forces, displacements, np.array(list(overlaps.values()))[model.contact]
 
 
 def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:

@@ -35,7 +35,7 @@ from .contacts import Contact
 from .couplings import Coupling
 from .elasticity import Kinematics
 from .fields import Recoverable
-from .load_cases import Load, LoadCase, load_case, load_sizes
+from .load_cases import Load, load_case, load_sizes
 from .matrix_checks import check_order
 from .mixed import MIXED
 from .modes import Vibrating
@@ -276,11 +276,10 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         assembly.check_ends()
 
         # Forces (size, cases) on the bodies after the moved supports have moved and nothing else.
-        force = np.column_stack([case.forces for case in self._cases.values()])
-        moved = np.column_stack([case.displacements for case in self._cases.values()])
+        force, moved, overlaps = self._cases
         net_force = force - assembly.whole @ moved
         R, D = assembly.release
-        loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
+        loads = dict(zip(self.loads, (R.T @ net_force).T, strict=True))
         with naming_incompressible(self.bodies, self.kinematics or "plane_strain"):
             bodies, bonded, compliance = reduced(glued, loads)
         # The loads also do work on the motions of moved supports and of cut bolts.
@@ -303,11 +302,9 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
             deck_node=assembly.numbers[assembly.pairs.nodes] if is_of_deck else None,
             load_size=load_sizes(self.loads, self.bodies, self.kinematics or "plane_strain"),
         )
-        overlaps = {
-            name: case.overlaps for name, case in self._cases.items() if case.overlaps.any()
-        }
-        if overlaps:
-            system = system.with_interference(overlaps)
+        if overlaps.any():
+            by_case = zip(self.loads, overlaps.T, strict=True)
+            system = system.with_interference({name: of for name, of in by_case if of.any()})
         tangential, normal = self._springs
         if np.isfinite(self._springs).any():
             return system.with_contact_stiffness(tangential=tangential, normal=normal)
@@ -392,11 +389,14 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         )
 
     @cached_property
-    def _cases(self) -> dict[str, LoadCase]:
-        return {
-            name: load_case(self._assembly, f"loads[{name!r}]", loads)
+    def _cases(self) -> tuple[Array, Array, Array]:
+        """Forces, displacements (size, cases) and overlaps (N, cases), see `load_case`."""
+        cases = [
+            load_case(self._assembly, f"loads[{name!r}]", loads)
             for name, loads in self.loads.items()
-        }
+        ]
+        force, moved, overlaps = map(np.column_stack, zip(*cases, strict=True))
+        return force, moved, overlaps
 
     @cached_property
     def _springs(self) -> tuple[Array, Array]:

@@ -301,9 +301,8 @@ def _modes(
     largest_entry = np.abs(u).argmax(axis=1)[:, None]
     u *= np.sign(np.take_along_axis(u, largest_entry, axis=1))
     shapes = {}
-    for name, first in parts.first_node.items():
-        rows = parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]
-        shapes[name] = frozen(u[:, rows].swapaxes(1, 2))
+    for name, nodes in parts.own_nodes.items():
+        shapes[name] = frozen(u[:, parts.rows[nodes]].swapaxes(1, 2))
     sizes = [np.linalg.norm(shape, axis=1).max(axis=1) for shape in shapes.values()]
     factors = _participation(parts, shapes, masses)
     return Modes(

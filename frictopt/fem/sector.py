@@ -227,15 +227,14 @@ class Sector:
         )
         return unmatched
 
-    def seam(self, first: int, body: Body) -> Seam | None:
+    def seam(self, nodes: slice) -> Seam | None:
         """Copied nodes of a body, the nodes that they copy, and Q; None if it has none.
 
-        `first` is the number of the body's first node.
+        `nodes` are the body's nodes.
         """
-        copied = np.flatnonzero(self.copies[first : first + body.mesh.p.shape[1]] >= 0)
-        if not len(copied):
-            return None
-        return copied, self.copies[first + copied] - first, self.turn
+        copies = self.copies[nodes] - nodes.start
+        copied = np.flatnonzero(self.copies[nodes] >= 0)
+        return (copied, copies[copied], self.turn) if len(copied) else None
 
 
 def on_seam(

@@ -414,8 +414,8 @@ FAULTS = (
     Fault(
         "fem/fields.py",
         "fields of a locked bolt are those of a shortening of 1",
-        old="amplitude * shortening",
-        new="amplitude",
+        old="bolts.get(name, (0.0, 1.0))[1]",
+        new="1.0",
         tests="locked_bolts",
     ),
     Fault(

@@ -227,7 +227,7 @@ def matrices_of(model):
     others = [int(row.indices[row.data < 0][0]) for row in opening]
     return {
         "K": parts.glued.K,
-        "loads": {name: case.forces for name, case in model._cases.items()},
+        "loads": dict(zip(model.loads, model._cases[0].T, strict=True)),
         "pairs": np.column_stack([parts.glued.interface.nodes, others]),
         "normals": parts.glued.interface.frames[:, -1],
         "unknowns": parts.free_rows,
