@@ -112,8 +112,8 @@ def _steady_probe(
 def _limit_probe(
     extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
 ) -> Probe:
-    """The question about a shakedown limit."""
-    limit = partial(shakedown, system, cycle, friction)
+    """The question about a shakedown limit with all nodes closed, as the plain program has it."""
+    limit = partial(shakedown, system, cycle, friction, np.zeros(system.nodes, dtype=bool))
     plain = partial(_plain, system, cycle, friction)
     return Probe(extreme, value, "shakedown limit", limit, plain, _LP)
 
