@@ -53,33 +53,20 @@ They are reduced if the bodies slide off below the last one.
 
 _AT_LOAD = "steady state at load factor 1"
 _SAFETY = "safety factors and verdicts"
-_PARTS = {  # name of a part -> attribute of the report, the most important part first
-    _AT_LOAD: "steady",
-    "gross-slip load": "gross_slip",
-    "mean load": "mean_state",
-    "faces": "contacts",
-    "curve": "curve",
-    _SAFETY: "verdicts",
-    "shakedown limit": "limit",
-    "guaranteed limit": "guaranteed",
-    "required friction": "required",
-    "limit as assembled": "assembled",
-    "friction as assembled": "required_assembled",
-    "probability": "probability",
-}
-_ON_PAGE = {
-    "mean load": 1,
-    "faces": 1,
-    "gross-slip load": 1,
-    _AT_LOAD: 1,
-    "curve": 2,
-    _SAFETY: 2,
-    "shakedown limit": 3,
-    "guaranteed limit": 3,
-    "required friction": 3,
-    "limit as assembled": 3,
-    "friction as assembled": 3,
-    "probability": 3,
+# Name of a part -> attribute and page of the report, the most important part first.
+_PARTS = {
+    _AT_LOAD: ("steady", 1),
+    "gross-slip load": ("gross_slip", 1),
+    "mean load": ("mean_state", 1),
+    "faces": ("contacts", 1),
+    "curve": ("curve", 2),
+    _SAFETY: ("verdicts", 2),
+    "shakedown limit": ("limit", 3),
+    "guaranteed limit": ("guaranteed", 3),
+    "required friction": ("required", 3),
+    "limit as assembled": ("assembled", 3),
+    "friction as assembled": ("required_assembled", 3),
+    "probability": ("probability", 3),
 }
 # Thresholds whose safety factors are searched.
 _SEARCHED = (SLIP_RANGE, SLIPPING_SHARE)
@@ -176,11 +163,12 @@ class Pages(Generic[Parts]):
         """Keep and return an answer; if there is none, keep the reason and return None."""
         self._keep(part)
         # Parts of other pages depend on thresholds and load factors, or follow from the states.
-        stored = getattr(self._stored, _PARTS[part], None) if _ON_PAGE[part] == 3 else None
+        attribute, page = _PARTS[part]
+        stored = getattr(self._stored, attribute, None) if page == 3 else None
         is_known = not stored.empty if isinstance(stored, pd.DataFrame) else stored is not None
         try:
             answer = stored if is_known else question()
-            self.known[_PARTS[part]] = answer
+            self.known[attribute] = answer
         except (NoContinuation, SolverError) as error:
             self.missing[part] = without_lists(str(error))
             return None
@@ -412,8 +400,8 @@ class Pages(Generic[Parts]):
     def leave_out_the_rest(self) -> None:
         """State for the parts of later pages that they were not requested."""
         for part in self._left():
-            if _ON_PAGE[part] > self.pages:
-                self.missing[part] = _OTHER_PAGE.format(page=_ON_PAGE[part])
+            if (page := _PARTS[part][1]) > self.pages:
+                self.missing[part] = _OTHER_PAGE.format(page=page)
 
     def report(self) -> Parts:
         """The known parts; the curve gets the limits for its picture."""
@@ -446,7 +434,7 @@ class Pages(Generic[Parts]):
         """The parts that are neither known nor missing."""
         return [
             part
-            for part, attribute in _PARTS.items()
+            for part, (attribute, _) in _PARTS.items()
             if attribute not in self.known and part not in self.missing
             if part != "probability" or self.scatter.laws
         ]
