@@ -72,19 +72,22 @@ class ModalOscillator(Kept):
 
     @cached_property
     def _stiffness(self) -> PchipInterpolator:
-        values = np.concatenate([self.stiffness[:1], self.stiffness])
-        return PchipInterpolator(np.concatenate([[0.0], self.amplitude]), values)
+        values = np.r_[self.stiffness[0], self.stiffness]
+        return PchipInterpolator(np.r_[0.0, self.amplitude], values)
 
     @cached_property
     def _loss(self) -> PchipInterpolator:
-        values = np.concatenate([[0.0], self.loss])
-        return PchipInterpolator(np.concatenate([[0.0], self.amplitude]), values)
+        return PchipInterpolator(np.r_[0.0, self.amplitude], np.r_[0.0, self.loss])
 
-    def balance(self, a: Array, omega: Array) -> Array:
+    def balance(self, a: Array, omega: Array | float) -> Array:
         """Real and imaginary part of `k + i (g + 2 zeta omega_0 omega) - omega^2`, as complex."""
         return np.asarray(
             self._stiffness(a) - omega**2 + 1j * (self._loss(a) + self.viscous * omega)
         )
+
+    def force(self, a: Array, omega: Array | float) -> Array:
+        """Modal force that holds an amplitude at an angular frequency."""
+        return np.asarray(a * np.abs(self.balance(a, omega)))
 
     def resonance(self, a: Array) -> Array:
         """Angular frequency at which an amplitude needs the smallest force.
@@ -101,7 +104,7 @@ class ModalOscillator(Kept):
 
     def needed(self, a: Array) -> Array:
         """Modal force that holds an amplitude at its resonance."""
-        return a * np.abs(self.balance(a, self.resonance(a)))
+        return self.force(a, self.resonance(a))
 
     def slope(self, a: Array, omega: Array) -> Array:
         """Derivative d ln f / d ln a at a fixed frequency.
@@ -122,11 +125,7 @@ class ModalOscillator(Kept):
 
     def amplitudes(self, force: float, omega: float) -> list[float]:
         """All amplitudes at one angular frequency, rising: one, or three where the curve folds."""
-
-        def excess(a: Array) -> Array:
-            return a * np.abs(self.balance(a, np.asarray(omega))) - force
-
-        return self._roots(excess, force, omega)
+        return self._roots(lambda a: self.force(a, omega) - force, force, omega)
 
     def _roots(self, excess: Callable[[Array], Array], force: float, omega: float) -> list[float]:
         """Roots of the force that an amplitude needs beyond the given one, up to the largest."""
@@ -152,11 +151,11 @@ class ModalOscillator(Kept):
         resonance = self.resonance(a)
         far = np.zeros(len(a)) if side < 0 else np.sqrt(self._stiffness(a) + force / a)
         near = resonance.copy()
-        is_far_enough = a * np.abs(self.balance(a, far)) >= force * (1 - 1e-12)
+        is_far_enough = self.force(a, far) >= force * (1 - 1e-12)
         is_far = far.copy()
         for _ in range(_HALVINGS):
             middle = (near + is_far) / 2
-            needs_more = a * np.abs(self.balance(a, middle)) > force
+            needs_more = self.force(a, middle) > force
             is_far = np.where(needs_more, middle, is_far)
             near = np.where(needs_more, near, middle)
         return np.where(is_far_enough, is_far, np.nan)

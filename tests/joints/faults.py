@@ -167,8 +167,8 @@ FAULTS = (
     Fault(
         "joints/modal_oscillator.py",
         "the loss stays below the first load factor",
-        old="np.concatenate([[0.0], self.loss])",
-        new="np.concatenate([self.loss[:1], self.loss])",
+        old="np.r_[0.0, self.loss]",
+        new="np.r_[self.loss[0], self.loss]",
         tests="forced_response::test_every_row_holds_the_force",
     ),
     Fault(
