@@ -90,7 +90,11 @@ EMPTY = {"0", "empty list", "empty mapping"}  # of which another argument may be
 
 
 def arguments(function):
-    return [name for name in inspect.signature(function).parameters if name not in LABELS]
+    return [
+        name
+        for name, parameter in inspect.signature(function).parameters.items()
+        if name not in LABELS and parameter.kind is not inspect.Parameter.VAR_KEYWORD
+    ]
 
 
 def public():
