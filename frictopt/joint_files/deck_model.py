@@ -137,6 +137,11 @@ class DeckModel:
         self.setting = setting
         self.held = self._nodal(dict.fromkeys(setting.held, 1.0)) > 0
         contacts, overlaps = self._contacts()
+        if not contacts:
+            raise ModelError(
+                "no *CONTACT PAIR that may slide is in force at the end; a joint needs one: pairs "
+                "that are TIED are glued"
+            )
         loads = {case: list(self._loads(case, field)) for case, field in cases.items()}
         loads = {case: listed for case, listed in loads.items() if listed}
         if overlaps:
