@@ -5,6 +5,7 @@ position tolerance or an adjustment for this, and so has `Contact.adjust`.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -56,7 +57,7 @@ def adjusted(
 
 def even_overlap(contact: Contact, bodies: Mapping[str, Body]) -> float:
     """Depth by which faces of a contact overlap if it is the same all along them, otherwise 0."""
-    *_, distance, _ = _Moves(bodies).measured(contact, 0.0)
+    distance = _Moves(bodies).measured(contact, 0.0).distance
     depth = -float(distance.mean())
     noise = sum(float(bodies[name].errors.max()) for name in (contact.body_1, contact.body_2))
     is_even = np.abs(distance + depth).max() <= noise + _EVEN * depth
@@ -106,6 +107,20 @@ def _shortest_edges(mesh: Mesh) -> Array:
     return edge
 
 
+class _Measured(NamedTuple):
+    """Distances (n,) of nodes of face 1 from face 2, along normals (n, d) at their points (n, d).
+
+    Nodes of round faces may miss the opposite facets by their `sag`.
+    """
+
+    face_2: Face
+    nodes: Integers
+    points: Array
+    normals: Array
+    distance: Array
+    sag: Array
+
+
 class _Moves:
     """Bodies whose nodes move, contact after contact."""
 
@@ -129,7 +144,8 @@ class _Moves:
             off = face_1.points[nodes] - P @ face_2.points
             tolerance = tie.tolerance or _TIED * edge_length(face_1.corners)
             sag = sags(face_1, face_2, nodes, P)
-            near = np.linalg.norm(off, axis=1) <= tolerance + sag
+            distance = np.linalg.norm(off, axis=1)
+            near = distance <= tolerance + sag
             if not near.any():
                 raise ModelError(
                     f"ties: {tie.title}: no node of the face of body {tie.body_1!r} lies within "
@@ -137,15 +153,15 @@ class _Moves:
                     "faces"
                 )
             edge = _shortest_edges(self.bodies[tie.body_1].mesh)[nodes]
-            stays = near & (np.linalg.norm(off, axis=1) > _LARGEST_MOVE * edge)
+            too_far = near & (distance > _LARGEST_MOVE * edge)
             if tie.adjust:
-                moves = near & ~stays
+                moves = near & ~too_far
                 places = face_1.points[nodes[moves]] - off[moves]
                 normals = unit_vectors(off[moves])
                 self._move(tie.body_1, nodes[moves], places, normals, stays=False)
-        if stays.any():
-            count = number_of(int(np.count_nonzero(stays)), "node")
-            farthest = np.linalg.norm(off[stays], axis=1).max()
+        if too_far.any():
+            count = number_of(int(np.count_nonzero(too_far)), "node")
+            farthest = distance[too_far].max()
             self.notes.append(f"{tie.title}: {count} glued at a distance, of up to {farthest:.3g}")
         # Later moves would part the faces again.
         for name, face_nodes in ((tie.body_1, nodes[near]), (tie.body_2, face_2.facets.ravel())):
@@ -173,13 +189,8 @@ class _Moves:
         self._move(contact.body_1, nodes[touches], places[touches], normals[touches])
         return np.asarray(nodes[touches])
 
-    def measured(
-        self, contact: Contact, tolerance: float
-    ) -> tuple[Face, Integers, Array, Array, Array, Array]:
-        """Face 2, nodes (n,) of face 1, their points and normals (n, d), distances and sags (n,).
-
-        Nodes of round faces may miss the opposite facets by their sag.
-        """
+    def measured(self, contact: Contact, tolerance: float) -> _Measured:
+        """The distances of a contact; a nearly plane face 2 is made plane before."""
         _, face_2 = faces_of(contact, self._body(contact.body_1), self._body(contact.body_2))
         is_plane = self._straighten(contact.body_2, face_2, tolerance)
         face_1, face_2, nodes, P = self._placed(contact)
@@ -190,7 +201,7 @@ class _Moves:
         sag = np.zeros(len(nodes))
         if not is_plane:
             sag = sags(face_1, face_2, nodes, P)
-        return face_2, nodes, points, normals, distance, sag
+        return _Measured(face_2, nodes, points, normals, distance, sag)
 
     def _body(self, name: str) -> Body:
         return self.bodies[choice("contacts: body", name, self.bodies)].through_corners

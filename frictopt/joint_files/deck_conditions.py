@@ -13,7 +13,7 @@ from ..readers.deck import Deck
 from ..readers.deck_text import Block, entries, number
 from ..readers.keywords import KEPT
 from .refused import OUTPUT, WITHOUT_EFFECT
-from .states import InForce, Key, Setting, State
+from .states import InForce, Key, State
 
 # Read before all others, wherever these are listed: loads act on bolts and couplings, contact pairs
 # have interactions, and the axis of a ring belongs to a tie.
@@ -100,14 +100,6 @@ class Conditions:
             self._read(block)
         for start, end in pairwise([*steps, len(blocks)]):
             self._follow(blocks[start:end])
-
-    def in_force(self, setting: Setting, *, glued: bool) -> list[Pair]:
-        """The contact pairs that are in force in a setting and glued there, or not."""
-        return [
-            pair
-            for pair in self.pairs
-            if pair[:2] not in setting.removed and (pair.interaction in setting.glued) == glued
-        ]
 
     def _follow(self, blocks: Sequence[Block]) -> None:
         """Read the blocks of a step for each time at which it has a state; the last is its end."""

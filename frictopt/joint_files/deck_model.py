@@ -160,6 +160,15 @@ class DeckModel:
             raise ModelError(f"{what}: {boundary!r} has no face of a body; name faces")
         return names
 
+    def _in_force(self, *, glued: bool) -> list[Pair]:
+        """The contact pairs that are in force and glued, or not."""
+        setting = self.setting
+        return [
+            pair
+            for pair in self.conditions.pairs
+            if pair[:2] not in setting.removed and (pair.interaction in setting.glued) == glued
+        ]
+
     def _contacts(self) -> tuple[list[Contact], list[Load]]:
         """The contacts of all pairs of bodies, and their overlaps, a fit.
 
@@ -167,10 +176,9 @@ class DeckModel:
         """
         contacts = []
         overlaps: list[Load] = []
-        for pair in self.conditions.in_force(self.setting, glued=False):
+        for pair in self._in_force(glued=False):
             bodies = self._pairs_of_bodies(pair)
             clearance = self.conditions.clearances.get(pair[:2])
-            overlap = max(-(clearance or 0.0), 0.0)
             gap: Any = "measured"
             if clearance is not None:
                 gap = partial(_constant, max(clearance, 0.0))
@@ -182,10 +190,10 @@ class DeckModel:
                     adjust = self._at_rows(names[0], adjust)
                 rough = self.conditions.stiffness[pair.interaction]
                 contact = Contact(*names, *pair[:2], name, gap, adjust, *rough)
+                overlap = max(-(clearance or 0.0), 0.0)
                 if clearance is None and adjust is None:
                     overlap = even_overlap(contact, self.bodies)
-                if clearance is None and overlap > 0:
-                    contact = replace(contact, adjust=0.0)
+                    contact = replace(contact, adjust=0.0 if overlap > 0 else None)
                 contacts.append(contact)
                 self.friction[name] = self.setting.friction[pair.interaction]
                 self.interactions[pair.interaction].append(name)
@@ -194,8 +202,7 @@ class DeckModel:
         return contacts, overlaps
 
     def _ties(self) -> Iterator[Tie]:
-        glued = self.conditions.in_force(self.setting, glued=True)
-        for pair in [*self.conditions.ties, *glued]:
+        for pair in [*self.conditions.ties, *self._in_force(glued=True)]:
             tolerance = pair.adjust if isinstance(pair.adjust, float) else None
             if pair.interaction:
                 tolerance = tolerance or None

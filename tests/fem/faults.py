@@ -674,8 +674,8 @@ FAULTS = (
     Fault(
         "fem/adjusting.py",
         "overlaps stay",
-        old="distance <= tolerance + sag",
-        new="np.abs(distance) <= tolerance + sag",
+        old="touches = distance <= tolerance + sag",
+        new="touches = np.abs(distance) <= tolerance + sag",
         tests="adjust",
     ),
     Fault(

@@ -230,6 +230,40 @@ def test_meshes_that_overlap_by_a_fit_are_moved_apart_and_pressed(tmp_path, is_t
     assert of_states(joint)["STEP 1"] == pytest.approx([0, -1000 * 0.01 / 1.99 * 4], rel=1e-9)
 
 
+# A floor .02 below the base.
+FLOOR = """*NODE
+31, 0, -1, 0
+32, 2, -1, 0
+33, 2, -.02, 0
+34, 0, -.02, 0
+*NSET, NSET=NFLOOR
+33, 34
+*ELEMENT, TYPE=CPS4, ELSET=FLOOR
+5, 31, 32, 33, 34
+*SOLID SECTION, ELSET=FLOOR, MATERIAL=STEEL
+2.
+*SURFACE, NAME=SLAVES
+SLIDER, S1
+FLOOR, S3
+*SURFACE, NAME=MASTERS
+BASE, S3
+BASE, S1
+*BOUNDARY
+31, 1, 2
+32, 1, 2
+"""
+
+
+def test_a_fit_of_one_body_is_not_that_of_another(tmp_path):
+    """The slider overlaps the base by .01, and the floor, whose nodes are adjusted, does not."""
+    pair = adjusted("NFLOOR").replace("SLOW, SHIGH", "SLAVES, MASTERS")
+    joint = joint_of(
+        tmp_path, deck("", pair=pair, more=FLOOR, held="*BOUNDARY\nNALL, 1, 1\n", lift=-0.01)
+    )
+    (fit,) = joint.model.loads["FIT"]
+    assert (fit.contact, fit.amount) == ("SLAVES-MASTERS (SLIDER, BASE)", pytest.approx(0.01))
+
+
 def adjusted(value):
     return PAIR.replace("SURFACE TO SURFACE", f"SURFACE TO SURFACE, ADJUST={value}")
 

@@ -79,8 +79,8 @@ def sliding_off(
         steps = _STEPS_IN_SPACE
         tolerance = _TOLERANCE_IN_SPACE
 
-    def follow_first_cycle(steps: int | None, load_factor: float) -> None:
-        path = path_of(system, cycle, friction, load_factor, steps=steps, retries=False).start()
+    def follow_first_cycle(count: int | None, load_factor: float) -> None:
+        path = path_of(system, cycle, friction, load_factor, steps=count, retries=False).start()
         for leg in path.legs:
             path.follow([leg])
             bar.update()
@@ -113,9 +113,8 @@ def sliding_off(
             if steps and known.why:
                 # Newton's method may also miss a state, but hardly so in finer increments.
                 first = known.high if known.low > 0 else start
-                finer = _FINER * steps
-                known_below = Bracket(known.low, np.inf, "")
-                approach(partial(follow_first_cycle, finer), first, end, known_below)
+                without_end = Bracket(known.low, np.inf, "")
+                approach(partial(follow_first_cycle, _FINER * steps), first, end, without_end)
             why = _end_of(follow_all_cycles, known.low) if known.low > 0 else ""
             cycles = True
             if why:
