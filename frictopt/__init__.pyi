@@ -1,4 +1,5 @@
 from . import fem as fem
+from . import joints as joints
 from . import readers as readers
 from . import reference as reference
 from . import results as results
@@ -13,11 +14,7 @@ from .contact import (
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem.condense import condense
 from .joint_files.read_joint import read_joint
-from .joints.backbone import backbone_curve
 from .joints.report import compare, report
-from .joints.tightening import tightened
-from .joints.wear import wear
-from .joints.worn_in import worn_in
 from .limits import (
     DesignModel,
     GuaranteedModel,
@@ -62,7 +59,6 @@ __all__ = [
     "SolverError",
     "StoreError",
     "after_overload",
-    "backbone_curve",
     "compare",
     "condense",
     "dissipation_range",
@@ -74,6 +70,7 @@ __all__ = [
     "gross_slip",
     "guaranteed_limit",
     "increments",
+    "joints",
     "limit_after_protocol",
     "march",
     "onset",
@@ -90,7 +87,4 @@ __all__ = [
     "shakedown_limit",
     "starts",
     "steady_state",
-    "tightened",
-    "wear",
-    "worn_in",
 ]

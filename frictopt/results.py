@@ -5,11 +5,11 @@ from typing import Any
 
 from .base import Attempt, SolveRecord, archive
 from .contact import StressMap, Verdict
+from .joints.archard import WearHistory
 from .joints.backbone import BackboneCurve
+from .joints.end_of_wear import WornIn
 from .joints.forced_response import ForcedResponse
 from .joints.report import Comparison, Report
-from .joints.wear import WearHistory
-from .joints.worn_in import WornIn
 from .limits import (
     Design,
     FatigueBand,

@@ -140,7 +140,7 @@ def _curve(
     compliance = float(np.diag(np.asarray(system.compliance))[list(system.bonded).index(case)])
     # The modal mass is 1. Frequency ratios do not depend on it.
     glued = 1 / (2 * np.pi * np.sqrt(compliance))
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         system, cycle, f, limit * np.array(ratios), natural_frequency=glued, with_range=True
     )
     rows = (
@@ -161,7 +161,7 @@ def meshes(parameters: Parameters) -> Iterator[Row]:
         limit = fo.shakedown_limit(system, cycle, _BOLTED_FRICTION)
         slides = fo.gross_slip(system, cycle, _BOLTED_FRICTION).load_factor
         factors = slides * np.array(parameters.shares)
-        curve = fo.backbone_curve(system, cycle, _BOLTED_FRICTION, factors, steps=_STEPS)
+        curve = fo.joints.backbone_curve(system, cycle, _BOLTED_FRICTION, factors, steps=_STEPS)
         rows = (
             curve.to_frame()
             .filter(described(_MESHES))

@@ -144,7 +144,7 @@ def profiles(parameters: Parameters) -> Iterator[Row]:
     """
     system = fo.scenes.PunchOnHalfPlane(elements=parameters.worn_elements).condense()
     flat = fo.shakedown_limit(system, LOADS, _FRICTION)
-    worn = fo.wear(system, LOADS, _FRICTION, _ABOVE * flat.load_factor, coefficient=1e-3)
+    worn = fo.joints.wear(system, LOADS, _FRICTION, _ABOVE * flat.load_factor, coefficient=1e-3)
     rest = fo.shakedown_limit(worn.system, LOADS, _FRICTION)
     faces: dict[str, tuple[NDArray[np.float64], fo.results.ShakedownLimit | fo.results.Design]] = {
         "flat": (np.zeros(system.nodes), flat),

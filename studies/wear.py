@@ -67,7 +67,7 @@ def _cycle(share: float) -> fo.LoadCycle:
 
 def profiles(parameters: Parameters) -> pd.DataFrame:
     """One row for each node and number of cycles, at half of gross slip."""
-    history = fo.wear(
+    history = fo.joints.wear(
         _cylinder(parameters.nodes), _cycle(0.5), _FRICTION, 1.0, coefficient=_COEFFICIENT
     )
     largest, x = history.depth.max(axis=1), history.system.x
@@ -100,7 +100,7 @@ def histories(parameters: Parameters) -> Iterator[Row]:
         for share in parameters.shares
     ]
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
-        history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
+        history = fo.joints.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
         shares = table["work"] / table["work"][0]
         yield table.filter(described(_HISTORY_COLUMNS)).assign(
@@ -112,7 +112,7 @@ def limits(parameters: Parameters) -> Iterator[Row]:
     """One row for each mesh of the cylinder, worn in under half of gross slip."""
     for nodes in parameters.meshes:
         contact = _cylinder(nodes)
-        end = fo.worn_in(contact, _cycle(0.5), _FRICTION, 1.0)
+        end = fo.joints.worn_in(contact, _cycle(0.5), _FRICTION, 1.0)
         before = fo.shakedown_limit(contact, _cycle(0.5), _FRICTION).load_factor
         after = fo.shakedown_limit(end.system, _cycle(0.5), _FRICTION).load_factor
         yield {"nodes": nodes, "before": before, "after": after, "residual": end.residual}
@@ -132,7 +132,7 @@ def life(parameters: Parameters) -> Iterator[Row]:
     glued = system.compliance[-1, -1]
     for cycles in (0.0, *parameters.lives):
         if cycles:
-            history = fo.wear(
+            history = fo.joints.wear(
                 steady.system,
                 cycle,
                 _FRICTION,

@@ -13,7 +13,7 @@ import frictopt as fo
 
 system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": 1.0}, {"sigma": -1.0}])
-curve = fo.backbone_curve(
+curve = fo.joints.backbone_curve(
     system, cycle, friction=0.6, load_factors=np.geomspace(0.3, 4.0, 6), with_range=True
 )
 print(curve.to_frame())

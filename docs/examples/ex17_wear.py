@@ -12,13 +12,13 @@ arrays = fo.reference.half_plane_contact(nodes=64, half_length=1.0, E_star=1e5, 
 cylinder = fo.ContactSystem.from_blocks(**arrays, width=[2 / 64] * 64)
 cycle = fo.LoadCycle(mean={"P": 400.0}, corners=[{"Q": 1.0}, {"Q": -1.0}])
 
-history = fo.wear(cylinder, cycle, friction=0.5, load_factor=100.0, coefficient=1e-8)
+history = fo.joints.wear(cylinder, cycle, friction=0.5, load_factor=100.0, coefficient=1e-8)
 print(history)
 history.plot()
 
 # %%
 # Bodies of one material wear into a profile that is known without following them there.
 
-end = fo.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
+end = fo.joints.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
 print(end)
 end.plot()

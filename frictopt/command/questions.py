@@ -84,7 +84,7 @@ QUESTIONS = (
         "backbone",
         "work, slipping share, slip, stiffness and damping for rising loads",
         f"joint.npz {_CYCLE} --friction .3 --load-factors .5 1 2 --picture backbone.png",
-        {"": "backbone_curve"},
+        {"": "joints.backbone_curve"},
     ),
     Question(
         "required-friction",

@@ -33,9 +33,9 @@ class BoltPreload(Part):
     the loads. The bolt then carries a part of a pull along its axis, and the contact loses less
     pressure. The amplitude of its load case multiplies the distance by which the faces have come
     together. Amplitude 1 gives the force in the glued bodies if no other load acts.
-    `frictopt.tightened` finds the amplitude that gives the force under the mean load, with the
-    contact as it is. `SteadyState.bolt_table` has the tension over a cycle. Equilibrium alone does
-    not determine the tension, so `gross_slip` follows transients. Theory, eq. (25).
+    `frictopt.joints.tightened` finds the amplitude that gives the force under the mean load, with
+    the contact as it is. `SteadyState.bolt_table` has the tension over a cycle. Equilibrium alone
+    does not determine the tension, so `gross_slip` follows transients. Theory, eq. (25).
 
     Parameters
     ----------

@@ -116,7 +116,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
     >>> blocks = [[3.0]], [[0.0]], [[1.0]], [0.0], loads
     >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
     >>> cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    >>> curve = fo.backbone_curve(slider, cycle, friction=0.5, load_factors=[0.4, 1.0])
+    >>> curve = fo.joints.backbone_curve(slider, cycle, friction=0.5, load_factors=[0.4, 1.0])
     >>> curve.displacement.round(6).tolist(), curve.work.round(6).tolist(), curve.slipping.tolist()
     ([0.4, 1.166667], [0.0, 0.333333], [0.0, 1.0])
     """
@@ -214,7 +214,9 @@ class BackboneCurve(Kept, Plotted, Resonant):
         >>> import frictopt as fo
         >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(21, EA=1.0, h=0.1))
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-        >>> curve = fo.backbone_curve(rod, cycle, friction=0.5, load_factors=[0.2, 0.4, 0.6, 0.8])
+        >>> curve = fo.joints.backbone_curve(
+        ...     rod, cycle, friction=0.5, load_factors=[0.2, 0.4, 0.6, 0.8]
+        ... )
         >>> half = curve.load_at(slipping=0.5)
         >>> round(half.load_factor, 2), round(half.slipping_share, 2)
         (0.55, 0.52)
@@ -354,7 +356,7 @@ def backbone_curve(
     >>> import frictopt as fo
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
-    >>> curve = fo.backbone_curve(punch, cycle, 0.5, [1.2, 1.5], with_range=True)
+    >>> curve = fo.joints.backbone_curve(punch, cycle, 0.5, [1.2, 1.5], with_range=True)
     >>> bool((curve.least_damping <= curve.damping).all())
     True
     >>> bool((curve.damping <= curve.most_damping).all())

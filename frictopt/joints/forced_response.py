@@ -100,7 +100,7 @@ class ForcedResponse(Kept, Plotted):
     >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
     >>> cycle = fo.LoadCycle({"N": 2.0}, [{"mode": 1.0}, {"mode": -1.0}])
     >>> factors = np.geomspace(1.0, 8.0, 40)
-    >>> curve = fo.backbone_curve(slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi)
+    >>> curve = fo.joints.backbone_curve(slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi)
     >>> answer = curve.response([0.6])
     >>> exact = 2 / (1 - np.pi * 0.6 / 4)
     >>> answer.peak.round(2).tolist(), round(exact, 2), answer.beyond.tolist()

@@ -26,12 +26,12 @@ from ..plots.style import (
     unit,
 )
 from ..plots.style import draw as draw
+from .archard import WearHistory
 from .backbone import BackboneCurve
 from .curve_question import load_size
+from .end_of_wear import WornIn
 from .forced_response import ForcedResponse
 from .report import Comparison
-from .wear import WearHistory
-from .worn_in import WornIn
 
 # The numbers of pictures of curves.
 

@@ -172,7 +172,9 @@ class Resonant:
         >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
         >>> cycle = fo.LoadCycle({"N": 2.0}, [{"mode": 1.0}, {"mode": -1.0}])
         >>> factors = np.geomspace(0.5, 8.0, 30)
-        >>> curve = fo.backbone_curve(slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi)
+        >>> curve = fo.joints.backbone_curve(
+        ...     slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi
+        ... )
         >>> answer = curve.response([0.02, 0.6], damping=0.01)  # 1 / (2 x 0.01) x 0.02 = 1
         >>> answer.peak.round(2).tolist(), answer.beyond.tolist()
         ([1.0, 3.46], [False, False])
@@ -240,7 +242,9 @@ class Resonant:
         >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
         >>> cycle = fo.LoadCycle({"N": 2.0}, [{"mode": 1.0}, {"mode": -1.0}])
         >>> factors = np.geomspace(0.5, 8.0, 40)
-        >>> curve = fo.backbone_curve(slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi)
+        >>> curve = fo.joints.backbone_curve(
+        ...     slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi
+        ... )
         >>> round(curve.largest_force(amplitude=4.0), 2)  # 4 (1 - 2 / 4) / pi
         0.64
         """

@@ -70,7 +70,7 @@ def tightened(
     >>> blocks = [[1.0]], [[0.0]], [[12.0]], [0.0], loads
     >>> joint = fo.ContactSystem.from_blocks(*blocks, compliance=L, bolts=bolts)
     >>> cycle = fo.LoadCycle({"bolt": 1.0, "pull": 2.0}, [{"pull": 1.0}, {"pull": -1.0}])
-    >>> tight = fo.tightened(joint, cycle, friction=0.3)
+    >>> tight = fo.joints.tightened(joint, cycle, friction=0.3)
     >>> steady = fo.steady_state(joint, tight, friction=0.3, load_factor=1.0)
     >>> steady.bolt_table().round(9)
        bolt  force  tension_mean  tension_amplitude

@@ -20,7 +20,7 @@ def test_thirty_amplitudes_with_their_range_in_a_minute_of_one_thread(
     fo.steady_state(system, cycle, 0.5, 1.2 * limit)
     with threadpool_limits(1):
         start = time.process_time()
-        curve = fo.backbone_curve(
+        curve = fo.joints.backbone_curve(
             system, cycle, 0.5, limit * np.geomspace(0.1, 2.5, 30), with_range=True
         )
         spent = time.process_time() - start

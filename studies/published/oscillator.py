@@ -32,7 +32,7 @@ class Parameters:
 def cases(parameters: Parameters) -> Iterator[Case]:
     """All cases of the oscillator."""
     system, stuck = oscillator()
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         system,
         opposed({"static": 1.0}, {"mode": 1.0}),
         _FRICTION,

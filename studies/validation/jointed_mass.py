@@ -66,7 +66,7 @@ class JointedMass:
             compliance=np.diag([0.0, 1.0, small]),
         )
         cycle = fo.LoadCycle({"preload": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
-        return fo.backbone_curve(
+        return fo.joints.backbone_curve(
             system,
             cycle,
             self.friction,

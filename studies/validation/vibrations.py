@@ -79,7 +79,7 @@ class Structure:
         """The backbone curve of mode k."""
         cycle = fo.LoadCycle({"static": 1.0}, [{f"mode {k}": 1.0}, {f"mode {k}": -1.0}])
         frequency = self.modes()[0][k] / (2 * np.pi)
-        return fo.backbone_curve(
+        return fo.joints.backbone_curve(
             self.contact(),
             cycle,
             self.friction,

@@ -52,7 +52,7 @@ DATED = replace(
 
 def backbone():
     """The curve of three amplitudes of the pair."""
-    return fo.backbone_curve(*ASKED, [0.1, 0.2, 0.3], natural_frequency=1.0)
+    return fo.joints.backbone_curve(*ASKED, [0.1, 0.2, 0.3], natural_frequency=1.0)
 
 
 MADE = {  # name, which begins with the kind -> how it is made
@@ -75,10 +75,10 @@ MADE = {  # name, which begins with the kind -> how it is made
     "ShakedownLimit with an open node": lambda: fo.shakedown_limit(NODE, LIFTS, 0.5),
     "GrossSlip": lambda: fo.gross_slip(PUNCH.condense(), SHEARED, 0.5),
     "LoadLoop": lambda: fo.march(PUNCH.condense(), SWAYED, 0.5, 1.0, cycles=1).loop("Q"),
-    "BackboneCurve": lambda: fo.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
+    "BackboneCurve": lambda: fo.joints.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
     "ForcedResponse": lambda: backbone().response([0.1], damping=0.01),
     "Report": lambda: fo.report(*ASKED, [0.5]),
-    "WornIn": lambda: fo.worn_in(FLAT, CYCLE, 0.5, 0.8),
+    "WornIn": lambda: fo.joints.worn_in(FLAT, CYCLE, 0.5, 0.8),
     "ShakedownLimit in space": lambda: fo.shakedown_limit(PAD, TURNS, 0.5),
     "SafeSlip in space": lambda: fo.safe_slip(PAD, TURNS, 0.5, 0.3),
     "SteadyState in space": lambda: fo.steady_state(PAD, TURNS, 0.5, 3.0),

@@ -189,7 +189,7 @@ def bolted():
 
 
 def worn(**options):
-    return fo.wear(*WORN, coefficient=1e-3, **options)
+    return fo.joints.wear(*WORN, coefficient=1e-3, **options)
 
 
 # the call; the bar that stops it, after so many of what it counts; what is kept, with what has to
@@ -279,11 +279,11 @@ CALLS = {
         r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far",
     ),
     "worn in": (
-        lambda **o: fo.worn_in(*WORN, **o),
+        lambda **o: fo.joints.worn_in(*WORN, **o),
         "steady state",
         2,
         "depth",
-        lambda h: (h == fo.worn_in(*WORN).depth).all(),
+        lambda h: (h == fo.joints.worn_in(*WORN).depth).all(),
         r"worn in: 00:\d\d",
     ),
     "steady state": (
@@ -312,9 +312,9 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call):
 
 def test_tightening_shows_its_progress_unless_it_is_switched_off():
     cycle = fo.LoadCycle({"bolt": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
-    shown = seen(lambda: fo.tightened(bolted(), cycle, 0.3))
+    shown = seen(lambda: fo.joints.tightened(bolted(), cycle, 0.3))
     assert re.search(r"tightening: \d+ transients?, 00:\d\d", shown)
-    assert not seen(lambda: fo.tightened(bolted(), cycle, 0.3, progress=False))
+    assert not seen(lambda: fo.joints.tightened(bolted(), cycle, 0.3, progress=False))
 
 
 def test_every_question_about_a_contact_or_a_limit_has_a_switch_for_its_progress():

@@ -78,7 +78,7 @@ ASKED = {
     ),
     "backbone": (
         [*PUSH, *F, "--load-factors", ".2", ".4"],
-        lambda: fo.backbone_curve(PUNCH, SHEAR, 0.5, [0.2, 0.4]),
+        lambda: fo.joints.backbone_curve(PUNCH, SHEAR, 0.5, [0.2, 0.4]),
     ),
     "required-friction": (
         [*PULL, "--load-factor", "1"],

@@ -393,11 +393,13 @@ def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rul
     rate = k / (f * width) * c * 4 * (Q - c) / A
     until = (P - c / f) / C / rate
     capped = strong(node, c)
-    history = fo.wear(
+    history = fo.joints.wear(
         capped, cycle, f, 1.0, coefficient=k, cycles=0.9 * until, steps=2, tolerance=1e-3
     )
     assert np.allclose(history.depth[:, 0], rate * history.cycles, rtol=1e-3)
-    late = fo.wear(capped, cycle, f, 1.0, coefficient=k, cycles=2 * until, steps=2, tolerance=1e-3)
+    late = fo.joints.wear(
+        capped, cycle, f, 1.0, coefficient=k, cycles=2 * until, steps=2, tolerance=1e-3
+    )
     assert (P - c / f) / C < late.depth[-1, 0] < 2 * until * rate * 0.999
 
 
@@ -477,9 +479,9 @@ def test_a_report_leaves_out_what_does_not_know_it():
     (lambda s: fo.DesignModel(s, PUSHES), "does not know"),
     (lambda s: fo.GuaranteedModel(s, PUSHES), "does not know"),
     (lambda s: fo.dissipation_range(s, PUSHES, 0.5, 1.0), "does not know"),
-    (lambda s: fo.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
+    (lambda s: fo.joints.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
     (lambda s: fo.limit_after_protocol(fo.shakedown_limit(s, PUSHES, 0.5), start="worst"), "does not know"),
-    (lambda s: fo.worn_in(s, PUSHES, 0.5, 1.0), "shear strength"),
+    (lambda s: fo.joints.worn_in(s, PUSHES, 0.5, 1.0), "shear strength"),
     (lambda s: fo.march(s, PUSHES, 0.5, 1.0, cycles=1).increment(1, "milp"), "form 'milp' does not know"),
     (lambda s: fo.march(s, PUSHES, 0.5, 1.0, cycles=1).increment(1, "complementarity"), "does not know"),
     (lambda s: fo.shakedown_limit(s, PUSHES, 0.5, events=True), "shear strength; pass events=False"),

@@ -119,12 +119,12 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     bare, system = fo.condense(*arguments), fo.condense(*arguments, width=bricks.areas(pairs[:, 1]))
     cure = r"`condense\(..., width=job.areas\(pairs\[:, 1\]\)\)`"
     with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
-        fo.wear(bare, SHAKE, 0.5, 1.0, coefficient=1e-6)
+        fo.joints.wear(bare, SHAKE, 0.5, 1.0, coefficient=1e-6)
     with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
         bare.with_contact_stiffness(normal=1.0)
     steady = fo.steady_state(system, SHAKE, 0.5, 1.0, steps=2)
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
-    worn = fo.wear(system, SHAKE, 0.5, 1.0, coefficient=1e-9, cycles=1, steps=2)
+    worn = fo.joints.wear(system, SHAKE, 0.5, 1.0, coefficient=1e-9, cycles=1, steps=2)
     assert (worn.depth[-1] * system.width).sum() == pytest.approx(
         1e-9 * steady.dissipation / 0.5, rel=1e-4
     )

@@ -190,7 +190,9 @@ def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
         omega = 2 * np.pi * modes.frequency[0]
         factors = np.array([0.4, 0.7, 1.1]) / np.abs(modes.shapes["blade"][0]).max() * omega**2
         cycle = fo.LoadCycle(mean={"spin": 1.0}, corners=[{"mode": 1.0}, {"mode": -1.0}])
-        curve = fo.backbone_curve(system, cycle, 0.3, factors, natural_frequency=modes.frequency[0])
+        curve = fo.joints.backbone_curve(
+            system, cycle, 0.3, factors, natural_frequency=modes.frequency[0]
+        )
         assert modes.frequency[0] > curve.frequency[0] > curve.frequency[1] > curve.frequency[2]
         found.append(curve.damping)
     assert found[0] == pytest.approx(found[1], rel=1e-2)

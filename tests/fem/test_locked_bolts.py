@@ -62,7 +62,7 @@ def test_bars_in_series_and_in_parallel(kind):
         [{"lift": -F / kc / 2}, {"lift": F / kc}, {"lift": F / kc + 4.0}],
     )
     assert system.bolts["bolt"] == pytest.approx((F, F / kb))
-    tight = fo.tightened(system, cycle, 0.5)
+    tight = fo.joints.tightened(system, cycle, 0.5)
     assert tight.mean["bolt"] * F / kb == pytest.approx(F / kb + F / kc, rel=1e-9)
     assert tight.corners == cycle.corners
     states = fo.march(system, tight, 0.5, 1.0, cycles=1)
@@ -107,7 +107,7 @@ def test_a_coupling_may_hold_the_foot_of_a_bolt(kind, locked, coupling):
 def test_the_range_of_the_tension_over_a_cycle():
     system, F, kb, kc = bars().condense(), 10.0, 3.0 / 2, 3.0 / 3
     cycle = fo.LoadCycle({"bolt": 0.5, "lift": -F / kc}, [{"lift": -1.0}, {"lift": 2.0}])
-    steady = fo.steady_state(system, fo.tightened(system, cycle, 0.5), 0.5, 1.0)
+    steady = fo.steady_state(system, fo.joints.tightened(system, cycle, 0.5), 0.5, 1.0)
     table = steady.bolt_table()
     assert table.bolt.tolist() == ["bolt"] and table.force.tolist() == [F]
     assert table.tension_mean[0] == pytest.approx(0.5 * F + 0.5 * kb)
@@ -238,7 +238,7 @@ def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked
     """
     locked, free = flange().condense(), flange(locked=False).condense()
     cycle = fo.LoadCycle({"bolt": 0.8, "pull": 1.0}, [{"pull": 0.3}, {"pull": -0.3}])
-    tight = fo.tightened(locked, cycle, 0.0)
+    tight = fo.joints.tightened(locked, cycle, 0.0)
     one, other = (
         fo.march(system, state_loads, 0.0, 1.0, cycles=1)
         for system, state_loads in ((locked, tight), (free, cycle))
@@ -308,7 +308,7 @@ def test_several_bolts_have_their_forces_together(shares, pull, friction):
         {"left": shares[0], "right": shares[1], "pull": pull, "shear": 0.1},
         [{"shear": 0.1}, {"pull": 0.5}],
     )
-    tight = fo.tightened(system, cycle, friction)
+    tight = fo.joints.tightened(system, cycle, friction)
     states = fo.march(system, tight, friction, 1.0, cycles=1)
     found = [states.tension(name)[0] for name in ("left", "right")]
     assert np.allclose(found, np.array(shares) * [5.0, 8.0], rtol=1e-9)
@@ -318,7 +318,7 @@ def test_several_bolts_have_their_forces_together(shares, pull, friction):
 
 def tighten(system=None, mean=None, friction=0.3):
     system = clamped().condense() if system is None else system
-    return fo.tightened(
+    return fo.joints.tightened(
         system,
         fo.LoadCycle({"left": 1.0, "right": 1.0} if mean is None else mean, [{"shear": 0.1}]),
         friction,
@@ -467,7 +467,7 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
     """
     model, pulls = bolted(), [0.5, 1.0, 2.5]
     system, bodies = model.condense(), model.bodies
-    tight = fo.tightened(
+    tight = fo.joints.tightened(
         system, fo.LoadCycle({"bolt": 1.0}, [{"pull": pull} for pull in pulls]), 5.0, steps=2
     )
     states = fo.march(system, tight, 5.0, 1.0, cycles=1, steps=2)

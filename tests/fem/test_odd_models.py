@@ -120,13 +120,17 @@ def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
     model and in another unit.
     """
     system, cycle = replace(SYSTEM, units=units), CYCLE
-    (warning,) = warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
+    (warning,) = warned(
+        lambda: fo.joints.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1)
+    )
     force, length = units.split(", ")
     assert warning.startswith(f"coefficient: {coefficient:g} is ")
     assert f"forces are in {force} and lengths in {length}" in warning
-    assert not warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=meant, cycles=1))
+    assert not warned(lambda: fo.joints.wear(system, cycle, 0.3, 1.0, coefficient=meant, cycles=1))
     # Units are not known.
-    assert not warned(lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
+    assert not warned(
+        lambda: fo.joints.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1)
+    )
 
 
 def soft_blocks(nu, element, kind=MeshQuad, kinematics="plane_strain"):
@@ -239,7 +243,7 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
         lambda f: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], f),
         lambda f: fo.dissipation_study(SYSTEM, CYCLE, [f], load_factors=[1.0]),
         lambda f: fo.dissipation_range(SYSTEM, CYCLE, f, load_factor=1.0),
-        lambda f: fo.backbone_curve(SYSTEM, CYCLE, f, load_factors=[1.0]),
+        lambda f: fo.joints.backbone_curve(SYSTEM, CYCLE, f, load_factors=[1.0]),
     ],
 )
 def test_friction_in_per_cent_in_longer_questions(ask):

@@ -58,7 +58,7 @@ QUESTIONS = {
     "FrictionAfterProtocol": lambda: fo.friction_after_protocol(
         fo.required_friction(PAIR, CYCLE, 0.3), scan=3
     ),
-    "WearHistory": lambda: fo.wear(
+    "WearHistory": lambda: fo.joints.wear(
         replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1
     ),
 }

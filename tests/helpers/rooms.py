@@ -63,7 +63,7 @@ LIBRARIES: dict[str, set[str]] = {
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader", "xarray"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas", "lazy_loader"},
     "study": {"numpy", "scipy", "pandas", "threadpoolctl"},
-    "joints": {"numpy", "scipy", "pandas"},
+    "joints": {"numpy", "scipy", "pandas", "lazy_loader"},
     "results": set(),
     "joint_files": {"numpy", "scipy"},
     "command": {"numpy", "pandas", "threadpoolctl"},

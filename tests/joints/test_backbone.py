@@ -42,7 +42,7 @@ def test_the_element_of_jenkins():
     system = hard.with_contact_stiffness(tangential=kt)
     force = np.array([0.1, 0.15, 0.5, 1.0, 4.0, 30.0]) * mu * N * (k0 + kt) / kt
     natural = np.sqrt((k0 + kt) / m) / (2 * np.pi)
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         system,
         opposed("mode", {"N": N}),
         mu,
@@ -68,7 +68,7 @@ def test_the_element_of_jenkins():
     )
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
     # The square of this load factor is 0 by underflow.
-    least = fo.backbone_curve(
+    least = fo.joints.backbone_curve(
         system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural
     )
     assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
@@ -90,14 +90,14 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     cycle = opposed("Q", {"P": 1.0})
     friction = [0.5, 0.4]
     starts = 3.0 * np.random.default_rng(1).normal(size=(20, 2))
-    curve = fo.backbone_curve(pair, cycle, friction, [0.7], with_range=True)
+    curve = fo.joints.backbone_curve(pair, cycle, friction, [0.7], with_range=True)
     seen = [
         fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q")
         for start in starts
     ]
     damping = [loop.area / (np.pi * 0.7 * np.ptp(loop.displacement)) for loop in seen]
     rest = fo.steady_state(pair, cycle, friction, 0.05)
-    found = fo.backbone_curve(pair, cycle, friction, [0.05]).displacement[0]
+    found = fo.joints.backbone_curve(pair, cycle, friction, [0.05]).displacement[0]
     # Softer than the glued one.
     assert rest.outcome is fo.Outcome.SHAKEDOWN
     assert rest.open.any()
@@ -120,20 +120,20 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
         A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
     )
     question = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
-    rest = fo.backbone_curve(*question, [1e-3])
+    rest = fo.joints.backbone_curve(*question, [1e-3])
     # Softer than the glued contact.
     assert rest.outcome == ("SHAKEDOWN",)
     assert rest.displacement[0] > 1.05 * 2 * 1e-3
     softer, glued = (1 / (2 * np.pi * np.sqrt(soft)) for soft in (rest.displacement[0] / 1e-3, 2.0))
-    assert fo.backbone_curve(
+    assert fo.joints.backbone_curve(
         *question, [1e-3], natural_frequency=softer
     ).frequency == pytest.approx(softer, rel=1e-9)
     for right in (softer, glued):
-        assert fo.backbone_curve(
+        assert fo.joints.backbone_curve(
             *question, [1e-3], natural_frequency=right
         ).natural_frequency == pytest.approx(right, rel=1e-9)
     with pytest.raises(fo.ModelError, match="natural_frequency"):
-        fo.backbone_curve(*question, [1e-3], natural_frequency=0.9 * softer)
+        fo.joints.backbone_curve(*question, [1e-3], natural_frequency=0.9 * softer)
 
 
 def test_a_node_without_friction_slides_where_the_others_rest():
@@ -146,7 +146,7 @@ def test_a_node_without_friction_slides_where_the_others_rest():
     pair = fo.ContactSystem.from_blocks(
         np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2)
     )
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         pair,
         opposed("F", {"N": 1.0}),
         [0.0, 0.5],
@@ -206,7 +206,7 @@ def test_a_published_oscillator():
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, with_range=True
     )
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
@@ -222,10 +222,10 @@ def test_a_published_oscillator():
     assert curve.least_frequency[0] <= 1.001 * 47.01
     assert curve.most_frequency[0] == pytest.approx(49.42, abs=0.01)
     assert curve.least_frequency[2] <= 1.001 * 42.93 and curve.most_frequency[2] >= 0.999 * 43.24
-    same = fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
+    same = fo.joints.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
-    other = fo.backbone_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck)
-    unsaid = fo.backbone_curve(system, cycle, 0.9, [800.0], with_range=True)
+    other = fo.joints.backbone_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck)
+    unsaid = fo.joints.backbone_curve(system, cycle, 0.9, [800.0], with_range=True)
     assert all(
         np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all()
         for name in ("frequency", "least_frequency", "most_frequency")
@@ -237,11 +237,11 @@ def test_a_published_oscillator():
     assert same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency
     assert np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
-    assert fo.backbone_curve(
+    assert fo.joints.backbone_curve(
         bare, twice, 0.9, [400.0], natural_frequency=stuck / 2
     ).displacement == pytest.approx(2 * same.displacement)
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
-        fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
+        fo.joints.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 
 
 def test_the_cylinder_of_cattaneo_and_mindlin():
@@ -249,7 +249,9 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
     system = fo.ContactSystem.from_blocks(**arrays)
     P, f = np.pi / 4, 0.4
     x = np.array([0.35, 0.5, 0.7, 0.9])
-    curve = fo.backbone_curve(system, opposed("Q", {"P": P}), f, x * f * P, natural_frequency=0.01)
+    curve = fo.joints.backbone_curve(
+        system, opposed("Q", {"P": P}), f, x * f * P, natural_frequency=0.01
+    )
     exact = 4 * f**2 * P**2 / np.pi * (x - x**2 / 2 + (1 - x) * np.log(1 - x))
     assert curve.work == pytest.approx(exact, rel=0.02)
     assert curve.exponent == pytest.approx(np.gradient(np.log(exact), np.log(x)), rel=0.02)
@@ -276,7 +278,7 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
         compliance=glued,
     )
     x = np.array([0.6, 0.9])
-    curve = fo.backbone_curve(held, cycle, f, x * f * ball.P)
+    curve = fo.joints.backbone_curve(held, cycle, f, x * f * ball.P)
     exact = np.array([ball.dissipation(Q) for Q in x * f * ball.P])
     shear_modulus = ball.E / 2
     assert curve.work == pytest.approx(exact, rel=0.04)
@@ -297,7 +299,7 @@ def test_a_load_that_is_no_mode_has_no_frequency():
     """
     punch = fo.scenes.PunchOnHalfPlane(elements=24).condense()
     cycle = opposed("sigma", {"P": 1.0})
-    curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], with_range=True)
+    curve = fo.joints.backbone_curve(punch, cycle, 0.5, [1.5], with_range=True)
     assert np.isnan(
         [curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]
     ).all()
@@ -314,7 +316,7 @@ def test_a_load_that_is_no_mode_has_no_frequency():
 def test_load_factors_without_work_are_marked_at_the_lower_end():
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    curve = fo.backbone_curve(rod, cycle, 0.5, [0.1, 0.2, 1.0])
+    curve = fo.joints.backbone_curve(rod, cycle, 0.5, [0.1, 0.2, 1.0])
     assert (curve.work == 0).tolist() == [True, True, False]
     work = curve.plot()[0]
     (marks,) = [line for line in work.get_lines() if line.get_label() == "no work"]
@@ -334,13 +336,13 @@ def test_the_load_with_a_little_work_is_above_the_load_that_first_slips():
         [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     )
     cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    curve = fo.backbone_curve(block, cycle, 0.5, [4e-4, 0.4, 1.0])
+    curve = fo.joints.backbone_curve(block, cycle, 0.5, [4e-4, 0.4, 1.0])
     for work in (1e-3, 0.01, 0.1, 0.3):
         steady = curve.load_at(work=work)
         assert steady.load_factor == pytest.approx(0.5 + 1.5 * work, rel=2e-4)
         assert steady.dissipation >= work
     # The search also ends at small load factors.
-    small = fo.backbone_curve(block, cycle, 5e-4, [1e-4, 4e-4, 1e-3]).load_at(work=1e-7)
+    small = fo.joints.backbone_curve(block, cycle, 5e-4, [1e-4, 4e-4, 1e-3]).load_at(work=1e-7)
     assert small.load_factor == pytest.approx(5e-4 + 1.5e-4, rel=2e-4)
 
 
@@ -365,7 +367,7 @@ def by_hand(load, f):
 
 def test_two_sliders_in_space_contact_by_contact():
     loads, f = [0.4, 0.75, 1.4, 2.0], 0.5
-    curve = fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
+    curve = fo.joints.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
     slip_range, work = (
         np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
     )
@@ -399,7 +401,7 @@ def test_two_sliders_in_space_contact_by_contact():
     assert 1.5 < third.load_factor < 1.5 * 1.01
     assert third.slipping_share == 1.0  # from a quarter on, no share is less
     turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
-    other = fo.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
+    other = fo.joints.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
     assert other.work == pytest.approx(curve.work)
     assert np.isnan([other.displacement, other.stiffness, other.damping]).all()
     assert "two opposed corners" in other.note
@@ -419,7 +421,7 @@ def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
     )
     cycle = fo.LoadCycle({"pressure": 2.0}, [{"force": 1.0}, {"force": -1.0}])
     reach = np.array([2, 4, 8, 16])
-    curve = fo.backbone_curve(rod, cycle, 0.5, 0.1 * reach)
+    curve = fo.joints.backbone_curve(rod, cycle, 0.5, 0.1 * reach)
     exact = [fo.reference.rod_dissipation(force, 2.0, 1.0, 0.1) for force in 0.1 * reach]
     # The last node rests.
     assert curve.work == pytest.approx(exact, rel=1e-9)
@@ -427,7 +429,7 @@ def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
     assert curve.gross_slip == pytest.approx(2.0)
     assert "no compliance" in curve.note
     assert "of the nodes" in curve.note
-    default = fo.backbone_curve(rod, cycle, 0.5)
+    default = fo.joints.backbone_curve(rod, cycle, 0.5)
     assert default.load_factor[[0, -1]] == pytest.approx([0.1, 1.9])
     half, work = curve.load_at(slipping=0.5), curve.load_at(work=0.1)
     assert 1.0 < half.load_factor < 1.0002  # the tenth node begins to slip at 1
@@ -454,7 +456,7 @@ def test_a_number_with_which_the_curve_begins_has_a_load():
         [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     )
     cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    curve = fo.backbone_curve(slider, cycle, 0.5, [0.6, 0.8])
+    curve = fo.joints.backbone_curve(slider, cycle, 0.5, [0.6, 0.8])
     first_work = 4 * 0.5 * (0.6 - 0.5) / 3
     assert curve.work[0] == pytest.approx(first_work)
     assert curve.load_at(work=curve.work[0]).load_factor == 0.6
@@ -470,7 +472,7 @@ def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
         {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])},
         compliance=np.eye(2),
     )
-    curve = fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [1.0, 1.9, 2.1])
+    curve = fo.joints.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [1.0, 1.9, 2.1])
     assert curve.gross_slip == pytest.approx(2.0)
     assert curve.outcome == (
         "SHAKEDOWN",
@@ -484,12 +486,12 @@ def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
     assert "load factors 2.1: above it no state of rest exists" in curve.note
     assert set(curve.by_contact["load_factor"]) == {1.0, 1.9}
     with pytest.raises(fo.NoContinuation, match="the body may slide or open as a whole"):
-        fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [2.1, 3.0])
+        fo.joints.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [2.1, 3.0])
 
 
 def test_a_contact_that_ratchets_has_work_and_no_displacement():
     system, cycle, f, factor = WALKING
-    curve = fo.backbone_curve(replace(system, compliance=np.eye(3)), cycle, f, [0.1, factor])
+    curve = fo.joints.backbone_curve(replace(system, compliance=np.eye(3)), cycle, f, [0.1, factor])
     assert curve.outcome == ("SHAKEDOWN", "RATCHETING")
     assert curve.work[1] == fo.steady_state(*WALKING).dissipation > 0
     assert np.isfinite(curve.displacement[0])
@@ -507,7 +509,9 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
     system, stuck = oscillator()
     option_sets = {"natural_frequency": stuck}, {}
     right = [
-        fo.backbone_curve(system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each)
+        fo.joints.backbone_curve(
+            system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each
+        )
         for each in option_sets
     ]
     assert np.isfinite(right[0].frequency).all() and np.isfinite(right[1].damping).all()
@@ -516,12 +520,12 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
     heated = replace(system, bonded={**system.bonded, "heat": none}, compliance=soft)
     tiny = fo.LoadCycle({"static": 1.0}, [{"mode": 1e-9}, {"mode": -1e-9}])
     for options, curve in zip(option_sets, right, strict=True):
-        other = fo.backbone_curve(
+        other = fo.joints.backbone_curve(
             heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **options
         )
         assert other.damping == pytest.approx(curve.damping, rel=1e-12)
         assert other.displacement == pytest.approx(curve.displacement, rel=1e-12)
-    small = fo.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
+    small = fo.joints.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
     assert small.damping == pytest.approx(right[1].damping, rel=1e-9)
     assert small.displacement == pytest.approx(right[1].displacement * 1e-9)
     # The corners of this history, -0.3 and 0.3 around 0.4, differ by rounding.
@@ -530,7 +534,9 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
     assert of_history.corners[0]["mode"] != -of_history.corners[1]["mode"]
     exact = fo.LoadCycle({"static": 1.0}, [{"mode": -0.3}, {"mode": 0.3}])
     around = replace(of_history, mean={"static": 1.0})
-    one, two = (fo.backbone_curve(system, each, 0.9, [700.0, 2500.0]) for each in (exact, around))
+    one, two = (
+        fo.joints.backbone_curve(system, each, 0.9, [700.0, 2500.0]) for each in (exact, around)
+    )
     assert two.damping == pytest.approx(one.damping, rel=1e-9)
     assert two.displacement == pytest.approx(one.displacement, rel=1e-9)
     pulled = replace(
@@ -542,12 +548,12 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
         {"static": 1.0}, [{"mode": 1.0, "back": -1.0}, {"mode": -1.0, "back": 1.0}]
     )
     with pytest.raises(fo.ModelError, match="the load does no work on the glued bodies"):
-        fo.backbone_curve(pulled, cancelled, 0.9, [1.0], natural_frequency=1.0)
+        fo.joints.backbone_curve(pulled, cancelled, 0.9, [1.0], natural_frequency=1.0)
 
 
 def test_what_is_finished_is_kept_when_a_curve_is_interrupted():
     with interrupted("backbone curve", 2) as stopped:
-        fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
+        fo.joints.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
     assert stopped.value.curve.load_factor.tolist() == [0.4, 0.75]
     assert "2 of 3 load factors" in stopped.value.__notes__[0]
 
@@ -563,9 +569,11 @@ def test_bad_input():
     ):
         for options in ({"natural_frequency": 1.0}, {"with_range": True}):
             with pytest.raises(fo.ModelError, match=r"(cycle|with_range): .*two opposed corners"):
-                fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **options)
+                fo.joints.backbone_curve(
+                    punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **options
+                )
     with pytest.raises(fo.ModelError, match=r"cycle: .*no fixed part"):
-        fo.backbone_curve(
+        fo.joints.backbone_curve(
             punch,
             fo.LoadCycle({"P": 1.0}, cycle.corners, fixed=[{"Q": 0.1}, {}]),
             0.5,
@@ -574,19 +582,19 @@ def test_bad_input():
         )
     for factors in ([], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [-1.0], "1", [np.nan]):
         with pytest.raises(fo.ModelError, match="load_factors"):
-            fo.backbone_curve(punch, cycle, 0.5, factors)
+            fo.joints.backbone_curve(punch, cycle, 0.5, factors)
     with pytest.raises(
         fo.ModelError, match="load_factors: None, and the load that slides the bodies off is inf"
     ):
-        fo.backbone_curve(punch, cycle, 0.5)
+        fo.joints.backbone_curve(punch, cycle, 0.5)
     bare = fo.ContactSystem(punch.S, punch.points, dict(punch.bonded))
     with pytest.raises(fo.ModelError, match=r"with_range: True, .* no compliance"):
-        fo.backbone_curve(bare, cycle, 0.5, [1.0], with_range=True)
+        fo.joints.backbone_curve(bare, cycle, 0.5, [1.0], with_range=True)
     for odd in (0.0, -1.0, np.inf, "1"):
         with pytest.raises(fo.ModelError, match="natural_frequency"):
-            fo.backbone_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
+            fo.joints.backbone_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
     with pytest.raises(fo.ModelError, match="the load does no work"):
-        fo.backbone_curve(
+        fo.joints.backbone_curve(
             punch.with_interference({"fit": 1.0}),
             opposed("fit", {"P": 1.0}),
             0.5,
@@ -595,9 +603,9 @@ def test_bad_input():
         )
     for odd, cyclic in ({"X": 1.0}, cycle.corners), (cycle.mean, [{"X": 1.0}, {"X": -1.0}]):
         with pytest.raises(fo.ModelError, match="load case 'X': unknown"):
-            fo.backbone_curve(punch, fo.LoadCycle(odd, cyclic), 0.5, [1.0])
+            fo.joints.backbone_curve(punch, fo.LoadCycle(odd, cyclic), 0.5, [1.0])
     with pytest.raises(fo.ModelError, match="with_range: 'yes'"):
-        fo.backbone_curve(punch, cycle, 0.5, [1.0], with_range="yes")
+        fo.joints.backbone_curve(punch, cycle, 0.5, [1.0], with_range="yes")
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
@@ -638,7 +646,7 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
         "Q": pytest.approx(100.0),
     }
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}])
-    curve = fo.backbone_curve(system, cycle, 0.9, load_factors=[0.5, 1.0])
+    curve = fo.joints.backbone_curve(system, cycle, 0.9, load_factors=[0.5, 1.0])
     assert curve.outcome == ("SHAKEDOWN", "SHAKEDOWN")
     fields = model.recover({"Q": 2.0}, np.zeros(system.nodes), np.zeros(system.nodes))
     mesh, u = fields.bodies["pad"].mesh, fields.displacement["pad"]
@@ -654,7 +662,7 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
     assert curve.motion == pytest.approx([0.5 * along, along], rel=1e-9)
     assert curve.to_frame()["motion"].tolist() == curve.motion.tolist()
     bare = replace(system, load_size={})
-    assert np.isnan(fo.backbone_curve(bare, cycle, 0.9, load_factors=[1.0]).motion).all()
+    assert np.isnan(fo.joints.backbone_curve(bare, cycle, 0.9, load_factors=[1.0]).motion).all()
     assert "P" not in system.with_interference({"P": 0.1}).load_size
     assert "Q" not in system.with_bonded({"Q": system.bonded["Q"]}).load_size
 
@@ -669,7 +677,7 @@ def test_a_steady_cycle_beyond_friction_moves_its_load_further():
     slider = fo.ContactSystem.from_blocks(
         [[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]]
     )
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         replace(slider, load_size={"F": 4.0}),
         opposed("F", {"N": 1.0}),
         0.5,

@@ -445,7 +445,7 @@ def test_a_curve_ends_where_its_displacement_turns_back():
     rising = np.diff(moved)[: int(np.argmax(moved))]
     falling = np.diff(moved)[int(np.argmax(moved)) :]
     assert (rising < -1e-4).any() or (falling > 1e-4).any()
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         system, cycle, 0.7, [0.02, 0.03, 0.04, 1.0], natural_frequency=np.sqrt(10) / 2 / np.pi
     )
     assert np.isfinite(curve.frequency).all()
@@ -454,7 +454,7 @@ def test_a_curve_ends_where_its_displacement_turns_back():
     answer = curve.response([1e-4], damping=0.01)
     assert "the curve is used up to the load factor 0.04" in answer.note
     with pytest.raises(fo.ModelError, match=r"load_factors: 2 of 3 .*turns back"):
-        fo.backbone_curve(
+        fo.joints.backbone_curve(
             system, cycle, 0.7, [0.02, 0.03, 1.0], natural_frequency=np.sqrt(10) / 2 / np.pi
         ).response([1.0])
 
@@ -560,8 +560,8 @@ def test_a_far_limit_does_not_squeeze_a_curve_and_is_named():
     loads = {"P": [0, 1.0], "X": [1.0, 0]}
     free = fo.ContactSystem(np.zeros((2, 2)), [[0, 0]], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
-    near = fo.backbone_curve(free, cycle, 0.5, [0.1, 0.45]).plot()
-    far = fo.backbone_curve(free, cycle, 0.5, [1e-4, 1e-3]).plot()
+    near = fo.joints.backbone_curve(free, cycle, 0.5, [0.1, 0.45]).plot()
+    far = fo.joints.backbone_curve(free, cycle, 0.5, [1e-4, 1e-3]).plot()
     for panels, inside in ((near, True), (far, False)):
         (line,) = (x for x in panels[0].get_lines() if "slide off" in x.get_label())
         low, high = panels[0].get_xlim()
@@ -574,7 +574,7 @@ def test_the_error_of_increments_is_a_column_and_a_band():
     S = np.eye(6) + 0.3 * np.ones((6, 6))
     pair = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], loads, compliance=np.eye(2))
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
-    curve = fo.backbone_curve(pair, cycle, 0.5, [0.3, 1.0, 1.6], steps=2)
+    curve = fo.joints.backbone_curve(pair, cycle, 0.5, [0.3, 1.0, 1.6], steps=2)
     errors = [steady.step_error for steady in curve.steady_states]
     assert curve.step_error.tolist() == errors == curve.to_frame()["step_error"].tolist()
     assert max(errors) > 0 and f"largest_step_error={max(errors):.6g}" in repr(curve)

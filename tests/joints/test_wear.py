@@ -20,7 +20,7 @@ SWAY = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "
 
 @pytest.fixture(scope="module")
 def coarse():
-    return fo.wear(*COARSE, coefficient=1e-3)
+    return fo.joints.wear(*COARSE, coefficient=1e-3)
 
 
 def test_small_steps_by_archards_law_give_the_same(coarse):
@@ -32,7 +32,7 @@ def test_small_steps_by_archards_law_give_the_same(coarse):
             contact.gap + cycles / count * plain_rate(fo.steady_state(contact, *question), 1e-3)
         )
     plain = contact.gap - COARSE[0].gap
-    history = fo.wear(*COARSE, coefficient=1e-3, cycles=cycles)
+    history = fo.joints.wear(*COARSE, coefficient=1e-3, cycles=cycles)
     assert history.cycles[-1] == cycles
     assert history.reason == "6000 cycles are over"
     assert not history.worn_in
@@ -50,12 +50,12 @@ def test_wear_that_takes_off_no_pressure_is_coefficient_times_work_over_friction
     cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.7}, {"force": -1.7}])
     f, k = np.linspace(0.4, 0.6, 5), np.linspace(1e-4, 2e-4, 5)
     steady = fo.steady_state(rod, cycle, f, 1.0)
-    history = fo.wear(rod, cycle, f, 1.0, coefficient=k, cycles=1e4)
+    history = fo.joints.wear(rod, cycle, f, 1.0, coefficient=k, cycles=1e4)
     assert history.volume == pytest.approx(1e4 * (k / f) @ steady.dissipation_per_node, rel=1e-9)
     assert steady.slipping.sum() > 2
     assert np.allclose(history.depth[-1], 1e4 * plain_rate(steady, k), rtol=1e-9)
     assert history.to_frame()["volume"].iloc[-1] == history.volume
-    endless = fo.wear(rod, cycle, f, 1.0, coefficient=k)
+    endless = fo.joints.wear(rod, cycle, f, 1.0, coefficient=k)
     assert len(endless.depth) == 1
     assert "constant rates, which do not change any pressure" in endless.reason
     assert not endless.worn_in
@@ -64,12 +64,12 @@ def test_wear_that_takes_off_no_pressure_is_coefficient_times_work_over_friction
 def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
     punch = driven_punch(24)
     cycle = fo.LoadCycle({"P": 2.0}, [{"motion": 1.0}, {"motion": -1.0}])
-    history = fo.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3)
+    history = fo.joints.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3)
     assert history.pressure[0].max() > 1.9 and np.abs(history.pressure[-1] - 1.0).max() < 0.02
     assert "constant rates, which do not change any pressure" in history.reason
     assert not history.worn_in
     assert history.steady.slipping.all()
-    late = fo.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3, cycles=1e6)
+    late = fo.joints.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3, cycles=1e6)
     assert np.abs(late.pressure[-1] - 1.0).max() < 1e-4
     ways = late.steady.sliding_distance
     rate = np.diff(late.to_frame()["volume"].iloc[-2:]) / np.diff(late.cycles[-2:])
@@ -119,9 +119,9 @@ def test_the_table_says_what_the_arrays_say(coarse):
 
 
 def test_a_history_goes_on_from_its_state():
-    whole = fo.wear(*COARSE, coefficient=1e-3, cycles=6e3, tolerance=2e-3)
-    first = fo.wear(*COARSE, coefficient=1e-3, cycles=3e3, tolerance=2e-3)
-    rest = fo.wear(
+    whole = fo.joints.wear(*COARSE, coefficient=1e-3, cycles=6e3, tolerance=2e-3)
+    first = fo.joints.wear(*COARSE, coefficient=1e-3, cycles=3e3, tolerance=2e-3)
+    rest = fo.joints.wear(
         first.system,
         *COARSE[1:],
         coefficient=1e-3,
@@ -145,7 +145,7 @@ def test_a_history_goes_on_from_its_state():
     ids=["rounded punch", "flat punch", "dovetail"],
 )
 def test_a_coupled_contact_wears_until_it_rests(scene, cycle, load_factor):
-    history = fo.wear(scene.condense(), cycle, 0.5, load_factor, coefficient=1e-3)
+    history = fo.joints.wear(scene.condense(), cycle, 0.5, load_factor, coefficient=1e-3)
     assert history.worn_in
     assert history.reason.startswith("worn in")
     assert history.residual < 1e-9
@@ -159,17 +159,17 @@ def test_where_nothing_slips_nothing_wears():
         [[2.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.1])}, width=[1.0]
     )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    history = fo.wear(contact, cycle, 0.5, 0.2, coefficient=1.0, cycles=10)
+    history = fo.joints.wear(contact, cycle, 0.5, 0.2, coefficient=1.0, cycles=10)
     assert history.reason == "the contact does not slip, and does not wear"
     assert history.worn_in
     assert history.volume == 0 == history.cycles[-1]
-    none = fo.wear(*COARSE, coefficient=0.0)
+    none = fo.joints.wear(*COARSE, coefficient=0.0)
     assert none.reason.startswith("no node that slips") and none.volume == 0 and not none.worn_in
 
 
 def test_a_node_without_wear_keeps_its_profile():
     k = np.where(COARSE[0].x < 0, 0.0, 1e-3)
-    history = fo.wear(*COARSE, coefficient=k, cycles=3e3)
+    history = fo.joints.wear(*COARSE, coefficient=k, cycles=3e3)
     assert not history.depth[-1][:16].any() and history.depth[-1][16:].max() > 0
 
 
@@ -178,8 +178,8 @@ def test_the_plane_contact_in_space_wears_alike():
     solid = embedded(flat, np.random.default_rng(1))[0]
     solid = fo.ContactSystem(solid.S, solid.points, solid.bonded, gap=solid.gap, width=flat.width)
     options = {"coefficient": 1e-3, "cycles": 2e3, "tolerance": 0.05}
-    plane = fo.wear(flat, cycle, f, load_factor, **options)
-    space = fo.wear(solid, cycle, f, load_factor, steps=1, **options)
+    plane = fo.joints.wear(flat, cycle, f, load_factor, **options)
+    space = fo.joints.wear(solid, cycle, f, load_factor, steps=1, **options)
     assert np.allclose(space.depth[-1], plane.depth[-1], rtol=0, atol=1e-6 * plane.depth[-1].max())
     assert np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"])
     assert len(space.depth) > 4
@@ -188,12 +188,12 @@ def test_the_plane_contact_in_space_wears_alike():
 def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump():
     contact, *question = cylinder(8)
     options = {"coefficient": 1e-3, "cycles": 3e2, "tolerance": 0.05, "steps": 2}
-    done = fo.wear(contact, *question, **options)
+    done = fo.joints.wear(contact, *question, **options)
     assert 0 < done.steady.step_error < 1
     assert done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0
     jumps = len(done.depth) - 2
     with interrupted("wear", jumps) as caught:
-        fo.wear(contact, *question, **options)
+        fo.joints.wear(contact, *question, **options)
     assert np.array_equal(caught.value.history.depth, done.depth[: jumps + 1])
     assert caught.value.history.steady.step_error == np.inf
 
@@ -201,7 +201,7 @@ def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_l
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])
 def test_what_stops_wear_keeps_what_is_done(error):
     with interrupted("wear", 6, error) as caught:
-        fo.wear(*COARSE, coefficient=1e-3)
+        fo.joints.wear(*COARSE, coefficient=1e-3)
     history = caught.value.history
     assert len(history.depth) == 7
     assert 0 < history.cycles[-1]
@@ -210,7 +210,7 @@ def test_what_stops_wear_keeps_what_is_done(error):
     assert history.residual <= 1e-9
     assert "`history`" in caught.value.__notes__[0]
     assert (
-        fo.wear(
+        fo.joints.wear(
             history.system, *COARSE[1:], coefficient=1e-3, initial_state=history.state, cycles=1e3
         ).volume
         > 0
@@ -230,14 +230,17 @@ def test_what_stops_wear_keeps_what_is_done(error):
     ({"coefficient": 1e-3, "steps": 0}, "steps: 0"),
 )
 def test_bad_input_is_refused_by_name(options):
-    fo.wear(*COARSE, **options)
+    fo.joints.wear(*COARSE, **options)
 
 
 def test_a_contact_without_width_or_friction_is_refused():
     bare = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(4, 1.0, 1.0))
     with pytest.raises(fo.ModelError, match="width: not known"):
-        fo.wear(bare, *COARSE[1:], coefficient=1e-3)
+        fo.joints.wear(bare, *COARSE[1:], coefficient=1e-3)
     f = np.where(np.arange(32) == 3, 0.0, F)
     with pytest.raises(fo.ModelError, match="friction: 0 at node 3"):
-        fo.wear(*COARSE[:2], f, COARSE[3], coefficient=1e-3)
-    assert fo.wear(*COARSE[:2], f, COARSE[3], coefficient=1e-3 * f, cycles=100).depth[-1][3] == 0
+        fo.joints.wear(*COARSE[:2], f, COARSE[3], coefficient=1e-3)
+    assert (
+        fo.joints.wear(*COARSE[:2], f, COARSE[3], coefficient=1e-3 * f, cycles=100).depth[-1][3]
+        == 0
+    )

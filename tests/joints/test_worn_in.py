@@ -61,7 +61,7 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
     """The stick zone ends on an edge of cells; half the cells, half the error."""
     errors = []
     for count in (stick // 2, stick):
-        end = fo.worn_in(*on_edges(count, 1.1 + 0.5 * share, share))
+        end = fo.joints.worn_in(*on_edges(count, 1.1 + 0.5 * share, share))
         x, width = end.system.x, end.system.width
         form = CONTACT.worn_depth(x, share * F)
         assert end.proven
@@ -93,7 +93,7 @@ def test_the_worn_cylinder_is_at_its_limit():
     limits = []
     for count in (8, 16, 32):
         contact = on_edges(count)
-        end = fo.worn_in(*contact)
+        end = fo.joints.worn_in(*contact)
         limit = fo.shakedown_limit(end.system, *contact[1:3])
         assert not (limit.open & end.stick).any()
         limits.append(limit.load_factor / contact[3] - 1)
@@ -111,8 +111,10 @@ def test_the_worn_cylinder_is_at_its_limit():
 def test_simulated_wear_ends_there(corners):
     contact, cycle, f, load_factor = cylinder(32)
     cycle = fo.LoadCycle(cycle.mean, corners)
-    end = fo.worn_in(contact, cycle, f, load_factor)
-    history = fo.wear(contact, cycle, f, load_factor, coefficient=1e-3, tolerance=1e-3, cycles=1e6)
+    end = fo.joints.worn_in(contact, cycle, f, load_factor)
+    history = fo.joints.wear(
+        contact, cycle, f, load_factor, coefficient=1e-3, tolerance=1e-3, cycles=1e6
+    )
     assert history.worn_in and np.abs(history.depth[-1] - end.depth).max() < 1e-3 * end.depth.max()
     assert (
         history.steady.outcome is fo.Outcome.SHAKEDOWN
@@ -122,13 +124,13 @@ def test_simulated_wear_ends_there(corners):
 
 def test_a_fixed_part_of_the_cycle_counts():
     contact, cycle, f, load_factor = cylinder(16)
-    scaled = fo.worn_in(
+    scaled = fo.joints.worn_in(
         contact,
         fo.LoadCycle(cycle.mean, [{"Q": load_factor, "P": 0.3}, {"Q": -load_factor, "P": -0.3}]),
         f,
         1.0,
     )
-    fixed = fo.worn_in(
+    fixed = fo.joints.worn_in(
         contact, fo.LoadCycle(cycle.mean, cycle.corners, [{"P": 0.3}, {"P": -0.3}]), f, load_factor
     )
     assert fixed.depth.max() > 0 and np.allclose(fixed.depth, scaled.depth, rtol=1e-12, atol=0)
@@ -142,9 +144,9 @@ def test_under_a_varying_force_wear_comes_ever_closer():
     """
     contact, cycle, f, load_factor = cylinder(24)
     cycle = fo.LoadCycle(cycle.mean, [{"Q": 1.0, "P": 0.8}, {"Q": -1.0, "P": -0.8}])
-    end = fo.worn_in(contact, cycle, f, load_factor)
+    end = fo.joints.worn_in(contact, cycle, f, load_factor)
     worn = [
-        fo.wear(contact, cycle, f, load_factor, coefficient=1e-3, cycles=cycles).depth[-1]
+        fo.joints.wear(contact, cycle, f, load_factor, coefficient=1e-3, cycles=cycles).depth[-1]
         for cycles in (1e5, 1e6, 1e7)
     ]
     apart = [np.abs(depth - end.depth).max() / end.depth.max() for depth in worn]
@@ -157,7 +159,7 @@ def test_the_sphere_in_space_converges_to_the_closed_form():
     errors = []
     for count in (32, 64):
         contact, cycle, f, load_factor = sphere_of_rings(count)
-        end = fo.worn_in(contact, cycle, f, load_factor)
+        end = fo.joints.worn_in(contact, cycle, f, load_factor)
         r = contact.points[:, 0]
         assert contact.tangents == 2 and end.proven and end.stick.sum() == count
         form, far = ball.worn_depth(r, load_factor), r[end.depth > 0].max()
@@ -170,8 +172,8 @@ def test_the_sphere_in_space_converges_to_the_closed_form():
 
 def test_the_sphere_in_space():
     contact, cycle, f, load_factor = sphere(10, 1.3)
-    end = fo.worn_in(contact, cycle, f, load_factor)
-    history = fo.wear(
+    end = fo.joints.worn_in(contact, cycle, f, load_factor)
+    history = fo.joints.wear(
         contact, cycle, f, load_factor, coefficient=1.0, steps=1, tolerance=0.03, cycles=1e4
     )
     assert np.abs(history.depth[-1] - end.depth).max() < 0.02 * end.depth.max()
@@ -227,4 +229,4 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
 )
 def test_other_contacts_are_refused_and_referred_to_wear(asked, message):
     with pytest.raises(fo.ModelError, match=f"{message}.*use `wear`"):
-        fo.worn_in(*asked)
+        fo.joints.worn_in(*asked)

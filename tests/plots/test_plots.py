@@ -541,7 +541,7 @@ DRAWN = {
     "Onset of five": lambda: fo.onset(FIVE, FOUR_CORNERS, F),
     "SteadyState of five": lambda: fo.steady_state(FIVE, FOUR_CORNERS, F, 0.5),
     "ShakedownLimit of five": lambda: fo.shakedown_limit(FIVE, FOUR_CORNERS, F),
-    "WornIn": lambda: fo.worn_in(FLAT, CYCLE, F, 0.8),
+    "WornIn": lambda: fo.joints.worn_in(FLAT, CYCLE, F, 0.8),
     "scene": lambda: SCENES["punch"],
     "BodyFields": lambda: SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)),
 }

@@ -143,7 +143,7 @@ def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
     case = list(PUNCH.bonded).index(*PULL.corners[0])
     factors = limit * np.array([0.5, 0.9, 1.2])
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         PUNCH,
         PULL,
         F,
@@ -180,7 +180,7 @@ def test_a_backbone_curve_of_two_contacts_has_a_line_for_each_and_ends_where_the
     free = fo.ContactSystem(
         np.zeros((6, 6)), [[0, 0, 0], [1, 0, 0]], loads, contact=["head", "nut"]
     )
-    curve = fo.backbone_curve(
+    curve = fo.joints.backbone_curve(
         free, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.4], [0.2, 0.4], steps=1
     )
     work, share = curve.plot()
@@ -204,7 +204,7 @@ def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on
             for corner in PULL.corners
         ],
     )
-    ax = fo.backbone_curve(PUNCH, loads, F, factors).plot()[-1]
+    ax = fo.joints.backbone_curve(PUNCH, loads, F, factors).plot()[-1]
     ax.figure.canvas.draw()
     shown = [
         label.get_window_extent()
@@ -221,7 +221,9 @@ def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on
 def test_a_curve_over_amplitudes_says_that_its_limits_are_load_factors():
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1e-6}, {"Q": -1e-6}])
     slides = fo.gross_slip(PUNCH, cycle, F).load_factor
-    curve = fo.backbone_curve(PUNCH, cycle, F, slides * np.array([0.1, 0.5, 0.9]), progress=False)
+    curve = fo.joints.backbone_curve(
+        PUNCH, cycle, F, slides * np.array([0.1, 0.5, 0.9]), progress=False
+    )
     work, *_, damping = curve.plot(scale=2.0)
     assert damping.get_xlabel() == "amplitude at the point (length)"
     names = [text.get_text() for text in work.get_legend().get_texts()]

@@ -322,7 +322,7 @@ def test_pages_and_docstrings_that_claim_are_named_on_the_page():
             assert f"{name.removesuffix('.md')}" in PAGE, path
     public = {
         name: getattr(module, name)
-        for module in (fo, fo.fem, fo.readers, fo.results, fo.reference)
+        for module in (fo, fo.fem, fo.joints, fo.readers, fo.results, fo.reference)
         for name in module.__all__
     }
     members = {

@@ -175,7 +175,7 @@ def test_every_public_name_is_on_exactly_one_page_of_the_reference():
         "starts": fo.starts,
     }
     names = [name for page in pages if page.stem not in modules for name in listed(page)]
-    rooms = {"fem": fo.fem, "readers": fo.readers}
+    rooms = {"fem": fo.fem, "joints": fo.joints, "readers": fo.readers}
     public = set(fo.__all__).union(*(room.__all__ for room in rooms.values()))
     assert sorted(names) == sorted(public - set(modules) - set(rooms))
     for stem, module in modules.items():
@@ -188,7 +188,16 @@ def test_every_public_name_is_on_exactly_one_page_of_the_reference():
 
 def test_a_public_function_says_in_its_section_returns_what_it_returns():
     """If it returns a class of the reference, its type is the name of this class, for a link."""
-    modules = (fo, fo.fem, fo.increments, fo.readers, fo.reference, fo.results, fo.starts)
+    modules = (
+        fo,
+        fo.fem,
+        fo.increments,
+        fo.joints,
+        fo.readers,
+        fo.reference,
+        fo.results,
+        fo.starts,
+    )
     classes = {
         name
         for module in modules

@@ -89,14 +89,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ..limits import ShakedownLimit
 def late():
-    from ..joints.wear import wear
+    from ..joints.archard import wear
     return import_module("frictopt.study.runs"), importlib.import_module("scipy.optimize")
 """
     file = tmp_path / "late.py"
     file.write_text(text)
     known = {**rooms.files(), "frictopt.base.late": file}
     monkeypatch.setattr(rooms, "files", lambda: known)
-    ours = {"frictopt.limits.shakedown", "frictopt.joints.wear", "frictopt.study.runs"}
+    ours = {"frictopt.limits.shakedown", "frictopt.joints.archard", "frictopt.study.runs"}
     assert ours <= set(rooms.imports("frictopt.base.late"))
     assert rooms.foreign("frictopt.base.late") == {"scipy.optimize"}
 
@@ -143,10 +143,16 @@ def test_the_version_is_the_same_everywhere(file, line):
 
 
 def test_every_public_name_is_listed_and_described():
-    assert sorted(frictopt.__all__) == frictopt.__all__ and len(frictopt.__all__) <= 48
+    assert sorted(frictopt.__all__) == frictopt.__all__ and len(frictopt.__all__) <= 44
     modules = [
         getattr(module, name)
-        for module in (frictopt.fem, frictopt.readers, frictopt.scenes, frictopt.results)
+        for module in (
+            frictopt.fem,
+            frictopt.joints,
+            frictopt.readers,
+            frictopt.scenes,
+            frictopt.results,
+        )
         for name in module.__all__
     ]
     for thing in [*(getattr(frictopt, name) for name in frictopt.__all__), *modules]:
@@ -165,7 +171,7 @@ def test_dir_shows_what_is_public():
         for name in frictopt.__all__
         if inspect.ismodule(getattr(frictopt, name))
     ]
-    assert len(modules) == 7
+    assert len(modules) == 8
     for module in (frictopt, *modules):
         assert dir(module) == sorted(module.__all__), module.__name__
 

@@ -92,7 +92,7 @@ def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     options = {"friction": F, "load_factor": 0.5, "steps": 2, "progress": False}
     results = (
-        fo.wear(contact, cycle, coefficient=1e-3, cycles=2, **options),
+        fo.joints.wear(contact, cycle, coefficient=1e-3, cycles=2, **options),
         fo.steady_state(contact, cycle, **options),
     )
     gc.disable()

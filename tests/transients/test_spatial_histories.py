@@ -189,7 +189,9 @@ def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
 def test_a_backbone_curve_has_the_range_of_the_plane():
     mode = {"natural_frequency": 10.0**-0.5 / (2 * np.pi), "steps": 2, "with_range": True}
     curves = [
-        fo.backbone_curve(replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.8], **mode)
+        fo.joints.backbone_curve(
+            replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.8], **mode
+        )
         for contact in (PAIR, SOLID)
     ]
     plane, space = (

@@ -18,7 +18,7 @@ def _deep_profile(contact):
 
 def _curve(contact, lam, steps):
     """The backbone curve of a load, as if it were the load of a mode."""
-    return fo.backbone_curve(
+    return fo.joints.backbone_curve(
         contact,
         CYCLE,
         F,
@@ -62,7 +62,9 @@ ASKED = {
     "dissipation_range": lambda s, lam, steps: fo.dissipation_range(
         s, CYCLE, F, 0.5 * lam, **steps
     ),
-    "backbone_curve": lambda s, lam, steps: fo.backbone_curve(s, CYCLE, F, [0.5 * lam], **steps),
+    "backbone_curve": lambda s, lam, steps: fo.joints.backbone_curve(
+        s, CYCLE, F, [0.5 * lam], **steps
+    ),
     "BackboneCurve.response": lambda s, lam, steps: _curve(s, lam, steps).response(
         [0.1], damping=0.01
     ),
@@ -76,7 +78,7 @@ ASKED = {
     "friction_after_protocol": lambda s, lam, steps: fo.friction_after_protocol(
         fo.required_friction(s, CYCLE, 0.5 * lam), scan=1, tolerance=0.5, **steps
     ),
-    "wear": lambda s, lam, steps: fo.wear(
+    "wear": lambda s, lam, steps: fo.joints.wear(
         s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps
     ),
     "starts.assembled_slip": lambda s, lam, steps: fo.starts.assembled_slip(s, CYCLE, F, **steps),

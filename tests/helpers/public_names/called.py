@@ -52,7 +52,7 @@ SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
 # These values may be nan. The error of the state is then infinite.
 CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
-CURVE = fo.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
+CURVE = fo.joints.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
 REPORT = fo.report(CONTACT, CYCLE, FRICTION, pages=1, progress=False)
 STEP = fo.starts.LoadStep({"mean": 0.5})
 
@@ -364,7 +364,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "gross_slip": (fo.gross_slip, ASKED),
     "tightened": (
-        fo.tightened,
+        fo.joints.tightened,
         {"system": BOLTED, "cycle": fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]), "friction": 0.5},
     ),
     "report": (
@@ -388,7 +388,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"limit": fo.guaranteed_limit(**ASKED), "load_factor": 0.5},
     ),
     "backbone_curve": (
-        fo.backbone_curve,
+        fo.joints.backbone_curve,
         {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0},
     ),
     "BackboneCurve.response": (
@@ -405,10 +405,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"k": 0, "loads": [fo.fem.BodyForce("punch", y=1.0)], "acceleration": [0.0, 1.0]},
     ),
     "wear": (
-        fo.wear,
+        fo.joints.wear,
         {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5},
     ),
-    "worn_in": (fo.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),
+    "worn_in": (fo.joints.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.starts.Start, {"family": "given", "name": "one"}),
     "SteadyState.fretting_table": (

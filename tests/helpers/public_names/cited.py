@@ -29,8 +29,8 @@ CITED = {
     "gross_slip": "gross",
     "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",
-    "wear": "wear",
+    "joints.wear": "wear",
     "results.WearHistory": "wear",
-    "worn_in": "wornin",
+    "joints.worn_in": "wornin",
     "results.WornIn": "wornin",
 }

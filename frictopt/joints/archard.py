@@ -262,7 +262,9 @@ class WearHistory(Worn):
     >>> arrays = fo.reference.half_plane_contact(**cylinder)
     >>> system = fo.ContactSystem.from_blocks(**arrays, width=[2 / 32] * 32)
     >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    >>> history = fo.wear(system, cycle, 0.5, load_factor=100.0, coefficient=1e-8, cycles=1e5)
+    >>> history = fo.joints.wear(
+    ...     system, cycle, 0.5, load_factor=100.0, coefficient=1e-8, cycles=1e5
+    ... )
     >>> history.reason, f"{history.volume:.2e}"
     ('100000 cycles are over', '3.14e-05')
     >>> history.to_frame()[["slipping", "stick_width", "outcome"]].tail(1)
@@ -400,7 +402,7 @@ def wear(
     >>> arrays = fo.reference.half_plane_contact(**cylinder)
     >>> system = fo.ContactSystem.from_blocks(**arrays, width=[2 / 32] * 32)
     >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    >>> history = fo.wear(system, cycle, friction=0.5, load_factor=100.0, coefficient=1e-8)
+    >>> history = fo.joints.wear(system, cycle, friction=0.5, load_factor=100.0, coefficient=1e-8)
     >>> f"{history.cycles[-1]:.1e} cycles, {1e3 * history.depth[-1].max():.2f} micrometres"
     '2.2e+06 cycles, 0.61 micrometres'
     >>> history.worn_in

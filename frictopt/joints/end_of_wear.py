@@ -36,7 +36,7 @@ from ..contact import (
 from ..contact.diagnosis import in_contact, open_nodes
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
-from .wear import ONE_FRICTION, Worn
+from .archard import ONE_FRICTION, Worn
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,7 +64,7 @@ class WornIn(Worn):
     >>> cylinder = {"nodes": 32, "half_length": 1.0, "E_star": 1e5, "R": 100.0}  # N and mm
     >>> system = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(**cylinder))
     >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    >>> end = fo.worn_in(system, cycle, friction=0.5, load_factor=100.0)
+    >>> end = fo.joints.worn_in(system, cycle, friction=0.5, load_factor=100.0)
     >>> f"{end.depth.max():.2e}", f"{end.depth[end.stick].max():.2e}"
     ('6.12e-04', '0.00e+00')
     """
@@ -151,7 +151,7 @@ def worn_in(
     >>> cylinder = {"nodes": 32, "half_length": 1.0, "E_star": 1e5, "R": 100.0}  # N and mm
     >>> system = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(**cylinder))
     >>> cycle = fo.LoadCycle({"P": 400.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    >>> end = fo.worn_in(system, cycle, friction=0.5, load_factor=100.0)
+    >>> end = fo.joints.worn_in(system, cycle, friction=0.5, load_factor=100.0)
     >>> f"{1e3 * end.depth.max():.2f} micrometres, {end.stick.sum()} nodes never slip"
     '0.61 micrometres, 16 nodes never slip'
     """
