@@ -338,9 +338,12 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     order = np.argsort(-rates.real)
     rates = rates.real[order]
     modes = modes.real[:, order]
-    # Rates at cycles k up to a million, (k, m); c_i is the largest of its shares over all k.
-    powers = rates ** np.unique(np.geomspace(1, 1e6, 200).round())[:, None]
-    factors = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
+    # Rates at cycles k until the slowest mode has vanished, (k, m). With c_i, the largest share of
+    # mode i times the number of modes but one, the sum is at most 1; 1 % is for cycles between.
+    cycles = np.unique(np.geomspace(1, 40 / (1 - rates[0]), 200).round())
+    powers = rates ** cycles[:, None]
+    shares = -np.diff(powers, axis=1) / (1 - powers[:, -1:])
+    factors = 1.01 * (len(rates) - 1) * shares.max(axis=0)
     if not factors.max(initial=0.0) < 1:
         factors = np.ones_like(factors)
     before = factors * np.cumsum(modes, axis=1)[:, :-1]
