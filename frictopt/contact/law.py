@@ -92,14 +92,14 @@ class ContactLaw:
 
     @property
     def constants(self) -> Array:
-        """(J, N) constants of the J terms, a new array, force."""
+        """(J, N) constants of the J terms, force; a new array."""
         return np.array([term.constant for term in self.terms])
 
     @property
     def wedging_slope(self) -> Array:
         """(N,) slope of the bound under large normal forces.
 
-        A slip has to lift its node at least by this slope, or it may wedge the bodies.
+        A slip may wedge the bodies if it lifts its node by less than this slope times the slip.
         """
         slopes = np.where(np.isfinite(self.constants), self.slopes, np.inf)
         return np.asarray(slopes.min(axis=0))

@@ -76,7 +76,7 @@ def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Arr
         }
     )
 
-    # Values at the tips, after those at the pairs.
+    # The values at the tips follow the values at the pairs.
     sector = parts.sector
     is_copy = sector.copies[tips] >= 0
     originals = np.where(is_copy, sector.copies[tips], tips)

@@ -169,7 +169,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         return loads
 
     def _doubts(self, kinematics: Kinematics) -> Iterator[str]:
-        """Warnings of units that differ, coarse meshes, faces beyond others, and free nodes."""
+        """Warnings of a model that may not be meant: its units, meshes, faces and free nodes."""
         for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
             names = contact.body_1, contact.body_2
             if joint.beyond > 0:

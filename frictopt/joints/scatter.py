@@ -264,7 +264,7 @@ def _checked_preload(
 
 
 def _tightened(nominal: float, factor: float) -> Any:
-    """The normal distribution of a preload whose most is alpha_A times its least.
+    """The normal distribution of a preload whose largest value is alpha_A times its smallest.
 
     VDI 2230 gives no law; 95 % of all preloads are between both, symmetric to the nominal one.
     """

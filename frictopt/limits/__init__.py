@@ -5,16 +5,20 @@ at a load factor if one residual slip v keeps every node closed and stuck at all
 
     q_k = q0 + load_factor q1_k + A v,   p_k = p0 + load_factor p1_k + B v,   |q_k| <= f p_k
 
-The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
+From this slip it stays stuck; whether it comes there depends on the start, unless the contact is
+uncoupled (B = 0). The largest such load factor is the shakedown limit. Its dual is a slip
+mechanism, which proves it.
 
 On this floor each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
 `required_friction.py`, `safe_region.py`, `fatigue_band.py`, `fatigue_limit.py`,
-`rest_intervals.py` and `gross_slip.py`. `user_models.py` has the models that users extend,
-`pictures.py` the plots. The model for a new limit is `limit_of_set` in `shakedown.py`.
+`rest_intervals.py`, `gross_slip.py` and `probability.py`. `user_models.py` has the models that
+users extend, `pictures.py` the plots. The model for a new limit is `limit_of_set` in
+`shakedown.py`.
 
 The rooms below it, in an order in which each needs only those before it:
 
 - `program`: a question as arrays, their solution, and the mechanism that proves it.
+- `between`: limits of large contacts between two proven numbers, without the stiffness.
 - `events`: nodes that open and close in each cycle, in a given order.
 - `moving`: uncoupled contacts whose normal loads open and close nodes.
 - `guarantee`: the critical nodes of the guaranteed limit.

@@ -310,7 +310,7 @@ def _statics(question: Question) -> GrossSlip:
 
 
 def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float) -> str:
-    """Why the load factor is at most that of `governs`, and at least that of `first`."""
+    """The reason, in words, of the largest load factor (`governs`) and of the least (`first`)."""
     if first is not None and least > largest * (1 + RESIDUAL):
         return APART.format(lower=_load(first), least=least, upper=_load(governs), largest=largest)
     if largest == np.inf:

@@ -1,4 +1,4 @@
-"""The guaranteed limit lambda_1: below it the contact stops slipping from every start."""
+"""The guaranteed limit lambda_1, for all starts; `guaranteed_limit` says what is proven of it."""
 
 from __future__ import annotations
 
@@ -342,8 +342,8 @@ def guaranteed_limit(
     slip at one corner and of backward slip at another. In space it is on its bound at two opposite
     corners, or at three that enclose its mean traction. A cyclic slip begins there with zero
     amplitude. (For two nodes in the plane this is the published condition that three of four
-    friction lines meet, Ahn, Bertocchi & Barber 2008.) The slip is a witness: just above the limit,
-    a contact that starts near it slips for ever.
+    friction lines meet, Ahn, Bertocchi & Barber 2008.) The slip is a witness: in every case tried,
+    a contact that starts near it slips for ever just above the limit.
 
     If B = 0 at all nodes, a theorem states that slip stops below the limit from every start
     (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts this is an

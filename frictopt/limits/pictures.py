@@ -36,7 +36,7 @@ Answer: TypeAlias = (
     ShakedownLimit | RequiredFriction | GuaranteedLimit | SafeSlip | FatigueLimit | Design
 )
 
-# The number that an answer is about, and its name in the title of the picture.
+# The main number of each kind of answer, and its name in the title of the picture.
 _NUMBERS = {
     ShakedownLimit: ("load_factor", r"shakedown limit $\lambda_2$"),
     RequiredFriction: ("required", "required friction $f$"),
@@ -79,7 +79,7 @@ def _answered(answer: Answer, ax: AnyAxes = None) -> AnyAxes:
 
 
 def _title(answer: Answer) -> str:
-    """The number that an answer is about, and the amounts of a design."""
+    """The main number of an answer, and the amounts of a design."""
     number, name = _NUMBERS[type(answer)]
     if isinstance(answer, ShakedownLimit) and answer.objective is not None:
         name = r"load factor $\lambda$ that the objective chooses"

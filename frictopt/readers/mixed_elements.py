@@ -173,7 +173,7 @@ def _placed(
 def _functions(shape: str, w: Array) -> Array:
     """(n, nodes) functions of the nodes of a shape, at points with weights (n, corners).
 
-    The weights are the functions of the corners in the linear shape.
+    The weights are the values of the functions of the corners of the linear shape.
     """
     if is_linear(shape):
         return w

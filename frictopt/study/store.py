@@ -224,7 +224,7 @@ def _connect(path: Path, make: bool) -> sqlite3.Connection:
     # A reader may write, too: if a writer was killed, sqlite first takes its half write back. Of a
     # file that cannot be written, sqlite makes a reader by itself.
     place = path if make else f"{path.as_uri()}?mode=rw"
-    # Another process may be writing: it is waited for, in seconds.
+    # Seconds to wait for another process that is writing.
     patience = 60
     connection = sqlite3.connect(place, uri=not make, timeout=patience, isolation_level=None)
     # Damaged text must not stop the reading: the checksum shows which row is damaged.

@@ -88,7 +88,7 @@ def nodal_motions(V: Array) -> Array:
 
 
 class Statics:
-    """Which loads contact forces within friction can balance, whatever the bodies' compliance.
+    """Loads that contact forces within friction can balance, for any compliance of the bodies.
 
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with
     the reactions of every state. If `w >= f |v|` at all nodes, contact forces have no negative work

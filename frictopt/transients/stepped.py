@@ -209,7 +209,7 @@ class SteppedPath(Transient):
 
 
 class Doubts(NamedTuple):
-    """Works and slips in doubt, see `doubts`, and the mean friction bound; (T - 1, N) each."""
+    """Possible errors of work and slip, see `doubts`, and the mean bound; (T - 1, N) each."""
 
     lacking: Array
     change: Array
@@ -219,7 +219,7 @@ class Doubts(NamedTuple):
 
 
 def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts:
-    """Works and slips in doubt within the increments between T states (T, M).
+    """Possible errors of work and slip within the increments between T states (T, M).
 
     `lacking` is the work of friction, the mean bound times the path of slip, minus the work that
     the reactions do against the slip. It is positive if a node is below its bound for a part of the

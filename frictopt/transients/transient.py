@@ -242,7 +242,7 @@ class Transient(ABC):
         return [state for leg in legs for state in self.follow_to(*leg) or ()]
 
     def forces_there(self, r: Array) -> str:
-        """Describe the forces of reactions (M,); before the mean load, with a diagnosis of it."""
+        """Describe reactions (M,); before the mean load is reached, also diagnose this load."""
         q, p = parted(r, self.system.tangents + 1)
         text = f"there {pressing(self.system, self.friction, q, p, self.force)}"
         if self.visited < 0:

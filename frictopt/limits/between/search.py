@@ -261,7 +261,7 @@ class Method:
         return State(load, shear, rows, moves, cones.stress(moves), drive)
 
     def _error(self, state: State) -> float:
-        """The violation of the rows, the imbalance of the multipliers, and their distance."""
+        """Violation of the rows, imbalance of the multipliers, and the gap, in one number."""
         unsafe = np.linalg.norm(_in_cones(state.rows) - state.rows)
         unbalanced = np.hypot(np.linalg.norm(state.stress), self._load_scale * (1 + state.drive))
         apart = state.load - float((state.moves * self._rough.start).sum())

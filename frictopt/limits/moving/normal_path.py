@@ -175,7 +175,7 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
     """The open nodes of a normal problem, by principal pivots.
 
     All wrong nodes are flipped at once. If this does not converge, only the last wrong node is
-    flipped (Murty's rule). This ends for every positive definite C.
+    flipped (Murty's rule), which ends if C is positive definite. After `_STEPS` N steps it fails.
     """
     count = len(reactions)
     opened = np.zeros(count, dtype=bool)

@@ -77,8 +77,8 @@ def best_open_set(
     question with other open nodes, or raises `NotAbove` if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
-    The first limit that reaches `enough` ends the search. All sets are compared if the contact is
-    small, or if a largest number of `programs` is given.
+    The first limit that reaches `enough` ends the search. All sets are compared, as far as the
+    number of programs allows, if the contact is small or if `programs` is given.
 
     If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
     safe.

@@ -7,7 +7,8 @@ band").
 
 - `Stresses`: stress and strain at the points, and the rates of stress with the residual slip.
 - `StressLevels.least`: the least of the largest value over points. A program knows some planes of
-  each point. The critical planes at its slip are added until its bound agrees with the value there.
+  each point. The critical planes at the slip of a solution are added until the bound of the program
+  equals the value at this slip.
 - `StressLevels.most`: the largest value of a point: a program for each plane, then plane and slip
   in turn.
 - `StressCrossings`: the load factors at which a parameter reaches a value in every or some state of

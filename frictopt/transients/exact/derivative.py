@@ -81,7 +81,7 @@ class ReturnMap:
 
 
 def return_map(path: ExactPath) -> ReturnMap:
-    """Follow one cycle of a path from its corner, and differentiate it; the path itself stays.
+    """Follow one cycle of a path from its corner, and differentiate it; the path is not changed.
 
     Raises
     ------

@@ -4,7 +4,7 @@ The path asks here if the iteration on the signs of the rates does not decide. N
 their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of
 slip or gap and a non-negative rate `M z + c` of slack or pressure, and one of the two is zero. If
 there are few such pairs, all statuses are tried; if there are many, Lemke's method finds a
-solution. That is known to be the only one if M is positive definite.
+solution. If M is positive definite, this solution is the only one.
 """
 
 from collections.abc import Iterator

@@ -40,8 +40,8 @@ class Increment(Explained):
     steps
         Number of Newton steps.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest violation of the contact law,
-        relative to the slip before the increment.
+        How it was found. Its `residual`, at most 1e-9, is the largest violation of the contact law
+        by the forces and by the slip since the state before.
     problem
         The cvxpy problem of the `form` of the call, in the units of the contact, with the answer as
         its values; None without a form.
