@@ -51,6 +51,14 @@ def test_a_bolt_relieves_the_lap():
     assert (lap, *sorted([head, nut])) == pytest.approx((3.0 / 0.8, 6.0, 3.0 / 0.2), rel=1e-5)
 
 
+def test_a_face_without_friction_slides_at_no_load():
+    """The head has none; the lap and the nut have some."""
+    dry = {"lap": 0.15, "head": 0.0, "nut": 0.15}
+    faces = fo.report(bolted_lap(share=0.2), CYCLE, dry, pages=1).contacts.set_index("contact")
+    for name in ("slides_at", "slides_at_steady"):
+        assert faces[name]["head"] == 0.0
+
+
 @pytest.mark.parametrize(("growth", "factor"), [(-0.5, 2.0 / 1.25), (0.0, 2.0), (0.5, 2.0 / 0.75)])
 def test_the_normal_force_changes_with_the_load(growth, factor):
     """q = load factor, p = 4 + growth * load factor: it slides at q = p / 2."""

@@ -109,7 +109,8 @@ def _at_corner(
         return None if proof is None else _Sliding(np.inf if proof[0] is None else 0.0, proof[1])
 
     found, _ = answer(program, claimed, no_optimum=no_optimum, tolerance=_TOLERANCE)
-    return max(found.load_factor, 0.0)
+    # A load factor of the size of its error is 0, as without friction.
+    return found.load_factor if found.load_factor > _TOLERANCE * unit else 0.0
 
 
 def _friction_rows(
