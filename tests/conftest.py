@@ -20,7 +20,7 @@ import frictopt as fo
 from frictopt.transients.exact.kernel import compiled
 from helpers import absent, cases
 
-collect_ignore_glob = ["*/faults.py", "tools/*"]  # lists of planted faults, and programs
+collect_ignore_glob = ["tools/*"]  # programs
 
 threadpool_limits(1)  # tests run side by side
 os.environ["PYVISTA_OFF_SCREEN"] = "true"  # before PyVista is imported

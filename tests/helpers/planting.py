@@ -1,17 +1,27 @@
 """Planted faults: one changed expression or statement, found by syntax.
 
-A formatter therefore does not lose a fault. Each room has its list in `tests/ROOM/faults.py`.
+A formatter therefore does not lose a fault. Each room has its list in `tests/ROOM/faults.txt`: after
+the name of each file its faults, one paragraph each, as in a patch:
+
+    == contact/law.py
+
+    friction pulls [law_check shakedown]
+    @ Law.bound
+    - friction * pressure
+    + -friction * pressure
+
 `tests/tools/mutants.py` plants the faults one at a time.
 """
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import NamedTuple
 
 TESTS = Path(__file__).parents[1]
+_HEAD = re.compile(r"(?P<meaning>.+) \[(?P<tests>.+)\]")
 
 
 class Fault(NamedTuple):
@@ -33,14 +43,25 @@ class Fault(NamedTuple):
 
 def faults() -> list[Fault]:
     """All faults of all rooms."""
-    listed = []
-    for path in sorted(TESTS.glob("*/faults.py")):
-        spec = spec_from_file_location(f"faults_of_{path.parent.name}", path)
-        assert spec is not None and spec.loader is not None
-        module = module_from_spec(spec)
-        spec.loader.exec_module(module)
-        listed += module.FAULTS
-    return listed
+    texts = [path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("*/faults.txt"))]
+    return [fault for text in texts for fault in listed(text)]
+
+
+def listed(text: str) -> Iterator[Fault]:
+    """The faults of a list."""
+    file = ""
+    for paragraph in text.strip().split("\n\n"):
+        first, *lines = paragraph.splitlines()
+        if first.startswith("== "):
+            file = first.removeprefix("== ")
+            continue
+        head = _HEAD.fullmatch(first)
+        if head is None or any(line[:2] not in ("@ ", "- ", "+ ") for line in lines):
+            raise ValueError(f"this is no planted fault, see {__file__}:\n{paragraph}")
+        within, old, new = (
+            "\n".join(line[2:] for line in lines if line[0] == mark) for mark in "@-+"
+        )
+        yield Fault(file, head["meaning"], old, new, head["tests"], within)
 
 
 def planted(source: str, fault: Fault) -> str | None:

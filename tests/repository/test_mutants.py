@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers.planting import Fault, planted
+from helpers.planting import Fault, listed, planted
 from tools import mutants
 from tools.mutants import FAULTS, Failure, Fate
 
@@ -56,6 +56,12 @@ def test_a_fault_is_found_by_its_syntax(old, new, within, line):
 )
 def test_a_fault_that_does_not_stand_once_is_not_planted(old, within):
     assert planted(SOURCE, Fault("file.py", "meaning", old, "0", "tests", within)) is None
+
+
+@pytest.mark.parametrize("paragraph", ["a fault without tests\n- x\n+ y", "a fault [tests]\nx"])
+def test_a_paragraph_of_a_list_that_is_no_fault_is_refused(paragraph):
+    with pytest.raises(ValueError, match="this is no planted fault"):
+        list(listed(f"== file.py\n\n{paragraph}"))
 
 
 def test_every_room_has_faults():

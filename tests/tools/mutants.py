@@ -1,7 +1,7 @@
 """Mutation tests: faults are planted in a copy of the repository, and tests must find them.
 
 Run with `python tests/tools/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning
-of the name of a file, `limits` or `study/run`. The faults are listed in `tests/ROOM/faults.py`, and
+of the name of a file, `limits` or `study/run`. The faults are listed in `tests/ROOM/faults.txt`, and
 planted one at a time. A fault that no test finds has "SURVIVED". A fault whose text does not stand
 exactly once in its file is "gone". The exit status is the number of both. A fault counts as killed
 only if the test that fails with it passes without it. The slow tests (`tests/slow.txt`) are run only

@@ -8,7 +8,7 @@ but hardly changes their order. The default run of pytest leaves the listed test
 - all tests of a fixture that computes for several tests, because the cost of such a fixture falls on
   the test that happens to be the first or the last one.
 
-If a planted fault names its tests (`tests/ROOM/faults.py`), the cheapest of them is never listed.
+If a planted fault names its tests (`tests/ROOM/faults.txt`), the cheapest of them is never listed.
 A fault that only one test finds therefore names this test, and not its whole file.
 """
 
