@@ -58,10 +58,7 @@ FLAT, SOLID = (
     ],
 )
 def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed, element, nu):
-    """Any uniform stress passes between any meshes, at any rotation.
-
-    Tractions, displacements and stresses are exact, also where nodes match and facets do not.
-    """
+    """Tractions, displacements and stresses are exact, also where nodes match and facets do not."""
     d, rng = len(upper) + 1, np.random.default_rng(seed or 0)
     R = np.linalg.qr(rng.normal(size=(d, d)))[0]
     shift = rng.normal(size=d)
@@ -158,10 +155,7 @@ def upright(jaws):
 @pytest.mark.parametrize("angle", [0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, 4.0])
 @pytest.mark.parametrize("jaws", [(4, 6), (4, 7)])
 def test_a_scene_turned_by_any_angle_has_the_same_answers(angle, jaws):
-    """A scene that is turned by any angle has the same answers.
-
-    It has two inclined contacts of three bodies, with nodes that match or not.
-    """
+    """It has two inclined contacts of three bodies, with nodes that match or not."""
     (straight, limit), turned = upright(jaws), wedge(angle, jaws=jaws).condense()
     assert np.allclose(turned.S, straight.S, rtol=0, atol=1e-11 * np.abs(straight.S).max())
     assert np.allclose(reactions(turned), reactions(straight), rtol=0, atol=1e-11)
@@ -252,11 +246,8 @@ def fitted(
     [(60, 60, 0.0, 1e-12), (60, 72, 0.0, 5e-3), (72, 60, 0.04, 5e-3), (60, 60, 0.05, 5e-3)],
 )
 def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, start, spread, exchanged):
-    """A pin shrunk into a plate has the pressure by Lame.
-
-    p = delta / (a (C_1 + C_2)), C = (r_1^2 + r_2^2) / (r_2^2 - r_1^2) / E' -+ nu'/E' of the hollow
-    pin and of the plate, in plane strain.
-    """
+    """p = delta / (a (C_1 + C_2)), C = (r_1^2 + r_2^2) / (r_2^2 - r_1^2) / E' -+ nu'/E' of the
+    hollow pin and of the plate, in plane strain."""
     a, bore, rim, delta = 1.0, 0.3, 4.0, 0.01
     modulus, ratio = 1 / (1 - 0.3**2), 0.3 / 0.7
     compliance = (
@@ -274,11 +265,8 @@ def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, start, s
 
 @pytest.mark.parametrize("exchanged", [False, True])
 def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(exchanged):
-    """A fit slides at its torque unless its facets wedge the part that turns.
-
-    The bound is friction times the sum of pressures. With the held plate as body 1 it holds only
-    for slips of a size that assembly can leave.
-    """
+    """The bound is friction times the sum of pressures. With the held plate as body 1 it holds only
+    for slips of a size that assembly can leave."""
     model = fitted(24, 24, exchanged=exchanged, start=0.01)
     torque = fo.fem.Traction("pin", "bore", x=lambda x, y: -y, y=lambda x, y: x)
     model = replace(
@@ -297,11 +285,8 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
 def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
-    """A fit turns without wedging, whatever its elements.
-
-    Elements have uneven sizes, with diagonals or without. The normals go through the axis, and the
-    fit slides at friction times the sum of pressures.
-    """
+    """Elements have uneven sizes, with diagonals or without. The normals go through the axis, and
+    the fit slides at friction times the sum of pressures."""
     whole = ring([0.3, 0.6, 1.0, 1.6, 2.4], 24, "bore", "rim")
     angle = np.arctan2(*whole.p[::-1])
     radius, angle = np.hypot(*whole.p), angle + 0.3 * np.sin(angle)
@@ -355,10 +340,7 @@ def test_a_loose_pin_has_the_same_gap_all_round(start, exchanged):
 
 
 def test_interference_is_a_negative_gap():
-    """An interference is a negative gap.
-
-    Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load case.
-    """
+    """Its bonded reactions are (B^T d, C d), and they add to the tractions of the same load case."""
     plain = wedge().condense()
     d = np.repeat([0.01, 0.02], 7)
     assert np.allclose(np.r_[plain.bonded["fit"]], plain.S @ np.r_[np.zeros(14), d], atol=1e-15)
@@ -381,11 +363,8 @@ def test_interference_is_a_negative_gap():
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_the_gap_of_a_rounded_punch_is_measured(angle):
-    """The gap of a rounded punch is measured along the normals.
-
-    The punch is a parabola of height x^2 / 10 above a flat block. Without a measurement the gap is
-    zero.
-    """
+    """The punch is a parabola of height x^2 / 10 above a flat block. Without a measurement the gap
+    is zero."""
     x = np.linspace(-1.0, 1.0, 21)
     raw = blocks(x_punch=x, x_block=np.linspace(-1.0, 1.0, 17))
     mesh = raw["punch"].mesh

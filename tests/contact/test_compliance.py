@@ -66,11 +66,8 @@ def test_interference_given_later_is_the_same():
 
 
 def test_moved_supports_are_those_of_their_force():
-    """Moved supports have the displacement of their force.
-
-    A block on rigid ground is pulled down by its top. The force at the top follows from the stress
-    of a column.
-    """
+    """A block on rigid ground is pulled down by its top. The force at the top follows from the
+    stress of a column."""
     x = np.linspace(0, 1, 3)
     material = fo.fem.Material(E=2.0, nu=0.0)
     model = fo.fem.ContactModel(

@@ -169,10 +169,7 @@ def test_springs_need_widths():
 
 @pytest.mark.parametrize("stiffness", [1e-8, 1e-12, 1e-16])
 def test_springs_that_are_soft_in_one_direction_leave_the_other_one_rigid(stiffness):
-    """Springs that are soft in one direction leave the other direction rigid.
-
-    Slips are then practically free, and the contact is pressed as without friction.
-    """
+    """Slips are then practically free, and the contact is pressed as without friction."""
     rng = np.random.default_rng(0)
     G = rng.normal(size=(4, 4))
     bonded = {"P": [0.0, 0.0, 1.0, 1.0], "Q": [1.0, 0.5, 0.0, 0.0]}

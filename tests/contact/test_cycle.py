@@ -127,10 +127,7 @@ def test_a_filtered_history_stays_within_the_tolerance_in_its_order(cases):
 
 
 def test_one_filtered_load_keeps_the_reversals_that_exceed_the_noise():
-    """A filtered load keeps the reversals that exceed the noise.
-
-    The load has large triangles between 0 and 1, a small one, and noise of 2 % on 20,000 points.
-    """
+    """The load has large triangles between 0 and 1, a small one, and noise of 2 % on 20,000 points."""
     rng = np.random.default_rng(0)
     turns = np.array([0.0, 1.0, 0.4, 0.6, 0.0, 1.0, 0.0])
     time = np.linspace(0, 6, 20_001)
@@ -197,11 +194,8 @@ def test_an_index_of_times_is_the_time(index):
 
 
 def test_no_answer_changes_by_the_points_left_out():
-    """Points that are left out change no answer.
-
-    The limit of all points comes from a program of all rows by another solver, and the steady state
-    from a transient through all points.
-    """
+    """The limit of all points comes from a program of all rows by another solver, and the steady
+    state from a transient through all points."""
     contact = random_system(np.random.default_rng(5), 4, loads=("mean", "a", "b"))
     history, _ = random_history(np.random.default_rng(4), 6)
     whole = fo.LoadCycle({"mean": 1.0}, history[["a", "b"]].to_dict("records"))
@@ -355,11 +349,8 @@ def rotated(turn, size, mean=1.0):
 def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_of_the_polygon(
     points, friction, size, turn
 ):
-    """Loads a quarter of a cycle apart have the limit of their ellipse, but for the polygon.
-
-    A node sticks while `|Q cos t| <= f (P - N sin t)`, so up to `f P / sqrt(Q^2 + f^2 N^2)` (Jang &
-    Barber 2011: the phase counts).
-    """
+    """A node sticks while `|Q cos t| <= f (P - N sin t)`, so up to `f P / sqrt(Q^2 + f^2 N^2)`
+    (Jang & Barber 2011: the phase counts)."""
     node, loads = rotated(turn, size)
     exact = friction / np.hypot(size, friction)
     limit = fo.shakedown_limit(
@@ -371,10 +362,7 @@ def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_
 
 
 def test_the_polygon_of_random_loads_is_within_its_error_of_a_fine_one():
-    """The polygon of random loads is within its error of a fine polygon.
-
-    The contact is in the plane with coupling, and all nodes stay closed.
-    """
+    """The contact is in the plane with coupling, and all nodes stay closed."""
     rng = np.random.default_rng(7)
     for _ in range(few(3)):
         contact = random_system(rng, 4, loads=("mean", "a", "b", "c"))

@@ -146,11 +146,8 @@ def test_the_forces_of_a_state_are_those_of_each_contact():
 
 
 def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
-    """The error of a path that ends names the forces at its end.
-
-    It does not name the mean load. A free body is pressed by 0.5 + 0.5 and then pulled: at 1 / 1.1
-    of the way from 1 to -0.1 nothing presses it.
-    """
+    """It does not name the mean load. A free body is pressed by 0.5 + 0.5 and then pulled: at 1 /
+    1.1 of the way from 1 to -0.1 nothing presses it."""
     punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense()
     cycle = fo.LoadCycle({"P": 0.5}, [{"P": 0.5}, {"P": -0.6}])
     with pytest.raises(
@@ -166,12 +163,9 @@ def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
 
 
 def test_increments_that_end_at_a_slide_name_it_and_its_forces():
-    """The error of increments that end at a slide names the slide and its forces.
-
-    Only friction holds two nodes along x and y. They are pressed by 1 each, and pulled along (0.6,
-    0.8) by up to 0.75 each with f = 0.5. Where slip changes pressures, statics does not know them,
-    and increments go as far as friction holds.
-    """
+    """Only friction holds two nodes along x and y. They are pressed by 1 each, and pulled along
+    (0.6, 0.8) by up to 0.75 each with f = 0.5. Where slip changes pressures, statics does not know
+    them, and increments go as far as friction holds."""
     loads = {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]}
     stretch = np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3])
     apart = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
@@ -188,10 +182,7 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces():
 
 
 def test_nodes_are_told_with_their_contacts_where_there_are_two():
-    """Nodes are named with their contacts if there are two contacts.
-
-    The names are in a reason, in the message of a transient that ends, and in the tables.
-    """
+    """The names are in a reason, in the message of a transient that ends, and in the tables."""
     loads = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}
     names = ["head", "nut", "nut"]
     joint = fo.ContactSystem.from_blocks(

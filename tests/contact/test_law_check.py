@@ -116,11 +116,8 @@ def test_a_small_slip_is_not_blamed_for_rounding_across_it(place, step, across, 
 @pytest.mark.parametrize("step", [1e-8, 1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("angle", [1e-3, 1.0, 2.0, 3.1])
 def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
-    """Slip in a wrong direction counts by the smallest correction.
-
-    Corrections of the state are to drop the slip, to turn q, or to turn the slip; the last two cost
-    the same angle.
-    """
+    """Corrections of the state are to drop the slip, to turn q, or to turn the slip; the last two
+    cost the same angle."""
     slip = step * np.array([np.cos(angle), np.sin(angle)])
     q = np.array([[-0.5, 0.0]])
     verdict = fo.reference.check_contact_law(

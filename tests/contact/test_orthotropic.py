@@ -36,11 +36,8 @@ def turned(system):
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.0, np.pi / 2])
 def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
-    """One node slips where its shear reaches the ellipse.
-
-    `(x / f1)^2 + (y / f2)^2 = (p / Q)^2`, by onset, limit, sliding-off load and the work of a
-    transient along an axis.
-    """
+    """`(x / f1)^2 + (y / f2)^2 = (p / Q)^2`, by onset, limit, sliding-off load and the work of a
+    transient along an axis."""
     x, y, ratio, P = np.cos(angle), np.sin(angle), 0.3, 2.0
     node = fo.ContactSystem(
         np.diag([1.0, 1.0, 2.0]), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}
@@ -68,11 +65,8 @@ def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
 
 
 def test_increments_obey_the_ellipse_and_its_normal_in_lengths_as_they_are():
-    """Increments obey the ellipse and its normal in unscaled lengths.
-
-    Random coupled contacts with gaps are in equilibrium with their own stiffness, and slip is
-    normal to the ellipse, against the force.
-    """
+    """Random coupled contacts with gaps are in equilibrium with their own stiffness, and slip is
+    normal to the ellipse, against the force."""
     rng, slid = np.random.default_rng(0), 0
     for _ in range(25):
         n = 4
@@ -125,11 +119,8 @@ def test_the_limit_is_that_of_the_cone_program_in_lengths_as_they_are():
 
 
 def test_tangents_that_change_places_change_no_answer():
-    """Exchanged tangents change no answer.
-
-    Friction f and r f along t1 and t2 is r f and f along t2 and -t1, ratio 1 / r. Limits, loads
-    that slide off, works, tables and texts agree.
-    """
+    """Friction f and r f along t1 and t2 is r f and f along t2 and -t1, ratio 1 / r. Limits, loads
+    that slide off, works, tables and texts agree."""
     bare = random_contact(np.random.default_rng(2), 4)
     bare = fo.ContactSystem(bare.S, bare.points, dict(bare.bonded), width=[0.5, 1.0, 1.5, 2.0])
     ratio = np.array([0.5, 2.0, 0.8, 1.4])
@@ -164,11 +155,8 @@ def test_tangents_that_change_places_change_no_answer():
 
 
 def test_searches_and_regions_see_the_same_ellipse():
-    """Searches and regions use the same ellipse.
-
-    They are required friction, a region of two loads and a design, with tangents that change
-    places.
-    """
+    """They are required friction, a region of two loads and a design, with tangents that change
+    places."""
     bare = random_contact(np.random.default_rng(7), 3)
     one = bare.with_orthotropic_friction(0.5)
     other = turned(bare).with_orthotropic_friction(2.0)
@@ -188,11 +176,8 @@ def test_searches_and_regions_see_the_same_ellipse():
 
 
 def test_the_shear_through_a_contact_is_that_of_the_loads():
-    """The shear through a contact is the shear of the loads.
-
-    A block cannot turn under its load. The sum of its shear forces is the push along the second
-    tangent, in a table.
-    """
+    """A block cannot turn under its load. The sum of its shear forces is the push along the second
+    tangent, in a table."""
     points = np.array([[x, y, 0.0] for x in (-4.0, 0.0, 4.0) for y in (-1.0, 1.0)])
     n = len(points)
     push = {
@@ -216,10 +201,7 @@ def test_the_shear_through_a_contact_is_that_of_the_loads():
 
 
 def test_a_strength_is_an_ellipse_too():
-    """A strength is an ellipse, too.
-
-    Where nothing changes a pressure, the strength lowers friction, with the same ratio.
-    """
+    """Where nothing changes a pressure, the strength lowers friction, with the same ratio."""
     bare, p = uncoupled(np.random.default_rng(3), 4, 2)
     system = bare.with_orthotropic_friction(0.6)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])

@@ -117,10 +117,7 @@ def test_newtons_method_alone_finds_them_too():
 
 
 def test_the_limit_is_that_of_raw_rows_by_scipy():
-    """The limit agrees with a program of raw rows by scipy.
-
-    Pressures change with slip and load. Corners, mechanism and bound belong to the same contact.
-    """
+    """Pressures change with slip and load. Corners, mechanism and bound belong to the same contact."""
     rng, ruled = np.random.default_rng(2), 0
     for case in range(12):
         n = 1 + case % 5
@@ -238,10 +235,7 @@ def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_slip_of_an_uncoupled_contact_ends_below_the_limit_from_random_starts(tangents):
-    """Slip of an uncoupled contact ends below the limit, from random starts.
-
-    Its pressures change with the load. Friction governs at some corners, the strength at others.
-    """
+    """Its pressures change with the load. Friction governs at some corners, the strength at others."""
     rng = np.random.default_rng(8)
     bare, p = uncoupled(rng, 4, tangents)
     pressing = joined(0.3 * rng.normal(size=bare.slip_shape), 0.5 * p)
@@ -281,11 +275,8 @@ def test_the_capped_rod_in_closed_form():
 
 
 def test_a_block_slides_off_at_what_pressure_and_strength_hold():
-    """A block slides off at the force that pressure and strength hold.
-
-    The reference is a program of all forces by scipy: pressure may act anywhere in balance with the
-    moment.
-    """
+    """The reference is a program of all forces by scipy: pressure may act anywhere in balance with
+    the moment."""
     rng, n = np.random.default_rng(5), 5
     system, cycle = block(rng, width=8.0), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     N = np.linalg.svd(system.S)[2][-3:].T
@@ -315,10 +306,7 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
 
 
 def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
-    """A block in space slides off at the sum of its strengths.
-
-    The strengths on either side of the push are equal, so that the block does not turn.
-    """
+    """The strengths on either side of the push are equal, so that the block does not turn."""
     c = np.repeat([0.05, 0.1, 0.12, 0.07, 0.08], 3)
     system = strong(block(np.random.default_rng(6), width=8.0, axes=3), *c)
     slide = fo.gross_slip(system, fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5)
@@ -331,11 +319,8 @@ def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
 
 
 def test_a_coupled_node_in_space_in_closed_form():
-    """A coupled node in space has a limit in closed form.
-
-    Its load also presses it at one corner and relieves it at the other: `2 lam = min(f (p0 + lam
-    p1), c) + min(f (p0 - lam p1), c)`.
-    """
+    """Its load also presses it at one corner and relieves it at the other: `2 lam = min(f (p0 + lam
+    p1), c) + min(f (p0 - lam p1), c)`."""
     node = fo.ContactSystem(
         np.eye(3) * [1.0, 1.0, 2.0], [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [0.6, 0.8, 0.3]}
     )
@@ -347,10 +332,7 @@ def test_a_coupled_node_in_space_in_closed_form():
 
 
 def test_a_body_that_its_surface_does_not_hold_has_no_state():
-    """A body that its surface does not hold has no state.
-
-    The strengths hold at most .5 in all.
-    """
+    """The strengths hold at most .5 in all."""
     body = strong(block(np.random.default_rng(6)), 0.1)
     cycle = fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     with pytest.raises(
@@ -380,11 +362,8 @@ def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(ax
 
 
 def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rules():
-    """Wear at the strength takes the same depth in each cycle, until friction governs.
-
-    The pressure `P - C h` of one node falls as the depth h grows. The work is the work of the
-    strength while the strength is below `f p`.
-    """
+    """The pressure `P - C h` of one node falls as the depth h grows. The work is the work of the
+    strength while the strength is below `f p`."""
     P, C, A, c, f, Q, width = 4.0, 2.0, 3.0, 0.5, 0.5, 2.0, 0.25
     node = fo.ContactSystem.from_blocks(
         [[A]], [[0.0]], [[C]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[width]
@@ -505,11 +484,8 @@ def test_a_picture_of_a_limit_is_over_the_strength():
 
 
 def test_open_nodes_in_space_are_eliminated_with_their_strengths():
-    """Open nodes in space are eliminated together with their strengths.
-
-    A transient in which sweeps fail and nodes are open gives the same result from the reduced
-    contact.
-    """
+    """A transient in which sweeps fail and nodes are open gives the same result from the reduced
+    contact."""
     rng = np.random.default_rng(7)
     system = strong(
         random_contact(rng, 6).with_gap([0.0] * 4 + [5.0] * 2), 0.1, 0.2, np.inf, 0.15, 0.1, 0.1

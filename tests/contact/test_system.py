@@ -72,11 +72,8 @@ def test_bad_matrices_points_and_frames_are_refused(message):
 
 @pytest.mark.parametrize(("nodes", "mixed"), [(130, True), (300, True), (300, False)])
 def test_a_stiffness_of_many_nodes_is_refused_by_its_lowest_eigenvalue(nodes, mixed):
-    """A stiffness of many nodes is refused by its lowest eigenvalue.
-
-    The eigenvalues are 1, but for two far nodes, which have 1 + c and 1 - c. A reflection turns the
-    matrix: it fills it and keeps its eigenvalues.
-    """
+    """The eigenvalues are 1, but for two far nodes, which have 1 + c and 1 - c. A reflection turns
+    the matrix: it fills it and keeps its eigenvalues."""
     normal = np.ones(2 * nodes) / np.sqrt(2 * nodes)
     turn = np.eye(2 * nodes) - 2 * np.outer(normal, normal) * mixed
     points = np.column_stack([np.arange(nodes), np.zeros(nodes)])

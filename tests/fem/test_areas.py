@@ -85,10 +85,7 @@ def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_
 
 @pytest.mark.ccx
 def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
-    """A curved face has the area of the facets through its corners.
-
-    A mesh of the package with the same elements has the same area.
-    """
+    """A mesh of the package with the same elements has the same area."""
     bodies = two_boxes(MeshTet, fo.fem.Material(2.0, 0.3), bulge=arched)
     job = fo.readers.read_calculix(run(tmp_path, deck(bodies, "C3D10"))[0]).with_linear_faces(
         "CU", "CL"
@@ -105,11 +102,8 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
 
 @pytest.mark.ccx
 def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
-    """Wear and tractions of a deck use the areas of its nodes.
-
-    By Archard's law a first small jump wears the volume k W / f, whatever the areas; tractions are
-    forces over areas.
-    """
+    """By Archard's law a first small jump wears the volume k W / f, whatever the areas; tractions
+    are forces over areas."""
     pairs = bricks.pairs("CU", "CL")
     loads = {
         "P": bricks.force("TOP", pressure=1.0),

@@ -84,11 +84,8 @@ def glued(model, **loads):
 def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere(
     kind, kinematics, area, element
 ):
-    """The stress of a bar is its force over its area, whatever pulls elsewhere.
-
-    Bars of length 1.5 are on either side of the section, the lower one on a base of length 1. The
-    section cuts nodes amid edges as it cuts corners.
-    """
+    """Bars of length 1.5 are on either side of the section, the lower one on a base of length 1.
+    The section cuts nodes amid edges as it cuts corners."""
     model = stands(kind, kinematics=kinematics, element=element)
     fields, down = (glued(model, F=2.0, down=load) for load in (0.0, 3.0))
     axial = 1 if kind().dim() == 2 else 3
@@ -120,11 +117,8 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
 
 @pytest.mark.parametrize("kind", [MeshTri, MeshHex])
 def test_the_faces_move_as_multipliers_tie_them(kind):
-    """The faces of the section move as multipliers tie them.
-
-    The reference has both halves of the bolt as separate bodies, and every tie as a row of a
-    saddle-point system.
-    """
+    """The reference has both halves of the bolt as separate bodies, and every tie as a row of a
+    saddle-point system."""
     material = fo.fem.Material(E=2.0, nu=0.3)
     d = kind().dim()
     up = "xyz"[kind().dim() - 1]
@@ -176,10 +170,7 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
 
 
 def test_two_legs_of_one_bolt_have_a_section_each():
-    """Two legs of one bolt have a section each.
-
-    A portal is on two rigid feet. Each leg carries its own force, and both cuts are in one body.
-    """
+    """A portal is on two rigid feet. Each leg carries its own force, and both cuts are in one body."""
     legs = MeshQuad.init_tensor(np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 4))
     legs = legs.remove_elements(
         np.flatnonzero(
@@ -298,11 +289,8 @@ def test_arguments_of_a_bolt(arguments, message):
 
 @pytest.mark.ccx
 def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
-    """A tightened bolt agrees with a pretension section of CalculiX.
-
-    The bolt is between a base and a fixed top, and is pushed aside, too. Its displacements agree,
-    and its tension in the contact at its foot.
-    """
+    """The bolt is between a base and a fixed top, and is pushed aside, too. Its displacements
+    agree, and its tension in the contact at its foot."""
     base = Block(1, lines((-1, 2, 6), (-1, 2, 6), (-1, 0, 2)), 1.0, 0.3, "BASE")
     bolt = Block(1001, lines((0, 1, 2), (0, 1, 2), (0, 2, 4)), 2.0, 0.2, "BOLT")
     on_base = {tuple(point): n for n, point in zip(base.numbers, base.points, strict=True)}

@@ -60,11 +60,8 @@ def test_elimination_against_dense_algebra(problem):
 @settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 20), fronts=st.integers(1, 6))
 def test_an_indefinite_part_is_refused(seed, n, fronts):
-    """An indefinite part is refused, and an unknown of it is named.
-
-    In the order of elimination, the leading part that ends at this unknown is not positive
-    definite.
-    """
+    """In the order of elimination, the leading part that ends at this unknown is not positive
+    definite."""
     rng = np.random.default_rng(seed)
     A = rng.normal(size=(n, n))
     values, vectors = np.linalg.eigh(A + A.T)
@@ -91,11 +88,8 @@ def test_an_unknown_without_stiffness_is_refused_whatever_the_others_are():
 
 
 def test_a_body_that_comes_apart_is_named_with_its_node():
-    """An error names a body that comes apart, and its node.
-
-    A spring to the ground pulls at a node: the stiffness of the node is negative once its
-    neighbours may move.
-    """
+    """A spring to the ground pulls at a node: the stiffness of the node is negative once its
+    neighbours may move."""
     spring = np.array([[1.0, -1.0], [-1.0, 1.0]])
     K = np.zeros((6, 6))
     for one, two in ((0, 2), (2, 4), (1, 3), (3, 5)):
@@ -113,11 +107,8 @@ def test_a_body_that_comes_apart_is_named_with_its_node():
 
 
 def test_a_body_much_softer_than_its_neighbour_is_named():
-    """An error names a body that is much softer than its neighbour.
-
-    A free punch is 1e15 times as stiff as the block. Of the stiffness at the contact, the part that
-    holds the punch is rounding.
-    """
+    """A free punch is 1e15 times as stiff as the block. Of the stiffness at the contact, the part
+    that holds the punch is rounding."""
     scene = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0, punch_material=Material(1e15))
     for ask in (scene.condense, lambda: scene.model().recover({"P": 1.0}, np.zeros(5))):
         with pytest.raises(
@@ -160,11 +151,8 @@ def test_coincident_nodes_do_not_stop_the_ordering():
 
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.4999])
 def test_an_element_that_swells_on_one_side_and_shrinks_on_the_other_keeps_its_volume(nu):
-    """An element that swells on one side and shrinks on the other keeps its volume.
-
-    The energy of u_x = x y on the square of side 2 is 2 mu from the shear modulus, and 2 lambda / 3
-    from the volume if the dilatation is not averaged.
-    """
+    """The energy of u_x = x y on the square of side 2 is 2 mu from the shear modulus, and 2 lambda
+    / 3 from the volume if the dilatation is not averaged."""
     mesh = MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0])
     material = Material(E=2.0, nu=nu)
     lam, mu = 2.0 * nu / ((1 + nu) * (1 - 2 * nu)), 2.0 / (2 * (1 + nu))
@@ -180,11 +168,8 @@ def test_an_element_that_swells_on_one_side_and_shrinks_on_the_other_keeps_its_v
 
 @pytest.mark.parametrize("nu", [-0.9, 0.3, 0.4999])
 def test_averaging_the_dilatation_frees_no_motion(nu):
-    """Averaging of the dilatation frees no motion.
-
-    On a distorted mesh only the three rigid motions need no force. The motion with the smallest
-    force needs about the same force as without averaging.
-    """
+    """On a distorted mesh only the three rigid motions need no force. The motion with the smallest
+    force needs about the same force as without averaging."""
     mesh = MeshQuad.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 4))
     mesh = MeshQuad(mesh.p + 0.06 * np.random.default_rng(0).uniform(-1, 1, mesh.p.shape), mesh.t)
     mean, full = (
@@ -216,11 +201,8 @@ def test_impossible_materials_are_refused(E, nu):
 
 @pytest.mark.parametrize("stiff", [1e-6, 1e6])
 def test_a_stiff_or_soft_punch_takes_its_loads_to_rounding(stiff):
-    """A stiff or soft punch takes its loads to rounding.
-
-    It is a million times as stiff as the block. The elimination is right to 4e-7, and the sums of
-    the reactions equal the sums of the loads.
-    """
+    """It is a million times as stiff as the block. The elimination is right to 4e-7, and the sums
+    of the reactions equal the sums of the loads."""
     contact = fo.scenes.PunchOnHalfPlane(
         elements=24, punch_material=Material(E=stiff, nu=0.3)
     ).condense()

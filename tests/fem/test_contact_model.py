@@ -217,10 +217,7 @@ def test_bad_elements_are_refused():
 
 
 def test_a_punch_in_a_socket_is_accepted():
-    """A punch in a socket is accepted.
-
-    The elements at the interface decide which body is above, not the place of most nodes.
-    """
+    """The elements at the interface decide which body is above, not the place of most nodes."""
     punch = blocks()["punch"]
     walls = MeshQuad.init_tensor(
         [-3.0, -2.0, -1.0, -0.5, 0.1, 1.0, 2.0, 3.0], [-1.0, 0.0, 5.0, 5.1, 5.2, 5.3]
@@ -305,11 +302,8 @@ def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
 
 @pytest.mark.parametrize("elements", [(12, 96), (96, 12)])
 def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
-    """The chords of a coarse circle touch a fine circle.
-
-    A shaft is in its hub. The nodes of one circle are off the chords of the other by up to R (1 -
-    cos(pi / n)), which is no gap; a real gap is a gap.
-    """
+    """A shaft is in its hub. The nodes of one circle are off the chords of the other by up to R (1
+    - cos(pi / n)), which is no gap; a real gap is a gap."""
 
     def fit(gap):
         shaft = ring([0.5, 1.0 - gap], elements[0], "bore", "seat")

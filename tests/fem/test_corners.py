@@ -97,11 +97,8 @@ OFTEN = [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (Me
     ],
 )
 def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
-    """Uniform stresses pass through by superposition.
-
-    P presses only the level faces, and S only the upright face. At the corner of the shims plates
-    of 3 or 5 elements have no node.
-    """
+    """P presses only the level faces, and S only the upright face. At the corner of the shims
+    plates of 3 or 5 elements have no node."""
     system = shims(kind, plate, element).condense()
     d = 2 if kind in (MeshQuad, MeshTri) else 3
     level = np.abs(system.normals[:, 1]) > 0.5
@@ -119,11 +116,8 @@ def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
 @pytest.mark.parametrize("up", [2, 3])
 @pytest.mark.parametrize("kind", KINDS)
 def test_shims_side_by_side_against_multipliers(kind, up):
-    """Shims side by side agree with multipliers.
-
-    The pairs are set by hand: all pairs of the level faces, and of the upright face the pairs
-    within it, which take half of the width of a corner beside them.
-    """
+    """The pairs are set by hand: all pairs of the level faces, and of the upright face the pairs
+    within it, which take half of the width of a corner beside them."""
     force = fo.fem.BodyForce("above", 0.5, -3.0)
     model = shims(kind, up=up, W=[force])
     d = 3 if kind in (MeshHex, MeshTet) else 2
@@ -181,11 +175,8 @@ def widths(body, point, h):
 
 
 def test_the_first_contact_of_the_list_has_the_corner():
-    """The first contact of the list has the corner.
-
-    In either order the reactions balance a lateral load on the shims; the means belong to the last
-    contact.
-    """
+    """In either order the reactions balance a lateral load on the shims; the means belong to the
+    last contact."""
     order = [JOINTS[i] for i in (4, 0, 1, 2, 3)]
     model = shims(
         MeshQuad, contacts=[fo.fem.Contact(*joint, name=" ".join(joint[:2])) for joint in order]
@@ -213,10 +204,7 @@ def test_a_face_that_is_all_corners_is_refused():
 @pytest.mark.parametrize(("floor", "arch"), [(4, 0.0), (5, 0.0), (4, 0.8)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_face_with_two_names_is_one_face(kind, floor, arch):
-    """A face with two names is one face.
-
-    It is on a floor whose nodes match or not, and is bent to an arch.
-    """
+    """It is on a floor whose nodes match or not, and is bent to an arch."""
     systems = []
     for names in ({"face": (0.0, 1.0)}, {"left": (0.0, 0.5), "right": (0.5, 1.0)}):
         faces = {
@@ -292,11 +280,8 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
 
 
 def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
-    """A side of body 1 may be held where body 2 is free.
-
-    A column slides along a separate wall, and its node on the contact is held across. Multipliers
-    give the same result.
-    """
+    """A column slides along a separate wall, and its node on the contact is held across.
+    Multipliers give the same result."""
     upper, lower = box(MeshQuad, 0, 1, 0, 1, 2, 2), box(MeshQuad, 0, 1, -1, 0, 2, 2)
     model = fo.fem.ContactModel(
         {"upper": fo.fem.Body(upper), "lower": fo.fem.Body(lower)},
@@ -309,11 +294,8 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
 
 
 def test_a_plate_that_is_moved_takes_the_shims_along():
-    """A plate that is moved takes the shims along.
-
-    The plate moves as a whole, with everything that is glued to it. There are no forces, and the
-    displacement is the same everywhere.
-    """
+    """The plate moves as a whole, with everything that is glued to it. There are no forces, and the
+    displacement is the same everywhere."""
     bodies, _, _, contacts = corner_block()
     move = [
         fo.fem.Displacement(body, side, x=0.25, y=-0.5)
@@ -334,12 +316,9 @@ def test_a_plate_that_is_moved_takes_the_shims_along():
 def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_first(
     kind, order, exchanged
 ):
-    """A held block in a notch is glued as one body, whichever body is the first.
-
-    Two faces of two bodies meet at a corner, each with either body as body 1. The displacements are
-    those of one mesh without a contact. Next to the corner all nodes of the block are held, except
-    the nodes of its faces, and most of the seat lies behind the floor.
-    """
+    """Two faces of two bodies meet at a corner, each with either body as body 1. The displacements
+    are those of one mesh without a contact. Next to the corner all nodes of the block are held,
+    except the nodes of its faces, and most of the seat lies behind the floor."""
     steps = [np.array([0.0, 1.0, 1.2]), np.array([0.0, 0.2, 1.2]), np.array([0.0, 0.5])]
     whole = kind.init_tensor(*steps[: 2 if kind is MeshQuad else 3])
     x, y = whole.p[:2, whole.t].mean(axis=1)
@@ -422,11 +401,8 @@ def cracked(kind, material, off=0.0, **traction):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_crack_within_a_body_ends_at_its_tip(kind):
-    """A crack within a body ends at its tip.
-
-    The last nodes of both lips are one node and no pair; multipliers hold the other nodes in the
-    same way.
-    """
+    """The last nodes of both lips are one node and no pair; multipliers hold the other nodes in the
+    same way."""
     model, upper, lower = cracked(kind, fo.fem.Material(), x=0.2, y=-1.0)
     system = model.condense()
     mesh = model.bodies["plate"].mesh
@@ -450,10 +426,7 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_pictures_show_a_crack_to_its_tip(kind):
-    """Pictures show a crack to its tip.
-
-    They show all facets of its upper lip. The tip moves with the body and does not slip.
-    """
+    """They show all facets of its upper lip. The tip moves with the body and does not slip."""
     model, _, lower = cracked(kind, fo.fem.Material(), y=-1.0)
     mesh, n = model.bodies["plate"].mesh, len(lower)
     fields = model.recover({"P": 1.0}, np.full((n, 2) if mesh.dim() == 3 else n, 0.1))

@@ -103,11 +103,8 @@ def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load)
 @pytest.mark.parametrize("kind", [fo.fem.RigidCoupling, fo.fem.DistributingCoupling, None])
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
-    """Couplings agree with a point whose constraints have multipliers.
-
-    The nodes are random nodes off the contact, or a whole side; random motions of the point are
-    zero.
-    """
+    """The nodes are random nodes off the contact, or a whole side; random motions of the point are
+    zero."""
     rng = np.random.default_rng([d, seed])
     bodies = bodies_in(d)
     points = bodies["upper"].mesh.p.T

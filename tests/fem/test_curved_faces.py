@@ -190,11 +190,8 @@ def test_a_corner_of_two_flat_faces_is_not_rounded(angle, edges):
 
 
 def test_flat_edges_beside_corners_stay_flat():
-    """Flat edges beside corners stay flat.
-
-    A chain has three flat faces, 12 degrees apart. The first and the last face have two edges, the
-    face between them has one.
-    """
+    """A chain has three flat faces, 12 degrees apart. The first and the last face have two edges,
+    the face between them has one."""
     ways = np.radians([12.0, 12.0, 0.0, -12.0, -12.0])
     points = np.vstack(
         [[0.0, 0.0], np.cumsum(np.column_stack([np.cos(ways), np.sin(ways)]), axis=0)]
@@ -251,11 +248,8 @@ def test_free_triangles_on_a_cylinder_or_a_cone_have_its_normals(taper):
 
 @pytest.mark.parametrize("tetrahedra", [False, True])
 def test_beyond_its_friction_a_fit_in_space_slides_off(tetrahedra):
-    """A fit in space slides off beyond its friction.
-
-    Its pressures are self-stress, which statics does not know: contact forces within friction
-    balance any torque.
-    """
+    """Its pressures are self-stress, which statics does not know: contact forces within friction
+    balance any torque."""
     parts = bodies(extruded_arc, 12, 2, tetrahedra=tetrahedra, moved=0.3, half=np.pi)
     loads = {"T": torque(), "fit": [fo.fem.Interference("contact", 0.01)]}
     system = fo.fem.ContactModel(

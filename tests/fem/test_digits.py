@@ -96,10 +96,7 @@ def test_faces_touch_in_single_precision(angle, space, shift, gap):
 # All numbers of a body with a minus have five digits.
 @example(angle=1.625, count=6, form=decimals, space=False, gap=None, factor=1.0)
 def test_uniform_pressure_goes_through_flat_oblique_faces(angle, count, form, space, gap, factor):
-    """Uniform pressure goes through flat oblique faces, in any units.
-
-    Units do not change the digits.
-    """
+    """Units do not change the digits."""
     # All numbers with a minus on one face are below .1, and have a digit less than the others.
     assume(not (form is fields and count == 6 and np.pi / 2 < angle < np.pi / 2 + 0.1))
     system = lap(space, lambda x: form(x, count) * factor, angle, gap=gap)
@@ -263,11 +260,8 @@ def ring(count, start, form=digits):
 @pytest.mark.parametrize("count", [6, 7, 8, 10])
 @pytest.mark.parametrize("start", [0.0, 0.2, 1.1, 2.5, 4.4])
 def test_cut_faces_of_sectors_are_copies(count, start):
-    """Cut faces of sectors are copies of each other.
-
-    Two rings lie on each other. The pressure on one sector goes through its contact, which reaches
-    the cuts.
-    """
+    """Two rings lie on each other. The pressure on one sector goes through its contact, which
+    reaches the cuts."""
     mesh = ring(count, start)
     below = MeshHex(mesh.p - [[0], [0], [5]], mesh.t, mesh.boundaries)
     bodies = {"a": fo.fem.Body(mesh), "b": fo.fem.Body(below)}
@@ -303,11 +297,8 @@ def test_cut_faces_that_are_off_by_more_than_their_digits_are_none():
 
 @pytest.mark.parametrize(("units", "found"), [(0, 4), (1, 4), (3, 3)])
 def test_nodes_of_a_job_match_to_their_digits(units, found):
-    """Nodes of a job match to their digits.
-
-    Two bricks lie on each other; a node of one brick is moved along the face by units of the sixth
-    digit.
-    """
+    """Two bricks lie on each other; a node of one brick is moved along the face by units of the
+    sixth digit."""
     x = digits(
         np.array([(a, b, c) for c in (0, 1, 1, 2) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))])
         * np.sqrt(2.0)
@@ -341,11 +332,8 @@ def test_nodes_of_a_job_match_to_their_digits(units, found):
     power=st.integers(-6, 6),
 )
 def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
-    """No coordinate deviates by more than its error.
-
-    The error is no more than rounding may cause: half a unit of numbers from 0.1 on; the other part
-    is 5e-10 of the size.
-    """
+    """The error is no more than rounding may cause: half a unit of numbers from 0.1 on; the other
+    part is 5e-10 of the size."""
     x = np.random.default_rng(seed).uniform(-1.0, 1.0, size=(200, 3))
     found = coordinate_errors(form(x, count) * 10.0**power)
     errors = np.abs(form(x, count) - x) * 10.0**power

@@ -44,11 +44,8 @@ def deck(tmp_path):
 
 @pytest.mark.ccx
 def test_the_substructure_of_calculix_is_not_reduced(tmp_path, deck, limit):
-    """The substructure of CalculiX is not reduced, and the error says so.
-
-    It has the rows of the whole stiffness. The whole stiffness of the same deck is read and
-    reduced, as the error recommends.
-    """
+    """It has the rows of the whole stiffness. The whole stiffness of the same deck is read and
+    reduced, as the error recommends."""
     beside = Block(901, lines((9, 10, 2), (0, 1, 2), (0, 1, 2)), 1.0, 0.0, "BESIDE")
     held = node_set("FOOT", beside.on(2, 0)) + "*BOUNDARY\nFOOT, 1, 3\n"
     step = "*SUBSTRUCTURE GENERATE\n*RETAINED NODAL DOFS, SORTED=NO\nFREE, 1, 3\n*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, FILE NAME=reduced\n"
@@ -238,10 +235,7 @@ def test_coordinates_of_some_digits_wedge_no_block_in_its_groove(noise):
 
 @pytest.mark.parametrize("added", [1e-2, [[0.0, 4e-4, 0.0]] + 5 * [[0.0, 0.0, 0.0]]])
 def test_normals_that_wedge_a_block_are_a_shape(added):
-    """Normals that wedge a block are a shape.
-
-    They are the normals of all pairs or of one pair, which is little in the mean of all.
-    """
+    """They are the normals of all pairs or of one pair, which is little in the mean of all."""
     leaning, normals = grooved(K, added)
     assert np.allclose(
         leaning.frames[:, -1], normals / np.linalg.norm(normals, axis=1)[:, None], atol=1e-15
@@ -255,11 +249,8 @@ def test_ten_digits_of_a_stiffness_hold_no_body():
 
 
 def test_bricks_of_twenty_nodes_of_nastran(tmp_path):
-    """Bricks of twenty nodes of Nastran have their own order of nodes.
-
-    The cards have the upright edges before the upper edges. Nodal forces of a uniform pressure are
-    a third amid edges, and -1/12 at corners.
-    """
+    """The cards have the upright edges before the upper edges. Nodal forces of a uniform pressure
+    are a third amid edges, and -1/12 at corners."""
     ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
     corners = np.array([(*point, z) for z in (0, 1) for point in ring], dtype=float)
     edges = (

@@ -231,11 +231,8 @@ def test_open_nodes_stay_open_at_every_corner(seed):
 
 @pytest.mark.parametrize("seed", few([None, 16, 19], 1))
 def test_which_corner_is_listed_first_is_no_matter(seed):
-    """The order of the corners does not matter.
-
-    This holds without a seed: the mean load and the first fixed part open other nodes than the mean
-    load and the second fixed part.
-    """
+    """This holds without a seed: the mean load and the first fixed part open other nodes than the
+    mean load and the second fixed part."""
     rng, n = np.random.default_rng(seed), 2 if seed is None else 3
     if seed is None:
         S = np.array(
@@ -270,11 +267,8 @@ def test_which_corner_is_listed_first_is_no_matter(seed):
 
 
 def test_a_limit_with_open_nodes_counts_what_is_fixed_at_each_corner():
-    """A limit with open nodes counts the fixed part at each corner.
-
-    A node that is pulled open by 1, but at one corner by 0.5 only, touches where the load presses
-    it by 0.5 there. The other node is sheared.
-    """
+    """A node that is pulled open by 1, but at one corner by 0.5 only, touches where the load
+    presses it by 0.5 there. The other node is sheared."""
     loads = {
         "P": ([0.0, 0.0], [-1.0, 1.0]),
         "N": ([0.0, 0.0], [1.0, 0.0]),
@@ -356,10 +350,8 @@ def test_a_transient_in_space_rests_on_a_safe_slip(seed):
 
 
 def test_a_node_in_space_that_nothing_presses_at_some_corners():
-    """A node in space may be without pressure at some corners.
-
-    Node 0 has no friction at a corner that leaves it without pressure, so that it carries no shear
-    there. It then carries only the load factor 2, or only the load factors of the other node.
+    """Node 0 has no friction at a corner that leaves it without pressure, so that it carries no
+    shear there. It then carries only the load factor 2, or only the load factors of the other node.
     """
     S = np.eye(6)
     loads = {
@@ -384,11 +376,8 @@ def test_a_node_in_space_that_nothing_presses_at_some_corners():
 
 
 def test_a_corner_in_space_whose_fixed_part_alone_is_outside_of_the_hull_of_the_others_counts():
-    """A corner counts if only its fixed part is outside of the hull of the others.
-
-    Friction bounds of 1.5 hold a shear of 2 only with a slip of -0.5 or less, and then hold the
-    cyclic shear only up to 1.
-    """
+    """Friction bounds of 1.5 hold a shear of 2 only with a slip of -0.5 or less, and then hold the
+    cyclic shear only up to 1."""
     node = fo.ContactSystem(
         np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0.0, 0.0, 3.0], "X": [1.0, 0.0, 0.0]}
     )

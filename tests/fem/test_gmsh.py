@@ -49,11 +49,8 @@ def disc(files, solid, quads, **options):
 def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(
     tmp_path, kind, solid, quads, ending
 ):
-    """Curved meshes are read with the nodes amid their sides.
-
-    The area of a disc with some 23 edges around is 2e-5 off with curved sides, and 1e-2 off through
-    the corners. Faces of 8 nodes are completed.
-    """
+    """The area of a disc with some 23 edges around is 2e-5 off with curved sides, and 1e-2 off
+    through the corners. Faces of 8 nodes are completed."""
     path, made = tmp_path / f"a.{ending}", tmp_path / "made.msh"
     for incomplete in (1,) if ending == "inp" else (0, 1):
         disc(
@@ -199,11 +196,8 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
 
 
 def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_it(tmp_path):
-    """A crack of gmsh is a contact of its body, as on the page of questions.
-
-    A bar with a slit from one side is under uniform pressure, without lateral strain. Each node of
-    the slit bears the pressure times its area.
-    """
+    """A bar with a slit from one side is under uniform pressure, without lateral strain. Each node
+    of the slit bears the pressure times its area."""
     with gmsh_with(**{"Mesh.MeshSizeMax": 0.5}) as gmsh:
         bar = gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2)
         slit = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)

@@ -129,11 +129,8 @@ def test_a_state_in_space(kind):
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", [MeshTri, MeshQuad, MeshTet, MeshHex])
 def test_cells_are_right_handed_however_the_mesh_counts(kind, element, mirror):
-    """Cells are right-handed, however the mesh numbers its nodes.
-
-    Otherwise VTK takes their volumes for negative, and integrals and fluxes are wrong. Tetrahedra
-    of scikit-fem are of either hand.
-    """
+    """Otherwise VTK takes their volumes for negative, and integrals and fluxes are wrong.
+    Tetrahedra of scikit-fem are of either hand."""
     d, x = kind().dim(), np.linspace(0, 1, 3)
     across = np.diag([mirror, *[1.0] * (d - 1)])
     bodies = {
@@ -173,11 +170,8 @@ def test_cells_are_right_handed_however_the_mesh_counts(kind, element, mirror):
 
 
 def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides():
-    """A face that a slit cuts has the nodes of both sides.
-
-    Two nodes of body 1 are at one place. Each facet has the nodes of its own side, here as the slit
-    opens.
-    """
+    """Two nodes of body 1 are at one place. Each facet has the nodes of its own side, here as the
+    slit opens."""
     whole = box(MeshHex, [-1, 0, 1], [0, 1], [0, 0.5, 1])
     mouth = np.flatnonzero((whole.p[0] == 0) & (whole.p[2] == 0))
     copies = np.arange(whole.p.shape[1])
@@ -210,11 +204,8 @@ def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides():
 
 
 def test_each_contact_has_its_facets():
-    """Each contact has its own facets.
-
-    Two shims are side by side on a block. Their common corner belongs to three contacts, with fewer
-    pairs than that.
-    """
+    """Two shims are side by side on a block. Their common corner belongs to three contacts, with
+    fewer pairs than that."""
     x = np.array([0.0, 0.5, 1.0])
     bodies = {
         name: fo.fem.Body(box(MeshQuad, start + x, x))

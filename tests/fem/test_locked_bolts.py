@@ -192,11 +192,8 @@ def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
     "more", [{}, {"stiffness": 3.0, "gap": lambda x, y: 0.01 * x**2}, {"cut": True}]
 )
 def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
-    """A locked bolt equals a bolt that is tightened again in each state.
-
-    The faces of its section keep their distance. With the same tension both joints have the same
-    forces in the contact, and the same displacements in the bodies.
-    """
+    """The faces of its section keep their distance. With the same tension both joints have the same
+    forces in the contact, and the same displacements in the bodies."""
     model, again = flange(**more), flange(locked=False, **more)
     locked, free = model.condense(), again.condense()
     rng = np.random.default_rng(3)
@@ -231,11 +228,8 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
 
 
 def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked():
-    """Without friction the shortening is that of a bolt that is not locked.
-
-    The state of such a bolt depends only on its force. The plates open at the rim, and the mean
-    load pulls.
-    """
+    """The state of such a bolt depends only on its force. The plates open at the rim, and the mean
+    load pulls."""
     locked, free = flange().condense(), flange(locked=False).condense()
     cycle = fo.LoadCycle({"bolt": 0.8, "pull": 1.0}, [{"pull": 0.3}, {"pull": -0.3}])
     tight = fo.joints.tightened(locked, cycle, 0.0)
@@ -460,11 +454,8 @@ def bolted():
 
 @pytest.mark.ccx
 def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
-    """A locked bolt agrees with a locked pretension section of CalculiX.
-
-    The tension is compared against the pull, from the closed joint to the open one. CalculiX gets
-    the closed nodes and their slips as input.
-    """
+    """The tension is compared against the pull, from the closed joint to the open one. CalculiX
+    gets the closed nodes and their slips as input."""
     model, pulls = bolted(), [0.5, 1.0, 2.5]
     system, bodies = model.condense(), model.bodies
     tight = fo.joints.tightened(

@@ -42,11 +42,8 @@ def test_a_matrix_of_points_alone_has_forces_in_space(pair_in_space):
 
 
 def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
-    """A generalised coordinate joins the bodies that it couples.
-
-    Two halves of the lower body that only a coordinate of the node 0 joins are one body. A rotation
-    of a node is no displacement of it.
-    """
+    """Two halves of the lower body that only a coordinate of the node 0 joins are one body. A
+    rotation of a node is no displacement of it."""
     K, labels, points = pair_in_space
     n = len(labels)
     row = np.zeros(n)

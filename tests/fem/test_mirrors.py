@@ -181,11 +181,8 @@ def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_th
 @BOTH
 @SEEDS
 def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_halved(seed, tangents):
-    """A safe slip of a symmetric contact is safe when mirrored, and so is the mean of both.
-
-    Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as safe
-    as the slip.
-    """
+    """Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as
+    safe as the slip."""
     contact, cycle, friction, most, mirrors = scene(seed, tangents)
     limit = fo.shakedown_limit(contact, cycle, friction, slip_bound=most)
     if limit.kind is not fo.LimitKind.FINITE or limit.open.any():
@@ -199,11 +196,8 @@ def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_hal
 
 
 def test_a_bound_holds_a_node_on_a_mirror_plane_once():
-    """A bound on slip counts once for a node on a mirror plane.
-
-    Three nodes do not feel each other. The middle node needs a slip of -0.1 from 2 lam = 0.6 on,
-    which is its bound.
-    """
+    """Three nodes do not feel each other. The middle node needs a slip of -0.1 from 2 lam = 0.6 on,
+    which is its bound."""
     shear = np.array([[0.1, 0.0], [2.0, 0.0], [0.1, 0.0]])
     bonded = {"mean": (np.zeros((3, 2)), np.ones(3)), "shear": (shear, np.zeros(3))}
     contact = fo.ContactSystem(
@@ -229,11 +223,8 @@ def test_frictions_of_different_symmetry_in_one_model():
 
 
 def test_a_middle_node_alone_limits_the_load():
-    """Only the middle node limits the load.
-
-    It has little friction and cannot slip in a symmetric state, but lifts off at load factor 1. No
-    other node feels the load.
-    """
+    """It has little friction and cannot slip in a symmetric state, but lifts off at load factor 1.
+    No other node feels the load."""
     one, friction = np.eye(3), [0.5, 0.001, 0.5]
     cases = {
         "mean": ([0, 0, 0], [1, 1, 1]),

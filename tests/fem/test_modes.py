@@ -75,9 +75,7 @@ def of_elements(waves, h):
     "kind, kinematics", [(MeshQuad, None), (MeshQuad, "plane_stress"), (MeshHex, None)]
 )
 def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, kinematics):
-    """A bar without lateral strain has the frequencies of its elements.
-
-    With Poisson's ratio 0 and one element across there are only motions along x. The frequencies
+    """With Poisson's ratio 0 and one element across there are only motions along x. The frequencies
     are n c / (2 L) of the free bar, and (n + 1/2) c / (2 L) with a clamped end, but for the mesh.
     """
     free = bars(kind, 20, 1, kinematics=kinematics, supports=straight(kind))
@@ -123,11 +121,8 @@ def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
 
 
 def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
-    """A slender cantilever bends as the theory of Euler and Bernoulli predicts.
-
-    It is in plane stress and 40 times as long as high. Shear and rotation take off some 0.1 %.
-    Finer linear elements approach the quadratic elements from above.
-    """
+    """It is in plane stress and 40 times as long as high. Shear and rotation take off some 0.1 %.
+    Finer linear elements approach the quadratic elements from above."""
     height, root = 0.25, [fo.fem.Support("left", "end")]
     roots = np.array([1.8751, 4.6941, 7.8548])  # of cos cosh = -1
     beam = (roots / LENGTH) ** 2 * SPEED * height / np.sqrt(12) / (2 * np.pi)
@@ -191,11 +186,8 @@ def dense(bodies, joined, held):
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
 @pytest.mark.parametrize("opened", [0, 2])
 def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, opened):
-    """Modes agree with dense matrices in which the closed nodes are merged.
-
-    Some nodes are open, or none. Shapes are compared by their products with the mass, masses and
-    participation by sums.
-    """
+    """Some nodes are open, or none. Shapes are compared by their products with the mass, masses and
+    participation by sums."""
     model = bars(kind, 4, 2, height=3.0, nu=0.3, supports=[fo.fem.Support("left", "end")])
     system = model.condense()
     open_nodes = np.arange(system.nodes) < opened
@@ -230,11 +222,8 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
 
 
 def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
-    """All effective masses sum up to the mass that supports leave.
-
-    All modes but one of 16 are compared with the projection of translations onto the motions of
-    free nodes, with the mass of dense matrices.
-    """
+    """All modes but one of 16 are compared with the projection of translations onto the motions of
+    free nodes, with the mass of dense matrices."""
     model = bars(MeshQuad, 4, 1, nu=0.3, supports=[fo.fem.Support("left", "end")])
     modes = model.modes(15)
     _, _, M, along = dense(model.bodies, np.zeros((0, 2), dtype=int), np.zeros(0))
@@ -250,11 +239,8 @@ def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
 
 
 def test_bars_that_touch_nowhere_vibrate_by_themselves():
-    """Bars that do not touch vibrate independently.
-
-    One bar is free and has n c / L of its length L / 2; the other is clamped and has (n + 1/2) c /
-    L, but for the elements.
-    """
+    """One bar is free and has n c / L of its length L / 2; the other is clamped and has (n + 1/2) c
+    / L, but for the elements."""
     model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.fem.Support("left", "end")])
     apart = model.modes(5, open_nodes=[True, True])
     steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
@@ -265,11 +251,8 @@ def test_bars_that_touch_nowhere_vibrate_by_themselves():
 
 
 def test_surfaces_that_give_are_springs_between_heavy_ends():
-    """Surfaces that give are springs between heavy ends.
-
-    Two bodies of mass m on soft springs of stiffness k have rigid motions, then sqrt(2 k / m),
-    along the normal and across it.
-    """
+    """Two bodies of mass m on soft springs of stiffness k have rigid motions, then sqrt(2 k / m),
+    along the normal and across it."""
     stiff = replace(
         bars(MeshQuad, 4, 1),
         contacts=[fo.fem.Contact("right", "left", normal_stiffness=1e-6)],
@@ -291,10 +274,7 @@ def test_surfaces_that_give_are_springs_between_heavy_ends():
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTet])
 @pytest.mark.parametrize("give", [np.inf, 0.7])
 def test_the_load_of_a_mode_moves_it_alone(kind, give):
-    """The load of a mode moves only this mode.
-
-    Its compliance is 1 / omega^2, other modes do no work in it, and its fields are its shape.
-    """
+    """Its compliance is 1 / omega^2, other modes do no work in it, and its fields are its shape."""
     model = bars(kind, 8, 2, nu=0.3, supports=[fo.fem.Support("left", "end")], element="quadratic")
     model = replace(
         model,
@@ -328,11 +308,8 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex])
 def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
-    """The modal force of loads is their work in the mode.
-
-    In the condensed system the displacement of a load under the unit load of a mode is its modal
-    force over the square of the angular frequency.
-    """
+    """In the condensed system the displacement of a load under the unit load of a mode is its modal
+    force over the square of the angular frequency."""
     d = dimensions(kind)
     base = bars(kind, 8, supports=[fo.fem.Support("left", "end")])
     modes = base.modes(3)

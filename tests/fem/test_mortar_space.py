@@ -91,11 +91,8 @@ def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
     ],
 )
 def test_concentric_cylinders_have_the_contact_of_the_plane(n, m, start, hole, near, exchanged):
-    """Concentric cylinders have the contact of the plane.
-
-    The plane projects from node to edge, and space along the normal of each facet. Over a gap the
-    two differ by the share of the gap in the radius.
-    """
+    """The plane projects from node to edge, and space along the normal of each facet. Over a gap
+    the two differ by the share of the gap in the radius."""
     plane, space = cylinders(n, m, hole, exchanged, start)
     both = (
         np.linalg.norm(plane.points[:, None] - space.points[None, :, :2], axis=2) < 1e-9
@@ -145,11 +142,8 @@ def test_the_gap_below_a_sphere_is_measured(exchanged):
 
 @pytest.mark.parametrize("cells", [(8, 8), (8, 7)])
 def test_a_sphere_is_pressed_on_a_block_as_hertz_says(cells):
-    """A sphere is pressed on a block as the theory of Hertz predicts.
-
-    Nodes are opposite each other or not. The radius of the contact follows from the mean square of
-    the distance of the pressure, and the force is compared, too.
-    """
+    """Nodes are opposite each other or not. The radius of the contact follows from the mean square
+    of the distance of the pressure, and the force is compared, too."""
     R, wide, P, meshes = 4.0, 1.5, 0.05, {}
     for name, sign, n in (("ball", 1.0, cells[0]), ("block", -1.0, cells[1])):
         x = wide * np.sign(s := np.linspace(-1, 1, n + 1)) * np.abs(s) ** 1.5
@@ -183,11 +177,8 @@ def test_a_sphere_is_pressed_on_a_block_as_hertz_says(cells):
 
 @pytest.mark.parametrize("lean", [0.0, 0.4])
 def test_a_gap_may_be_far_larger_than_the_facets(lean):
-    """A gap may be far larger than the facets.
-
-    Two flat faces are 50 apart, and one of them may lean. The gap is the distance along the normal
-    of body 1.
-    """
+    """Two flat faces are 50 apart, and one of them may lean. The gap is the distance along the
+    normal of body 1."""
     turn = Rotation.from_rotvec([0.0, lean, 0.0]).as_matrix()
     large = box(MeshTet, np.linspace(-90, 90, 61), np.linspace(-3, 3, 5), [-1.0, 0.0])
     bodies = {
@@ -307,11 +298,8 @@ def test_faces_that_do_not_meet_are_refused_by_name(message):
 
 @pytest.mark.parametrize("clearance", [0.002, 0.2])
 def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(clearance):
-    """A warning names a measured gap that is smaller than the sag of the facets.
-
-    A pin of 20 edges is in a hole of 22 edges; the facets lie 1 - cos(pi / 20) = 0.012 and 0.010
-    radii off their circles.
-    """
+    """A pin of 20 edges is in a hole of 22 edges; the facets lie 1 - cos(pi / 20) = 0.012 and 0.010
+    radii off their circles."""
     flat = {
         "pin": ring([0.3, 0.6, 1.0], 20, "bore", "surface"),
         "plate": ring([1 + clearance, 1.5, 3.0], 22, "hole", "rim", start=0.1),

@@ -75,10 +75,7 @@ def test_moduli_in_mpa_and_gpa(punch, block):
     ("one", "other"), [(2.0, 210e3), (10.0, 210e3), (500.0, 210e3), (3e3, 210e3), (45e3, 600e3)]
 )
 def test_moduli_of_real_pairs(one, other):
-    """Moduli of real pairs cause no warning.
-
-    They are rubbers, PTFE and PEEK on steel, and magnesium on tungsten carbide.
-    """
+    """They are rubbers, PTFE and PEEK on steel, and magnesium on tungsten carbide."""
     assert not warned(lambda: model((one, other)))
 
 

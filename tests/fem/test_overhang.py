@@ -77,11 +77,8 @@ def test_the_contact_carries_the_load_and_has_the_size_of_what_lies_opposite(kin
 @pytest.mark.parametrize("kinds", KINDS[:1] + KINDS[2:3])
 @pytest.mark.parametrize("edge", [2.6, 2.9])
 def test_pressure_and_moments_are_those_of_the_exchanged_bodies(kinds, edge):
-    """Pressure and moments agree with those of the exchanged bodies.
-
-    With exchanged bodies, the narrow body has the nodes, and all its facets lie opposite. The
-    compliance of the glued bodies converges to the same number.
-    """
+    """With exchanged bodies, the narrow body has the nodes, and all its facets lie opposite. The
+    compliance of the glued bodies converges to the same number."""
     compliances = []
     for cells in (16, 32):
         bodies = narrow_below(kinds, edge, (cells, cells))
@@ -133,11 +130,8 @@ def test_mirrored_and_turned_bodies_have_the_same_contact():
 
 @pytest.mark.parametrize("at", [2.0, 2.45, 2.85, 3.2])
 def test_a_block_on_an_edge_tips_over_where_its_weight_lies_beyond(at):
-    """A block on an edge tips over if its weight is beyond the edge.
-
-    The load acts on the facet of the top around `at`. The edge of the ground is at 2.6, and
-    pressure acts up to half a facet, 0.1, beyond the edge or short of it.
-    """
+    """The load acts on the facet of the top around `at`. The edge of the ground is at 2.6, and
+    pressure acts up to half a facet, 0.1, beyond the edge or short of it."""
     upper = box(MeshQuad, np.linspace(0.0, 4.0, 21), [0.0, 0.5, 1.0])
     upper = upper.with_boundaries({"load": lambda x: (x[1] == 1.0) & (abs(x[0] - at) < 0.11)})
     bodies = {"upper": fo.fem.Body(upper), "lower": narrow_below(KINDS[0], 2.6)["lower"]}

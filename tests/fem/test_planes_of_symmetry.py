@@ -91,10 +91,7 @@ def test_a_part_is_as_good_as_the_whole(scene, cut, friction, clamped):
 
 
 def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
-    """On a plane of symmetry the normal lies in the plane.
-
-    A half disc is in a half hole: at both ends of its arc the normal of the last chord leans.
-    """
+    """A half disc is in a half hole: at both ends of its arc the normal of the last chord leans."""
     angles, radii = np.linspace(-np.pi / 2, np.pi / 2, 13), np.linspace(0.0, 1.0, 4)
 
     def arc(inner, outer, boundaries):
@@ -178,11 +175,8 @@ def beside(kind, cells, half, lean):
 @pytest.mark.parametrize("cells", [4, 5, 6, 9])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kind, cells, lean):
-    """Half of a model with unlike meshes is pressed and sheared as a half of the whole model.
-
-    Mortar weights join a node on the plane of symmetry to nodes beside it; the mirror images of
-    these nodes take a part away.
-    """
+    """Mortar weights join a node on the plane of symmetry to nodes beside it; the mirror images of
+    these nodes take a part away."""
     found = []
     for half in (True, False):
         system = beside(kind, cells, half, lean).condense()
@@ -203,11 +197,8 @@ def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kin
 
 
 def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
-    """The other end of an element on a plane of symmetry may be held.
-
-    All nodes of body 2 are beside the plane for the pair on it. They follow in the pair at the
-    other end, whose node of body 1 is held along the vertical.
-    """
+    """All nodes of body 2 are beside the plane for the pair on it. They follow in the pair at the
+    other end, whose node of body 1 is held along the vertical."""
     found = []
     for half in (True, False):
         model = beside(MeshQuad, 1, half, 0.0)

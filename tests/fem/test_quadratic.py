@@ -20,11 +20,8 @@ from helpers.quadratic import SECOND, arched, box, dimensions, two_boxes
 @pytest.mark.parametrize("kind", SECOND)
 @pytest.mark.parametrize("nu", [0.3, 0.4999])
 def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
-    """Uniform pressure passes between curved bodies.
-
-    It acts on all sides. Each pair carries its share of the area, as on linear faces, and the
-    stress is uniform at all nodes. The whole model is turned.
-    """
+    """It acts on all sides. Each pair carries its share of the area, as on linear faces, and the
+    stress is uniform at all nodes. The whole model is turned."""
     d, material = dimensions(kind), fo.fem.Material(2.0, nu)
     turn = (
         rotation(0.6) if d == 2 else np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
@@ -55,11 +52,8 @@ def test_uniform_pressure_passes_between_curved_bodies(kind, nu):
 
 @pytest.mark.parametrize("kind", SECOND)
 def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
-    """A curved face transmits forces and moments and lets bodies turn.
-
-    The rigid motions of the upper body need no force against the stiffness, and the reactions are
-    in balance with any load on it.
-    """
+    """The rigid motions of the upper body need no force against the stiffness, and the reactions
+    are in balance with any load on it."""
     d = dimensions(kind)
     bodies = two_boxes(kind, fo.fem.Material(), bulge=arched)
     pull = [
@@ -115,11 +109,8 @@ def bent(kind, nu, element):
 
 @pytest.mark.parametrize("kind", SECOND)
 def test_pure_bending_is_exact_without_lateral_strain(kind):
-    """Pure bending is exact without lateral strain.
-
-    u_x = x y, u_y = - x^2 / 2, by the elements that linear meshes become. A section stays plane, so
-    that its midside nodes need not follow.
-    """
+    """u_x = x y, u_y = - x^2 / 2, by the elements that linear meshes become. A section stays plane,
+    so that its midside nodes need not follow."""
     model, fields = bent(kind, 0.0, "quadratic")
     for name, body in model.bodies.items():
         x, y = body.mesh.p[:2]
@@ -131,10 +122,7 @@ def test_pure_bending_is_exact_without_lateral_strain(kind):
 
 @pytest.mark.parametrize(("nu", "linear"), [(0.3, 1 / 2), (0.49, 1 / 7)])
 def test_quadratic_tetrahedra_do_not_lock(nu, linear):
-    """Quadratic tetrahedra do not lock.
-
-    Linear tetrahedra of the same mesh bend by a part of the exact curvature.
-    """
+    """Linear tetrahedra of the same mesh bend by a part of the exact curvature."""
     for element, curvature, error in (("quadratic", 1.0, 0.003), ("linear", linear, 0.15)):
         model, fields = bent(MeshTet, nu, element)
         axis = [
@@ -160,11 +148,8 @@ def hump(p):
 
 @pytest.mark.parametrize("kind", SECOND)
 def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
-    """Loads on a curved body have the totals of its parabola.
-
-    Quadratic elements represent the parabola of its outline exactly. The integrals are known in
-    closed form, over a depth of 0.7 in space.
-    """
+    """Quadratic elements represent the parabola of its outline exactly. The integrals are known in
+    closed form, over a depth of 0.7 in space."""
     d = dimensions(kind)
     thick = 0.7 if d == 3 else 1.0
     body = fo.fem.Body(
@@ -211,10 +196,7 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
 
 
 def test_a_curved_body_of_one_mesh_is_split_as_it_is():
-    """A curved body of one mesh is split without a change.
-
-    Two halves of a humped body have the nodes of the whole.
-    """
+    """Two halves of a humped body have the nodes of the whole."""
     whole = box(MeshTri, (-1.0, 1.0), (0.0, 1.0), bulge=hump).with_subdomains(
         {"left": lambda x: x[0] < 0, "right": lambda x: x[0] > 0}
     )

@@ -45,11 +45,8 @@ def test_recovered_reactions_are_those_of_the_state(name):
 
 
 def test_the_field_of_a_rounded_punch_is_that_of_its_states():
-    """The field of a rounded punch agrees with its states.
-
-    It includes the initial gap of the model. A warning names a system with a gap that the model
-    does not have.
-    """
+    """It includes the initial gap of the model. A warning names a system with a gap that the model
+    does not have."""
     scene = fo.scenes.RoundedPunch(
         radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)
     )
@@ -78,10 +75,7 @@ def test_the_field_of_a_rounded_punch_is_that_of_its_states():
 
 
 def test_without_loads_nothing_moves_where_the_bodies_are_apart():
-    """Without loads nothing moves where the bodies are apart.
-
-    Without an argument the gap is the initial gap, of a function and of a mesh.
-    """
+    """Without an argument the gap is the initial gap, of a function and of a mesh."""
     punch, block = (body.mesh for body in blocks().values())
     bodies = {"punch": fo.fem.Body(punch.translated([0.0, 0.25])), "block": fo.fem.Body(block)}
     for model in (
@@ -168,11 +162,8 @@ def test_stresses_by_name():
 
 
 def test_mean_dilatation_has_its_own_stress():
-    """Mean dilatation has its own stress.
-
-    In a punch of rubber div u times Lame's first constant would oscillate by hundreds of times the
-    pressure.
-    """
+    """In a punch of rubber div u times Lame's first constant would oscillate by hundreds of times
+    the pressure."""
     rubber = fo.fem.Material(1.0, 0.49999)
     scene = fo.scenes.PunchOnHalfPlane(
         elements=8,

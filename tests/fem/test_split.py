@@ -84,10 +84,7 @@ BAD = {
 
 
 def test_parts_that_share_no_edge_are_bodies():
-    """Parts that share no edge are bodies.
-
-    The squares of a row at x = 0, 2 and 4 to 6 are three bodies; the last body has two squares.
-    """
+    """The squares of a row at x = 0, 2 and 4 to 6 are three bodies; the last body has two squares."""
     row = MeshQuad.init_tensor(np.arange(7.0), [0.0, 1.0]).remove_elements(np.array([1, 3]))
     row = row.with_boundaries({"low": lambda x: x[1] == 0})
     row = row.with_subdomains(

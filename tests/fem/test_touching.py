@@ -63,11 +63,8 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
 
 
 def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
-    """A contact may end one edge before a corner that belongs to another contact.
-
-    A block is in a corner. Its corner node belongs to the floor, and the contact of the wall begins
-    one edge above it.
-    """
+    """A block is in a corner. Its corner node belongs to the floor, and the contact of the wall
+    begins one edge above it."""
     x = np.array([0.0, 1.0, 2.0])
     block = MeshQuad.init_tensor(x, x).with_boundaries(
         {
@@ -126,10 +123,7 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
 
 @pytest.mark.parametrize("degrees", [0, 30, 55, 65, 80])
 def test_facets_face_each_other_up_to_sixty_degrees(degrees):
-    """Facets face each other up to sixty degrees.
-
-    Two edges cross in the middle: the projection of one edge covers the cosine of the other.
-    """
+    """Two edges cross in the middle: the projection of one edge covers the cosine of the other."""
     along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))]) / 2
     edge, ends = np.array([[0, 1]]), np.array([[-0.5, 0.0], [0.5, 0.0]])
     overlaps = facet_overlaps(edge, ends, edge, np.array([along, -along]))
@@ -144,11 +138,8 @@ def test_facets_face_each_other_up_to_sixty_degrees(degrees):
     apart=st.booleans(),
 )
 def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
-    """Random boxes touch where their faces overlap.
-
-    Two boxes are one above the other, cut at random places. They touch if the gap is zero and the
-    faces overlap in every direction.
-    """
+    """Two boxes are one above the other, cut at random places. They touch if the gap is zero and
+    the faces overlap in every direction."""
     rng = np.random.default_rng(seed)
     d = 2 if kind in (MeshQuad, MeshTri) else 3
     spans = [

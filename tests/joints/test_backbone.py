@@ -77,11 +77,8 @@ def test_the_element_of_jenkins():
 
 
 def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
-    """Below the guaranteed limit damping is not zero if a node opens and closes.
-
-    The closed contact rests there from every start, but a node that is open under the mean load
-    closes in each cycle. Random starts show this.
-    """
+    """The closed contact rests there from every start, but a node that is open under the mean load
+    closes in each cycle. Random starts show this."""
     loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.2])}
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
     pair = fo.ContactSystem.from_blocks(
@@ -109,11 +106,8 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
 
 
 def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
-    """The frequency of a mode may belong to a state with open nodes.
-
-    The reference is the vibration of the state with the open node under a load so small that
-    nothing slips and nothing closes.
-    """
+    """The reference is the vibration of the state with the open node under a load so small that
+    nothing slips and nothing closes."""
     loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.9])}
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
     pair = fo.ContactSystem.from_blocks(
@@ -137,11 +131,8 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
 
 
 def test_a_node_without_friction_slides_where_the_others_rest():
-    """A node without friction slides where the other nodes rest.
-
-    There are two springs. The load moves the free node by its compliance from the smallest
-    amplitude on.
-    """
+    """There are two springs. The load moves the free node by its compliance from the smallest
+    amplitude on."""
     loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(
         np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2)
@@ -292,11 +283,8 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_a_load_that_is_no_mode_has_no_frequency():
-    """A load that is no mode has no frequency.
-
-    Its frequency would be the root of a stiffness per load factor, which has not the unit of a
-    frequency.
-    """
+    """Its frequency would be the root of a stiffness per load factor, which has not the unit of a
+    frequency."""
     punch = fo.scenes.PunchOnHalfPlane(elements=24).condense()
     cycle = opposed("sigma", {"P": 1.0})
     curve = fo.joints.backbone_curve(punch, cycle, 0.5, [1.5], with_range=True)
@@ -501,11 +489,8 @@ def test_a_contact_that_ratchets_has_work_and_no_displacement():
 
 
 def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_count():
-    """Neither the compliance of other load cases nor the size of amplitudes matters.
-
-    A load case that the cycle does not use may have any softness. Small corners with large load
-    factors are the same cycle.
-    """
+    """A load case that the cycle does not use may have any softness. Small corners with large load
+    factors are the same cycle."""
     system, stuck = oscillator()
     option_sets = {"natural_frequency": stuck}, {}
     right = [
@@ -611,11 +596,8 @@ def test_bad_input():
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress"])
 def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
-    """The motion of a load is a length.
-
-    Friction glues a pad to a pad of the same steel. The sheared face of the pad moves by the mean
-    of its displacements, which `recover` finds.
-    """
+    """Friction glues a pad to a pad of the same steel. The sheared face of the pad moves by the
+    mean of its displacements, which `recover` finds."""
     x, steel = np.linspace(0.0, 20.0, 9), fo.fem.Material(E=210e3, nu=0.3)
     sides = {"low": lambda x: x[1] == x[1].min(), "high": lambda x: x[1] == x[1].max()}
     pad, base = (
@@ -668,11 +650,8 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
 
 
 def test_a_steady_cycle_beyond_friction_moves_its_load_further():
-    """A steady cycle beyond friction moves its load further.
-
-    One node has the stiffness k and the force F. Half of its range is F / k and the slip that
-    friction leaves, for a load of any size.
-    """
+    """One node has the stiffness k and the force F. Half of its range is F / k and the slip that
+    friction leaves, for a load of any size."""
     loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     slider = fo.ContactSystem.from_blocks(
         [[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]]

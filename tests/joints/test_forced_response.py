@@ -199,11 +199,9 @@ def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve():
 
 
 def test_every_row_holds_the_force():
-    """Every row fulfils the equation of its force.
-
-    `a |k + i (g + 2 zeta w0 w) - w^2| = f` with the stiffness and the loss between the load factors
-    by an interpolation of the test. Below the first one W grows with the cube of the amplitude.
-    """
+    """`a |k + i (g + 2 zeta w0 w) - w^2| = f` with the stiffness and the loss between the load
+    factors by an interpolation of the test. Below the first one W grows with the cube of the
+    amplitude."""
     light = rocking().curve(0, np.geomspace(60, 700, 30))
     forces, ratio = [0.83, 1.2, 1.7], 5e-3
     answer = light.response(forces, damping=ratio, scale=2.5)
@@ -597,10 +595,7 @@ def test_the_error_of_increments_is_a_column_and_a_band():
 def test_time_integration_from_rest_meets_the_peak(
     structure, mode, factors, ratio, force, error, shift
 ):
-    """Time integration from rest meets the peak.
-
-    The frequency is swept down from above the resonance, in 60 steps of 80 periods.
-    """
+    """The frequency is swept down from above the resonance, in 60 steps of 80 periods."""
     curve = structure.curve(mode, np.geomspace(*factors, 40))
     answer = curve.response([force], damping=ratio)
     frequencies = np.linspace(1.03 * curve.natural_frequency, 0.97 * answer.resonance[0], 60)

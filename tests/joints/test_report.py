@@ -358,10 +358,8 @@ def test_a_press_fit_is_said_to_be_one():
 
 
 def test_all_numbers_of_a_report_have_units():
-    """All numbers of a report have units, in the table and in the text.
-
-    The names are given by the user or not. A displacement that is no length is not called a length.
-    """
+    """The names are given by the user or not. A displacement that is no length is not called a
+    length."""
     system = replace(fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense(), units="N, mm")
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
     shown = []

@@ -67,10 +67,7 @@ def test_against_gross_slip_the_least_friction_and_a_corner_of_the_preloads_are_
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_no_input_in_the_ranges_is_worse_against_gross_slip(seed):
-    """No input in the ranges is worse against gross slip (theorem).
-
-    Random free bodies have three nodes, and random inputs are in the ranges.
-    """
+    """Random free bodies have three nodes, and random inputs are in the ranges."""
     rng = np.random.default_rng(seed)
     stiff = np.eye(3) - 1 / 3  # rigid along the face
     loads = {name: (rng.normal(size=3) / 3, rng.uniform(0.5, 1.5, 3)) for name in ("P", "B")}
@@ -105,10 +102,8 @@ def test_against_slip_the_corners_are_followed():
 
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_at_other_loads_a_report_has_the_states_from_no_slip(seed):
-    """At other loads a report has the states that begin without slip.
-
-    They begin at the mean load, which all loads share, and end at the end of their own transient.
-    """
+    """They begin at the mean load, which all loads share, and end at the end of their own
+    transient."""
     contact = random_contact(np.random.default_rng(seed), 4)
     question = contact, spatial_cycle(), 0.4
     joint = fo.report(*question, [0.6, 1.0, 1.4], pages=2)

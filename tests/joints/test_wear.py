@@ -41,10 +41,7 @@ def test_small_steps_by_archards_law_give_the_same(coarse):
 
 
 def test_wear_that_takes_off_no_pressure_is_coefficient_times_work_over_friction():
-    """Wear under constant pressure is coefficient times work over friction.
-
-    A rod on a foundation has its own coefficient and friction at each node.
-    """
+    """A rod on a foundation has its own coefficient and friction at each node."""
     arrays = {**fo.reference.foundation_rod(nodes=5, EA=1.0, h=1.0), "C": np.zeros((5, 5))}
     rod = fo.ContactSystem.from_blocks(**arrays, width=np.linspace(0.5, 1.5, 5))
     cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.7}, {"force": -1.7}])

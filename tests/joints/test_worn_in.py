@@ -86,10 +86,7 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
 
 
 def test_the_worn_cylinder_is_at_its_limit():
-    """The worn cylinder is at its limit, with its worn nodes open.
-
-    The load factor approaches the limit from above as the mesh is refined.
-    """
+    """The load factor approaches the limit from above as the mesh is refined."""
     limits = []
     for count in (8, 16, 32):
         contact = on_edges(count)
@@ -137,11 +134,8 @@ def test_a_fixed_part_of_the_cycle_counts():
 
 
 def test_under_a_varying_force_wear_comes_ever_closer():
-    """Under a varying force wear comes ever closer to its final state.
-
-    In this state there is pressure only near the largest force. The difference falls with the
-    number of cycles, tenfold in ten times as many cycles.
-    """
+    """In this state there is pressure only near the largest force. The difference falls with the
+    number of cycles, tenfold in ten times as many cycles."""
     contact, cycle, f, load_factor = cylinder(24)
     cycle = fo.LoadCycle(cycle.mean, [{"Q": 1.0, "P": 0.8}, {"Q": -1.0, "P": -0.8}])
     end = fo.joints.worn_in(contact, cycle, f, load_factor)

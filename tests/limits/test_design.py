@@ -55,10 +55,7 @@ def best(contact, scenarios, preloads, profile, user_rows):
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 @pytest.mark.parametrize("part", few([0, 1], 1))
 def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, tangents):
-    """The best design of a random contact is the optimum of a plain program.
-
-    The contact with the design built in has the same limit, and no scenario has a smaller one.
-    """
+    """The contact with the design built in has the same limit, and no scenario has a smaller one."""
     found, rel = 0, 1e-7 if tangents == 1 else 1e-6
     for seed in range(12, 60) if part else few(range(12), 4):
         rng = np.random.default_rng(seed)
@@ -220,11 +217,8 @@ def test_the_best_profile_under_shear_carries_gross_slip():
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_refused(tangents):
-    """A preload whose reactions are only rounding is refused.
-
-    Condensation leaves such rounding for an interference that a free body gives way to. No
-    amplitude of this preload could be distinguished from zero.
-    """
+    """Condensation leaves such rounding for an interference that a free body gives way to. No
+    amplitude of this preload could be distinguished from zero."""
     rng = np.random.default_rng(5)
     contact = random_contact(rng, 3) if tangents == 2 else random_system(rng, 3, ("mean", *"abc"))
     large = contact.with_bonded(

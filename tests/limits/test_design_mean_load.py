@@ -31,11 +31,8 @@ def lever():
 
 
 def test_a_design_that_opens_a_node_below_its_load_factor_does_not_count():
-    """A design counts only if it is safe from the mean load on.
-
-    Node 0 sticks up to f (1 + b). At b = 1.9 that is 1.45, but under the mean load node 1 is
-    pressed only up to b = 1, and open only up to the load factor b - 1.
-    """
+    """Node 0 sticks up to f (1 + b). At b = 1.9 that is 1.45, but under the mean load node 1 is
+    pressed only up to b = 1, and open only up to the load factor b - 1."""
     model = fo.DesignModel(*lever(), preloads=["b"])
     design = model.solve(FRICTION, [model.preload >= 0.0, model.preload <= 1.9])
     assert design.load_factor == pytest.approx(1.0)
@@ -78,11 +75,8 @@ def test_the_fixed_part_of_a_cycle_belongs_to_its_mean_load():
 
 
 def test_a_design_is_safe_under_the_mean_load_of_all_scenarios():
-    """The mean loads of all scenarios have to be safe.
-
-    The scenario has half of the preload. Node 1 needs b <= 1 in the first scenario, and node 0
-    carries f (1 + b / 2) in the other.
-    """
+    """The scenario has half of the preload. Node 1 needs b <= 1 in the first scenario, and node 0
+    carries f (1 + b / 2) in the other."""
     system, cycle = lever()
     scenarios = [(cycle, FRICTION, {"b": 0.5})]
     model = fo.DesignModel(system, cycle, preloads=["b"], scenarios=scenarios)

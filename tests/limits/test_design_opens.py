@@ -57,10 +57,7 @@ def best(contact, friction, opened):
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
-    """The best design of random contacts is the optimum for the nodes that it leaves open.
-
-    It is the best of all sets of open nodes, and `shakedown_limit` of the built contact agrees.
-    """
+    """It is the best of all sets of open nodes, and `shakedown_limit` of the built contact agrees."""
     rel, found = 1e-7 if tangents == 1 else 1e-5, 0
     for seed in few(range(12)):
         contact, friction = pulled(seed, tangents)
@@ -126,11 +123,8 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
 
 
 def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
-    """The gap of an open node bounds the preload.
-
-    By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the other nodes carry (1 +
-    b / 5) / 2, which is largest at b = 15 / 11.
-    """
+    """By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the other nodes carry
+    (1 + b / 5) / 2, which is largest at b = 15 / 11."""
     none = np.zeros(3)
     loads = {
         "P": (none, [-1.0, 1.0, 1.0]),
@@ -153,11 +147,8 @@ def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
 
 
 def test_scenarios_have_open_nodes_of_their_own():
-    """Each scenario has its own open nodes.
-
-    In the second scenario half of the bolt acts, which leaves node 0 open. The other two nodes
-    carry 0.5 (1 + 0.5 b) in it, and 0.5 (1 + b) in the first scenario.
-    """
+    """In the second scenario half of the bolt acts, which leaves node 0 open. The other two nodes
+    carry 0.5 (1 + 0.5 b) in it, and 0.5 (1 + b) in the first scenario."""
     none = np.zeros(3)
     loads = {
         "P": (none, [-1.0, 1.0, 1.0]),

@@ -141,10 +141,7 @@ def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
     "which", ["more preload than its own row admits", "multipliers of another bound"]
 )
 def test_a_design_beyond_its_rows_or_without_its_bound_is_no_answer(which, monkeypatch):
-    """A design beyond its rows, or without its bound, is no answer.
-
-    It is safe at the right load factor all the same.
-    """
+    """It is safe at the right load factor all the same."""
     model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
     lies = []
     rows = [model.preload >= 0.5, cp.sum(model.preload) <= 3.0]

@@ -82,10 +82,7 @@ def test_a_motion_is_free_with_the_digits_of_any_matrix_job(digits, nodes):
 @pytest.mark.parametrize("friction", [0.1, 0.5, 0.9])
 @pytest.mark.parametrize("height", [0.5, 1.5, 4.0])
 def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
-    """A block slides or turns over its edge, by hand.
-
-    The load is f P, or P times half the width over the height of the push, if that is less.
-    """
+    """The load is f P, or P times half the width over the height of the push, if that is less."""
     system = block(np.random.default_rng(0), height=height, axes=axes)
     found = fo.gross_slip(system, fo.LoadCycle({"P": 3.0}, [{"Q": 0.25}, {"Q": -2.0}]), friction)
     turns = 1.0 / height < friction
@@ -189,11 +186,8 @@ def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes)
 @pytest.mark.parametrize("angle", [20.0, 45.0, 70.0])
 @pytest.mark.parametrize("held", [True, False])
 def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_leave(angle, held):
-    """A wedge holds itself if friction exceeds the angle of its faces.
-
-    The normals of the two faces lean by an angle to either side. Forces along the line between the
-    faces are either within friction, or no forces balance themselves.
-    """
+    """The normals of the two faces lean by an angle to either side. Forces along the line between
+    the faces are either within friction, or no forces balance themselves."""
     beta = np.radians(angle)
     normals = np.array([[np.sin(beta), np.cos(beta)], [-np.sin(beta), np.cos(beta)]])
     system = body(
@@ -242,10 +236,7 @@ def press_fit():
 
 @pytest.mark.parametrize("friction", [0.02, 0.05, 0.1])
 def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(friction, press_fit):
-    """A press fit slides off at friction times the pressure of the fit.
-
-    The pressure of a long fit is known by Lame; a push of a collar adds some pressure.
-    """
+    """The pressure of a long fit is known by Lame; a push of a collar adds some pressure."""
     system, interference = press_fit, 0.01
     cycle = fo.LoadCycle({"fit": interference}, [{"push": 1000.0}, {"push": -1000.0}])
     found = fo.gross_slip(system, cycle, friction)
@@ -284,10 +275,7 @@ def test_transients_have_a_limit_in_time_and_the_answer_says_what_they_reached(m
 
 
 def test_the_scene_of_a_press_fit_slides_off():
-    """The scene of a press fit slides off at the load that transients find.
-
-    The transients have one cycle each, in a bisection by the test.
-    """
+    """The transients have one cycle each, in a bisection by the test."""
     system = fo.scenes.PressFit(elements=20).condense()
     cycle = fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
     low, high = 1.0, 2.0
@@ -563,10 +551,7 @@ def test_damaged_multipliers_are_refused(monkeypatch):
 
 
 def test_forces_that_do_not_balance_are_refused(monkeypatch):
-    """Forces that do not balance are refused.
-
-    The load factor and its proof from above stay unchanged.
-    """
+    """The load factor and its proof from above stay unchanged."""
 
     def lie(program, x, y):
         x[PUNCH.nodes : 2 * PUNCH.nodes] *= 1 + 1e-6  # the pressures
@@ -600,11 +585,8 @@ def test_bad_input_is_refused(arguments, message):
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
-    """No limit exceeds the load at which the body slides off.
-
-    A flat punch whose load changes no pressure slips as soon as it slides off, so that its limit is
-    the limit of all states.
-    """
+    """A flat punch whose load changes no pressure slips as soon as it slides off, so that its limit
+    is the limit of all states."""
     rng = np.random.default_rng(seed)
     contact = block(rng, nodes=4, axes=2 + seed % 2)
     cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)

@@ -105,11 +105,8 @@ def test_the_mixed_integer_program_against_enumeration(seed):
 
 @pytest.mark.parametrize("least_friction", [0.05, 1e-3])
 def test_every_state_lies_within_the_derived_bounds(least_friction):
-    """Every state of a transient lies within the derived bounds.
-
-    With hardly any friction the slips follow the loads, so that they leave bounds around any other
-    slip.
-    """
+    """With hardly any friction the slips follow the loads, so that they leave bounds around any
+    other slip."""
     rng = np.random.default_rng(3)
     tight = np.inf
     for _ in range(12):

@@ -108,11 +108,8 @@ def test_one_node_that_its_equations_fix(seed):
 @settings(max_examples=few(10))
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):
-    """One node under two corners has a limit in closed form.
-
-    The critical state fixes the slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`. At this slip the
-    node is safe by itself.
-    """
+    """The critical state fixes the slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`. At this slip
+    the node is safe by itself."""
     rng = np.random.default_rng(seed)
     contact, f = random_contact(rng, 1), float(rng.uniform(0.2, 0.8))
     contact = contact.with_bonded(
@@ -172,10 +169,7 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
 
 
 def test_it_is_verified_from_a_load_inside_the_cycle():
-    """The limit is verified from a load inside the cycle.
-
-    The mean load is far outside of the cycle: from there the slip of the witness would change.
-    """
+    """The mean load is far outside of the cycle: from there the slip of the witness would change."""
     contact, _, f = centred(2, most=3)
     outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
     found = verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)

@@ -44,11 +44,8 @@ def follow(contact, cycle, friction, load_factor, slip):
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("self_coupling", [0.0, 0.01])
 def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(self_coupling, simplify):
-    """A node that the loads press more than they shear it is no witness of slip.
-
-    Node 0 rests at every load factor: the larger the load, the more slips are there in which it can
-    rest.
-    """
+    """Node 0 rests at every load factor: the larger the load, the more slips are there in which it
+    can rest."""
     contact, rng = two_nodes(self_coupling, 0.0), np.random.default_rng(0)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node != 0
@@ -66,11 +63,8 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(self_c
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("other", [0.3, -0.3, 0.01])
 def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, simplify):
-    """Slip of another node may take the pressure off the node, which then is a witness of slip.
-
-    At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear of
-    +- lam / 2, so that it slips to and fro by lam / 2.
-    """
+    """At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear
+    of +- lam / 2, so that it slips to and fro by lam / 2."""
     contact = two_nodes(0.0, other)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == 0

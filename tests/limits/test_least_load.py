@@ -67,10 +67,7 @@ def pressing_cycle(rng, nodes, corners=3):
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("contact", [TWO, GAP], ids=["pulled", "gap"])
 def test_two_uncoupled_nodes_by_hand(contact, simplify):
-    """Two uncoupled nodes have their interval by hand, with both closed.
-
-    Below 1 node 0 is open, and node 1 sticks: the interval of this set comes first.
-    """
+    """Below 1 node 0 is open, and node 1 sticks: the interval of this set comes first."""
     first = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify)
     assert (first.least, first.load_factor) == (0.0, pytest.approx(1.0))
     assert first.intervals == pytest.approx(np.array([[0.0, 1.0], [1.25, 5 / 3]]))
@@ -162,11 +159,8 @@ TO_AND_FRO = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(
     share, proof, right, contact, cycle, least, monkeypatch
 ):
-    """The least load factor is judged from both sides.
-
-    A value above the least is refused because its multipliers do not prove it, or because
-    multipliers of more work balance nothing. A value below the least has no safe slip.
-    """
+    """A value above the least is refused because its multipliers do not prove it, or because
+    multipliers of more work balance nothing. A value below the least has no safe slip."""
 
     def lie(program, x, y):
         if program.cost[0] > 0:  # the load factor, which comes first, is minimised
@@ -262,11 +256,8 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
 
 
 def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so():
-    """The limit is kept where rounding hides the least load factor, and the answer says so.
-
-    The contact is pulled on faces that only just lock themselves. Whether its mean load alone is
-    safe depends on the last digits.
-    """
+    """The contact is pulled on faces that only just lock themselves. Whether its mean load alone is
+    safe depends on the last digits."""
     blade = fo.fem.Material(E=10.0, nu=0.3)
     contact = fo.scenes.Dovetail(
         angle=60, elements=40, grading=100, growth=1.8, blade_material=blade

@@ -10,11 +10,8 @@ from helpers.corners import left_out
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
-    """A corner on a straight segment of the path does not stop the path.
-
-    The result agrees with the cycle of the turning points, and with increments that stop at every
-    corner.
-    """
+    """The result agrees with the cycle of the turning points, and with increments that stop at
+    every corner."""
     contact = punch(16)
     sampled = fo.LoadCycle(
         {"P": 1.0}, [{"sigma": s} for s in (-1.0, -0.3, -0.3, 0.2, 1.0, 1.0, 0.7, -0.1)]
@@ -36,10 +33,7 @@ def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e7, 1e15])
 def test_the_unit_of_a_load_case_does_not_change_where_a_load_turns(unit):
-    """The unit of a load case does not change where a load turns.
-
-    A displacement goes to and fro beside a stress that only grows, in any unit.
-    """
+    """A displacement goes to and fro beside a stress that only grows, in any unit."""
     cycle = fo.LoadCycle(
         {}, [{"sigma": 1e9 * k / 8, "d": unit * (-1) ** k if 0 < k < 8 else 0.0} for k in range(9)]
     )

@@ -44,11 +44,8 @@ def best_of_all_orders(contact, friction):
 def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
     elements, friction, all_closed, expected_limit, opening, pin
 ):
-    """A pin rests though its sides lift off in each cycle.
-
-    The numbers are the table of the theory page. A plain program of the same order of events and
-    transients agree.
-    """
+    """The numbers are the table of the theory page. A plain program of the same order of events and
+    transients agree."""
     contact = pin(elements)
     limit = fo.shakedown_limit(contact, PIN, friction, events=True)
     closed = fo.shakedown_limit(contact, PIN, friction)
@@ -317,11 +314,8 @@ def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_orde
 
 @pytest.mark.parametrize("programs", [2, 3])
 def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin):
-    """A search that is interrupted returns its best limit so far.
-
-    Each order of events is better than the order it came from. The returned limit is judged as
-    every limit is, and the progress bar counts programs.
-    """
+    """Each order of events is better than the order it came from. The returned limit is judged as
+    every limit is, and the progress bar counts programs."""
     with interrupted("events", programs) as caught:
         fo.shakedown_limit(pin(16), PIN, 1.0, events=True)
     limit = caught.value.limit

@@ -98,10 +98,7 @@ def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
 
 
 def test_a_small_load_factor_may_need_another_order_than_the_limit():
-    """A small load factor may need another order of events than the limit.
-
-    With the order of the limit no slip is safe there. A plain program and a transient agree.
-    """
+    """With the order of the limit no slip is safe there. A plain program and a transient agree."""
     contact, friction = drawn(17)
     static, moving = (
         fo.shakedown_limit(contact, CYCLE, friction, events=events).load_factor
@@ -140,11 +137,8 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
 
 
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
-    """An uncoupled contact comes to rest from every start or from none.
-
-    By the theorem for uncoupled contacts, all starts come to rest wherever a state with events is
-    safe with a margin.
-    """
+    """By the theorem for uncoupled contacts, all starts come to rest wherever a state with events
+    is safe with a margin."""
     followed = 0
     for seed in range(60):
         if followed == few(3):

@@ -88,11 +88,8 @@ def test_plain_cvxpy_answers_if_no_answer_of_the_arrays_passes(tangents, opened,
 
 
 def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
-    """A witness whose node is inside its bounds is not accepted.
-
-    The slip is safe at the right load factor, with the right multipliers, but the node is on
-    neither bound.
-    """
+    """The slip is safe at the right load factor, with the right multipliers, but the node is on
+    neither bound."""
     contact, lies = system(*FIRST_PAIR), []
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     inside = fo.safe_slip(contact, CYCLE, 0.6, right.load_factor).slip
@@ -127,10 +124,7 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
 
 
 def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatch):
-    """A witness at the largest load factor is not accepted as the least one.
-
-    The slip is safe and on both bounds, with multipliers of the least load factor.
-    """
+    """The slip is safe and on both bounds, with multipliers of the least load factor."""
     contact = system(*FIRST_PAIR)
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     lying(
@@ -223,11 +217,8 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
 def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a_small_slip(
     share, monkeypatch
 ):
-    """A mechanism that stresses the contact proves no limit, however small its slip.
-
-    Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Only node 1
-    limits the load, at 1.
-    """
+    """Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Only node
+    1 limits the load, at 1."""
     wedge, shear, friction = 1e10, 1e12, 2.0
     bonded = {"P": ([0.0, 0.0], [1.0, 1e5]), "X": ([shear, 2e5], [0.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(
@@ -250,10 +241,7 @@ def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a
 
 
 def test_a_safe_slip_exists_at_the_limit_itself():
-    """A safe slip exists at the limit itself.
-
-    It exists even if rounding leaves its margin just below zero.
-    """
+    """It exists even if rounding leaves its margin just below zero."""
     margins = []
     for seed in few(range(10), 5):
         contact = random_system(np.random.default_rng(seed), 8)
@@ -267,11 +255,8 @@ def test_a_safe_slip_exists_at_the_limit_itself():
 
 @pytest.mark.parametrize("large", [1e6, 1e12, 1e13, 1e15])
 def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
-    """A node with a small load still limits the contact.
-
-    Node 2 slips at 0.25. The other nodes are pressed by a load that is larger by decades, and an
-    answer without node 2 would be inf.
-    """
+    """Node 2 slips at 0.25. The other nodes are pressed by a load that is larger by decades, and an
+    answer without node 2 would be inf."""
     bonded = {
         "P": (np.zeros(3), np.ones(3)),
         "X": ([0.0, 0.0, 2.0], np.zeros(3)),
@@ -294,11 +279,8 @@ def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
 @pytest.mark.parametrize("wedge", [1.0, 1e3, 1e6, 1e8, 1e10])
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
-    """A soft slip that presses a stiff node is not taken for a free slip.
-
-    Node 0 locks by a slip whose stiffness is small beside the stiffness along its normal. Node 1
-    limits the load, at 1, in the plane and in space.
-    """
+    """Node 0 locks by a slip whose stiffness is small beside the stiffness along its normal. Node 1
+    limits the load, at 1, in the plane and in space."""
     stiff, shear = 4 * wedge**2, 1e6
     if count == 1:
         bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([shear, 2.0], [0.0, 0.0])}
@@ -387,11 +369,8 @@ def test_that_there_is_no_limit_has_the_error_of_its_proof(proof, cycle, kind, m
 
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monkeypatch):
-    """The right load factor is no answer if its slip is not safe.
-
-    One node is uncoupled from the others and far from its bounds. Its returned slip is beyond the
-    bounds; values and multipliers are right.
-    """
+    """One node is uncoupled from the others and far from its bounds. Its returned slip is beyond
+    the bounds; values and multipliers are right."""
     A, B, *loads = FIRST_PAIR
     alone = np.eye(3)
     alone[:2, :2] = A
@@ -417,11 +396,8 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
 
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(sense, monkeypatch):
-    """A solver that finds nothing safe is believed only if its multipliers prove it.
-
-    A shear of 3 exceeds the friction bound of 0.5, and slip in one sense does work on it. But a
-    residual slip takes the shear off the node, because stiffness resists.
-    """
+    """A shear of 3 exceeds the friction bound of 0.5, and slip in one sense does work on it. But a
+    residual slip takes the shear off the node, because stiffness resists."""
     contact = single()
     cycle = fo.LoadCycle({"P": 1.0, "X": 3.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == pytest.approx(0.5)
@@ -474,11 +450,8 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
 def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_the_least(
     monkeypatch,
 ):
-    """The reserve of a safe slip counts gaps and pressures where these are the least.
-
-    The slip of node 0 changes the pressure, or the gap, of node 1. Back from its best place node 0
-    has a larger reserve against its own friction bound.
-    """
+    """The slip of node 0 changes the pressure, or the gap, of node 1. Back from its best place node
+    0 has a larger reserve against its own friction bound."""
     one, pressing = np.eye(2), [[0.0, 0.0], [0.5, 0.0]]
     loads = {"P": ([0.0, 0.0], [1.0, -0.05]), "Q": ([0.1, 0.0], [0.0, 0.0])}
     # Too little to press node 1.

@@ -159,11 +159,8 @@ def test_every_limit_says_its_kind_and_why(ask, name, simplify, place):
 
 @SPACES
 def test_a_contact_that_locks_itself_says_so(place):
-    """The answer names a contact that locks itself.
-
-    A slip presses the node 2.5 times as much as it shears it. With f = 0.5 the slip may follow any
-    load; with f = 0.3 it helps up to a limit.
-    """
+    """A slip presses the node 2.5 times as much as it shears it. With f = 0.5 the slip may follow
+    any load; with f = 0.3 it helps up to a limit."""
     wedge = place(system(np.eye(1), [[2.5]], 0.0, 1.0, 1.0, 0.0))
     locked = fo.shakedown_limit(wedge, CYCLE, 0.5)
     assert locked.kind is fo.LimitKind.UNBOUNDED
@@ -193,12 +190,9 @@ def test_the_reason_of_a_witness_names_node_and_corners():
 )
 @pytest.mark.parametrize("stress", [1.0, -1.0], ids=["tension", "compression"])
 def test_a_static_bulk_stress_of_any_size_has_a_safe_slip(ask, scene, stress):
-    """A static bulk stress of any size has a safe slip.
-
-    A uniform stress stretches the flat surface, and a slip that follows it leaves the punch free of
-    force. The stiffness has the rounding of a condensation, and the reactions are zero only up to
-    it.
-    """
+    """A uniform stress stretches the flat surface, and a slip that follows it leaves the punch free
+    of force. The stiffness has the rounding of a condensation, and the reactions are zero only up
+    to it."""
     contact = scene.condense()
     q, p = contact.reaction({"sigma": stress})
     stretch = np.linalg.lstsq(np.vstack([contact.A, contact.B]), -np.r_[q, p], rcond=None)[0]
@@ -212,12 +206,9 @@ def test_a_static_bulk_stress_of_any_size_has_a_safe_slip(ask, scene, stress):
 
 @pytest.mark.parametrize("coupling", [1e-3, 1e-5, 1e-7, 1e-9])
 def test_a_weak_coupling_is_no_infinite_limit(coupling):
-    """A weak coupling does not make a limit infinite.
-
-    One node has q = load factor + v and p = 1 + coupling * v. A slip v = -load factor keeps it
+    """One node has q = load factor + v and p = 1 + coupling * v. A slip v = -load factor keeps it
     pressed up to 1 / coupling, for each friction. If rounding hides this limit, the answer is an
-    error.
-    """
+    error."""
     loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[coupling]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])

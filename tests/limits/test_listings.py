@@ -66,11 +66,8 @@ def test_one_function_of_arrays_is_the_printed_limit_of_a_closed_plane_contact()
 
 @BOTH
 def test_a_model_has_its_problem_before_it_is_solved(tangents):
-    """A model has its problem before it is solved, without a friction.
-
-    Plain cvxpy solves it with any friction, also with other rows, and each of its loads is the
-    reaction of a load of the cycle.
-    """
+    """Plain cvxpy solves it with any friction, also with other rows, and each of its loads is the
+    reaction of a load of the cycle."""
     contact, cycle = small_contact(tangents)
     model = fo.ShakedownModel(contact, cycle, slip_bound=0.5)
     options = {"solver": "HIGHS"} if tangents == 1 else {"solver": "CLARABEL", **FINE}
@@ -230,10 +227,7 @@ def test_friction_set_by_hand_gives_the_answer_with_that_friction(tangents):
 
 
 def test_a_plain_copy_of_a_problem_is_solved_whatever_solver_has_had_it():
-    """A plain copy of a problem is solved, whatever solver solved the problem before.
-
-    The test runs in a separate process, because cvxpy's own copies end the process.
-    """
+    """The test runs in a separate process, because cvxpy's own copies end the process."""
     some = [answer for answer, _ in answers().values()][:: 1 if ALL_CASES else 13]
     pickled = pickle.dumps(some)
     script = """
@@ -256,10 +250,7 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
 
 @pytest.mark.parametrize("tangents", few([2, 1], 1))
 def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tangents):
-    """A copy of a model that has answered takes rows on its own unknowns.
-
-    This also holds in another process, where other unknowns may have the same numbers.
-    """
+    """This also holds in another process, where other unknowns may have the same numbers."""
     model = fo.ShakedownModel(*small_contact(tangents), slip_bound=0.05)
     right = model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02]).load_factor
     script = "import cvxpy as cp, pickle, sys; own = [cp.Variable(3) for _ in range(20)]; model = pickle.load(sys.stdin.buffer);"
@@ -278,10 +269,7 @@ def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tang
 
 
 def test_each_question_is_at_most_fifteen_lines():
-    """Each question is at most fifteen lines, without its docstring.
-
-    A mixed-integer increment has a line for each of its twelve rows.
-    """
+    """A mixed-integer increment has a line for each of its twelve rows."""
     for function in (
         *(one for _, one in inspect.getmembers(models, inspect.isfunction)),
         *(vars(increments)[name] for name in INCREMENTS),
@@ -297,11 +285,8 @@ INCREMENTS = {"frozen_bound": 16, "complementarity": 10, "exact": 35}
 
 
 def test_a_result_that_cvxpy_has_solved_again_can_be_pickled_and_solved_in_another_process():
-    """A result that cvxpy has solved again can be pickled and solved in another process.
-
-    The data that solvers leave in a problem cannot be pickled, and unknowns of one process may have
-    the numbers of other unknowns in another process.
-    """
+    """The data that solvers leave in a problem cannot be pickled, and unknowns of one process may
+    have the numbers of other unknowns in another process."""
     contact, cycle = small_contact(1)
     limit = fo.shakedown_limit(contact, cycle, 0.5)
     for solver in ("CLARABEL", "HIGHS"):
@@ -317,10 +302,7 @@ def test_a_result_that_cvxpy_has_solved_again_can_be_pickled_and_solved_in_anoth
 
 
 def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
-    """A file that HiGHS writes has the limit as its optimum.
-
-    HiGHS reads and solves a program whose columns have their own names, without the package.
-    """
+    """HiGHS reads and solves a program whose columns have their own names, without the package."""
     limit = fo.shakedown_limit(*small_contact(1), 0.5)
     data, *_ = limit.problem.get_problem_data(cp.HIGHS)
     program, zero = highspy.HighsLp(), data["dims"].zero
@@ -361,12 +343,9 @@ def test_events_follow_each_other_on_their_leg():
 def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_the_limit(
     tangents, seed
 ):
-    """Multipliers of reactions are slips of the mechanism and rates of the limit.
-
-    The cyclic reactions of each corner are a load case. They are changed a little along a random
+    """The cyclic reactions of each corner are a load case. They are changed a little along a random
     direction in which each entry has a part; with ALL_CASES also each entry by itself. The rates
-    are compared with differences of limits.
-    """
+    are compared with differences of limits."""
     contact, cycle = small_contact(tangents, seed)
     by_corner = fo.LoadCycle(cycle.mean, [{f"corner {k}": 1.0} for k in range(len(cycle.corners))])
     loads = {f"corner {k}": contact.reaction(corner) for k, corner in enumerate(cycle.corners)}

@@ -182,11 +182,8 @@ def test_of_the_guaranteed_limit_with_open_nodes(seed):
 
 
 def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():
-    """The bolt with the largest rate presses the node that limits the load.
-
-    The nodes are uncoupled. The limit is f p / |q| of the weakest node: a force on its bolt raises
-    the limit by f / |q| per unit, and a force on the other bolt does not change it.
-    """
+    """The nodes are uncoupled. The limit is f p / |q| of the weakest node: a force on its bolt
+    raises the limit by f / |q| per unit, and a force on the other bolt does not change it."""
     bonded = {
         "P": ([0.0, 0.0], [1.0, 1.0]),
         "one": ([0.0, 0.0], [1.0, 0.0]),

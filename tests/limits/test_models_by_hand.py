@@ -118,11 +118,8 @@ def test_a_problem_without_an_optimum_has_the_status_that_plain_cvxpy_gives_it(q
 
 
 def test_own_rows_where_nothing_is_safe_without_them():
-    """Rows of the user have multipliers 0 where nothing is safe without them.
-
-    They govern nothing, so that their multipliers are 0, even if an earlier answer left other
-    values.
-    """
+    """They govern nothing, so that their multipliers are 0, even if an earlier answer left other
+    values."""
     system, cycle, friction = NONE_SAFE
     model = fo.ShakedownModel(system, cycle)
     row = model.slip <= 1.0
@@ -226,10 +223,7 @@ def test_norms_in_space_are_bare_so_that_solvers_of_second_order_cones_take_them
     ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
 )
 def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, friction):
-    """Rows of pressure that are left out change nothing.
-
-    Plain cvxpy solves the rows as they are printed, and all rows.
-    """
+    """Plain cvxpy solves the rows as they are printed, and all rows."""
     system, friction = contact(np.random.default_rng(2), 3), np.array(friction)
     load = fo.LoadCycle(cycle.mean, [{**corner, "mean": 0.4} for corner in cycle.corners])
     limit = fo.shakedown_limit(system, load, friction, open_nodes=np.zeros(3, dtype=bool))

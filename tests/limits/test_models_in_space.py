@@ -313,10 +313,7 @@ def test_models_that_make_no_sense_are_refused_by_name(change):
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])
 @pytest.mark.parametrize("by", [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [3.0, 0.0, 0.0]])
 def test_a_body_of_pieces_that_share_no_face_is_refused(kind, by):
-    """A body of pieces that share no face is refused.
-
-    Two cubes have their own nodes, or share an edge once their nodes are merged.
-    """
+    """Two cubes have their own nodes, or share an edge once their nodes are merged."""
     cube = kind.init_tensor([0.0, 1.0], [0.0, 1.0], [0.0, 1.0])
     other = cube.translated(by)
     apart = kind(np.hstack([cube.p, other.p]), np.hstack([cube.t, cube.p.shape[1] + other.t]))

@@ -204,10 +204,7 @@ def test_the_rate_with_friction_is_that_of_differences():
     "load_factor, rests", [(0.45, 1), (0.46, 0), (0.99, 0), (1.01, 1), (3.0, 1)]
 )
 def test_with_a_scaled_normal_load_the_states_of_rest_need_not_be_an_interval(load_factor, rests):
-    """With a scaled normal load the states of rest need not be an interval.
-
-    One node is at rest on [0, 1 / 2.2] and from 1 on.
-    """
+    """One node is at rest on [0, 1 / 2.2] and from 1 on."""
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     )
@@ -347,11 +344,8 @@ def test_twins_open_in_one_event():
 
 
 def test_of_two_nodes_that_lose_their_pressure_at_once_one_opens():
-    """One of two nodes opens where both lose their pressure at once.
-
-    By hand: half way both pressures are zero. The gap of node 0, w = 2 s - 1, presses node 1 by 0.9
-    w, which is more than the 0.5 w that the load takes.
-    """
+    """By hand: half way both pressures are zero. The gap of node 0, w = 2 s - 1, presses node 1 by
+    0.9 w, which is more than the 0.5 w that the load takes."""
     path = normal_path(np.array([[1.0, 0.9], [0.9, 1.0]]), np.array([[1.0, 0.5], [-1.0, -0.5]]))
     assert_allclose(path.leg + path.part, [0, 0.5, 1, 1.5])
     assert_allclose(path.gap, [[0, 0], [0, 0], [1, 0], [0, 0]], atol=1e-12)

@@ -94,10 +94,7 @@ def there_and_back(order):
     ("cells", "half_length", "shear", "press"), [(20, 1.62, 0.2, 0.4), (26, 1.5, 0.3, 0.45)]
 )
 def test_a_cylinder_sticks_up_to_gross_slip_in_phase(cells, half_length, shear, press):
-    """Loads in phase leave a cylinder sticking up to gross slip.
-
-    Shear grows less than friction times pressure: nothing slips until all nodes slip.
-    """
+    """Shear grows less than friction times pressure: nothing slips until all nodes slip."""
     cycle = fo.LoadCycle.harmonic({"Q": shear * F * P, "P": press * P}, mean={"P": P})
     limit = fo.shakedown_limit(cylinder(cells, half_length), cycle, F, events=True)
     assert limit.load_factor == pytest.approx(1 / (shear + press), rel=1e-9)
@@ -105,10 +102,7 @@ def test_a_cylinder_sticks_up_to_gross_slip_in_phase(cells, half_length, shear, 
 
 
 def test_twins_have_the_limit_of_one_of_them():
-    """Twin contacts have the limit of one of them.
-
-    Nothing couples the two contacts, and the multipliers belong to one of them.
-    """
+    """Nothing couples the two contacts, and the multipliers belong to one of them."""
     gains = 0
     for seed in few(range(24)):
         rng = np.random.default_rng([75, 1, seed])
@@ -137,11 +131,8 @@ def test_twins_have_the_limit_of_one_of_them():
 
 
 def test_a_node_that_opens_twice_has_two_slips():
-    """A node that opens twice in a cycle has two slips.
-
-    Node 0 opens, then node 1 opens and its gap presses node 0 shut again, under another shear load.
-    Both rest at any load factor, so that node 2 gives the limit 2 f p / q.
-    """
+    """Node 0 opens, then node 1 opens and its gap presses node 0 shut again, under another shear
+    load. Both rest at any load factor, so that node 2 gives the limit 2 f p / q."""
     C = np.array([[1.0, 0.85, 0.0], [0.85, 1.0, 0.0], [0.0, 0.0, 1.0]])
     loads = {"P": ([0, 0, 0], [0.25, 1.1, 1.0]), "D": ([0.12, 0.0, 0.2], [-1.0, -2.8, 0.0])}
     system = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), C, [0.0, 1.0, 2.0], loads)
@@ -167,10 +158,7 @@ def test_a_node_that_opens_twice_has_two_slips():
 
 
 def test_turning_points_on_a_line_change_nothing():
-    """Turning points on a line change nothing (theorem).
-
-    The ends of the line stand for any history of one load.
-    """
+    """The ends of the line stand for any history of one load."""
     found = 0
     for seed in [10, 11, 14, 15, *few(range(60))]:
         rng = np.random.default_rng([75, 2, seed])
@@ -264,10 +252,7 @@ def asked_with_events(*case):
 
 
 def test_where_the_load_encloses_an_area_no_events_are_searched():
-    """No events are searched where the load encloses an area.
-
-    Events need a load for which a node closes at the bonded reactions at which it opens (lemma).
-    """
+    """Events need a load for which a node closes at the bonded reactions at which it opens (lemma)."""
     for seed in few(range(6)):
         case = coupled(seed, "around an area")
         assert "events: " not in seen(lambda case=case: asked_with_events(*case))
@@ -282,11 +267,8 @@ def test_where_the_load_encloses_an_area_no_events_are_searched():
     few([(0.05, 0.13030, 0.19692), (0.2, 0.00317, 0.18594), (0.1, 0.08730, 0.19401)]),
 )
 def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
-    """The limit of a cylinder of two materials has no bound.
-
-    Fixed and scaled loads both vary in phase, so that the program has products, and proves no
-    bound.
-    """
+    """Fixed and scaled loads both vary in phase, so that the program has products, and proves no
+    bound."""
     two_bodies = cylinder(20, 1.6, beta)
     limit = fo.shakedown_limit(two_bodies, IN_PHASE, F, events=True)
     assert limit.load_factor == pytest.approx(in_phase, abs=5e-6)
@@ -316,10 +298,7 @@ def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
 
 
 def test_a_small_limit_is_found():
-    """A small limit is found.
-
-    The transient under the fixed loads opens twin nodes at once, and shows no order of events.
-    """
+    """The transient under the fixed loads opens twin nodes at once, and shows no order of events."""
     two_bodies = cylinder(20, 1.6, 0.18)
     limit = fo.shakedown_limit(two_bodies, IN_PHASE, F, events=True)
     assert limit.load_factor == pytest.approx(0.02001, abs=5e-6)

@@ -67,11 +67,8 @@ def test_one_node_with_scaled_normal_loads_by_hand():
 
 @pytest.mark.parametrize("friction_in_the_air", [0.5, 0.1, 1e-3])
 def test_the_margin_is_the_reserve_over_the_mean_bound_of_the_whole_contact(friction_in_the_air):
-    """The margin is the reserve over the mean friction bound of the whole contact.
-
-    By hand: only node 0 needs a reserve, and keeps 1 - 0.9. Node 1 opens and closes without shear.
-    Node 2 never closes, so that its friction counts only in the mean bound.
-    """
+    """By hand: only node 0 needs a reserve, and keeps 1 - 0.9. Node 1 opens and closes without
+    shear. Node 2 never closes, so that its friction counts only in the mean bound."""
     one = np.eye(3)
     f = np.array([0.5, 0.5, friction_in_the_air])
     p = np.array([2.0, 1.0, -1.0])
@@ -85,12 +82,9 @@ def test_the_margin_is_the_reserve_over_the_mean_bound_of_the_whole_contact(fric
 
 
 def test_no_friction_is_needed_where_pressed_nodes_carry_no_shear():
-    """No friction is needed if pressed nodes carry no shear.
-
-    By hand: one node opens in each cycle, under no shear, under static shear that a slip takes off,
-    and under shear that comes and goes while the node is open. With hardly any friction every start
-    comes to rest.
-    """
+    """By hand: one node opens in each cycle, under no shear, under static shear that a slip takes
+    off, and under shear that comes and goes while the node is open. With hardly any friction every
+    start comes to rest."""
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
     )

@@ -152,12 +152,9 @@ def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
 
 
 def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
-    """Closed nodes rest until a gap closes.
-
-    Two nodes in space do not feel each other. The mean load opens the first node by 0.1; the second
-    node, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the first
-    node closes, without shear.
-    """
+    """Two nodes in space do not feel each other. The mean load opens the first node by 0.1; the
+    second node, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the
+    first node closes, without shear."""
     still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
     bonded = {
         "mean": (still, np.array([-0.1, 0.0])),
@@ -272,11 +269,8 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(see
 
 
 def test_nodes_that_open_beyond_a_jump_are_left_out():
-    """Nodes that open beyond a jump are left out.
-
-    Friction exceeds its critical value at the first node. The exact path under the mean load ends
-    at a jump, beyond which this node is open.
-    """
+    """Friction exceeds its critical value at the first node. The exact path under the mean load
+    ends at a jump, beyond which this node is open."""
     A = [[1.351, 2.040], [2.040, 7.362]]
     B = [[-2.027, -3.535], [0.386, 0.939]]
     C = [[7.626, -2.224], [-2.224, 1.063]]

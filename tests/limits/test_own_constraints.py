@@ -396,11 +396,8 @@ def test_a_label_of_the_model_is_refused():
 
 
 def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold():
-    """Norms of all corners at once are refused; norms of each corner are obeyed.
-
-    cvxpy ends in an assertion along the last of three axes, and takes other entries along the
-    middle axis.
-    """
+    """cvxpy ends in an assertion along the last of three axes, and takes other entries along the
+    middle axis."""
     model = fo.ShakedownModel(contact_of(np.random.default_rng(0), 3, 2), TURNS)
     free = model.solve(0.4).load_factor
     most = 0.8 * np.linalg.norm(model.q.value, axis=2).max()
@@ -541,10 +538,7 @@ def test_what_is_no_number_proves_nothing(ask, which, monkeypatch):
 
 
 def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(monkeypatch):
-    """A solver that breaks a row of the user is not believed.
-
-    Only the unknown of the user is wrong: slip, load factor and multipliers are right.
-    """
+    """Only the unknown of the user is wrong: slip, load factor and multipliers are right."""
     contact, _ = TWO
     model, variable = fo.ShakedownModel(*TWO), cp.Variable(name="own")
     right = model.solve(0.4, [variable == 0.5 * model.slip[0]])

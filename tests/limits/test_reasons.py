@@ -9,10 +9,7 @@ from helpers.systems import CYCLE, all_closed, random_system, system
 
 @pytest.mark.parametrize("pulled", [True, False])
 def test_a_node_that_only_slip_presses_is_named(pulled):
-    """The reason names a node that only slip presses.
-
-    Slip of node 0, at most f, presses node 1 by half of the slip: |0.1 lam| <= f (f / 2 + p).
-    """
+    """Slip of node 0, at most f, presses node 1 by half of the slip: |0.1 lam| <= f (f / 2 + p)."""
     p, f = -0.05 if pulled else 0.05, 0.5
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [0.0, 0.0], [1.0, p], [0.0, 0.1], 0.0)
     limit = all_closed(pair, CYCLE, f)
@@ -32,10 +29,7 @@ def test_a_node_that_slip_unloads_is_named():
 
 @pytest.mark.parametrize(("friction", "wedges"), [(1.9, False), (2.1, True)])
 def test_a_node_that_may_wedge_itself_is_named(friction, wedges):
-    """The reason names a node that may wedge itself.
-
-    With A = 1 and B = 1/2 its critical friction is A / |B| = 2 (Klarbring 1990).
-    """
+    """With A = 1 and B = 1/2 its critical friction is A / |B| = 2 (Klarbring 1990)."""
     node = system(np.eye(1), [[0.5]], 0.0, 1.0, 1.0, 0.0)
     limit = fo.guaranteed_limit(node, CYCLE, friction)
     assert limit.node == 0 and ("may wedge itself" in limit.reason) == wedges

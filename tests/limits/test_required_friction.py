@@ -240,11 +240,8 @@ def fir():
     "load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)], 1, 9)
 )
 def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_factor, fir):
-    """The required friction of a fir tree is the threshold of its limit.
-
-    At 0.944 the best set of open nodes is next to a set that the mean load opens with less
-    friction. It is not next to the best of these sets.
-    """
+    """At 0.944 the best set of open nodes is next to a set that the mean load opens with less
+    friction. It is not next to the best of these sets."""
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
     required = fo.required_friction(fir, cycle, load_factor)
     assert required.open.any()
@@ -257,11 +254,8 @@ def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_fact
 
 
 def test_faces_of_strongly_graded_nodes():
-    """Faces with strongly graded nodes have a required friction.
-
-    Two inclined faces have a hundredfold grading, and a stiff blade is in a soft disc. There B
-    hardly feels some slips.
-    """
+    """Two inclined faces have a hundredfold grading, and a stiff blade is in a soft disc. There B
+    hardly feels some slips."""
     contact, load_factor = graded(0)[0], 0.05
     cycle = fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}])
     assert straddles(contact, cycle, load_factor, fo.required_friction(contact, cycle, load_factor))
@@ -297,11 +291,8 @@ def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load
 
 
 def test_faces_that_lock_themselves_need_slips_without_bound():
-    """Faces that lock themselves need slips without bound.
-
-    A dovetail that is pushed from below is held by friction alone, equal to the cotangent of its
-    angle. With this friction the slip has no bound.
-    """
+    """A dovetail that is pushed from below is held by friction alone, equal to the cotangent of its
+    angle. With this friction the slip has no bound."""
     contact = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense()
     cot = 1 / np.tan(np.radians(50))
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
@@ -427,11 +418,8 @@ def test_pressures_within_rounding_of_zero_are_no_answer():
 
 
 def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_margin():
-    """A node with a small part of the margin has a proof that less friction is too little.
-
-    The node has a millionth of the pressure and limits the friction. The margin hardly feels a
-    little less friction, so that the step to the proof is wider.
-    """
+    """The node has a millionth of the pressure and limits the friction. The margin hardly feels a
+    little less friction, so that the step to the proof is wider."""
     light = 1e-6
     contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, light), (0.1, 0.5 * light), 0.0)
     required = fo.required_friction(contact, CYCLE, 1.0)
@@ -442,11 +430,8 @@ def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_marg
 
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
-    """Where the mean load pulls a node, more load needs less friction.
-
-    A node that is pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam
-    - 1) >= 0.6 lam. Its least safe load factor agrees.
-    """
+    """A node that is pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f
+    (lam - 1) >= 0.6 lam. Its least safe load factor agrees."""
     cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
     required = [fo.required_friction(NODE, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
     assert [each.required for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
@@ -469,11 +454,8 @@ def by_slips(S, loads, node, slips):
 
 
 def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
-    """Less friction may be enough with a node that it leaves open.
-
-    Under the mean load node 1 opens with friction 0.25 and does not open with 0.3. The open node
-    leaves a contact of one node, whose slips are tried here.
-    """
+    """Under the mean load node 1 opens with friction 0.25 and does not open with 0.3. The open node
+    leaves a contact of one node, whose slips are tried here."""
     S = np.array(
         [
             [1.8, 0.1, -0.6, -0.6],
@@ -506,11 +488,8 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
 
 
 def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
-    """Less friction may be enough with a node that opens only after slip.
-
-    On a glued contact the mean load presses the nodes by 0.29 and 0.08. With a friction of 0.1 node
-    0 slips open, so that only node 1 rests; with 0.3 both nodes are closed.
-    """
+    """On a glued contact the mean load presses the nodes by 0.29 and 0.08. With a friction of 0.1
+    node 0 slips open, so that only node 1 rests; with 0.3 both nodes are closed."""
     S = np.array(
         [
             [0.67, -0.19, 0.1, -0.35],

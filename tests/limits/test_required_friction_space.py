@@ -44,11 +44,8 @@ def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
     "corners", [[(-1, 0), (0, 0), (1, 0)], [(-1, 0), (1, 0)], [(1, 0), (-0.5, 0.75), (-0.5, -0.75)]]
 )
 def test_a_rigid_body_has_no_normal_stiffness_beyond_rounding(corners):
-    """The sign of rounding in the normal stiffness of a rigid body does not matter.
-
-    Statics determines the forces on three nodes, or on two. Sheared evenly by 0.1 and pressed by 1,
-    they need a friction of 0.1.
-    """
+    """Statics determines the forces on three nodes, or on two. Sheared evenly by 0.1 and pressed by
+    1, they need a friction of 0.1."""
     points = np.column_stack([np.array(corners, float), np.zeros(len(corners))])
     n = len(corners)
     axes = [(axis, np.zeros(3)) for axis in np.eye(3)] + [(np.zeros(3), axis) for axis in np.eye(3)]

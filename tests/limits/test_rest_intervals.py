@@ -66,10 +66,7 @@ def harmonic(phase, shear=0.1, corners=8):
 
 
 def test_one_node_rests_on_two_intervals():
-    """One node rests on two intervals, by hand.
-
-    Its friction ends the first interval; from 1 on the node is open where its shear turns.
-    """
+    """Its friction ends the first interval; from 1 on the node is open where its shear turns."""
     limit = fo.shakedown_limit(node(), LOOP, 0.5)
     assert limit.load_factor == pytest.approx(1 / 2.2) and not limit.proven
     assert_allclose(limit.intervals, [[0, 1 / 2.2], [1, np.inf]], rtol=1e-9)
@@ -77,10 +74,7 @@ def test_one_node_rests_on_two_intervals():
 
 
 def test_one_node_slips_from_the_load_on_at_which_it_opens():
-    """One node slips from the load on at which it opens.
-
-    It opens at 1, and from there on it opens and closes under different shears.
-    """
+    """It opens at 1, and from there on it opens and closes under different shears."""
     cycle = path((-1.0, 0.01), (0.0, 0.0), (-1.0, -0.01), (0.0, 0.0))
     limit = fo.shakedown_limit(node(), cycle, 0.5)
     assert limit.load_factor == pytest.approx(1 / 1.02)
@@ -91,11 +85,8 @@ def test_one_node_slips_from_the_load_on_at_which_it_opens():
 
 
 def test_a_node_that_opens_on_a_line_rests_at_every_load():
-    """A node that opens on a line rests at every load.
-
-    To and fro it opens and closes at one load; the size of its slip while it is open does not
-    matter.
-    """
+    """To and fro it opens and closes at one load; the size of its slip while it is open does not
+    matter."""
     limit = fo.shakedown_limit(node(A=3.0), path((2.0, 0.5), (-2.0, -0.5)), 0.9)
     assert limit.load_factor == np.inf and "every load factor" in limit.reason
     assert limit.intervals.tolist() == [[0.0, np.inf]]
@@ -176,11 +167,8 @@ TO_AND_FRO = fo.LoadCycle({"mean": 1.0}, [{"P": 1.0, "Q": 1.0}, {"P": -1.0, "Q":
 
 
 def test_a_limit_that_is_nearly_zero_has_its_interval():
-    """A limit that is nearly zero has an interval.
-
-    Node 1 has hardly any pressure, and its shear grows faster than its friction bound. By hand, 0.5
-    lam + x <= f (p + 0.1 lam) and 0.5 lam - x <= f (p - 0.1 lam), so that lam = 2 f p.
-    """
+    """Node 1 has hardly any pressure, and its shear grows faster than its friction bound. By hand,
+    0.5 lam + x <= f (p + 0.1 lam) and 0.5 lam - x <= f (p - 0.1 lam), so that lam = 2 f p."""
     system = two_nodes([1.0, 1e-13], 0.1, 0.5)
     limit = fo.shakedown_limit(system, TO_AND_FRO, 0.5)
     assert 0 <= limit.load_factor < 1e-11
@@ -189,11 +177,8 @@ def test_a_limit_that_is_nearly_zero_has_its_interval():
 
 
 def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
-    """The limit of a contact whose node never touches covers all its gaps.
-
-    The mean load pulls node 0 open. By hand, node 1 has 0.5 lam + x <= 0.5 (1 + 0.2 lam) and 0.5
-    lam - x <= 0.5 (1 - 0.2 lam), so that its limit is 1. Above it every start slips.
-    """
+    """The mean load pulls node 0 open. By hand, node 1 has 0.5 lam + x <= 0.5 (1 + 0.2 lam) and 0.5
+    lam - x <= 0.5 (1 - 0.2 lam), so that its limit is 1. Above it every start slips."""
     system = two_nodes([-1.0, 1.0], 0.2, 0.5)
     for events in (False, True):
         limit = fo.shakedown_limit(system, TO_AND_FRO, 0.5, events=events)
@@ -207,12 +192,9 @@ def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
 
 
 def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():
-    """A pressure that keeps its value bounds no load factor.
-
-    In the last piece the node that stays closed has one pressure at an event of the other node, and
-    the rate of this pressure is rounding. Transients from several starts rest far above the last
-    event.
-    """
+    """In the last piece the node that stays closed has one pressure at an event of the other node,
+    and the rate of this pressure is rounding. Transients from several starts rest far above the
+    last event."""
     case = contact(9248)
     limit = fo.shakedown_limit(*case.arguments)
     assert limit.load_factor == np.inf and limit.intervals.tolist() == [[0.0, np.inf]]
@@ -338,10 +320,7 @@ def test_intervals_of_shear_alone_of_static_loads_and_of_coupled_contacts():
 
 
 def test_held_loads_that_begin_too_large_are_safe_later():
-    """Held loads that begin too large are safe at larger load factors.
-
-    A free body slides under its mean shear until the cyclic load presses it.
-    """
+    """A free body slides under its mean shear until the cyclic load presses it."""
     system = cylinder(8)
     cycle = fo.LoadCycle({"P": P, "Q": 0.5 * P}, [{"P": 2 * P}, {"P": 4 * P}])
     limit = fo.shakedown_limit(system, cycle, F)

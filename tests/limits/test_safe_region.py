@@ -135,10 +135,7 @@ def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
 
 @pytest.mark.parametrize("seed", few(range(2)))
 def test_in_space_every_ray_ends_between_both_polygons(seed):
-    """In space every ray ends between both polygons of the region.
-
-    The end of the ray is a limit by polygons around the friction circles, over raw slips.
-    """
+    """The end of the ray is a limit by polygons around the friction circles, over raw slips."""
     rng = np.random.default_rng(seed)
     contact, f = random_contact(rng, 3), rng.uniform(0.3, 0.8, 3)
     region = fo.safe_region(
@@ -234,11 +231,8 @@ def test_bad_loads_are_refused(loads):
 
 
 def test_the_ray_of_one_load_alone_gives_a_line_for_both():
-    """The limit of a single load gives a line for both loads.
-
-    The corners of the cycle differ by the other load, which has amplitude 0 there. With the right
-    multipliers each side takes at most two limits.
-    """
+    """The corners of the cycle differ by the other load, which has amplitude 0 there. With the
+    right multipliers each side takes at most two limits."""
     for seed in range(5):
         contact, _, region = random_region(seed)
         if len(region.sides) and not region.unlimited and contact.B.any():
@@ -248,11 +242,8 @@ def test_the_ray_of_one_load_alone_gives_a_line_for_both():
 
 @pytest.mark.parametrize("other", ["idle", "twin"])
 def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
-    """A side of the region that misses its vertices is no answer.
-
-    If the mechanism of a limit proves a little more than its slip carries, its line is beside its
-    point; the lines of twin points are parallel.
-    """
+    """If the mechanism of a limit proves a little more than its slip carries, its line is beside
+    its point; the lines of twin points are parallel."""
 
     rays = import_module("frictopt.limits.safe_region").Rays
     limit_of = rays._limit

@@ -137,11 +137,8 @@ def test_a_set_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_and_re
 
 
 def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(paper_cycle):
-    """Sets of nodes that open with less friction are tried, too.
-
-    With 0.9 the closed contact still has a small limit. The two sides of the best set open only
-    together, as under the mean load with less friction.
-    """
+    """With 0.9 the closed contact still has a small limit. The two sides of the best set open only
+    together, as under the mean load with less friction."""
     flat = fo.scenes.PunchOnHalfPlane(elements=12).condense()
     contact = flat.with_gap(2.0 * flat.x**4)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.9)
@@ -174,11 +171,8 @@ def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, pap
 
 
 def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
-    """A load below the least load of the best set rests with other open nodes.
-
-    With friction 0.3 the closed contact rests from 0.31 to 1.83, and the contact with node 0 open
-    up to 0.73. All load factors up to 1.83 are safe.
-    """
+    """With friction 0.3 the closed contact rests from 0.31 to 1.83, and the contact with node 0
+    open up to 0.73. All load factors up to 1.83 are safe."""
     S = np.array(
         [
             [0.67, -0.19, 0.1, -0.35],
@@ -287,11 +281,8 @@ def test_a_contact_whose_nodes_are_all_open_for_ever_is_none():
 
 @pytest.mark.parametrize("shear", [0.3, 0.0])
 def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
-    """Nodes that only the corners press rest in an interval of load factors.
-
-    Node 0 is always open, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), and node 2 sticks if `shear`
-    lam <= 0.5. Below the interval node 1 slips unless it is open, too.
-    """
+    """Node 0 is always open, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), and node 2 sticks if
+    `shear` lam <= 0.5. Below the interval node 1 slips unless it is open, too."""
     loads = {
         "P": ([0, 0, 0], [-5.0, -1.0, 1.0]),
         "N": ([0, 0, 0], [0, 1.0, 0]),
@@ -317,11 +308,8 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
 
 
 def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds():
-    """A node that the corners lift rests open far above the limit of the closed contact.
-
-    No search near the limit finds this. The node is pressed by 1, lifted by lam at both corners,
-    and sheared by +-lam. Closed, it slips where 0.5 (1 - lam) < lam; from lam = 1 on it is open.
-    """
+    """No search near the limit finds this. The node is pressed by 1, lifted by lam at both corners,
+    and sheared by +-lam. Closed, it slips where 0.5 (1 - lam) < lam; from lam = 1 on it is open."""
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
     limit = fo.shakedown_limit(NODE, cycle, 0.5)
     assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3))
@@ -335,11 +323,8 @@ def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_se
 @settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), other=st.floats(-1.0, 0.9))
 def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed, other):
-    """Every load factor from the least one to the limit has a safe slip.
-
-    The slip belongs to one set of open nodes or another. Loads that nearly stand still open nodes
-    which only a large load holds open.
-    """
+    """The slip belongs to one set of open nodes or another. Loads that nearly stand still open
+    nodes which only a large load holds open."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, int(rng.integers(2, 5)), coupling=1.0)
     f = float(rng.uniform(0.2, 1.5))
@@ -384,11 +369,8 @@ def test_a_static_load_opens_no_further_nodes_of_a_large_contact():
 
 
 def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
-    """The search begins with the nodes that the mean load opens with less friction.
-
-    A mean shear of 1 slips node 0 by 1 - f where f < 1. That slip lifts node 1, which is pressed by
-    0.1, by half of the slip.
-    """
+    """A mean shear of 1 slips node 0 by 1 - f where f < 1. That slip lifts node 1, which is pressed
+    by 0.1, by half of the slip."""
     pair = system(np.eye(2), [[0.0, 0.0], [0.5, 0.0]], [1.0, 0.0], [1.0, 0.1], [0.1, 0.0], 0.0)
     starts = [
         opened.tolist() for opened in settled_sets(pose(pair, CYCLE, 1.2), tending=True, safe=True)
@@ -402,11 +384,8 @@ def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
 
 
 def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction():
-    """The search also begins with the nodes that the mean load opens with more friction.
-
-    Node 0 slips by 1 - f where f < 1. That slip presses node 1, which is pulled by 0.05, by half of
-    the slip.
-    """
+    """Node 0 slips by 1 - f where f < 1. That slip presses node 1, which is pulled by 0.05, by half
+    of the slip."""
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [1.0, 0.0], [1.0, -0.05], [0.1, 0.0], 0.0)
     starts = [
         opened.tolist() for opened in settled_sets(pose(pair, CYCLE, 0.7), tending=True, safe=True)

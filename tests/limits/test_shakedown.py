@@ -104,11 +104,8 @@ def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
 
 
 def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
-    """Averaged dilatation removes most of the dependence on Poisson's ratio.
-
-    Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear
-    elements lose over 60 % of the limit up to 0.5.
-    """
+    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear
+    elements lose over 60 % of the limit up to 0.5."""
     for friction in (0.3, 0.7):
         changes = {}
         for element in ("linear", "mean_dilatation"):
@@ -122,10 +119,7 @@ def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
 
 
 def test_normal_forces_that_drown_in_the_shear_of_the_mean_load_are_refused():
-    """Normal forces that drown in the shear of the mean load are refused.
-
-    The mean shear is 1e10 mean pressures, at which HiGHS did not come back (fuzzed seed 552).
-    """
+    """The mean shear is 1e10 mean pressures, at which HiGHS did not come back (fuzzed seed 552)."""
     contact = system(0.6, 0.0, 0.016, 1e-12, 1.5, 0.3)
     loads = {"mean": [0.0096, 0.0128, 1e-12], "cyclic": [1.0, 0.0, 0.0]}
     for node in (contact, fo.ContactSystem(np.eye(3), [[0, 0, 0]], loads)):
@@ -157,11 +151,8 @@ def test_a_soft_contact_beside_a_stiff_one_is_no_free_one(ratio):
 
 @pytest.mark.parametrize("coupling", [0.0, 0.1])
 def test_a_node_without_friction_is_named_where_it_leaves_no_limit(coupling):
-    """The answer names a node without friction that leaves no limit.
-
-    The node slides without work, so that transients count the contact as at rest until the other
-    node slips.
-    """
+    """The node slides without work, so that transients count the contact as at rest until the other
+    node slips."""
     loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([1.0, 0.5], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(
         np.diag([2.0, 5.0]), [[0.0, coupling], [-coupling, 0.0]], np.eye(2), [0.0, 1.0], loads

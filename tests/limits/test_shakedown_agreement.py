@@ -24,11 +24,8 @@ def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("corners", [3, 24])
 def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners, simplify):
-    """Corners that govern no node are counted and change nothing.
-
-    The corners are on an ellipse, and one is within it. A plain program with the rows of all
-    corners gives the same limit.
-    """
+    """The corners are on an ellipse, and one is within it. A plain program with the rows of all
+    corners gives the same limit."""
     angles = np.r_[2 * np.pi * np.arange(corners) / corners, 0.3]
     sizes = np.r_[np.ones(corners), 0.4]
     loads = [
@@ -48,11 +45,8 @@ def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners
 
 
 def test_friction_changed_by_hand_to_zero_leaves_no_tension():
-    """A node whose friction is changed to zero by hand carries no tension.
-
-    The cyclic load lifts node 0, p = 1 - lam, and shears node 1. Without friction at node 0 the
-    limit is min(1, 10 f).
-    """
+    """The cyclic load lifts node 0, p = 1 - lam, and shears node 1. Without friction at node 0 the
+    limit is min(1, 10 f)."""
     loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.0, 0.1], [1.0, 0.0])}
     two = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
@@ -63,11 +57,8 @@ def test_friction_changed_by_hand_to_zero_leaves_no_tension():
 
 
 def test_many_corners_take_memory_for_their_loads_alone():
-    """Many corners take memory only for their loads.
-
-    There are three nodes and 20,000 corners. Rows of all of them would be a program of 120,000
-    rows.
-    """
+    """There are three nodes and 20,000 corners. Rows of all of them would be a program of 120,000
+    rows."""
     rng = np.random.default_rng(0)
     contact = random_system(rng, 3, loads=("mean", "a", "b"))
     cycle = fo.LoadCycle(

@@ -44,10 +44,7 @@ from helpers.systems import (
 def test_the_shakedown_limit_against_a_program_over_raw_slips(
     tangents, seed, nodes, corners, f, coupling, free, size, simplify
 ):
-    """The shakedown limit agrees with a program over raw slips.
-
-    If `free`, nothing holds the body in the plane against a slide.
-    """
+    """If `free`, nothing holds the body in the plane against a slide."""
     rng = np.random.default_rng(seed)
     rel = 1e-8 if tangents == 1 else 1e-6
     f = f * rng.uniform(0.5, 1.5, nodes)
@@ -101,11 +98,8 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
 def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(
     seed, nodes, f, free, size, factor, simplify
 ):
-    """Safe slips have the largest reserve, and certificates are proofs.
-
-    With a bound on the slip and without, a linear program over raw slips gives the margin in place
-    of the load factor.
-    """
+    """With a bound on the slip and without, a linear program over raw slips gives the margin in
+    place of the load factor."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes)
     most = None if size is None else size * rng.uniform(0.5, 1.5, nodes)
@@ -172,12 +166,9 @@ def test_a_false_denial_is_not_believed(monkeypatch):
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e9])
 @pytest.mark.parametrize("most", [[0.1, 0.4], [0.4, 0.1]])
 def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, share):
-    """A slide within the bound is not lost beside a stiff node.
-
-    Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so
+    """Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so
     carry 1.5. Node 1 has a share of the forces of node 0, and slips in proportion. Neither this
-    share nor the third node changes the limit.
-    """
+    share nor the third node changes the limit."""
     forces = np.array([1.0, share, 1.0])
     A = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, stiff]]) * np.outer(forces, forces)
     bonded = {"P": (np.zeros(3), forces), "Q": (forces * [-1.0, 1.0, 0.1], np.zeros(3))}
@@ -192,11 +183,8 @@ def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, s
 
 
 def test_a_bound_is_a_circle_whatever_the_directions_of_the_tangents():
-    """A bound on slip is a circle, whatever the directions of the tangents.
-
-    One node of unit stiffness is sheared to one side by 2 q. It needs a slip of q to be centred.
-    With slips of at most `most` it carries f p + most.
-    """
+    """One node of unit stiffness is sheared to one side by 2 q. It needs a slip of q to be centred.
+    With slips of at most `most` it carries f p + most."""
     turned = np.deg2rad(31.0)
     pull = fo.LoadCycle(
         {"P": 1.0}, [{"X": 2 * np.cos(turned), "Y": 2 * np.sin(turned)}, {"P": 0.0}]
@@ -246,11 +234,8 @@ def test_a_load_that_hides_the_mean_load_is_refused(load_factor):
 
 @pytest.mark.parametrize("axes", [2, 3])
 def test_more_friction_adds_the_pressure_of_a_node_that_its_slip_frees_of_shear(axes):
-    """More friction adds the pressure of a node whose slip takes all shear off.
-
-    The slip with the largest reserve leaves no shear. The reserve is then the same in all
-    directions, f p with p = 0.5.
-    """
+    """The slip with the largest reserve leaves no shear. The reserve is then the same in all
+    directions, f p with p = 0.5."""
     loads = {"P": np.eye(axes)[-1], "Q": np.eye(axes)[0]}
     node = fo.ContactSystem(np.eye(axes), np.zeros((1, axes)), loads)
     safe = fo.safe_slip(

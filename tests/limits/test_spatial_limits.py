@@ -142,11 +142,8 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
 
 @pytest.mark.parametrize("seed", [7, 14])  # of others the oracle has no answer on some processors
 def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_of_soft_slips(seed):
-    """Nodes that hardly feel the load do not change the limit by rounding of soft slips.
-
-    Little but its spring resists a slide of the whole body; half of the nodes stick whatever the
-    load.
-    """
+    """Little but its spring resists a slide of the whole body; half of the nodes stick whatever the
+    load."""
     contact = random_contact(np.random.default_rng(seed), 12)
     slides = np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12)
     held = np.eye(36) - slides @ slides.T
@@ -190,11 +187,8 @@ def wedged(seed):
 
 @pytest.mark.parametrize("seed", [85, 87])
 def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
-    """Multipliers that steps miss by rounding are corrected where slips press hard.
-
-    Limits and margins of these contacts once were errors: no step of the interior point, and no
-    polish, gave right multipliers.
-    """
+    """Limits and margins of these contacts once were errors: no step of the interior point, and no
+    polish, gave right multipliers."""
     system, loads, f = wedged(seed)
     limit, safe = (
         ask(system, loads, f, *at, solver="INTERIOR_POINT")
@@ -205,10 +199,7 @@ def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
 
 
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
-    """No limit is below a load factor that polygons prove safe.
-
-    A mechanism that stresses the contact a little gives no bound where slips can be large.
-    """
+    """A mechanism that stresses the contact a little gives no bound where slips can be large."""
     compared = 0
     for seed in [6, 52, 91, 234, 319, 340, *few(range(12))]:
         system, loads, f = wedged(seed)
@@ -240,11 +231,8 @@ def test_hundreds_of_nodes_have_a_certified_limit_at_the_ends_of_the_range(
 
 
 def test_a_corner_a_little_outside_of_the_others_counts():
-    """A corner just outside the hull of the others counts.
-
-    It is further out by 5e-8. That is within the tolerance of the linear program that finds it, and
-    above the tolerance of the answer.
-    """
+    """It is further out by 5e-8. That is within the tolerance of the linear program that finds it,
+    and above the tolerance of the answer."""
     node, off = single(), 5e-8
     limit = fo.shakedown_limit(
         node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0 + off}, {"X": -1.0}, {"X": 1.0}]), 0.5

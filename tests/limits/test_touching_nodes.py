@@ -119,11 +119,8 @@ def test_a_closed_contact_of_more_nodes_asks_one_program(elements):
 
 
 def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
-    """The search tries the touching node of a quarter of a flange, which hardly moves.
-
-    Node 6 is open and touches. It has half a percent of the largest motion, because the motion of
-    an open node is in the unit of its gap.
-    """
+    """Node 6 is open and touches. It has half a percent of the largest motion, because the motion
+    of an open node is in the unit of its gap."""
     steel = dict.fromkeys(("upper", "lower", "bolt"), fo.fem.Material(E=210e3, nu=0.3))
     bodies = fo.fem.split_bodies(fo.readers.read_mesh(TUTORIAL / "flange.msh"), steel)
     contacts = [

@@ -473,10 +473,8 @@ def test_arrows_press_on_the_boundary_or_begin_there():
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("mesh", [MeshTri, MeshQuad, MeshTet, MeshHex])
 def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
-    """Arrows point along the traction, whatever the elements.
-
-    This also holds where corner nodes carry no force of a uniform traction, or a force against it.
-    """
+    """This also holds where corner nodes carry no force of a uniform traction, or a force against
+    it."""
     line, d = np.linspace(0.0, 1.0, 4), mesh.elem.refdom.dim()
     lines = [line] * (d - 1)
     pad = mesh.init_tensor(*lines, line).with_boundaries(

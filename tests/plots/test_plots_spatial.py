@@ -133,11 +133,8 @@ def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, rati
 
 
 def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
-    """The corner with the least reserve has the least f p - |q|.
-
-    It is not the corner of the least p - |q|, of the largest ratio, of the least shear in one
-    direction, or of the node with the largest reserve.
-    """
+    """It is not the corner of the least p - |q|, of the largest ratio, of the least shear in one
+    direction, or of the node with the largest reserve."""
     # The shear 0.4 is along the second tangent, all others along the first.
     reserves = {
         0: [0.5 - 0.4, 1.0 - 0.5],

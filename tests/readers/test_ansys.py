@@ -43,11 +43,8 @@ def test_the_bar_is_held_at_its_foot_and_one_body(bar):
 
 
 def test_rigid_motions_and_uniform_tension_need_no_forces_inside(bar):
-    """Rigid motions and uniform tension need no forces inside.
-
-    Elements that pass the patch test behave so. With E = 16.9e6 and nu = 0.31 only the end carries
-    a force, E times strain.
-    """
+    """Elements that pass the patch test behave so. With E = 16.9e6 and nu = 0.31 only the end
+    carries a force, E times strain."""
     x, y, z = bar.points.T
     off, end, size = z > 0.51, z == 5, abs(bar.K).max()  # a row of elements away from the clamp
     for u in (

@@ -62,10 +62,7 @@ def test_areas_and_totals_are_those_of_the_whole_circumference(tmp_path):
 
 
 def test_a_negative_radius_is_named(tmp_path):
-    """The error names a negative radius.
-
-    A matrix file of Abaqus has a deck whose section lies on both sides of the axis.
-    """
+    """A matrix file of Abaqus has a deck whose section lies on both sides of the axis."""
     rows = [(node, axis) for node in range(1, 7) for axis in (1, 2)]
     lines = [
         f"{n}, {i}, {m}, {j}, {2.0 if (n, i) == (m, j) else 0.1}" for n, i in rows for m, j in rows

@@ -117,10 +117,7 @@ def leaning(top, direction):
 
 
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
-    """Nodes that follow other nodes hold no body.
-
-    The block may rise: it is held along x only, and the top of the punch moves as one along y.
-    """
+    """The block may rise: it is held along x only, and the top of the punch moves as one along y."""
     blocks, _, deck = plane()
     rules = "".join(equation(*terms) for terms in moves_as_one(blocks[0].on(1, 2), 2))
     job = fo.readers.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
@@ -211,11 +208,8 @@ def test_without_a_density_there_is_no_matrix(tmp_path):
 
 
 def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path):
-    """Bricks with incompatible modes are as stiff as in a static step.
-
-    CalculiX gives each brick three nodes that are not in the deck. The displacement of glued bodies
-    under forces by the package is that of CalculiX under its own forces.
-    """
+    """CalculiX gives each brick three nodes that are not in the deck. The displacement of glued
+    bodies under forces by the package is that of CalculiX under its own forces."""
     blocks, pairs, deck = space()
     deck = deck.replace("C3D8", "C3D8I")
     job = fo.readers.read_calculix(run(tmp_path, deck)[0])
@@ -242,10 +236,7 @@ def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
 
 
 def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path):
-    """Displacements under forces by the package agree with a static step.
-
-    Forces act on nodes, and a pressure acts on a face.
-    """
+    """Forces act on nodes, and a pressure acts on a face."""
     block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
     top, bottom = block.on(2, 2), block.on(2, 0)
     deck = block.deck() + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n"

@@ -28,11 +28,8 @@ def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path)
 @pytest.mark.ccx
 @pytest.mark.parametrize("form", ["%.12e", "%.18e"])
 def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
-    """Numbers that CalculiX does not read as a whole are refused.
-
-    A bar of 8 mm, in metres, is pulled by s: its end moves by s L / E. CalculiX takes it for a bar
-    of 8 m if its numbers are too long.
-    """
+    """A bar of 8 mm, in metres, is pulled by s: its end moves by s L / E. CalculiX takes it for a
+    bar of 8 m if its numbers are too long."""
     bar = Block(1, lines((0, 0.008, 2), (0, 0.002, 1), (0, 0.002, 1)), 210e9, 0.0, "BAR")
     nodes = "".join(
         f"{n}, {', '.join(form % x for x in point)}\n"

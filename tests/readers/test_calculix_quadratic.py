@@ -48,11 +48,8 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
 
 @pytest.mark.parametrize("kind", ["CPE6", "C3D10"])
 def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
-    """The contact agrees with a mesh of the package with the same elements.
-
-    Straight triangles and tetrahedra have the same matrices in any code. Shear acts on the top;
-    from edges it goes to the corners, too.
-    """
+    """Straight triangles and tetrahedra have the same matrices in any code. Shear acts on the top;
+    from edges it goes to the corners, too."""
     d = dimensions(KINDS[kind])
     bodies = two_boxes(KINDS[kind], fo.fem.Material(2.0, 0.3), bulge=None)
     job = fo.readers.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces(
@@ -79,11 +76,8 @@ def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
 
 @pytest.mark.parametrize("kind", ["CPE8", "C3D20", "C3D10"])
 def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
-    """Displacements under forces by the package agree with a static step.
-
-    A traction on a face becomes nodal forces of the elements of CalculiX, whose own step has the
-    pressure P on element faces.
-    """
+    """A traction on a face becomes nodal forces of the elements of CalculiX, whose own step has the
+    pressure P on element faces."""
     d = dimensions(KINDS[kind])
     bodies = two_boxes(KINDS[kind], fo.fem.Material(2.0, 0.3), bulge=None)
     text = deck(bodies, kind) + "*BOUNDARY\nCU, 1, 3\nCL, 1, 3\n"

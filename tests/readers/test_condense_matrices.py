@@ -136,11 +136,8 @@ def test_names_and_widths_are_kept():
 
 
 def test_rotations_of_a_cantilever_are_eliminated():
-    """Rotations of a cantilever are eliminated.
-
-    It has two beam elements. Its tip rests on the ground, which feels 3 E I / l^3 across and E A /
-    l along, and half of a moment over the length.
-    """
+    """It has two beam elements. Its tip rests on the ground, which feels 3 E I / l^3 across and E A
+    / l along, and half of a moment over the length."""
     EI, EA, half = 2.0, 5.0, 1.5
     bend = (
         EI
@@ -344,11 +341,8 @@ def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
 
 
 def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
-    """A pair of two held nodes may be left out.
-
-    On a plane of symmetry both bodies are held across it. The pair cannot slip there, but carries
-    pressure.
-    """
+    """On a plane of symmetry both bodies are held across it. The pair cannot slip there, but
+    carries pressure."""
     good = free_block()
     side = np.flatnonzero(np.isclose(good["points"] @ TURN[:, 1], 0.0))
     pairs = good["pairs"]

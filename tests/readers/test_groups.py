@@ -139,11 +139,8 @@ def test_other_versions_are_refused_by_number(tmp_path):
 
 
 def test_numbers_of_groups_with_a_minus_are_those_of_the_groups(tmp_path):
-    """A group number with a minus is the number of the group.
-
-    In version 2.2, as other codes write it, sides 1 and 2 of a square are in group 7, one of them
-    with a minus.
-    """
+    """In version 2.2, as other codes write it, sides 1 and 2 of a square are in group 7, one of
+    them with a minus."""
     rows = ["1 1 2 7 1 1 2", "2 1 2 -7 2 2 3", "3 3 2 1 1 1 2 3 4"]
     text = [
         "$MeshFormat",
@@ -164,10 +161,7 @@ def test_numbers_of_groups_with_a_minus_are_those_of_the_groups(tmp_path):
 
 
 def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
-    """Groups of Salome equal the groups of the same mesh by gmsh.
-
-    They are families of elements and of nodes; one element is in two groups.
-    """
+    """They are families of elements and of nodes; one element is in two groups."""
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
     cells = [("tetra", np.array([[0, 1, 2, 3], [0, 2, 1, 4]])), ("triangle", np.array([[0, 1, 3]]))]
     mesh = meshio.Mesh(

@@ -179,10 +179,7 @@ def test_decks_are_read_as_written(squares):
 
 
 def test_surfaces_name_their_nodes(squares):
-    """Surfaces name their nodes.
-
-    They are surfaces of faces of elements or of nodes; a set of the same name has precedence.
-    """
+    """They are surfaces of faces of elements or of nodes; a set of the same name has precedence."""
     named = "*SURFACE, NAME=Side\nFIRST, S4\n*SURFACE, NAME=Nodes, TYPE=NODE\nRIGHT\n10\n*SURFACE, NAME=Right\n1, S4\n"
     named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*ELEMENT, TYPE=MASS, ELSET=HEAVY\n99, 10\n*SURFACE, NAME=Lost\nHEAVY, S1"
     (squares / "job.inp").write_text(SQUARES + named)
@@ -402,11 +399,8 @@ def test_compressed_or_binary_files_are_refused(tmp_path):
 
 
 def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
-    """The limit agrees with the same mesh assembled by the package.
-
-    The number is in the README of the data: mean pressure 100 on the punch, shear to and fro, f =
-    0.5.
-    """
+    """The number is in the README of the data: mean pressure 100 on the punch, shear to and fro, f
+    = 0.5."""
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)

@@ -81,11 +81,8 @@ def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
-    """The gap of the objectives is relative to their size where that is small.
-
-    An example is a limit of a hundredth of its unit: its proofs leave nothing for a polish to
-    correct.
-    """
+    """An example is a limit of a hundredth of its unit: its proofs leave nothing for a polish to
+    correct."""
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
     _, value, bound = ours(
         cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints)
@@ -148,11 +145,8 @@ def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
 
 
 def test_equations_without_a_variable_of_their_own_are_solved_for_one():
-    """Equations without an own variable are solved for one of their variables.
-
-    A node without friction has no circle but an equation, which keeps its shear at zero; a critical
-    node of a guaranteed limit has three equations.
-    """
+    """A node without friction has no circle but an equation, which keeps its shear at zero; a
+    critical node of a guaranteed limit has three equations."""
     rng = np.random.default_rng(1)
     contact, friction = random_contact(rng, 4), np.array([0.0, 0.5, 0.6, 0.4])
     cases = {
@@ -308,10 +302,7 @@ def test_without_digits_the_equations_of_a_step_are_solved_directly():
 
 
 def test_limits_by_steps_through_the_block_are_those_by_direct_steps(monkeypatch):
-    """Limits by steps through the block agree with limits by direct steps.
-
-    All programs of small contacts are solved in both ways.
-    """
+    """All programs of small contacts are solved in both ways."""
     for seed in few(range(6)):
         contact = random_contact(np.random.default_rng(seed), 6)
         question = contact, cycle(), 0.5

@@ -83,10 +83,7 @@ def test_what_multipliers_lack_in_balance_is_part_of_the_error():
 
 
 def test_what_a_point_breaks_and_multipliers_that_are_in_their_cones():
-    """Violations of a point, and multipliers in their cones, by hand.
-
-    The rows are z[0] == 1, z[1] <= 2, |z| <= 3.
-    """
+    """The rows are z[0] == 1, z[1] <= 2, |z| <= 3."""
     z = cp.Variable(2)
     program = arrays_of(
         cp.Problem(cp.Maximize(z[1]), [z[0] == 1, z[1] <= 2, cp.SOC(cp.Constant(3.0), z)])
@@ -107,11 +104,8 @@ def test_what_a_point_breaks_and_multipliers_that_are_in_their_cones():
 @settings(max_examples=few(15))
 @given(seed=st.integers(0, 10**6), equations=st.booleans())
 def test_a_rough_solution_becomes_the_exact_one(seed, equations):
-    """A rough solution becomes the exact one.
-
-    The rough solution is that of an interior point method that stops early, the exact one that of
-    the same method at its best.
-    """
+    """The rough solution is that of an interior point method that stops early, the exact one that
+    of the same method at its best."""
     problem = random_program(np.random.default_rng(seed), equations)
     best = problem.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
     compiled, z, y = solved(problem, 1e-4)

@@ -144,11 +144,8 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
 def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(
     paper_punch, monkeypatch
 ):
-    """A sampled history has starts at its ends and at a few corners between them.
-
-    One program for each corner and each step of a history of hundreds of steps would give tens of
-    thousands of programs.
-    """
+    """One program for each corner and each step of a history of hundreds of steps would give tens
+    of thousands of programs."""
     # Of the starts around an end a few are enough here.
     monkeypatch.setattr("frictopt.study.range_search.MOST_AROUND", 8)
     places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
@@ -206,11 +203,8 @@ def around(start, rng, count):
 def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_less(
     seed, n, seed_of_starts, count
 ):
-    """No start beside the worst start has more work.
-
-    Below the limit few random starts lead to the basin of the most work: one in twenty, one in
-    sixty.
-    """
+    """Below the limit few random starts lead to the basin of the most work: one in twenty, one in
+    sixty."""
     contact, turns, f, _ = blocky(seed, n, 2, (0.1, 0.9))
     load_factor, span = found(contact, turns, f, 0.9)
     works = [
@@ -221,10 +215,7 @@ def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_
 
 
 def test_no_start_beside_the_best_one_has_less_work():
-    """No start beside the best start has less work.
-
-    Above the limit random starts around the ends of descents have 7 % less work.
-    """
+    """Above the limit random starts around the ends of descents have 7 % less work."""
     contact, turns, f, rng = blocky(32, 11, 3, (0.3, 1.2))
     load_factor, span = found(contact, turns, f, rng.uniform(1.0, 1.6))
     works = [
@@ -235,11 +226,8 @@ def test_no_start_beside_the_best_one_has_less_work():
 
 
 def test_a_search_follows_no_start_in_vain(paper_punch):
-    """A search follows no start in vain.
-
-    Starts that one cycle brings to the same state have the work of one start. Starts that are given
-    up have less work than the search looks for; the other starts have their own work.
-    """
+    """Starts that one cycle brings to the same state have the work of one start. Starts that are
+    given up have less work than the search looks for; the other starts have their own work."""
     contact, f = paper_punch(16), np.full(17, 0.7)
     load_factor = 1.2 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())

@@ -130,10 +130,7 @@ def changed(file, statement, *values):
 
 
 def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
-    """The file holds every run with all its digits.
-
-    Any program that reads sqlite can read it, among them pandas.
-    """
+    """Any program that reads sqlite can read it, among them pandas."""
     table = fo.results.read_store(file)
     by_load = table.sort_values("load_factor", ignore_index=True)
     columns = [name for name in table.columns if name not in ("key", "loads", "seconds", "version")]
@@ -267,11 +264,8 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undis
 
 
 def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed):
-    """A killed process loses no finished run.
-
-    Each process continues where the last process was killed, and is killed itself after some more
-    runs.
-    """
+    """Each process continues where the last process was killed, and is killed itself after some
+    more runs."""
     for done in (1, 8):
         with subprocess.Popen(
             [sys.executable, "-c", DRIVER, tmp_path / "runs"],
@@ -388,10 +382,7 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbe
 def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
     file, tmp_path, undisturbed
 ):
-    """Every damaged file is an error or a warning, but never another table.
-
-    Bits are flipped and ends are cut off at random places.
-    """
+    """Bits are flipped and ends are cut off at random places."""
     content, rng = file.read_bytes(), np.random.default_rng(0)
     harmed, errors = tmp_path / "harmed.sqlite", 0
     for number in few(range(60)):

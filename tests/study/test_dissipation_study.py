@@ -123,11 +123,8 @@ def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors
 
 
 def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
-    """A run that fails is a row with its error, and the row is kept.
-
-    A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990). Pushed on from its backward bound by 5, the
-    node jumps; pushed by 1 it stays.
-    """
+    """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990). Pushed on from its backward bound by 5,
+    the node jumps; pushed by 1 it stays."""
     wedge = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
     )
@@ -375,11 +372,8 @@ def test_bad_input_is_refused_by_name(change, contact):
 def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(
     contact, starts, factors, table, tmp_path, monkeypatch, seconds, sizes
 ):
-    """Few runs are spread over the processes, and many runs are tasks that end in time.
-
-    A task without time follows one of its runs and returns the others, so that there is room for
-    twenty tasks again.
-    """
+    """A task without time follows one of its runs and returns the others, so that there is room for
+    twenty tasks again."""
     few = Foreign(Future.set_result)
     fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=few)
     assert few.sizes == [1, 1, 1]

@@ -43,11 +43,8 @@ def test_the_papers_scene(punch, paper_cycle, friction):
 
 
 def test_a_limit_that_is_too_high_is_found_out():
-    """A limit that is too high is detected.
-
-    Between lambda_1 and lambda_2 the start decides. With lambda_2 in the place of lambda_1, some
-    starts keep slipping below it.
-    """
+    """Between lambda_1 and lambda_2 the start decides. With lambda_2 in the place of lambda_1, some
+    starts keep slipping below it."""
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, load_factor=limit.shakedown.load_factor, slip=limit.shakedown.slip)
@@ -71,11 +68,8 @@ def test_a_witness_that_is_none_does_not_persist():
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
-    """A node above its critical friction may wedge itself.
-
-    The shear +- lam is held by f (1 + B v). At lam = f both bounds are met without slip; above it
-    slips v >= (lam - f) / (f B - 1) relieve both bounds.
-    """
+    """The shear +- lam is held by f (1 + B v). At lam = f both bounds are met without slip; above
+    it slips v >= (lam - f) / (f B - 1) relieve both bounds."""
     S, still = np.eye(tangents + 1), [0.0] * (tangents - 1)
     S[0, -1] = S[-1, 0] = 0.8
     node = fo.ContactSystem(
@@ -92,10 +86,7 @@ def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
 
 
 def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
-    """Rounding of a rigid slide is no stiffness.
-
-    In matrices that another code condensed, rounding may resist the free sliding of the punch.
-    """
+    """In matrices that another code condensed, rounding may resist the free sliding of the punch."""
     exact, rng = punch(16), np.random.default_rng(0)
     noise = 1e-13 * np.abs(exact.A).max() * rng.normal(size=exact.A.shape)
     rounded = fo.ContactSystem.from_blocks(
@@ -114,10 +105,7 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
 
 
 def test_a_node_that_slides_freely_has_starts_below_its_limit():
-    """A node that slides freely has starts below its limit.
-
-    No traction distinguishes one safe slip from another.
-    """
+    """No traction distinguishes one safe slip from another."""
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
     check = verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
     assert check.limit.load_factor == pytest.approx(0.5)

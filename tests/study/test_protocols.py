@@ -90,11 +90,8 @@ def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_lim
 
 
 def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
-    """Assembly leaves the slip of one increment from zero load.
-
-    Under a load that grows in proportion from zero every node slips in one sense only, and one
-    increment is exact.
-    """
+    """Under a load that grows in proportion from zero every node slips in one sense only, and one
+    increment is exact."""
     slipped = 0
     for seed in range(12):
         contact = random_system(np.random.default_rng(seed), 4, coupling=1.0)
@@ -140,11 +137,8 @@ def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
 
 
 def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
-    """A contact that slides away is undecided and not at rest.
-
-    Only friction holds the pair. Pulled along by 3 lam at each node it slides freely from 3 lam = f
-    p on.
-    """
+    """Only friction holds the pair. Pulled along by 3 lam at each node it slides freely from 3 lam
+    = f p on."""
     loads = {"mean": ([0, 0], [1, 1]), "cyclic": ([1, -1], [0, 0]), "pull": ([1, 1], [0, 0])}
     free = fo.ContactSystem.from_blocks(
         [[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads

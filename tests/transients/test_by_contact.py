@@ -72,10 +72,8 @@ def test_the_forces_on_a_cube_in_space_balance_its_loads():
 
 
 def test_shear_around_a_pin_has_the_resultant_of_its_directions():
-    """Shear around a pin has the resultant of its directions.
-
-    Twist of a pin in a hole has no resultant, though each node carries shear along its own tangent.
-    """
+    """Twist of a pin in a hole has no resultant, though each node carries shear along its own
+    tangent."""
     turns = 2 * np.pi * np.arange(8) / 8
     normals = np.column_stack([np.cos(turns), np.sin(turns)])
     frames = np.stack([np.column_stack([normals[:, 1], -normals[:, 0]]), normals], axis=1)
@@ -95,11 +93,8 @@ def test_shear_around_a_pin_has_the_resultant_of_its_directions():
 
 
 def test_of_a_period_of_two_cycles_the_last_one_counts():
-    """Only the last cycle of a period of two cycles counts.
-
-    The cycle written down twice has the forces of both cycles. Its last three corners are the
-    corners of the cycle that ends in the last slip.
-    """
+    """The cycle written down twice has the forces of both cycles. Its last three corners are the
+    corners of the cycle that ends in the last slip."""
     steady = fo.steady_state(*ASKED)
     twice = fo.steady_state(
         ASKED[0], fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), *ASKED[2:]

@@ -100,10 +100,7 @@ def test_pressure_on_every_plane_leaves_no_damage_by_shear_and_none_below_zero()
 
 @pytest.mark.parametrize("seed", [13, 24, 27, 112])
 def test_no_plane_is_worse_where_stresses_turn(seed):
-    """No random plane is worse than the critical plane where stresses turn.
-
-    Loads out of phase have several peaks, some of them nearly as high as the highest peak.
-    """
+    """Loads out of phase have several peaks, some of them nearly as high as the highest peak."""
     rng = np.random.default_rng(seed)
     stress = 100.0 * rng.normal(size=(4, 3, 3))
     stress += stress.swapaxes(1, 2)

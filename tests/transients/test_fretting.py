@@ -111,11 +111,8 @@ def test_a_steady_state_with_another_work_or_one_that_does_not_come_back_is_refu
 
 
 def test_a_steady_state_outside_its_bounds_is_refused():
-    """A steady state outside its friction bounds is refused.
-
-    The cycle has one corner, at which nothing moves any more. The contact was computed with the
-    friction that holds it.
-    """
+    """The cycle has one corner, at which nothing moves any more. The contact was computed with the
+    friction that holds it."""
     steady = fo.steady_state(ROCKING, fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}]), 0.9, 1.0)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.states().work.max() == 0
     with pytest.raises(fo.ModelError, match="initial_state: it violates the contact law"):
@@ -123,11 +120,8 @@ def test_a_steady_state_outside_its_bounds_is_refused():
 
 
 def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
-    """The table of a contact one element thick agrees with the plane table.
-
-    Increments in space and in the plane give the same table, and the exact path of the plane agrees
-    within the error of the increments.
-    """
+    """Increments in space and in the plane give the same table, and the exact path of the plane
+    agrees within the error of the increments."""
     flat, solid = (
         replace(contact, width=np.linspace(0.1, 0.3, flat.nodes))
         for flat in [thick(0.7)[0]]
@@ -168,11 +162,8 @@ def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
 
 @pytest.mark.parametrize("angle", [0.0, 0.5, 2.0])
 def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
-    """In space the critical plane of SWT is across the largest slip.
-
-    Of two nodes without coupling one slips: to and fro along one direction, and on a closed curve,
-    where each two states are compared.
-    """
+    """Of two nodes without coupling one slips: to and fro along one direction, and on a closed
+    curve, where each two states are compared."""
     direction = np.array([np.cos(angle), np.sin(angle)])
     across = np.array([-np.sin(angle), np.cos(angle)])
     q = np.array([[2.0], [0.1]])

@@ -27,11 +27,8 @@ from helpers.systems import SEEDS, random_system
     relax=st.sampled_from([1.0, 1.2]),
 )
 def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift, relax):
-    """Sweeps without Newton's method, and Newton's method without sweeps, find the same state.
-
-    Friction is far below its critical value, so that there is only one state. Nodes stick, slip,
-    and open.
-    """
+    """Friction is far below its critical value, so that there is only one state. Nodes stick, slip,
+    and open."""
     rng = np.random.default_rng(seed)
     contact = (
         random_contact(rng, nodes, coupling=0.2)
@@ -84,11 +81,8 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
 # A node that is pulled slips; its shear is twice its missing pressure.
 @example(seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0)
 def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction, unlike):
-    """The residual of the sweeps is the residual that judges the state.
-
-    This also holds where the sweeps end far from any state, because they swing with such a small
-    tangential stiffness.
-    """
+    """This also holds where the sweeps end far from any state, because they swing with such a small
+    tangential stiffness."""
     engine, drawn = random_problem(seed, nodes, in_space, friction, unlike)
     law, contact = engine.law, engine.system
     for share in (1.0, 0.6, 0.3):
@@ -193,12 +187,9 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
 @pytest.mark.parametrize("free", ["no motion", "an oblique motion", "a node"])
 @pytest.mark.parametrize("in_space", [True, False])
 def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
-    """Open nodes are eliminated where sweeps fail.
-
-    A node that closes is found, and the other open nodes stay eliminated, unless nothing holds one
-    of them, which leaves a singular matrix. Increments that are solved one by one eliminate no
-    node.
-    """
+    """A node that closes is found, and the other open nodes stay eliminated, unless nothing holds
+    one of them, which leaves a singular matrix. Increments that are solved one by one eliminate no
+    node."""
     rng, n = np.random.default_rng(1), 12
     contact = (random_contact if in_space else random_system)(rng, n, coupling=0.2)
     axes, far = contact.tangents + 1, np.arange(n) > 4
@@ -264,11 +255,8 @@ def test_a_punch_that_tips_onto_open_nodes_has_states_of_its_law():
 
 
 def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
-    """Nodes that close again are not eliminated again.
-
-    A punch rocks to and fro and keeps lifting off at other nodes. Each node is eliminated once at
-    most.
-    """
+    """A punch rocks to and fro and keeps lifting off at other nodes. Each node is eliminated once
+    at most."""
     punch = fo.scenes.SquarePunch(elements=5).condense()
     made = []
     honest = by_newton._Rest.__init__
@@ -291,11 +279,8 @@ def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():
-    """A jump to another state is not taken again because it was taken once.
-
-    Far above the critical friction several states obey the law. The states that each increment
-    finds by itself change little with the number of increments.
-    """
+    """Far above the critical friction several states obey the law. The states that each increment
+    finds by itself change little with the number of increments."""
     rng = np.random.default_rng(0)
     G = rng.normal(size=(12, 10))
     S = G @ G.T + 0.3 * np.eye(12)
@@ -328,11 +313,8 @@ def test_programs_with_the_bound_of_a_state_have_it_as_their_optimum(in_space):
 
 
 def test_a_wedged_node_stays_and_its_other_state_is_found():
-    """A wedged node stays wedged, and its other state is found.
-
-    A = 1, B = 0.5, and friction 3 is above the critical value 2. Without load both slip 1 and no
-    slip are states (validation: wedging).
-    """
+    """A = 1, B = 0.5, and friction 3 is above the critical value 2. Without load both slip 1 and no
+    slip are states (validation: wedging)."""
     contact = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.5]], [[1.0]], [0.0], {"load": ([0.0], [1.0])}
     )

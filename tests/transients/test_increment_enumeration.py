@@ -27,10 +27,7 @@ def cases(seed, count, most_friction, rigid=None, loads=1):
 
 
 def test_exactly_one_state_is_found_below_the_critical_friction():
-    """The only state below the critical friction is found.
-
-    The reference is an enumeration on 120 coupled increments, with gaps, separation and closing.
-    """
+    """The reference is an enumeration on 120 coupled increments, with gaps, separation and closing."""
     opened = slipped = 0
     for contact, friction, slip, load in cases(0, 30, 0.6, loads=4):
         states = admissible_states(contact, friction, slip, load)
@@ -58,10 +55,7 @@ def test_one_of_several_states_is_found():
     ids=["lifting", "free"],
 )
 def test_bodies_that_only_their_load_holds(rigid, count):
-    """Bodies that only their load holds have the enumerated states.
-
-    Where there is a state, it is found; where there is none, none is found.
-    """
+    """Where there is a state, it is found; where there is none, none is found."""
     found = none = 0
     for contact, friction, slip, load in cases(4, count, 1.0, rigid):
         states = admissible_states(contact, friction, slip, load)

@@ -66,11 +66,8 @@ def test_problems_are_dpp_and_named():
 
 @pytest.mark.parametrize("unit", [1.0, 1e6])
 def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
-    """The problem holds the answer, which is its optimum.
-
-    It is in the units of the contact. A plain solve by cvxpy gives it again, and its multipliers
-    are the pressures.
-    """
+    """It is in the units of the contact. A plain solve by cvxpy gives it again, and its multipliers
+    are the pressures."""
     contact = fo.ContactSystem(
         unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap
     )
@@ -182,11 +179,8 @@ def test_listings_run_in_a_bare_script(punch):
 
 
 def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
-    """HiGHS solves the complementarity problem with a boolean for each pair.
-
-    The boolean decides whether a motion or its slack vanishes. The value of the quadratic program
-    at the solution is 0, and the solution is the enumerated state.
-    """
+    """The boolean decides whether a motion or its slack vanishes. The value of the quadratic
+    program at the solution is 0, and the solution is the enumerated state."""
     for seed in range(8):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
         posed = solved(contact, friction, slip, load, "complementarity").problem
@@ -204,10 +198,7 @@ def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
 
 
 def test_slip_along_its_friction_is_no_state():
-    """Slip along its own friction is no state.
-
-    Backward slip at q = -f p breaks only the line of the law that needs the slip before.
-    """
+    """Backward slip at q = -f p breaks only the line of the law that needs the slip before."""
     contact = fo.ContactSystem.from_blocks(
         [[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])}
     )
@@ -237,10 +228,7 @@ def matrix_of(problem):
 
 
 def test_complementarity_matrix_is_the_law():
-    """The complementarity matrix is the law of friction.
-
-    At the enumerated state z >= 0, M z + c >= 0 and z' (M z + c) = 0.
-    """
+    """At the enumerated state z >= 0, M z + c >= 0 and z' (M z + c) = 0."""
     for seed in range(20):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
         posed = solved(contact, friction, slip, load, "complementarity").problem

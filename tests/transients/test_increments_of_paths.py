@@ -77,10 +77,7 @@ def assert_increments(path, form, numbers):
 
 @pytest.mark.parametrize("form", ["qp", "complementarity", "milp"])
 def test_plain_cvxpy_finds_each_state_of_a_plane_path(path, form):
-    """Plain cvxpy finds each state from the one before.
-
-    The path has found it from event to event, or by Newton's method.
-    """
+    """The path has found it from event to event, or by Newton's method."""
     assert_increments(path, form, range(1, len(path.time)))
 
 

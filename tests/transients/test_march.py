@@ -69,11 +69,8 @@ def test_the_frame_has_one_row_for_each_state_and_node(punch, paper_cycle):
 
 
 def test_one_node_through_a_cycle_by_hand():
-    """One node follows a cycle by hand.
-
-    With A = 1, B = 0 and f p = 1/2 it slips at |q^w| = 1/2 while the load grows, then sticks, and
-    slips back after q has changed by 1.
-    """
+    """With A = 1, B = 0 and f p = 1/2 it slips at |q^w| = 1/2 while the load grows, then sticks,
+    and slips back after q has changed by 1."""
     contact = system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
     path = fo.march(contact, CYCLE, 0.5, 1.0, cycles=2)
     at = [np.flatnonzero(path.time == k)[-1] for k in range(5)]
@@ -87,11 +84,8 @@ def test_one_node_through_a_cycle_by_hand():
 
 @pytest.mark.parametrize("steps", [None, 1, 3])
 def test_a_node_that_slips_only_while_it_is_open_does_no_work(steps):
-    """A node that moves only while it is open dissipates no work.
-
-    Under pressure alone it sticks. The gap drags it sideways through B while it touches nothing, by
-    B w = -A v, until it closes again.
-    """
+    """Under pressure alone it sticks. The gap drags it sideways through B while it touches nothing,
+    by B w = -A v, until it closes again."""
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
     path = fo.march(
         contact,
@@ -119,11 +113,8 @@ def test_increments_in_threads_leave_the_output_of_the_process_alone():
 
 
 def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
-    """Work of a node counts, even if it bears a billionth of the mean load.
-
-    Node 0 slides by q = 0.7 at f p = 0.5 and then sticks; node 1 bears 1e9 times as much and does
-    nothing else.
-    """
+    """Node 0 slides by q = 0.7 at f p = 0.5 and then sticks; node 1 bears 1e9 times as much and
+    does nothing else."""
     bonded = {"P": ([0.0, 0.0], [1.0, 4e9]), "X": ([0.7, 0.0], [0.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(
         np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded

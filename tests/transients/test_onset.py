@@ -306,11 +306,8 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
 
 
 def test_shear_of_pressing_alone_asks_for_friction_and_for_no_less_shear():
-    """Shear by pressing only needs more friction, not less shear.
-
-    Shears of +-0.8 balance each other: the load has no shear as a whole. With 0.8 and 0.2 it has a
-    shear.
-    """
+    """Shears of +-0.8 balance each other: the load has no shear as a whole. With 0.8 and 0.2 it has
+    a shear."""
     for shears, expected in (
         (
             (0.8, -0.8),

@@ -18,11 +18,8 @@ from helpers.return_maps import Mapped, settled
 
 
 def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
-    """Slip that seems to repeat may stop while its work is confirmed.
-
-    Its changes are below the tolerance but no rounding. The confirmation finds that the work does
-    not repeat, and then is zero.
-    """
+    """Its changes are below the tolerance but no rounding. The confirmation finds that the work
+    does not repeat, and then is zero."""
     path = Mapped(lambda x: x / 2, PERIODIC)
     works = iter([4.0, 2.0, 3.0, 5.0, 0.0])
     cycle_on = path.cycle_on
@@ -38,10 +35,7 @@ def test_a_slow_affine_map_is_extrapolated():
 
 
 def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
-    """Cycles lead to their limit if no state is beside it.
-
-    Then nothing shows that the map is affine.
-    """
+    """Then nothing shows that the map is affine."""
 
     class Alone(Mapped):
         def at(self, place):
@@ -54,11 +48,8 @@ def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
 
 
 def test_the_limit_of_other_events_is_not_that_of_the_cycles():
-    """The limit of a map with other events is not the limit of the cycles.
-
-    Far out the map leads to 0, where it has a fixed point. On the way it bends, and the cycles end
-    at 0.6.
-    """
+    """Far out the map leads to 0, where it has a fixed point. On the way it bends, and the cycles
+    end at 0.6."""
 
     def bent(x):
         return 0.8 * x if x > 1 else 0.8 + 0.5 * (x - 1) if x > 0.1 else 3.5 * x
@@ -68,11 +59,8 @@ def test_the_limit_of_other_events_is_not_that_of_the_cycles():
 
 
 def test_events_next_to_the_limit_of_the_cycles_are_seen():
-    """Events close to the limit of the cycles are found.
-
-    The cycles lead to 0 and would stay there. But within less than a millionth of 0 other states
-    come back, too.
-    """
+    """The cycles lead to 0 and would stay there. But within less than a millionth of 0 other states
+    come back, too."""
     _, limit, _ = settled(Mapped(lambda x: 0.25 * x if x > 1.6e-6 else min(x, 4e-7), 50.0), 100)
     assert limit == pytest.approx(4e-7, rel=1e-3)
 
@@ -125,11 +113,8 @@ def test_states_that_turn_round_their_limit_or_change_sides_may_meet_other_event
 
 
 def test_a_limit_that_does_not_come_back_is_none():
-    """A point that does not come back is no limit.
-
-    Closer to 0 than 1e-6 other events lead away from 0, by much less than the error of the map
-    elsewhere.
-    """
+    """Closer to 0 than 1e-6 other events lead away from 0, by much less than the error of the map
+    elsewhere."""
 
     def leading(x):
         return 0.8 * x if x > 1e-6 else 4e-9 + 0.796 * x
@@ -140,11 +125,8 @@ def test_a_limit_that_does_not_come_back_is_none():
 
 @pytest.mark.parametrize("end", [1e-7, 0.0])
 def test_a_transient_does_not_jump_to_a_limit_that_does_not_come_back(end):
-    """A transient does not jump to a limit that does not come back.
-
-    At 0, the limit of the outer map, everything slides away to -3. On the way to 0 the cycles end
-    at 1e-7, or their changes fall below the tolerance.
-    """
+    """At 0, the limit of the outer map, everything slides away to -3. On the way to 0 the cycles
+    end at 1e-7, or their changes fall below the tolerance."""
 
     def leading(x):
         return 0.8 * x if x > max(10 * end, 1e-12) else end + 0.5 * (x - end) if x > 1e-12 else -3.0
@@ -162,11 +144,8 @@ def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
 
 
 def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit():
-    """The limit of cycles is the first safe slip that they reach.
-
-    Slips up to 0.5 are safe, so that each of them is a fixed point. Cycles from outside end at the
-    first of them.
-    """
+    """Slips up to 0.5 are safe, so that each of them is a fixed point. Cycles from outside end at
+    the first of them."""
 
     def resting(x):
         return 0.8 * x if x > 1 else 0.5 + 0.6 * (x - 0.5) if x > 0.5 else x
@@ -184,11 +163,8 @@ def test_a_fixed_point_that_cycles_leave_is_not_their_limit():
 
 
 def test_small_changes_that_hardly_shrink_are_no_end():
-    """Small changes that hardly shrink do not end a transient.
-
-    Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5. Here no two cycles
-    have the same events.
-    """
+    """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5. Here no two cycles
+    have the same events."""
     run = Run(Mapped(lambda x: (1 - 1e-5) * x, 1e-5, events=lambda x: hash(x)), 50)
     with pytest.raises(fo.NoContinuation, match="of most_cycles = 50"):
         run.settled()
@@ -245,11 +221,8 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch, lost):
 @pytest.mark.parametrize("other", ["rubs", "slides", "opens"])
 @pytest.mark.parametrize("hard", [1.0, 1e2, 1e4, 1e5, 1e6, 1e8, 1e10])
 def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other):
-    """Cyclic slip that is small beside the largest force is no shakedown.
-
-    One node slips to and fro by q = +-f p at p = 1; from -f at p = 1 + hard it needs no more. The
-    result does not depend on the other node.
-    """
+    """One node slips to and fro by q = +-f p at p = 1; from -f at p = 1 + hard it needs no more.
+    The result does not depend on the other node."""
     friction = np.array([0.5, 0.0 if other == "slides" else 0.5])
     bonded = {
         "P": ([0.0, 0.0], [1.0, 1.0]),
@@ -281,11 +254,8 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
 def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
     soft, force, corner
 ):
-    """Cyclic slip of a node with a much smaller pressure is no shakedown.
-
-    Node 0 slips to and fro by q = +-f p at p = force. Node 1, without friction, opens under the
-    corner that presses node 2 hard.
-    """
+    """Node 0 slips to and fro by q = +-f p at p = force. Node 1, without friction, opens under the
+    corner that presses node 2 hard."""
     friction, k = np.array([0.5, 0.0, 0.5]), np.diag([soft, 1.0, 1.0])
     bonded = {
         "P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]),
@@ -304,10 +274,8 @@ def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
 
 
 def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_missed():
-    """Slip is found under a load rate that is tiny beside the rate of another node.
-
-    The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the other.
-    """
+    """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the
+    other."""
     bonded = {
         "P": ([0.0, 0.0], [1.0, 1.0]),
         "X": ([1.0, 0.0], [0.0, 0.0]),

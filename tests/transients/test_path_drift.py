@@ -77,11 +77,8 @@ def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):
 
 
 def test_a_gap_that_the_drift_closes_is_waited_for(rolling):
-    """A gap that the drift closes is waited for.
-
-    A node is brought so near that the drift presses it after some fifty cycles. Before, the answer
-    claims nothing about all later cycles.
-    """
+    """A node is brought so near that the drift presses it after some fifty cycles. Before, the
+    answer claims nothing about all later cycles."""
     states, _ = drifts(rolling, 20)
     drift = (states[-1] - states[-2])[rolling.nodes :]
     gap = states[-1][rolling.nodes :] + rolling.gap

@@ -99,11 +99,8 @@ def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):
 
 
 def test_wedging_has_no_or_two_continuations():
-    """Wedging leaves no continuation, or two.
-
-    A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990). At its backward bound, a node that is
-    pushed on jumps; a node that is released may stick or slip.
-    """
+    """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990). At its backward bound, a node that
+    is pushed on jumps; a node that is released may stick or slip."""
     loads = {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], loads)
     with pytest.raises(

@@ -25,11 +25,8 @@ from helpers.systems import CYCLE, random_system
     size=st.sampled_from([0.5, 2.0, 20.0]),
 )
 def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size):
-    """A hundred cycles lead to the steady state.
-
-    Work, slip and outcome agree with brute force, with frictionless nodes, gaps, separation, and
-    integer loads that meet bounds exactly.
-    """
+    """Work, slip and outcome agree with brute force, with frictionless nodes, gaps, separation, and
+    integer loads that meet bounds exactly."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(
         0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3)
@@ -59,10 +56,7 @@ NODE = fo.ContactSystem.from_blocks(
 
 
 def test_a_first_cycle_without_work_is_no_shakedown():
-    """A first cycle without work does not prove shakedown.
-
-    A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on.
-    """
+    """A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on."""
     cycle = fo.LoadCycle({"N": 1.0}, [{"N": -2.0}, {"N": -2.0, "T": 0.3}, {"T": 0.3}, {}])
     steady = fo.steady_state(NODE, cycle, 0.5, 1.0)
     work = fo.march(NODE, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
@@ -71,11 +65,8 @@ def test_a_first_cycle_without_work_is_no_shakedown():
 
 
 def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
-    """A first cycle that comes back without work does not prove shakedown.
-
-    From the mean load a node lifts off at once. From the last corner, where it is sheared, it slips
-    first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`.
-    """
+    """From the mean load a node lifts off at once. From the last corner, where it is sheared, it
+    slips first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`."""
     steady = fo.steady_state(
         NODE, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0
     )
@@ -111,11 +102,8 @@ def test_bodies_that_nothing_holds_slide_away(friction):
 
 
 def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper_cycle):
-    """Nodes that lift off and land without slip have shaken down.
-
-    Work of friction at the level of rounding counts as zero. It is no cyclic slip of a contact
-    whose nodes open and close.
-    """
+    """Work of friction at the level of rounding counts as zero. It is no cyclic slip of a contact
+    whose nodes open and close."""
     contact = punch(40, 20.0)
     factor = 0.5 * fo.shakedown_limit(contact, paper_cycle, 1.5).load_factor
     modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]
@@ -173,11 +161,8 @@ def test_loads_and_slips_that_are_large_together_are_not_far():
 @pytest.mark.parametrize("stiff", [1e-9, 1e-4, 1.0, 1e5, 1e9])
 @pytest.mark.parametrize("force", [1e-11, 1e-6, 1.0, 1e6, 1e11])
 def test_contacts_that_do_not_meet_change_nothing_in_each_other(stiff, force):
-    """Contacts that do not meet do not change each other.
-
-    Two coupled nodes slip for ever or shake down. Beside them two other nodes, with other stiffness
-    and loads, slip for ever or shake down.
-    """
+    """Two coupled nodes slip for ever or shake down. Beside them two other nodes, with other
+    stiffness and loads, slip for ever or shake down."""
     M = np.array(
         [
             [2.0, -0.7, 0.3, 0.2],

@@ -39,11 +39,8 @@ def run(code, **environment):
 
 
 def test_compiled_code_stands_in_two_files_that_import_no_compiled_code():
-    """Compiled code is in two files that import no compiled code.
-
-    Numba judges its cache by the file of the outermost function. Code elsewhere could change
-    without a new compilation.
-    """
+    """Numba judges its cache by the file of the outermost function. Code elsewhere could change
+    without a new compilation."""
     rooms = PACKAGE / "transients"
     texts = {path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     compiled = {path for path, text in texts.items() if "@entry_point" in text or "@inner" in text}
@@ -76,11 +73,8 @@ def test_its_copies_of_the_tolerances_are_true():
 
 
 def test_the_compilation_announces_itself_once_where_no_folder_can_be_written():
-    """The compilation is announced once if no folder can be written.
-
-    This is so for a read-only installation with a read-only home. Here numba gets a folder that
-    does not exist, within a zip archive.
-    """
+    """This is so for a read-only installation with a read-only home. Here numba gets a folder that
+    does not exist, within a zip archive."""
     found = run(TRANSIENT, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator", NUMBA_OPT="0")
     assert found.stdout == "True\n" and found.stderr.count("frictopt: compiling") == 1
 

@@ -19,11 +19,8 @@ from studies.validation.fuzz.embedded import embedded
     [(TWICE, {}, 1e-12), (embedded(TWICE, np.random.default_rng(0))[0], {"steps": 4}, 1e-9)],
 )
 def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, exact):
-    """A contact of two nodes comes back after two cycles, in the plane and in space.
-
-    The cycle written down twice is another description of the same loads: its steady state comes
-    back after one cycle.
-    """
+    """The cycle written down twice is another description of the same loads: its steady state comes
+    back after one cycle."""
     problem = contact, ROUND, 1.2, 1.0
     steady = fo.steady_state(*problem, **options)
     path = fo.march(*problem, cycles=30, **options)
@@ -76,11 +73,8 @@ def test_a_return_after_two_cycles_is_not_missed_at_the_last_moment(least):
 
 
 def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
-    """Maps that slowly come back after two cycles are extrapolated.
-
-    The map applied twice has two attracting points, 2 and -1, which it approaches by a factor of
-    .98 in two cycles.
-    """
+    """The map applied twice has two attracting points, 2 and -1, which it approaches by a factor of
+    .98 in two cycles."""
 
     def swaps(x):
         return -1.0 - 0.7 * (x - 2.0) if x > 0.5 else 2.0 - 1.4 * (x + 1.0)
@@ -112,10 +106,7 @@ def punched(ratio):
 
 @pytest.mark.parametrize("ratio", [1.01, 1.2, 2.0])
 def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
-    """Nodes slip if their slip range is larger than rounding.
-
-    The states of the cycle decide, whatever the works of the other nodes are.
-    """
+    """The states of the cycle decide, whatever the works of the other nodes are."""
     problem = punched(ratio)
     steady = fo.steady_state(*problem)
     moved = steady.fretting_table()["slip_range"].to_numpy()
@@ -171,11 +162,8 @@ def with_little_work(seed, excess=1e-8):
 
 @pytest.mark.parametrize("seed", [341, 145, 374, 8, 158])
 def test_a_little_work_is_not_that_of_slips_that_still_die_out(seed):
-    """A little work of cyclic slip is distinguished from slips that still die out.
-
-    The excess is known to 1e-8 of itself, and the state to its rounding. Both leave an error of
-    2e-7 of the work.
-    """
+    """The excess is known to 1e-8 of itself, and the state to its rounding. Both leave an error of
+    2e-7 of the work."""
     problem, start, work = with_little_work(seed)
     steady = fo.steady_state(*problem, initial_slip=start)
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP

@@ -56,10 +56,7 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
 @settings(max_examples=few(60))
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 7), skew=st.floats(0.0, 3.0))
 def test_complementary_pivoting_against_all_bases(seed, n, skew):
-    """Complementary pivoting agrees with a trial of all bases.
-
-    The matrix is positive definite plus skew, so that there is exactly one solution.
-    """
+    """The matrix is positive definite plus skew, so that there is exactly one solution."""
     rng = np.random.default_rng(seed)
     G, K = rng.normal(size=(n, n)), rng.normal(size=(n, n))
     M = G @ G.T + 0.1 * np.eye(n) + skew * (K - K.T)

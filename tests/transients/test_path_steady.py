@@ -74,11 +74,8 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
 
 
 def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
-    """The answer names nodes that lift off in the steady cycle.
-
-    A node that is pressed by 1 at rest and pulled by 2 at the second corner opens there; its stuck
-    neighbour does not open.
-    """
+    """A node that is pressed by 1 at rest and pulled by 2 at the second corner opens there; its
+    stuck neighbour does not open."""
     contact = system(np.eye(2), np.zeros((2, 2)), 0, (1, 1), 0, (2, 0), C=np.eye(2))
     steady = fo.steady_state(contact, CYCLE, 0.5, 1.0)
     assert steady.open.tolist() == [True, False]
@@ -108,10 +105,7 @@ def test_slip_too_small_to_tell_is_said():
 
 
 def test_little_friction_still_dissipates():
-    """Little friction still dissipates.
-
-    Down to 1e-12 of force times slip scale the work of slip agrees with the closed form.
-    """
+    """Down to 1e-12 of force times slip scale the work of slip agrees with the closed form."""
     contact = system(2.0, 0.5, 0.0, 1.0, 1.0, 0.2)
     for friction, distance in ((1e-3, 1e-6), (1e-3, 1e-2), (1e-5, 1e-4)):
         factor = fo.shakedown_limit(contact, CYCLE, friction).load_factor * (1 + distance)
@@ -133,11 +127,8 @@ def test_a_mean_load_that_pulls_or_pushes_the_body_off_is_named(punch, run):
 
 
 def test_a_start_whose_rounding_hides_the_loads_is_named(punch, paper_cycle):
-    """An error names a start whose rounding hides the loads.
-
-    A random slip of ten million slip scales leaves a rigid slide of its size. The forces are in the
-    last digits of this slide.
-    """
+    """A random slip of ten million slip scales leaves a rigid slide of its size. The forces are in
+    the last digits of this slide."""
     contact = punch(16)
     far = 1e7 * np.random.default_rng(0).standard_normal(contact.nodes)
     for run, options in ((fo.march, {"cycles": 3}), (fo.steady_state, {"most_cycles": 50})):

@@ -102,10 +102,7 @@ def state_of(status, friction, gap):
 
 
 def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
-    """A proof holds exactly where the quadratic form is definite, by its eigenvalues.
-
-    The states follow each other, so that the proof grows, keeps its entries and starts anew.
-    """
+    """The states follow each other, so that the proof grows, keeps its entries and starts anew."""
     rng, verdicts = np.random.default_rng(2), []
     for _ in range(20):
         n, contact = 6, mirrored(rng, 6)

@@ -94,11 +94,8 @@ def test_one_node_forgets_its_start():
 
 
 def test_motions_on_each_stretch_keep_the_law():
-    """The motions on each stretch obey the law of friction.
-
-    Reactions at slipping nodes stay on their bound, reactions at open nodes stay zero, and a
-    sticking node keeps its slip.
-    """
+    """Reactions at slipping nodes stay on their bound, reactions at open nodes stay zero, and a
+    sticking node keeps its slip."""
     stretches = opens = 0
     for seed in range(8):
         n = 5

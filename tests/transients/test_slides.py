@@ -17,11 +17,8 @@ from helpers.oracle import Oracle
 
 
 def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
-    """Slides that only open gaps are as small as possible.
-
-    The interior point goes as far as a slide opens gaps. All solvers prove one limit, with slips of
-    the size of the slips by the loads.
-    """
+    """The interior point goes as far as a slide opens gaps. All solvers prove one limit, with slips
+    of the size of the slips by the loads."""
     contact = fo.scenes.SquarePunch(elements=5).condense()
     contact = contact.with_gap(4.0 * (contact.points[:, :2] ** 4).sum(axis=1))
     one, other = (
@@ -35,11 +32,8 @@ def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
 
 @pytest.mark.parametrize(("seed", "tilt"), few([(1, 0.0), (1, 0.5), (4, 0.0), (7, 0.0), (2, 0.5)]))
 def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
-    """One closed node slides as far as the gaps need.
-
-    Along x a body moves freely. Level faces stay as far apart as before, but for rounding; tilted
-    faces open by no more than they need.
-    """
+    """Along x a body moves freely. Level faces stay as far apart as before, but for rounding;
+    tilted faces open by no more than they need."""
     rng = np.random.default_rng(seed)
     face = tilt * np.array([0.0, 1.0, 2.0, 1.5])
     free = np.r_[np.cos(face), np.zeros(4), -np.sin(face)] / 2
@@ -71,11 +65,8 @@ def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
 
 
 def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(monkeypatch):
-    """A mechanism proves no limit if a slide of the body does work on it.
-
-    Slip of node 0 lifts node 1, and nothing resists it. The cycle presses node 1 shut at load
-    factor 1, but this is no limit.
-    """
+    """Slip of node 0 lifts node 1, and nothing resists it. The cycle presses node 1 shut at load
+    factor 1, but this is no limit."""
     k = np.eye(3)
     bonded = {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
     contact = fo.ContactSystem.from_blocks(

@@ -142,11 +142,8 @@ def test_the_friction_that_holds_a_guided_node_is_found(axes):
 
 
 def test_a_cycle_slides_a_guided_node_off_where_its_shear_exceeds_friction():
-    """A cycle slides a guided node off where its shear exceeds friction.
-
-    The mean shear is 0.1 and the cyclic shear 0.2 lam, of at most 0.3: the node rests up to lam =
-    1.
-    """
+    """The mean shear is 0.1 and the cyclic shear 0.2 lam, of at most 0.3: the node rests up to lam
+    = 1."""
     for axes in (2, 3):
         node, _ = guided(axes)
         still = [0.0] * (axes - 2)

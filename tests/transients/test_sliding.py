@@ -81,10 +81,7 @@ def contact(rng, motions):
 
 @pytest.mark.parametrize("softer", [1e-6, 1e-13, 1e-18])
 def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
-    """A soft body beside a stiff body is not taken for a free body.
-
-    Two contacts have nothing in common; one is on its supports and softer.
-    """
+    """Two contacts have nothing in common; one is on its supports and softer."""
     rng = np.random.default_rng(5)
     free, rigid = contact(rng, MOTIONS[1])
     n, held = free.nodes, np.eye(6) + 0.1
@@ -141,10 +138,7 @@ def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
 
 
 def test_a_load_that_friction_holds_is_asked_anew_with_less_friction():
-    """A load that friction holds is judged again with less friction.
-
-    A proof of balance is kept only for its friction and its load.
-    """
+    """A proof of balance is kept only for its friction and its load."""
     loads = {"P": ([0, 0, 0], [0, 0, 1.0]), "Q": ([-1.0, 0, 0], [0, 0, 0])}
     block = fo.ContactSystem(
         np.zeros((3, 3)),

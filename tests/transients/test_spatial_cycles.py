@@ -194,11 +194,8 @@ def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_i
 
 @pytest.mark.parametrize("seed", [2, 38, 56, 149, 128])
 def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(seed):
-    """The answer gives the error of a work whose last events are yet to come.
-
-    Some nodes still slip or open in the last returns and not in the steady state, or vice versa,
-    and such events change the steady state. The last seed has no such event.
-    """
+    """Some nodes still slip or open in the last returns and not in the steady state, or vice versa,
+    and such events change the steady state. The last seed has no such event."""
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(2, 13))
     friction = float(rng.uniform(0.1, 0.6))
@@ -238,11 +235,8 @@ def test_nodes_that_stop_before_the_limit_or_have_stopped_leave_no_error_untold(
 
 
 def test_a_single_node_on_its_own_stiffness_never_ratchets():
-    """A single node on its own stiffness never ratchets, for a drift would stress it.
-
-    Its slip slowly comes to rest, just below the load factor from which on some start makes it slip
-    for ever.
-    """
+    """Its slip slowly comes to rest, just below the load factor from which on some start makes it
+    slip for ever."""
     S = np.array([[1.1854, -0.1615, 0.5329], [-0.1615, 1.2455, -1.0787], [0.5329, -1.0787, 3.149]])
     rows = [[0.7236, -0.3088, 0.099], [-1.2535, 0.3448, -0.0804], [0.5298, -0.036, -0.0186]]
     contact = fo.ContactSystem(
@@ -291,11 +285,8 @@ def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_t
 
 
 def test_increments_that_have_several_times_the_work_say_so():
-    """The answer says so if increments have several times the true work.
-
-    One node is at twice its limit. Two increments from corner to corner give almost five times the
-    work.
-    """
+    """One node is at twice its limit. Two increments from corner to corner give almost five times
+    the work."""
     bonded = {"P": ([0.0], [1.0]), "Q": ([-0.963], [-0.385]), "R": ([-0.545], [-0.323])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[-0.3]], [[1.0]], [0.0], bonded)
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}])
@@ -321,11 +312,8 @@ def test_other_increments_without_an_answer_leave_the_error_unknown(monkeypatch)
 
 
 def test_a_node_does_no_work_while_it_is_open():
-    """A node dissipates no work while it is open.
-
-    It slips a little before it opens, from 0.3968 to 0.4 of the segment, and moves freely
-    afterwards.
-    """
+    """It slips a little before it opens, from 0.3968 to 0.4 of the segment, and moves freely
+    afterwards."""
     loads = fo.LoadCycle({"P": 1.0}, [{"P": -2.5, "X": 0.01}])
     path = fo.march(single(), loads, 0.5, 1.0, cycles=1, steps=2)
     assert abs(path.slip[-1, 0, 0]) == pytest.approx(0.01) and 0 <= path.work[-1, 0] < 1e-4
@@ -333,11 +321,8 @@ def test_a_node_does_no_work_while_it_is_open():
 
 @pytest.mark.parametrize("steps", [None, 2, 7])
 def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doubt(steps):
-    """The work of a node is in doubt in an increment in which the node opens or closes.
-
-    All numbers of increments have the same error: in one increment the node slides and opens, or
-    comes down at another slip than before.
-    """
+    """All numbers of increments have the same error: in one increment the node slides and opens, or
+    comes down at another slip than before."""
     plane = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])}
     )
@@ -385,11 +370,8 @@ def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_p
 
 @pytest.mark.parametrize(("seed", "ratio"), [(39, 0.9015625), (55, 0.8875)])
 def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
-    """Work that slowly dies out is rest, however close the limit is.
-
-    In a plain run each cycle has less work than the cycle before, and finally less than a millionth
-    of the work of the first cycle.
-    """
+    """In a plain run each cycle has less work than the cycle before, and finally less than a
+    millionth of the work of the first cycle."""
     rng, nodes = np.random.default_rng(seed), 2 + seed % 2
     contact, loads = random_contact(rng, nodes), cycle(nodes)
     problem = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor

@@ -22,11 +22,8 @@ OPPOSED = [{"a": 1.0}, {"a": -1.0}]
 
 @pytest.mark.parametrize("seed", [0, 3519, 17821, 21577])
 def test_several_slides_that_nothing_resists_leave_the_limit_of_the_plane(seed):
-    """Several slides that nothing resists do not change the limit of the plane.
-
-    The body slides along the plane, and nodes move freely across it. In all cases but the first
-    LAPACK does not find these slides alone.
-    """
+    """The body slides along the plane, and nodes move freely across it. In all cases but the first
+    LAPACK does not find these slides alone."""
     A = [[2.0, -1.0, -1.0], [-1.0, 2.0, -1.0], [-1.0, -1.0, 2.0]]
     bonded = {"P": (np.zeros(3), np.ones(3)), "Q": ([1.0, 0.5, -1.5], np.zeros(3))}
     flat = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.eye(3), range(3), bonded)
@@ -129,10 +126,7 @@ def test_a_smooth_node_in_a_contact_that_nothing_makes_safe_leaves_no_limit():
 
 
 def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
-    """The slip at a limit stays within every friction circle to rounding.
-
-    The residual of a solver is taken off the load factor.
-    """
+    """The residual of a solver is taken off the load factor."""
     loads = fo.LoadCycle({"mean": 1.0}, OPPOSED)
     for seed in range(20):
         contact = random_contact(np.random.default_rng(seed), 6)
@@ -151,11 +145,8 @@ def graded(rng, nodes):
 
 @pytest.mark.parametrize("seed", [4, 9, 20, 22])
 def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
-    """Limits are found for directions of very different stiffness.
-
-    Each tangent and normal has its own stiffness, over eight decades. The entries of S judge the
-    safe slip and the mechanism.
-    """
+    """Each tangent and normal has its own stiffness, over eight decades. The entries of S judge the
+    safe slip and the mechanism."""
     rng = np.random.default_rng(seed)
     contact, size = graded(rng, int(rng.integers(4, 13)))
     f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes

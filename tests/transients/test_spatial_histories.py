@@ -63,10 +63,7 @@ def test_tangents_touch_the_bound_where_the_shear_points():
 
 
 def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
-    """A node that is assembled slips by the force that friction lacks.
-
-    With unit stiffness, shear (3, 4) and bound 2 it slips against the shear by 5 - 2.
-    """
+    """With unit stiffness, shear (3, 4) and bound 2 it slips against the shear by 5 - 2."""
     node = single(friction_bound=4.0)
     loads = fo.LoadCycle({"P": 1.0, "X": 3.0, "Y": 4.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.starts.assembled_slip(node, loads, 0.5) == pytest.approx(
@@ -96,11 +93,8 @@ def test_limits_after_protocols_are_those_of_the_plane(start, steps):
 
 
 def test_the_range_is_that_of_the_plane():
-    """The range of work in space is the range in the plane.
-
-    In the plane the exact path and increments give it. In space slips across the plane have no part
-    in the least and the most work.
-    """
+    """In the plane the exact path and increments give it. In space slips across the plane have no
+    part in the least and the most work."""
     question = CYCLE, 0.6, 0.65
     # Of twelve increments the search makes five.
     ways = (
@@ -124,11 +118,8 @@ def test_the_range_is_that_of_the_plane():
 
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
-    """A rough transient has the work of the settled transient but for a share.
-
-    Its last cycle is taken for the steady cycle when later cycles change the work by a thousandth;
-    it needs fewer cycles.
-    """
+    """Its last cycle is taken for the steady cycle when later cycles change the work by a
+    thousandth; it needs fewer cycles."""
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 6)
     question = (
@@ -220,11 +211,8 @@ def test_random_slips_are_smooth_and_rough_without_a_slide():
 
 
 def test_no_cycle_in_space_slips_less_than_is_proven():
-    """No cycle in space slips less than the proven bound.
-
-    The states at the corners of cycles from random starts are compared with the weighted sum, and
-    with the least sum of slips.
-    """
+    """The states at the corners of cycles from random starts are compared with the weighted sum,
+    and with the least sum of slips."""
     found = 0
     for seed in range(6):
         rng = np.random.default_rng(seed)
@@ -266,11 +254,8 @@ def test_the_least_slip_is_that_of_the_plane():
 
 
 def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
-    """Rows of a study in space are those of single calls, also where a call fails.
-
-    A start beyond the size that rounding leaves fails. In space work is force times length, so that
-    W E*/P^2 has a dimension.
-    """
+    """A start beyond the size that rounding leaves fails. In space work is force times length, so
+    that W E*/P^2 has a dimension."""
     solid = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0)
     loads = cycle(2)
     slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])

@@ -224,10 +224,7 @@ def nearly_free(rng, nodes):
 
 
 def test_the_states_of_each_steady_state_are_found_and_in_equilibrium():
-    """The states of each steady state are found and are in equilibrium.
-
-    They also lie between the corners, where the steady state itself does not look.
-    """
+    """They also lie between the corners, where the steady state itself does not look."""
     accepted = 0
     for seed in [68, 150, 189, 192, 243, 245, 261, *few(range(60))]:
         rng = np.random.default_rng(seed)

@@ -147,11 +147,8 @@ def test_the_estimated_error_next_to_the_limit_is_not_below_the_true_error(count
 
 @pytest.mark.parametrize("seed", few(range(5)))
 def test_the_estimated_error_of_a_plane_contact_in_space_is_not_below_the_true_error(seed):
-    """The estimated error of a plane contact in space is not below the true error.
-
-    The plane contact has an exact path. In space the same contact is turned by an angle, and
-    followed in increments.
-    """
+    """The plane contact has an exact path. In space the same contact is turned by an angle, and
+    followed in increments."""
     rng = np.random.default_rng(seed)
     plane = random_system(rng, int(rng.integers(1, 4)))
     n, angle = plane.nodes, float(rng.uniform(0, 6))

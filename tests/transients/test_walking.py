@@ -48,11 +48,8 @@ def pressed(contact, ends, shear, S):
 
 @pytest.mark.parametrize("way", [0.1, 0.2, 0.5])
 def test_a_cylinder_that_rolls_walks_above_the_least_pressures_of_its_way(way):
-    """A rolling cylinder walks above the sum of the least pressures along its way.
-
-    T_max / (f P) is the share of the pressure that stays. Nodes at the edges open and close, and
-    the transient of the true contact agrees.
-    """
+    """T_max / (f P) is the share of the pressure that stays. Nodes at the edges open and close, and
+    the transient of the true contact agrees."""
     contact = cylinder(20)
     closed = 1 - 2 / np.pi * (way * np.sqrt(1 - way**2) + np.arcsin(way))
     ends = pressures(contact, [{"P": P, "roll": -way}, {"P": P, "roll": way}])
@@ -96,11 +93,8 @@ def test_a_contact_whose_pressure_and_shear_come_in_phase_rests_up_to_friction_t
 
 
 def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_zero():
-    """The limit of a cylinder under constant pressure falls to zero with the mesh.
-
-    Shear is the shear of a flat punch and grows at the edge, where pressure falls: lam = f p / q is
-    2 f P / Q (1 - x^2), on cells a share of it.
-    """
+    """Shear is the shear of a flat punch and grows at the edge, where pressure falls: lam = f p / q
+    is 2 f P / Q (1 - x^2), on cells a share of it."""
     limits, shares = [], []
     for half in (8, 16, 32):
         # The edge of the contact, at 1, is a quarter of a cell outside of its last cell.
@@ -125,10 +119,7 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
 
 
 def test_an_edge_beside_open_nodes_has_a_limit_of_its_own():
-    """An edge beside open nodes has its own limit.
-
-    A flat punch is beside a gap that stays open, and its pressure is highest at its edges.
-    """
+    """A flat punch is beside a gap that stays open, and its pressure is highest at its edges."""
     flat = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(24, 1.5, 1.0))
     punch = flat.with_gap(np.where(np.abs(flat.x) < 1, 0.0, 9.0))
     limit = fo.shakedown_limit(punch, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), F)

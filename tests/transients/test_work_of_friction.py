@@ -50,12 +50,9 @@ def test_work_is_that_of_the_reactions_on_the_slips(punch, Q):
 
 @pytest.mark.parametrize("node", [0, 30, 59])
 def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
-    """One node rubs beside other nodes that came to rest.
-
-    60 nodes do not feel each other, A = 1, f p = 1/2. One of them has q^w = 3/4 s: it slips by 1/2
-    each way, W = 1/2, wherever it is. Its counterpart on the other side keeps a slip of -1/4, the
-    mirror image of its own slip in the last two segments, which other loads leave alone.
-    """
+    """60 nodes do not feel each other, A = 1, f p = 1/2. One of them has q^w = 3/4 s: it slips by
+    1/2 each way, W = 1/2, wherever it is. Its counterpart on the other side keeps a slip of -1/4,
+    the mirror image of its own slip in the last two segments, which other loads leave alone."""
     n = 60
     identity, none, shape = np.eye(n), np.zeros(n), np.linspace(-0.1, 0.1, n)
     loads = {"P": (none, np.ones(n)), "R": (identity[node], none), "s": (shape, none)}
@@ -67,11 +64,8 @@ def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
 
 
 def test_a_steady_state_is_the_one_that_the_cycles_come_to():
-    """The steady state is the state to which the cycles lead.
-
-    Other states next to it are steady as well: a state that comes back to itself need not be the
-    state of this start. After 20 cycles this transient has settled.
-    """
+    """Other states next to it are steady as well: a state that comes back to itself need not be the
+    state of this start. After 20 cycles this transient has settled."""
     A = 2.2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     B = 0.4 * (np.eye(3, k=1) - np.eye(3, k=-1))
     loads = {
