@@ -19,7 +19,7 @@ from helpers.multipliers import Assembled
 ROTATIONS = {2: "z", 3: "xyz"}
 
 
-def bodies_in(d, seed=None):
+def bodies_in(d):
     kinds = (MeshQuad, MeshTri) if d == 2 else (MeshHex, MeshHex)
     x = [np.array([0.0, 0.4, 1.0])] * (d - 1)
     upper = box(kinds[0], *x, [0.0, 0.5, 1.0])

@@ -178,24 +178,6 @@ def test_a_sector_of_few_digits_is_free_to_turn(count, form):
     assert limit.load_factor == pytest.approx(sixth(np.array).load_factor, rel=10.0 ** (3 - count))
 
 
-def whole_ring(inner, outer, names, written):
-    """A ring of 12 by 2 elements, whose inner and outer face have names."""
-    angles = 2 * np.pi * np.arange(12) / 12 + 0.3
-    radii = np.linspace(inner, outer, 3)
-    points = np.array([[r * np.cos(a), r * np.sin(a)] for r in radii for a in angles]).T
-    corners = [
-        [12 * row + i, 12 * row + 12 + i, 12 * row + 12 + (i + 1) % 12, 12 * row + (i + 1) % 12]
-        for row in range(2)
-        for i in range(12)
-    ]
-    faces = {
-        name: lambda x, radius=radius: np.abs(np.hypot(*x) - radius) < 0.2
-        for name, radius in zip(names, (inner, outer), strict=True)
-    }
-    mesh = MeshQuad(points, np.array(corners).T).with_boundaries(faces)
-    return MeshQuad(written(points), mesh.t, mesh.boundaries)
-
-
 @pytest.mark.parametrize("count", [6, 8])
 def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
     """The sag of an arc is that of its longest edges, edge^2 / 8 times the curvature."""

@@ -58,7 +58,7 @@ def test_the_substructure_of_calculix_is_not_reduced(tmp_path, deck, limit):
     agrees(fo.readers.read_calculix(run(tmp_path, joint.DECK)[0]), limit)
 
 
-def element(K, nodes, directions, *, before="", unlike=()):
+def element(K, nodes, directions, *, unlike=()):
     """A user element in the format of Abaqus.
 
     It has four entries a line, and each row of the triangle begins a new line. `directions` holds

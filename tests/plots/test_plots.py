@@ -143,7 +143,6 @@ SLIDING = fo.ContactSystem.from_blocks(
     bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])},
 )
 PULLED = system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0)
-PRESSED = system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 CENTRED = system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1)
 NODE = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"mean": [0.0, 0.0, 1.0]})
 PRESSING, UP, DOWN = (
