@@ -519,25 +519,6 @@ def test_a_punch_rests_just_below_it_and_has_no_state_just_above(friction):
         fo.march(PUNCH, cycle, friction, 1.001 * found.load_factor, cycles=1)
 
 
-def test_the_problem_reads_like_the_theory_and_is_solved_by_cvxpy_too():
-    for system in (PUNCH, embedded(PUNCH, np.random.default_rng(5))[0]):
-        found = fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.4)
-        size = "abs" if system is PUNCH else "norm"
-        assert str(found.problem).split("\n") == [
-            "maximize load_factor",
-            "subject to balance: N.T @ [q, p] == N.T @ (r0 + load_factor * r1[0])",
-            f"           stuck: {size}(q) <= f * p",
-            "           pressed: 0.0 <= p",
-            "           load_factor: 0.0 <= load_factor",
-        ]
-        assert found.problem.value == found.load_factor and "sliding-off load" in found.explain()
-        (f,) = found.problem.parameters()
-        f.value = np.full(system.nodes, 0.3)
-        assert found.problem.solve(solver="CLARABEL") == pytest.approx(
-            fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.3).load_factor
-        )
-
-
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
 
 

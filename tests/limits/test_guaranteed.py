@@ -23,7 +23,6 @@ from helpers.systems import (
     ONE_NODE,
     SECOND_PAIR,
     THREE,
-    explained,
     linprog_limit,
     random_system,
     system,
@@ -168,36 +167,6 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
     )
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-
-
-def test_the_problem_is_named_and_dpp(punch, paper_cycle):
-    model = fo.GuaranteedModel(punch(16), paper_cycle, slip_bound=10.0)
-    first, second = model.solve(0.3), model.solve(0.5)
-    assert first.problem.is_dpp()
-    labels = [
-        "q_r",
-        "p_r",
-        "q[0]",
-        "p[0]",
-        "q[1]",
-        "p[1]",
-        "stuck[0]",
-        "pressed[0]",
-        "stuck[1]",
-        "pressed[1]",
-        "slip_bound",
-    ]
-    assert [row.label for row in first.problem.constraints] == [
-        *labels,
-        "critical_q",
-        "critical_p",
-        "load_factor",
-    ]
-    text, node = explained(second), second.node
-    assert f"critical_q: q0[{node}] + q_r[{node}] == load_factor * c\n" in text
-    assert f"critical_p: p0[{node}] + p_r[{node}] == load_factor * rho\n" in text
-    assert "rows bind" in text
-    assert f"{second.load_factor:.12g}" in text
 
 
 def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):

@@ -37,60 +37,6 @@ def size(q):
     return cp.abs(q) if q.ndim == 1 else cp.norm(q, 2, axis=1)
 
 
-def critical_load(system, cycle, f, index):
-    """The guaranteed limit of one node by plain cvxpy, in two steps.
-
-    The first step gives rho and c, the second one the least load factor at which the node is
-    critical.
-    """
-    (q0, p0), n = system.reaction(cycle.mean), system.nodes
-    reactions = [system.reaction(corner) for corner in cycle.corners]
-    options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
-    rho, c = cp.Variable(), cp.Variable(np.shape(q0)[1:])
-    of_node = [cp.norm(q1[index] + c) <= f[index] * (rho + p1[index]) for q1, p1 in reactions]
-    cp.Problem(cp.Minimize(rho), of_node).solve(**options)
-    load_factor, slip = cp.Variable(nonneg=True), cp.Variable(np.shape(q0))
-    flat = slip if slip.ndim == 1 else cp.vec(slip, order="F")
-    q_r = system.A @ flat if slip.ndim == 1 else cp.reshape(system.A @ flat, slip.shape, order="F")
-    p_r, others = system.B @ flat, np.arange(n) != index
-    rows = [
-        size((q0 + load_factor * q1 + q_r)[others])
-        <= cp.multiply(f, p0 + load_factor * p1 + p_r)[others]
-        for q1, p1 in reactions
-    ]
-    rows += [
-        q0[index] + q_r[index] == load_factor * c.value,
-        p0[index] + p_r[index] == load_factor * rho.value,
-    ]
-    return cp.Problem(cp.Minimize(load_factor), rows).solve(**options)
-
-
-# The warnings come from cvxpy's bounds on products in the program of the test.
-@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
-@pytest.mark.parametrize(
-    ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
-)
-def test_a_guaranteed_problem_has_the_critical_load_of_its_node(contact, cycle):
-    """Its value is the load factor of two programs of plain cvxpy, also in copies."""
-    system = contact(np.random.default_rng(3), 3)
-    f = np.array([0.55, 0.6, 0.65])
-    limit = fo.guaranteed_limit(system, cycle, f)
-    options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
-    of_node = limit.multipliers.query("row.str.startswith('critical')")
-    assert set(of_node.node) == {limit.node}
-    assert of_node.component.tolist() == [
-        *range(system.tangents),
-        0,
-    ]
-    expected = critical_load(system, cycle, f, limit.node)
-    for problem in (
-        copy.deepcopy(limit.problem),
-        pickle.loads(pickle.dumps(limit)).problem,
-        limit.problem,
-    ):
-        assert problem.solve(**options) == pytest.approx(expected, rel=1e-6)
-
-
 def test_a_guaranteed_problem_with_a_fixed_part_names_the_reactions_of_both_corners():
     system = random_system(np.random.default_rng(5), 3, loads=("mean", "cyclic", "still"))
     cycle = fo.LoadCycle(

@@ -40,16 +40,6 @@ def contact_of(rng, nodes, tangents, coupling=0.5):
     return random_system(rng, nodes, ("mean", *"abc"), coupling)
 
 
-def test_a_model_says_what_it_asks():
-    contact = random_system(np.random.default_rng(0), 2)
-    for kind in (fo.ShakedownModel, fo.GuaranteedModel):
-        assert repr(kind(contact, CYCLE)) == f"{kind.__name__}({contact!r}, {CYCLE})"
-    assert (
-        repr(fo.DesignModel(contact, CYCLE, preloads=["mean"]))
-        == f"DesignModel({contact!r}, {CYCLE})"
-    )
-
-
 def agrees(limit, value, rel=1e-7):
     """A limit has the value of an oracle and a proof.
 
@@ -214,21 +204,6 @@ def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost():
     row = np.eye(4)[0] * np.sign(most)
     limit = model.solve(0.5, [row @ model.slip <= abs(most)])
     agrees(limit, linprog_limit(contact, cycle, 0.5, upper=[(row, 0.0, abs(most))])[1])
-
-
-def test_an_uncoupled_contact_under_constraints():
-    contact = random_system(np.random.default_rng(0), 3, coupling=0.0)
-    model = fo.ShakedownModel(contact, CYCLE)
-    closed = model.solve(0.4)
-    limit = model.solve(0.4, [model.slip <= -0.15])
-    assert (
-        limit.load_factor
-        < closed.load_factor
-        == pytest.approx(linprog_limit(contact, CYCLE, 0.4)[1], rel=1e-8)
-    )
-    agrees(
-        limit, linprog_limit(contact, CYCLE, 0.4, upper=[(row, 0.0, -0.15) for row in np.eye(3)])[1]
-    )
 
 
 def test_units_do_not_matter_and_the_value_of_the_problem_is_the_load_factor():

@@ -139,28 +139,6 @@ def test_no_friction_is_enough_where_no_slip_presses_all_nodes(
         assert np.isfinite(answer.required)
 
 
-@pytest.mark.parametrize("kind", ["closed", "open", "space"])
-def test_the_printed_problem_has_a_margin_with_the_required_friction_and_none_with_less(kind):
-    rng = np.random.default_rng(0)
-    contact, cycle = random_system(rng, 3), CYCLE
-    options = {"solver": "HIGHS"}
-    if kind == "open":
-        contact = contact.with_gap([0.0, 0.0, 8.0])
-    if kind == "space":
-        contact, cycle = random_contact(rng, 3), spatial_cycle()
-        names = ("tol_feas", "tol_gap_abs", "tol_gap_rel")
-        options = {"solver": "CLARABEL", **dict.fromkeys(names, 1e-10)}
-    answer = fo.required_friction(contact, cycle, 0.3)
-    problem = answer.problem
-    assert problem.status == "optimal" and 0 <= problem.value < 1e-5
-    assert answer.open.any() == (kind == "open")
-    slip = np.where(answer.open, 0.0, answer.slip.T).T
-    assert np.where(answer.open, 0.0, problem.var_dict["slip"].value.T).T == pytest.approx(slip)
-    for friction, sign in ((answer.required, 1), (answer.bound, -1)):
-        problem.param_dict["f"].value = np.full(3, friction)
-        assert sign * problem.solve(**options) > 0
-
-
 def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
     contact = random_system(np.random.default_rng(1), 3)
 

@@ -1,4 +1,3 @@
-import cvxpy as cp
 import numpy as np
 import pytest
 
@@ -151,39 +150,6 @@ def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeyp
     lying(monkeypatch, lambda program, *_: None if is_excess(program) else "infeasible")
     with pytest.raises(fo.SolverError, match="HIGHS: infeasible, residual inf; CLARABEL"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-
-
-def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
-    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    problem = limit.problem
-    assert problem.status == cp.OPTIMAL
-    assert problem.is_dpp()
-    assert problem.value == pytest.approx(limit.load_factor, rel=1e-12)
-    assert set(problem.var_dict) == {
-        "load_factor",
-        "slip",
-        "q_r",
-        "p_r",
-        "q[0]",
-        "q[1]",
-        "p[0]",
-        "p[1]",
-    }
-    assert set(problem.param_dict) == {"f"}
-    labels = [row.label for row in problem.constraints]
-    assert labels == [
-        "q_r",
-        "p_r",
-        "q[0]",
-        "p[0]",
-        "q[1]",
-        "p[1]",
-        "stuck[0]",
-        "pressed[0]",
-        "stuck[1]",
-        "pressed[1]",
-        "load_factor",
-    ]
 
 
 def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(punch, paper_cycle):
