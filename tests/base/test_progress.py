@@ -355,29 +355,6 @@ def test_a_function_tells_the_best_so_far_when_the_bar_is_drawn(log):
         until(log, r"00:0\d, the first\n.*00:0\d, the second")
 
 
-def test_studies_count_their_limits(log):
-    """A study of several frictions computes their limits last."""
-
-    def slow(*args, **options):
-        time.sleep(0.2)
-        return fo.shakedown_limit(*args, **options)
-
-    with pytest.MonkeyPatch.context() as patch, redirect_stderr(log):
-        patch.setattr("frictopt.study.dissipation.shakedown_limit", slow)
-        fo.dissipation_study(PAIR, CYCLE, [0.3, 0.4, 0.5], [0.2], limits=True)
-    assert re.search(r"limits: 2 of 3 limits, 00:0\d", log.getvalue())
-
-
-def test_scenes_show_the_progress_of_their_condensation():
-    for scene in (
-        fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0),
-        fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0)),
-        fo.scenes.PressFit(elements=2, growth=3.0),
-    ):
-        assert "condensation: " in seen(scene.condense)
-        assert not seen(lambda scene=scene: scene.condense(progress=False))
-
-
 def test_a_count_that_is_a_number_of_numpy_is_told(log):
     with redirect_stderr(log), progress_bar(True, "work", "piece") as bar:
         bar.update(np.int64(2))

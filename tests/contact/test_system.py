@@ -195,14 +195,3 @@ def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
     ]
     with pytest.raises(fo.ModelError, match="contact: 'a' begins again at node 2"):
         replace(random_system(np.random.default_rng(0), 3), contact=["a", "b", "a"])
-
-
-def test_an_interference_closes_as_a_negative_gap_would():
-    system = random_system(np.random.default_rng(3), 4)
-    d = np.array([0.0, 0.1, 0.2, 0.0])
-    q, p = system.with_interference({"fit": d, "one": 0.5}).reaction({"mean": 1.0, "fit": 2.0})
-    assert np.allclose(
-        np.r_[q, p], np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), 2.0 * d]
-    )
-    with pytest.raises(fo.ModelError, match=r"cases\['fit'\]: -0\.1 at node 1; give overlaps >= 0"):
-        system.with_interference({"fit": -d})

@@ -10,13 +10,11 @@ import time
 from contextlib import redirect_stderr
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
 import frictopt as fo
-from frictopt import __main__ as command
 from helpers.cases import few
 from helpers.screens import soon
 from helpers.spatial import cycle as spatial_cycle
@@ -226,46 +224,6 @@ def test_the_same_call_goes_on_from_its_store(tmp_path):
     joint.limit.save(store)
     with pytest.raises(fo.ModelError, match=r"store: .*no report on this input"):
         fo.report(BLOCK, PUSHED_AND_PULLED, **question, store=store)
-
-
-def test_one_file_has_text_tables_and_pictures(tmp_path):
-    file, known = tmp_path / "joint.html", plt.get_fignums()  # those of other tests
-    fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4, 1.0]).save(file)
-    page = file.read_text(encoding="utf-8")
-    assert page.count("<img") == 3
-    assert page.count("data:image/png;base64,iVBOR") == 3
-    assert page.count("<table") == 8
-    assert not re.search(r"(src|href)=\"(?!data:)", page)
-    assert "shakedown limit" in page
-    assert "<h2>As assembled</h2>" in page
-    assert plt.get_fignums() == known
-    with pytest.raises(fo.ModelError, match="npz"):
-        # No form of a report.
-        fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4]).save(tmp_path / "joint.csv")
-
-
-def test_the_command(tmp_path, capsys):
-    BLOCK.save(tmp_path / "block.npz")
-    loads = [
-        "--mean",
-        "N=1",
-        "--corners",
-        "F=1",
-        "F=-1",
-        "--friction",
-        ".5",
-        "--load-factors",
-        ".4",
-        "1",
-    ]
-    assert (
-        command.main(
-            ["report", str(tmp_path / "block.npz"), *loads, "--page", str(tmp_path / "block.html")]
-        )
-        == 0
-    )
-    assert re.search("shakedown limit +0.5 +load factor", capsys.readouterr().out)
-    assert (tmp_path / "block.html").stat().st_size > 1e4
 
 
 @pytest.mark.parametrize("factors", [[0.0, 1.0], [1.0, 0.5], [], [np.nan]])

@@ -312,24 +312,6 @@ def test_each_page_is_shown_before_the_next_is_asked():
     assert "Numbers" in shown[0] and "What grows" in shown[1] and "shakedown limit" in shown[2]
 
 
-def test_the_first_page_alone_says_what_is_on_the_others():
-    joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1)
-    assert joint.curve is None and joint.limit is None and joint.steady is not None
-    assert joint.missing == {
-        "curve": "on page 2, which was not requested",
-        **dict.fromkeys(
-            (
-                "shakedown limit",
-                "guaranteed limit",
-                "required friction",
-                "limit as assembled",
-                "friction as assembled",
-            ),
-            "on page 3, which was not requested",
-        ),
-    }
-
-
 def test_limits_that_belong_to_the_mesh_are_given_if_they_are_asked():
     system = random_system(np.random.default_rng(1), 4).with_gap([10.0, 0.0, 0.0, 0.0])
     joint = fo.report(system, CYCLE, 0.4, [0.5])

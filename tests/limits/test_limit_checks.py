@@ -324,28 +324,6 @@ def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
     assert not limit.proven
 
 
-@pytest.mark.parametrize("stiff", [1.0, 1e6, 1e14, 1e16])
-def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
-    """Mirror symmetry is judged node by node, however stiff the neighbours are.
-
-    A pair has symmetric loads and B, but A_11 = 1 and A_22 = 3. The two nodes beside it carry a
-    larger load, so that the limits are the limits of the pair by itself.
-    """
-    A = np.diag([1.0, 3.0])
-    B = np.array([[0.3, 0.1], [-0.1, -0.3]])
-    bonded = {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])}
-    pair = fo.ContactSystem.from_blocks(A, B, 2 * np.eye(2), [0.0, 1.0], bonded)
-    wide = [np.diag([stiff, 0.0, 0.0, stiff]), np.zeros((4, 4)), np.diag([stiff, 0.0, 0.0, stiff])]
-    for whole, part in zip(wide, (A, B, 2 * np.eye(2)), strict=True):
-        whole[1:3, 1:3] = part
-    loads = {"P": (np.zeros(4), np.ones(4)), "Q": ([-0.1, -1.0, 1.0, 0.1], [0.0, 0.2, 0.2, 0.0])}
-    contact = fo.ContactSystem.from_blocks(*wide, [0.0, 1.0, 2.0, 3.0], loads)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -0.4}])
-    alone, limit = (fo.guaranteed_limit(each, cycle, 0.5) for each in (pair, contact))
-    found = limit.load_factor, limit.shakedown.load_factor
-    assert found == pytest.approx((alone.load_factor, alone.shakedown.load_factor), rel=1e-8)
-
-
 @pytest.mark.parametrize(
     ("proof", "cycle", "kind"),
     [

@@ -25,7 +25,6 @@ from helpers.systems import (
     explained,
     freed,
     linprog_limit,
-    mirrored,
     on_both_bounds,
     random_system,
 )
@@ -194,16 +193,6 @@ def test_dense_equations_say_the_same_however_they_are_scaled():
     found = [model.solve(0.5, [*rows, cp.abs(y) <= most]).load_factor for rows in same]
     assert found[0] < 0.999 * free.load_factor
     assert np.ptp(found) <= 1e-9 * found[0]
-
-
-def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost():
-    contact = mirrored(np.random.default_rng(3), 4)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
-    model = fo.ShakedownModel(contact, cycle)
-    most = 0.5 * model.solve(0.5).slip[0]
-    row = np.eye(4)[0] * np.sign(most)
-    limit = model.solve(0.5, [row @ model.slip <= abs(most)])
-    agrees(limit, linprog_limit(contact, cycle, 0.5, upper=[(row, 0.0, abs(most))])[1])
 
 
 def test_units_do_not_matter_and_the_value_of_the_problem_is_the_load_factor():

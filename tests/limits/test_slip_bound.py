@@ -204,14 +204,6 @@ def test_without_friction_a_contact_without_shear_is_just_safe():
     assert safe.exists and safe.margin == pytest.approx(0.0, abs=1e-9)
 
 
-def test_explain(punch, paper_cycle):
-    text = explained(fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0))
-    assert all(
-        part in text
-        for part in ("safe residual slip", "maximize margin", "mean_bound", "cap", "rows bind")
-    )
-
-
 def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):
     """The limit separates existence from absence of a safe slip to a billionth.
 

@@ -247,19 +247,6 @@ def test_a_steady_state_shows_slip_range_traction_and_work(contact, cycle):
     )
 
 
-def test_the_tractions_of_a_steady_state_of_many_corners_are_two_bands():
-    steady = fo.steady_state(JOINT, MANY, F, 1.5 * fo.shakedown_limit(JOINT, MANY, F).load_factor)
-    _, force, _ = steady.plot()
-    labels = [band.get_label() for band in force.collections]
-    assert [label for label in labels if not label.startswith("_")] == [
-        "$q$, all 20 corners",
-        "$p$, all 20 corners",
-    ]
-    assert len(labels) == 4
-    colours = {tuple(band.get_facecolor()[0]) for band in force.collections}
-    assert len(colours) == 2 and not [name for name in labelled(force) if "corner" in name]
-
-
 @ALL
 def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, cycle):
     path = fo.march(

@@ -107,15 +107,6 @@ def moves_as_one(top, direction):
     return [[(int(n), direction, 1.0), (int(top[0]), direction, -1.0)] for n in top[1:]]
 
 
-def leaning(top, direction):
-    """Weighted sums, one of them with a held term."""
-    a, b, c, *_ = map(int, top)
-    return [
-        [(a, direction, 2.0), (b, direction, -1.0), (c, direction, -0.5), (101, direction, 3.0)],
-        [(c, direction, 1.0), (b, direction, -0.25)],
-    ]
-
-
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
     """The block may rise: it is held along x only, and the top of the punch moves as one along y."""
     blocks, _, deck = plane()

@@ -170,20 +170,6 @@ def test_an_odd_contact_gives_an_answer_or_an_error_of_ours(name):
             pass
 
 
-def test_odd_contacts_are_of_all_kinds():
-    contacts = [odd_contact(seed)[0] for seed in range(100)]
-    assert {contact.tangents for contact in contacts} == {1, 2} and {
-        contact.nodes for contact in contacts
-    } == {1, 2, 3, 4}
-    assert any(
-        contact.contact is not None and len(set(contact.contact)) == 2 for contact in contacts
-    )
-    assert any(not contact.C.any() for contact in contacts) and any(
-        not contact.S.any() for contact in contacts
-    )
-    assert any(not contact.bonded["mean"][1].any() for contact in contacts)
-
-
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
     range_search.MOST_AROUND = 8  # as the fixture `few_starts` does

@@ -1,22 +1,7 @@
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
 import frictopt as fo
-
-
-def test_numbers_of_any_kind_make_the_same_scene():
-    plain = fo.scenes.PunchOnHalfPlane(
-        elements=4, punch_height=1.5, block_half_width=2.5, growth=2.0
-    )
-    odd = fo.scenes.PunchOnHalfPlane(
-        elements=np.int8(4),
-        punch_height=Fraction(3, 2),
-        block_half_width=Fraction(5, 2),
-        growth=np.array(2),
-    )
-    assert odd == plain and np.array_equal(odd.condense().S, plain.condense().S)
 
 
 def test_default_has_the_papers_size():

@@ -188,26 +188,6 @@ def test_a_slip_on_both_bounds_goes_on_next_to_its_load_even_where_the_limit_is_
     assert fo.steady_state(*args, 0.11, initial_slip=slip).outcome is fo.Outcome.CYCLIC_SLIP
 
 
-def test_the_cases_are_of_all_kinds():
-    cases = [random_case(seed) for seed in range(400)]
-    kinds = {
-        "free": lambda c: np.linalg.eigvalsh(c.system.S)[0] < 1e-12 * np.abs(c.system.S).max(),
-        "uncoupled": lambda c: not c.system.B.any(),
-        "gap": lambda c: c.system.gap.any(),
-        "frictionless": lambda c: (c.friction == 0).any(),
-        "strong friction": lambda c: c.friction.max() >= 3,
-        "other units": lambda c: not 1e-3 < np.abs(c.system.S).max() < 1e3,
-        "pulled": lambda c: c.cycle.mean_reaction(c.system)[1].min() < 0,
-        "one corner": lambda c: len(c.cycle.corners) == 1,
-        "far start": lambda c: (
-            c.start is not None
-            and np.abs(c.start).max() > 100 * oracles.units(c.system, c.cycle)[1]
-        ),
-    }
-    for name, kind in kinds.items():
-        assert 4 <= sum(bool(kind(case)) for case in cases) <= 350, name
-
-
 LIES = {
     "shakedown limit": (
         "shakedown_limit",

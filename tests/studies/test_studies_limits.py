@@ -13,15 +13,6 @@ from helpers.two_nodes import two_node_limits
 from studies import guaranteed, limits, validity
 
 
-def test_limiting_nodes_sit_on_their_bound(tables):
-    for _, rows in tables["limits_reactions"].groupby("friction"):
-        assert rows["share"].sum() == pytest.approx(1, abs=1e-6)
-        assert rows.loc[rows["share"] > 1e-6, "ratio"].abs().to_numpy() == pytest.approx(
-            1, abs=1e-7
-        )
-        assert rows["ratio"].abs().min() < 0.9  # not all do
-
-
 def test_reactions_are_those_of_the_slip_and_the_loads(tables):
     scene = fo.scenes.PunchOnHalfPlane(elements=limits.QUICK.reaction_elements)
     system = scene.condense()
@@ -148,15 +139,6 @@ def of_scenes(tables):
     return tables["scenes_limits"]
 
 
-def test_limits_do_not_fall_with_friction(of_scenes):
-    groups = of_scenes.groupby(["scene", "case", "parameter"], dropna=False)
-    assert len(groups) == 2 * 3 + 3 + 2
-    for _, rows in groups:
-        with np.errstate(invalid="ignore"):  # inf - inf
-            assert not np.any(np.diff(rows["load_factor"]) < 0)
-        assert (rows["guaranteed"] <= rows["load_factor"]).all() and (rows["residual"] < 1e-7).all()
-
-
 def test_flanks_lock_beyond_the_cotangent_alone(of_scenes):
     rows = of_scenes[of_scenes["scene"] == "dovetail"]
     locks = rows["friction"] * np.tan(np.radians(rows["parameter"])) > 1
@@ -172,19 +154,3 @@ def test_a_rotating_force_is_the_worse_one(of_scenes):
         index="friction", columns="case", values="load_factor"
     )
     assert (limits["rotating"] < limits["to and fro"]).all()
-
-
-def test_first_slip_of_the_pulled_plate(of_scenes):
-    rows = of_scenes[of_scenes["case"] == "plate"]
-    assert np.allclose(
-        rows["onset"],
-        2 * rows["friction"] / (rows["friction"] + np.hypot(1, rows["friction"])),
-        rtol=0.05,
-    )
-
-
-def test_rounder_edges_lower_the_limit(of_scenes):
-    limits = of_scenes[of_scenes["scene"] == "punch"].pivot(
-        index="friction", columns="parameter", values="load_factor"
-    )
-    assert (limits[0.5] < limits[np.inf]).all()

@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from studies import size
-from studies.validation import all_sets, campaign, followed, left_out
+from studies.validation import all_sets, campaign, followed
 
 
 def test_all_rest_below_and_all_witnesses_slip_above(tables):
@@ -81,58 +81,6 @@ def test_the_answers_are_the_same(tables):
     table = tables["left_out"]
     assert len(table) == 12 and table["difference"].max() < 1e-9 and table["residual"].max() < 1e-9
     assert (table["saved"] > 0).all()
-
-
-def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(tables):
-    rows = tables["left_out"]
-    lines = [
-        line
-        for line in left_out.STUDY.summary({"left_out": rows}).splitlines()
-        if line.startswith("|")
-    ]
-    assert [line.split("|")[1].split(",")[0].strip() for line in lines[2:]] == list(
-        dict.fromkeys(rows["scene"])
-    )
-    assert sum(line.count("→") + line.count("nothing left out") for line in lines[2:]) == len(rows)
-    assert (
-        sum(line.count("nothing left out") for line in lines[2:]) == (rows["left_out"] == "").sum()
-    )
-
-
-@pytest.mark.parametrize(
-    ("scene", "computation", "words"),
-    [
-        ("paper", "shakedown limit", []),
-        ("paper", "safe slip", []),
-        ("sampled", "shakedown limit", ["14 of 16"]),
-        ("sampled", "safe slip", ["14 of 16"]),
-        ("ellipse", "shakedown limit", []),
-    ],
-)
-def test_each_scene_leaves_out_what_it_should(tables, scene, computation, words):
-    text = (
-        tables["left_out"].set_index(["scene", "computation"]).loc[(scene, computation), "left_out"]
-    )
-    assert all(word in text for word in words) and bool(text) == bool(words)
-    assert ("corners" in text) == ("14 of 16" in words)
-
-
-def test_every_size_answers_its_questions(tables):
-    table = tables["sizes"]
-    asked = {
-        (scene, elements): rows["question"].tolist()
-        for (scene, elements), rows in table.groupby(["scene", "elements"])
-    }
-    always, steady = (
-        ["condense", "shakedown limit", "limit, nothing left out", "safe slip"],
-        ["steady state below", "steady state above"],
-    )
-    assert asked == {
-        ("plane", 8): [*always, "guaranteed limit", *steady],
-        ("space", 2): [*always, "guaranteed limit", *steady],
-        ("space", 3): always,
-    }
-    assert (table["seconds"] > 0).all() and (table["residual"].dropna() <= 1e-9).all()
 
 
 def test_nodes_unknowns_and_memory(tables):

@@ -1,7 +1,7 @@
 import re
 import sqlite3
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import closing, redirect_stderr
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -18,7 +18,6 @@ from helpers.interrupts import interrupted, stops
 from helpers.liars import lying
 from helpers.refused import refused
 from helpers.runs import results, same, with_followed
-from helpers.screens import Terminal
 from helpers.systems import CYCLE, ONE_NODE, random_system, system
 
 
@@ -332,18 +331,6 @@ def test_an_interrupt_of_the_limits_leaves_all_runs_and_the_limits_so_far(contac
     table = stop.value.table
     assert len(table) == 2 * len(factors) and table.attrs["missing"] == 0
     assert (table.shakedown_limit.isna() == (table.friction > 0.5)).all()
-
-
-def test_progress_of_a_short_study_is_silent_but_on_a_terminal(contact, factors, capsys):
-    fo.dissipation_study(contact, CYCLE, 0.4, factors)
-    assert capsys.readouterr() == ("", "")
-    screen, quiet = Terminal(), Terminal()
-    with redirect_stderr(screen):
-        fo.dissipation_study(contact, CYCLE, 0.4, factors)
-    assert "3/3" in screen.getvalue() and "run/s" in screen.getvalue()
-    with redirect_stderr(quiet):
-        fo.dissipation_study(contact, CYCLE, 0.4, factors, progress=False)
-    assert not quiet.getvalue()
 
 
 @refused(

@@ -49,7 +49,6 @@ ASKED_3D = {
     "friction": 0.6,
 }
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
-INCREMENT = {"slip": SLIP, "bonded": BONDED}
 # These values may be nan. The error of the state is then infinite.
 CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
 CURVE = fo.joints.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
@@ -90,338 +89,307 @@ BOLTED = fo.ContactSystem.from_blocks(
     compliance=[[-0.2, 0], [0, 0]],
     bolts={"bolt": (2.0, 0.1)},
 )
-CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-    "Body": (fo.fem.Body, {"mesh": MODEL.bodies["punch"].mesh}),
-    "Contact": (fo.fem.Contact, {"body_1": "punch", "body_2": "block"}),
-    "BoltPreload": (fo.fem.BoltPreload, {"body": "punch", "section": "top", "force": 1.0}),
-    "BodyForce": (fo.fem.BodyForce, {"body": "punch", "y": -1.0}),
-    "Centrifugal": (fo.fem.Centrifugal, {"body": "punch", "density": 1.0}),
-    "ContactModel.recover": (
-        MODEL.recover,
-        {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)},
+
+
+def call(function: Callable[..., Any], **good: Any) -> tuple[Callable[..., Any], dict[str, Any]]:
+    """A public function, and good values of its arguments."""
+    return function, good
+
+
+CALLS = {
+    "Body": call(fo.fem.Body, mesh=MODEL.bodies["punch"].mesh),
+    "Contact": call(fo.fem.Contact, body_1="punch", body_2="block"),
+    "BoltPreload": call(fo.fem.BoltPreload, body="punch", section="top", force=1.0),
+    "BodyForce": call(fo.fem.BodyForce, body="punch", y=-1.0),
+    "Centrifugal": call(fo.fem.Centrifugal, body="punch", density=1.0),
+    "ContactModel.recover": call(
+        MODEL.recover, loads={"P": 1.0}, slip=np.zeros(3), gap=np.zeros(3)
     ),
-    "ContactModel.modes": (HEAVY.modes, {"n": 1, "open_nodes": [True, False, False]}),
-    "ContactModel.with_loads": (
-        MODEL.with_loads,
-        {"loads": {"P": [fo.fem.Pressure("punch", "top")]}},
+    "ContactModel.modes": call(HEAVY.modes, n=1, open_nodes=[True, False, False]),
+    "ContactModel.with_loads": call(
+        MODEL.with_loads, loads={"P": [fo.fem.Pressure("punch", "top")]}
     ),
-    "Cyclic": (
+    "Cyclic": call(
         fo.fem.Cyclic,
-        {
-            "body": "punch",
-            "low": "left",
-            "high": "right",
-            "axis": (0.0, 0.0, 1.0),
-            "centre": (0.0, 0.0),
-        },
+        body="punch",
+        low="left",
+        high="right",
+        axis=(0.0, 0.0, 1.0),
+        centre=(0.0, 0.0),
     ),
-    "Displacement": (fo.fem.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
-    "DistributingCoupling": (
+    "Displacement": call(fo.fem.Displacement, body="block", where="bottom", x=0.1, y=0.1),
+    "DistributingCoupling": call(
         fo.fem.DistributingCoupling,
-        {
-            "body": "punch",
-            "where": "top",
-            "directions": "xy",
-            "rotations": "z",
-            "point": (0.0, 1.0),
-        },
+        body="punch",
+        where="top",
+        directions="xy",
+        rotations="z",
+        point=(0.0, 1.0),
     ),
-    "Expansion": (fo.fem.Expansion, {"body": "punch"}),
-    "PointForce": (fo.fem.PointForce, {"body": "punch", "where": "top", "x": 1.0, "y": 1.0}),
-    "RemoteForce": (
+    "Expansion": call(fo.fem.Expansion, body="punch"),
+    "PointForce": call(fo.fem.PointForce, body="punch", where="top", x=1.0, y=1.0),
+    "RemoteForce": call(
         fo.fem.RemoteForce,
-        {
-            "body": "punch",
-            "where": "top",
-            "x": 1.0,
-            "y": 1.0,
-            "z": 0.0,
-            "moment": 1.0,
-            "point": (0.0, 1.0),
-        },
+        body="punch",
+        where="top",
+        x=1.0,
+        y=1.0,
+        z=0.0,
+        moment=1.0,
+        point=(0.0, 1.0),
     ),
-    "RigidCoupling": (
+    "RigidCoupling": call(
         fo.fem.RigidCoupling,
-        {
-            "body": "punch",
-            "where": "top",
-            "directions": "xy",
-            "rotations": "z",
-            "point": (0.0, 1.0),
-        },
+        body="punch",
+        where="top",
+        directions="xy",
+        rotations="z",
+        point=(0.0, 1.0),
     ),
-    "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),
-    "Pressure": (fo.fem.Pressure, {"body": "punch", "boundary": "top"}),
-    "ContactModel": (
+    "PressFit": call(condensed(fo.scenes.PressFit), elements=2, growth=3.0),
+    "Pressure": call(fo.fem.Pressure, body="punch", boundary="top"),
+    "ContactModel": call(
         fo.fem.ContactModel,
-        {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")},
+        **{name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")},
     ),
-    "ContactState": (
-        fo.ContactState,
-        {"slip": [0.0, 0.0], "gap": [0.0, 0.1], "bonded_q": [0.0, 0.0], "bonded_p": [1.0, 1.0]},
+    "ContactState": call(
+        fo.ContactState, slip=[0.0, 0.0], gap=[0.0, 0.1], bonded_q=[0.0, 0.0], bonded_p=[1.0, 1.0]
     ),
-    "Body in space": (fo.fem.Body, {"mesh": MODEL_3D.bodies["punch"].mesh}),
-    "Support in space": (fo.fem.Support, {"body": "punch", "where": (0.0, 0.0, 1.0)}),
-    "ContactModel in space": (
+    "Body in space": call(fo.fem.Body, mesh=MODEL_3D.bodies["punch"].mesh),
+    "Support in space": call(fo.fem.Support, body="punch", where=(0.0, 0.0, 1.0)),
+    "ContactModel in space": call(
         fo.fem.ContactModel,
-        {name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")},
+        **{name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")},
     ),
-    "ContactSystem": (
-        fo.ContactSystem,
-        {"S": np.eye(6), "points": np.eye(3)[:2], "bonded": {"P": np.ones(6)}, **PLACED},
+    "ContactSystem": call(
+        fo.ContactSystem, S=np.eye(6), points=np.eye(3)[:2], bonded={"P": np.ones(6)}, **PLACED
     ),
-    "NewtonIncrement": (fo.increments.NewtonIncrement, {"system": NODE_3D, "friction": FRICTION}),
-    "NewtonIncrement.solve": (
+    "NewtonIncrement": call(fo.increments.NewtonIncrement, system=NODE_3D, friction=FRICTION),
+    "NewtonIncrement.solve": call(
         fo.increments.NewtonIncrement(NODE_3D, FRICTION).solve,
-        {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])},
+        slip=[[0.0, 0.0]],
+        bonded=([[0.1, 0.1]], [1.0]),
     ),
-    "SquarePunch": (
+    "SquarePunch": call(
         condensed(fo.scenes.SquarePunch),
-        {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
+        elements=2,
+        growth=3.0,
+        block_half_width=3.0,
+        block_depth=3.0,
     ),
-    "march 3D": (
-        fo.march,
-        {
-            **ASKED_3D,
-            "load_factor": 0.5,
-            "initial_slip": [[0.0, 0.1]],
-            "cycles": 1,
-            "steps": 2,
-        },
+    "march 3D": call(
+        fo.march, **ASKED_3D, load_factor=0.5, initial_slip=[[0.0, 0.1]], cycles=1, steps=2
     ),
-    "ContactSystem.from_blocks": (
+    "ContactSystem.from_blocks": call(
         fo.ContactSystem.from_blocks,
-        {**BLOCKS, "x": [0.0, 1.0], "bonded": {"mean": BONDED}, **PLACED, "E_star": 1.0},
+        **BLOCKS,
+        x=[0.0, 1.0],
+        bonded={"mean": BONDED},
+        **PLACED,
+        E_star=1.0,
     ),
-    "ContactSystem.reaction": (CONTACT.reaction, {"loads": {"mean": 1.0}}),
-    "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
-    "ContactSystem.with_interference": (CONTACT.with_interference, {"cases": {"fit": [0.1, 0.0]}}),
-    "ContactSystem.with_gap": (CONTACT.with_gap, {"gap": [0.0, 0.1]}),
-    "ContactProducts": (
+    "ContactSystem.reaction": call(CONTACT.reaction, loads={"mean": 1.0}),
+    "ContactSystem.with_bonded": call(CONTACT.with_bonded, cases={"other": BONDED}),
+    "ContactSystem.with_interference": call(CONTACT.with_interference, cases={"fit": [0.1, 0.0]}),
+    "ContactSystem.with_gap": call(CONTACT.with_gap, gap=[0.0, 0.1]),
+    "ContactProducts": call(
         fo.ContactProducts,
-        {
-            "points": CONTACT.points,
-            "bonded": {"mean": BONDED, "cyclic": BONDED},
-            "pressing": CONTACT.B @ np.linalg.inv(CONTACT.A),
-            "slipping": np.linalg.inv(CONTACT.A),
-            "slides": np.zeros((2, 0)),
-        },
+        points=CONTACT.points,
+        bonded={"mean": BONDED, "cyclic": BONDED},
+        pressing=CONTACT.B @ np.linalg.inv(CONTACT.A),
+        slipping=np.linalg.inv(CONTACT.A),
+        slides=np.zeros((2, 0)),
     ),
-    "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
-    "LoadStep": (fo.starts.LoadStep, {"loads": {"mean": 0.5}, "cyclic": {"cyclic": 1.0}}),
-    "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
-    "LoadCycle.from_history": (
-        fo.LoadCycle.from_history,
-        {"history": pd.DataFrame({"cyclic": [0.0, 1.0]})},
+    "GuaranteedModel": call(fo.GuaranteedModel, system=CONTACT, cycle=CYCLE),
+    "LoadStep": call(fo.starts.LoadStep, loads={"mean": 0.5}, cyclic={"cyclic": 1.0}),
+    "LoadCycle": call(fo.LoadCycle, mean={"mean": 1.0}, corners=[{"cyclic": 1.0}]),
+    "LoadCycle.from_history": call(
+        fo.LoadCycle.from_history, history=pd.DataFrame({"cyclic": [0.0, 1.0]})
     ),
-    "LoadCycle.vertices": (
+    "LoadCycle.vertices": call(
         lambda mean, loads: fo.LoadCycle.vertices(mean, loads),
-        {"mean": {"mean": 1.0}, "loads": {"cyclic": (0.0, 1.0)}},
+        mean={"mean": 1.0},
+        loads={"cyclic": (0.0, 1.0)},
     ),
-    "Material": (fo.fem.Material, {"density": 1.0}),
-    "MatrixJob": (fo.readers.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
-    "MatrixJob.force": (JOB.force, {"where": "N_TOP", "nodal": [1.0, 0.0]}),
-    "MatrixJob.areas": (JOB.areas, {"face": "N_TOP"}),
-    "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
-    "Dovetail": (condensed(fo.scenes.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
-    "PinInPlate": (condensed(fo.scenes.PinInPlate), {"elements": 8, "growth": 3.0}),
-    "PunchOnHalfPlane": (
+    "Material": call(fo.fem.Material, density=1.0),
+    "MatrixJob": call(fo.readers.MatrixJob, K=JOB.K, labels=JOB.labels, deck=JOB.deck),
+    "MatrixJob.force": call(JOB.force, where="N_TOP", nodal=[1.0, 0.0]),
+    "MatrixJob.areas": call(JOB.areas, face="N_TOP"),
+    "MatrixJob.pairs": call(JOB.pairs, first="N_CONTACT_PUNCH", second="N_CONTACT_BLOCK"),
+    "Dovetail": call(condensed(fo.scenes.Dovetail), elements=2, growth=3.0, grading=2.0),
+    "PinInPlate": call(condensed(fo.scenes.PinInPlate), elements=8, growth=3.0),
+    "PunchOnHalfPlane": call(
         condensed(fo.scenes.PunchOnHalfPlane),
-        {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
+        elements=2,
+        growth=3.0,
+        block_half_width=3.0,
+        block_depth=3.0,
     ),
-    "RoundedPunch": (condensed(fo.scenes.RoundedPunch), {"punch": SCENE}),
-    "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
-    "DesignModel": (
+    "RoundedPunch": call(condensed(fo.scenes.RoundedPunch), punch=SCENE),
+    "ShakedownModel": call(fo.ShakedownModel, system=CONTACT, cycle=CYCLE),
+    "DesignModel": call(
         fo.DesignModel,
-        {
-            "system": TWO_LOADS,
-            "cycle": CYCLE,
-            "preloads": ["other"],
-            "scenarios": [(CYCLE, FRICTION)],
-        },
+        system=TWO_LOADS,
+        cycle=CYCLE,
+        preloads=["other"],
+        scenarios=[(CYCLE, FRICTION)],
     ),
-    "DesignModel.solve": (
-        DESIGN.solve,
-        {"friction": FRICTION, "constraints": [DESIGN.preload <= 0.1]},
+    "DesignModel.solve": call(DESIGN.solve, friction=FRICTION, constraints=[DESIGN.preload <= 0.1]),
+    "ShakedownModel.solve": call(fo.ShakedownModel(CONTACT, CYCLE).solve, friction=FRICTION),
+    "condense": call(
+        fo.condense, K=np.diag([2.0, 3.0, 2.0, 3.0]), loads={"P": [0.1, -1.0, 0.1, -1.0]}, **SPRINGS
     ),
-    "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
-    "condense": (
-        fo.condense,
-        {"K": np.diag([2.0, 3.0, 2.0, 3.0]), "loads": {"P": [0.1, -1.0, 0.1, -1.0]}, **SPRINGS},
+    "split_bodies": call(fo.fem.split_bodies, mesh=SPLIT, materials={"all": fo.fem.Material()}),
+    "Interference": call(fo.fem.Interference, contact="contact", amount=0.1),
+    "Support": call(fo.fem.Support, body="punch", where="top"),
+    "Tie": call(fo.fem.Tie, body_1="rib", body_2="plate", boundary_1="foot", boundary_2="top"),
+    "Traction": call(fo.fem.Traction, body="punch", boundary="top", y=-1.0),
+    "assembled_slip": call(fo.starts.assembled_slip, **ASKED),
+    "dissipation_range": call(fo.dissipation_range, **ASKED, load_factor=0.1),
+    "dissipation_study": call(
+        fo.dissipation_study, **ASKED, load_factors=[0.5], starts=[SLIP], progress=False
     ),
-    "split_bodies": (fo.fem.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.fem.Material()}}),
-    "Interference": (fo.fem.Interference, {"contact": "contact", "amount": 0.1}),
-    "Support": (fo.fem.Support, {"body": "punch", "where": "top"}),
-    "Tie": (
-        fo.fem.Tie,
-        {"body_1": "rib", "body_2": "plate", "boundary_1": "foot", "boundary_2": "top"},
-    ),
-    "Traction": (fo.fem.Traction, {"body": "punch", "boundary": "top", "y": -1.0}),
-    "assembled_slip": (fo.starts.assembled_slip, ASKED),
-    "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.1}),
-    "dissipation_study": (
-        fo.dissipation_study,
-        {**ASKED, "load_factors": [0.5], "starts": [SLIP], "progress": False},
-    ),
-    "guaranteed_limit": (fo.guaranteed_limit, ASKED),
-    "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
-    "march in increments": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "steps": 2}),
-    "limit_after_protocol": (
+    "guaranteed_limit": call(fo.guaranteed_limit, **ASKED),
+    "march": call(fo.march, **ASKED, load_factor=0.5, cycles=1),
+    "march in increments": call(fo.march, **ASKED, load_factor=0.5, cycles=1, steps=2),
+    "limit_after_protocol": call(
         fo.limit_after_protocol,
-        {
-            **{
-                "limit": fo.shakedown_limit(**ASKED),
-                "protocol": [STEP],
-                "start": SLIP,
-                "up_to": 0.3,
-            },
-            **{"scan": 3, "tolerance": 0.1},
-        },
+        limit=fo.shakedown_limit(**ASKED),
+        protocol=[STEP],
+        start=SLIP,
+        up_to=0.3,
+        scan=3,
+        tolerance=0.1,
     ),
-    "friction_after_protocol": (
+    "friction_after_protocol": call(
         fo.friction_after_protocol,
-        {
-            **{"required": fo.required_friction(CONTACT, CYCLE, 0.3)},
-            **{"protocol": [STEP], "start": SLIP, "up_to": 1.0, "scan": 2, "tolerance": 0.1},
-        },
+        required=fo.required_friction(CONTACT, CYCLE, 0.3),
+        protocol=[STEP],
+        start=SLIP,
+        up_to=1.0,
+        scan=2,
+        tolerance=0.1,
     ),
-    "compare": (fo.compare, {"reports": {"one": REPORT, "two": REPORT}}),
-    "onset": (fo.onset, ASKED),
-    "check_contact_law": (
+    "compare": call(fo.compare, reports={"one": REPORT, "two": REPORT}),
+    "onset": call(fo.onset, **ASKED),
+    "check_contact_law": call(
         fo.reference.check_contact_law,
-        {"system": CONTACT, "bonded": BONDED, "friction": FRICTION, **CLAIMED, "force_scale": 1.0},
+        system=CONTACT,
+        bonded=BONDED,
+        friction=FRICTION,
+        **CLAIMED,
+        force_scale=1.0,
     ),
-    "read_abaqus": (fo.readers.read_abaqus, {"path": "none"}),
-    "read_ansys": (fo.readers.read_ansys, {"path": "none"}),
-    "read_nastran": (fo.readers.read_nastran, {"path": "none"}),
-    "read_calculix": (fo.readers.read_calculix, {"job": FLAT, "deck": f"{FLAT}.inp"}),
-    "read_joint": (fo.read_joint, {"path": f"{FLAT.parent}/block.inp", "elastic": True}),
-    "read_mesh": (fo.readers.read_mesh, {"path": "none"}),
-    "read_store": (fo.results.read_store, {"path": "none"}),
-    "merge_stores": (fo.results.merge_stores, {"into": "all.sqlite", "parts": []}),
-    "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
-    "required_friction": (
-        fo.required_friction,
-        {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1, "slip_bound": None},
+    "read_abaqus": call(fo.readers.read_abaqus, path="none"),
+    "read_ansys": call(fo.readers.read_ansys, path="none"),
+    "read_nastran": call(fo.readers.read_nastran, path="none"),
+    "read_calculix": call(fo.readers.read_calculix, job=FLAT, deck=f"{FLAT}.inp"),
+    "read_joint": call(fo.read_joint, path=f"{FLAT.parent}/block.inp", elastic=True),
+    "read_mesh": call(fo.readers.read_mesh, path="none"),
+    "read_store": call(fo.results.read_store, path="none"),
+    "merge_stores": call(fo.results.merge_stores, into="all.sqlite", parts=[]),
+    "SafeRegion.contains": call(REGION.contains, first=0.1, second=0.1),
+    "required_friction": call(
+        fo.required_friction, system=CONTACT, cycle=CYCLE, load_factor=0.1, slip_bound=None
     ),
-    "safe_region": (
+    "safe_region": call(
         fo.safe_region,
-        {
-            "system": TWO_LOADS,
-            "mean": {"mean": 1.0},
-            "loads": ["cyclic", "other"],
-            "friction": FRICTION,
-        },
+        system=TWO_LOADS,
+        mean={"mean": 1.0},
+        loads=["cyclic", "other"],
+        friction=FRICTION,
     ),
-    "fatigue_band": (
+    "fatigue_band": call(
         fo.fatigue_band,
-        {
-            "stress_map": STRESSES,
-            "cycle": CYCLE,
-            "friction": FRICTION,
-            "load_factor": 0.1,
-            "parameter": "Findley",
-            "weight": 0.2,
-            "planes": 6,
-        },
+        stress_map=STRESSES,
+        cycle=CYCLE,
+        friction=FRICTION,
+        load_factor=0.1,
+        parameter="Findley",
+        weight=0.2,
+        planes=6,
     ),
-    "fatigue_limit": (
+    "fatigue_limit": call(
         fo.fatigue_limit,
-        {
-            "stress_map": STRESSES,
-            "cycle": CYCLE,
-            "friction": FRICTION,
-            "allowable": 0.1,
-            "parameter": "Findley",
-            "weight": 0.2,
-            "every": True,
-            "planes": 6,
-        },
+        stress_map=STRESSES,
+        cycle=CYCLE,
+        friction=FRICTION,
+        allowable=0.1,
+        parameter="Findley",
+        weight=0.2,
+        every=True,
+        planes=6,
     ),
-    "FatigueBand.life": (
+    "FatigueBand.life": call(
         fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).life,
-        {"k_1": 5.0, "ND": 1e6, "SD": 0.1},
+        k_1=5.0,
+        ND=1000000.0,
+        SD=0.1,
     ),
-    "FatigueBand.at": (
-        fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).at,
-        {"slip": [0.0, 0.0]},
+    "FatigueBand.at": call(
+        fo.fatigue_band(STRESSES, CYCLE, FRICTION, 0.1, planes=6).at, slip=[0.0, 0.0]
     ),
-    "StressMap": (
+    "StressMap": call(
         fo.results.StressMap,
-        {
-            "system": CONTACT,
-            "points": STRESSES.points,
-            "loads": STRESSES.loads,
-            "motions": STRESSES.motions,
-            "on_face": True,
-        },
+        system=CONTACT,
+        points=STRESSES.points,
+        loads=STRESSES.loads,
+        motions=STRESSES.motions,
+        on_face=True,
     ),
-    "StressMap.tensors": (
-        STRESSES.tensors,
-        {"loads": {"mean": 1.0}, "slip": SLIP, "gap": np.abs(SLIP)},
-    ),
-    "ContactModel.stress_map": (MODEL.stress_map, {"depth": 0.5, "side": 2}),
-    "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
-    "gross_slip": (fo.gross_slip, ASKED),
-    "tightened": (
+    "StressMap.tensors": call(STRESSES.tensors, loads={"mean": 1.0}, slip=SLIP, gap=np.abs(SLIP)),
+    "ContactModel.stress_map": call(MODEL.stress_map, depth=0.5, side=2),
+    "safe_slip": call(fo.safe_slip, **ASKED, load_factor=0.1),
+    "gross_slip": call(fo.gross_slip, **ASKED),
+    "tightened": call(
         fo.joints.tightened,
-        {"system": BOLTED, "cycle": fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]), "friction": 0.5},
+        system=BOLTED,
+        cycle=fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]),
+        friction=0.5,
     ),
-    "report": (
+    "report": call(
         fo.report,
-        {
-            **ASKED,
-            "load_factors": [0.5],
-            "preload": {"mean": (0.9, 1.1)},
-            "limits": {"work": 1.0},
-            "life": pd.DataFrame({name: [1e6] for name in ("best", "assembled", "worst")}),
-            "title": "A joint",
-            "pages": 2,
-            "mesh_limits": True,
-            "notes": "nothing",
-        },
+        **ASKED,
+        load_factors=[0.5],
+        preload={"mean": (0.9, 1.1)},
+        limits={"work": 1.0},
+        life=pd.DataFrame({name: [1000000.0] for name in ("best", "assembled", "worst")}),
+        title="A joint",
+        pages=2,
+        mesh_limits=True,
+        notes="nothing",
     ),
-    "shakedown_limit": (fo.shakedown_limit, ASKED),
-    "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
-    "after_overload": (
-        fo.after_overload,
-        {"limit": fo.guaranteed_limit(**ASKED), "load_factor": 0.5},
+    "shakedown_limit": call(fo.shakedown_limit, **ASKED),
+    "steady_state": call(fo.steady_state, **ASKED, load_factor=0.5, most_cycles=50),
+    "after_overload": call(fo.after_overload, limit=fo.guaranteed_limit(**ASKED), load_factor=0.5),
+    "backbone_curve": call(
+        fo.joints.backbone_curve, **ASKED, load_factors=[0.5], natural_frequency=1.0
     ),
-    "backbone_curve": (
-        fo.joints.backbone_curve,
-        {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0},
+    "BackboneCurve.response": call(
+        CURVE.response, forces=[0.1], damping=0.01, scale=2.0, other_modes=()
     ),
-    "BackboneCurve.response": (
-        CURVE.response,
-        {"forces": [0.1], "damping": 0.01, "scale": 2.0, "other_modes": ()},
+    "BackboneCurve.largest_force": call(
+        CURVE.largest_force, amplitude=0.0001, damping=0.01, scale=2.0
     ),
-    "BackboneCurve.largest_force": (
-        CURVE.largest_force,
-        {"amplitude": 1e-4, "damping": 0.01, "scale": 2.0},
+    "ForcedResponse.at": call(CURVE.response([0.1], damping=0.01).at, frequencies=[1.0]),
+    "Modes.force": call(
+        HEAVY.modes(1).force, k=0, loads=[fo.fem.BodyForce("punch", y=1.0)], acceleration=[0.0, 1.0]
     ),
-    "ForcedResponse.at": (CURVE.response([0.1], damping=0.01).at, {"frequencies": [1.0]}),
-    "Modes.force": (
-        HEAVY.modes(1).force,
-        {"k": 0, "loads": [fo.fem.BodyForce("punch", y=1.0)], "acceleration": [0.0, 1.0]},
+    "wear": call(
+        fo.joints.wear, **(ASKED | {"system": WORN}), load_factor=0.9, coefficient=0.01, cycles=5
     ),
-    "wear": (
-        fo.joints.wear,
-        {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5},
+    "worn_in": call(fo.joints.worn_in, **(ASKED | {"system": UNCOUPLED_CONTACT}), load_factor=0.1),
+    "ExactPath": call(ExactPath, **ASKED, load_factor=0.5),
+    "Start": call(fo.starts.Start, family="given", name="one"),
+    "SteadyState.fretting_table": call(
+        fo.steady_state(**STEADY).fretting_table, stress=np.ones((1, 2)), strain=np.ones((1, 2))
     ),
-    "worn_in": (fo.joints.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),
-    "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
-    "Start": (fo.starts.Start, {"family": "given", "name": "one"}),
-    "SteadyState.fretting_table": (
-        fo.steady_state(**STEADY).fretting_table,
-        {"stress": np.ones((1, 2)), "strain": np.ones((1, 2))},
-    ),
-    "given_slips": (fo.starts.given_slips, {"slips": [SLIP]}),
-    "overloads": (fo.starts.overloads, {"load_factors": [2.0]}),
-    "random_slips": (fo.starts.random_slips, {"system": CONTACT, "amplitudes": [1.0], "count": 1}),
-    "safe_slips": (fo.starts.safe_slips, {}),
-    "plot_study": (
-        fo.plot_study,
-        {"table": fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)},
+    "given_slips": call(fo.starts.given_slips, slips=[SLIP]),
+    "overloads": call(fo.starts.overloads, load_factors=[2.0]),
+    "random_slips": call(fo.starts.random_slips, system=CONTACT, amplitudes=[1.0], count=1),
+    "safe_slips": call(fo.starts.safe_slips),
+    "plot_study": call(
+        fo.plot_study, table=fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)
     ),
 }
 
