@@ -10,7 +10,6 @@ import pytest
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from helpers.calculix import Block, displacements, equation, lines, node_set
 from helpers.multipliers import Assembled
 
 CORK = fo.fem.Material(E=3.0, nu=0.0)
@@ -285,66 +284,3 @@ def test_sections_that_are_none_are_refused(message):
 def test_arguments_of_a_bolt(arguments, message):
     with pytest.raises(fo.ModelError, match=message):
         fo.fem.BoltPreload(*arguments)
-
-
-@pytest.mark.ccx
-def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
-    """The bolt is between a base and a fixed top, and is pushed aside, too. Its displacements
-    agree, and its tension in the contact at its foot."""
-    base = Block(1, lines((-1, 2, 6), (-1, 2, 6), (-1, 0, 2)), 1.0, 0.3, "BASE")
-    bolt = Block(1001, lines((0, 1, 2), (0, 1, 2), (0, 2, 4)), 2.0, 0.2, "BOLT")
-    on_base = {tuple(point): n for n, point in zip(base.numbers, base.points, strict=True)}
-    glue = [(n, on_base[tuple(bolt.points[n - 1001])]) for n in bolt.on(2, 0)]
-    above = 1001 + np.flatnonzero((bolt.points[bolt.elements[:, :4], 2] == 1).all(axis=1))
-    deck = (
-        base.deck()
-        + bolt.deck()
-        + node_set("FIX", [*base.on(2, -1), *bolt.on(2, 2)])
-        + "*BOUNDARY\nFIX, 1, 3\n*NODE\n9999, 0., 0., 9.\n"
-    )
-    deck += "".join(equation((a, k, 1.0), (b, k, -1.0)) for k in (1, 2, 3) for a, b in glue)
-    deck += (
-        "*SURFACE, NAME=CUT\n"
-        + "".join(f"{n}, S1\n" for n in above)
-        + "*PRE-TENSION SECTION, SURFACE=CUT, NODE=9999\n0., 0., -1.\n"
-    )
-    meshes = {"base": MeshHex.init_tensor(*base.lines), "bolt": MeshHex.init_tensor(*bolt.lines)}
-    sides = {
-        "foot": lambda x: x[2] == 0,
-        "low": lambda x: x[2] == -1,
-        "top": lambda x: x[2] == 2,
-        "side": lambda x: x[0] == 1,
-    }
-    meshes = {name: mesh.with_boundaries(sides) for name, mesh in meshes.items()}
-    meshes["bolt"] = meshes["bolt"].with_boundaries(
-        {"cut": lambda x: x[2] == 1}, boundaries_only=False
-    )
-    bodies = {
-        name: fo.fem.Body(meshes[name], fo.fem.Material(block.E, block.nu))
-        for name, block in (("base", base), ("bolt", bolt))
-    }
-    loads = {
-        "F": [fo.fem.BoltPreload("bolt", "cut", 0.03)],
-        "push": [fo.fem.Traction("bolt", "side", x=0.01)],
-    }
-    held = [fo.fem.Support("base", "low"), fo.fem.Support("bolt", "top")]
-    model = fo.fem.ContactModel(
-        bodies, held, loads, [fo.fem.Contact("bolt", "base", "foot", "foot")]
-    )
-    system = model.condense()
-    assert system.bonded["F"][1].sum() == pytest.approx(-0.03, rel=1e-12)
-    fields = model.recover({"F": 1.0, "push": 1.0}, np.zeros((system.nodes, 2)))
-    pushed = loads["push"][0]._forces(bodies["bolt"], "space")[0]
-    number = {tuple(point): n for n, point in zip(bolt.numbers, bolt.points, strict=True)}
-    forces = "".join(
-        f"{number[tuple(point)]}, 1, {f!r}\n"
-        for point, f in zip(meshes["bolt"].p.T, pushed.tolist(), strict=True)
-        if f
-    )
-    found = displacements(tmp_path, deck, f"*CLOAD\n9999, 1, 0.03\n{forces}")
-    largest = max(np.abs(u).max() for u in fields.displacement.values())
-    for name, places in (("base", on_base), ("bolt", number)):
-        for point, u in zip(fields.bodies[name].mesh.p.T, fields.displacement[name].T, strict=True):
-            if name == "base" or point[2] != 1:  # two nodes are there
-                # CalculiX prints seven digits.
-                assert np.abs(found[places[tuple(point)]] - u).max() < 1e-6 * largest

@@ -4,7 +4,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import LinAlgError
 from scipy.sparse import csr_matrix
-from scipy.sparse.linalg import splu
 from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
@@ -116,31 +115,6 @@ def test_a_body_much_softer_than_its_neighbour_is_named():
             match=r"stiffness: node \d+ of body '(punch|block)' at .* has no stiffness .* reduce the ratio",
         ):
             ask()
-
-
-@pytest.mark.parametrize(
-    "mesh",
-    [
-        MeshQuad.init_tensor(np.linspace(0, 1, 41) ** 2, np.linspace(0, 1, 31)),
-        MeshTri().refined(5),
-        MeshTri.init_circle(5),
-    ],
-)
-def test_nested_dissection_orders_nodes_with_little_fill(mesh):
-    K = body_stiffness(mesh, Material())
-    nodes = mesh.p.shape[1]
-    K = K[:nodes, :nodes] + K.diagonal().mean() * csr_matrix(np.eye(nodes))
-    order = np.argsort(nested_dissection(K, mesh.p), kind="stable")
-
-    def fill(permutation):
-        options = {
-            "permc_spec": "NATURAL",
-            "diag_pivot_thresh": 0.0,
-            "options": {"SymmetricMode": True},
-        }
-        return splu(K[permutation][:, permutation].tocsc(), **options).L.nnz
-
-    assert fill(order) < 0.8 * fill(np.lexsort(mesh.p))
 
 
 def test_coincident_nodes_do_not_stop_the_ordering():

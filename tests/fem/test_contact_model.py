@@ -11,24 +11,6 @@ from helpers.multipliers import glued_pairs
 FREE, LOADS = hung(), uniform_loads()
 
 
-def test_the_punch_keeps_its_free_motions_and_a_held_one_has_none():
-    free = fo.fem.ContactModel(blocks(), FREE, LOADS).condense()
-    rigid = np.linalg.eigvalsh(free.S) < 1e-12 * np.linalg.norm(free.S)
-    assert rigid.sum() == 3
-    assert np.abs(free.S @ np.r_[np.ones(4), np.zeros(4)]).max() < 1e-15
-    held = fo.fem.ContactModel(
-        blocks(),
-        supports=[*FREE, fo.fem.Support("punch", "top", "xy")],
-        loads={"tau": LOADS["tau"]},
-    ).condense()
-    assert np.linalg.eigvalsh(held.S)[0] > 1e-3
-    guided = fo.fem.ContactModel(
-        blocks(), supports=[*FREE, fo.fem.Support("punch", "top", "x")], loads={"p": LOADS["p"]}
-    ).condense()
-    # Up and down, and a turn about the guide.
-    assert (np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)).sum() == 2
-
-
 PUNCH, BLOCK = blocks().values()
 BOTH = {"punch": PUNCH, "block": BLOCK}
 GOOD = {"bodies": BOTH, "supports": FREE, "loads": LOADS}

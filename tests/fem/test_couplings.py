@@ -13,7 +13,7 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.meshes import box, turned, two_blocks
+from helpers.meshes import box, two_blocks
 from helpers.multipliers import Assembled
 
 ROTATIONS = {2: "z", 3: "xyz"}
@@ -187,29 +187,6 @@ def test_nodes_of_a_rigid_coupling_move_as_one():
     R = motions(bodies["upper"].mesh.p.T[top], np.zeros(3)).reshape(-1, 6)
     fit = np.linalg.lstsq(R, u.ravel())[0]
     assert np.abs(u).max() > 0.1 and np.allclose(R @ fit, u.ravel(), atol=1e-10)
-
-
-def test_the_frame_does_not_matter():
-    bodies = bodies_in(3)
-    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    turn *= np.sign(np.linalg.det(turn))
-    force = np.array([0.3, -0.2, -1.0])
-    moment = np.array([0.1, 0.5, -0.4])
-    point = np.ones(3) * 2
-    answers = []
-    for Q in (np.eye(3), turn):
-        moved = {n: fo.fem.Body(turned(b.mesh, Q), b.material) for n, b in bodies.items()}
-        load = fo.fem.RemoteForce(
-            "upper", "z+", *map(float, Q @ force), tuple(map(float, Q @ moment)), tuple(Q @ point)
-        )
-        system = fo.fem.ContactModel(
-            moved,
-            [fo.fem.Support("lower", "z-"), fo.fem.RigidCoupling("upper", "z+")],
-            {"L": [load]},
-        ).condense()
-        answers.append((system.bonded["L"][1], system.compliance))
-    assert np.allclose(answers[0][0], answers[1][0], atol=1e-9)
-    assert np.allclose(answers[0][1], answers[1][1], rtol=1e-9)
 
 
 def test_forces_on_rings_of_an_axisymmetric_model_are_whole():

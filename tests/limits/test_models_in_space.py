@@ -3,8 +3,6 @@
 A strip one element thick is compared with the plane, and other models with closed forms.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
@@ -188,68 +186,7 @@ def test_one_stiffness_for_all_meshes_is_that_of_scikit_fem(kind, element):
 
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
-ROUND = fo.LoadCycle(
-    {"P": 1.0}, [{"Qx": np.cos(t), "Qy": np.sin(t)} for t in np.pi / 2 * np.arange(4)]
-)
 SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
-
-
-@pytest.fixture(scope="module")
-def system():
-    return SCENE.condense()
-
-
-def rotation():
-    """A rotation about an axis of no special direction."""
-    x, y, z = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(1.1) * K + (1 - np.cos(1.1)) * K @ K
-
-
-def rotated(model, R):
-    """The same model turned in space, its loads with it."""
-    bodies = {
-        name: replace(body, mesh=replace(body.mesh, doflocs=R @ body.mesh.p))
-        for name, body in model.bodies.items()
-    }
-    loads = {}
-    for name, parts in model.loads.items():
-        turned = [(part, R @ [part.x, part.y, part.z]) for part in parts]
-        loads[name] = [replace(part, x=x, y=y, z=z) for part, (x, y, z) in turned]
-    return fo.fem.ContactModel(bodies, model.supports, loads)
-
-
-def test_the_whole_scene_may_be_turned(system):
-    R = rotation()
-    turned = rotated(SCENE.model(), R).condense()
-    assert np.allclose(turned.frames[:, 2], R[:, 2], atol=1e-12)
-    for loads in (CYCLE, ROUND):
-        one, other = fo.shakedown_limit(system, loads, 0.5), fo.shakedown_limit(turned, loads, 0.5)
-        assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
-        at = 1.2 * one.load_factor
-        paths = [
-            fo.march(contact, loads, 0.5, at, cycles=1, steps=4) for contact in (system, turned)
-        ]
-        assert paths[1].work[-1] == pytest.approx(
-            paths[0].work[-1], rel=1e-8, abs=1e-11 * paths[0].work[-1].sum()
-        )
-        in_space = [
-            np.einsum("nak,na->nk", contact.frames[:, :2], path.slip[-1])
-            for contact, path in zip((system, turned), paths, strict=True)
-        ]
-        assert in_space[1] == pytest.approx(in_space[0] @ R.T, abs=1e-9 * np.abs(in_space[0]).max())
-
-
-def test_bonded_reactions_balance_the_loads(system):
-    n = system.nodes
-    for name, whole in {"P": (0, 0, 4.0), "Qx": (-4.0, 0, 0), "Qy": (0, -4.0, 0)}.items():
-        q, p = system.reaction({name: 1.0})
-        assert np.r_[q.sum(axis=0), p.sum()] == pytest.approx(np.array(whole), abs=1e-11)
-    # The punch is free: rigid motions cause no force.
-    assert (
-        np.abs(system.S @ np.kron(np.eye(3), np.ones((n, 1)))).max()
-        < 1e-12 * np.abs(system.S).max()
-    )
 
 
 def test_the_cube_of_another_code_has_its_known_limit(cube):
