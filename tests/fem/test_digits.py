@@ -306,23 +306,6 @@ def test_nodes_of_a_job_match_to_their_digits(units, found):
             fo.condense(job.K, **ask)
 
 
-@settings(max_examples=few(200))
-@given(
-    seed=st.integers(0, 10**6),
-    count=st.integers(6, 11),
-    form=st.sampled_from([digits, decimals]),
-    power=st.integers(-6, 6),
-)
-def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
-    """The error is no more than rounding may cause: half a unit of numbers from 0.1 on; the other
-    part is 5e-10 of the size."""
-    x = np.random.default_rng(seed).uniform(-1.0, 1.0, size=(200, 3))
-    found = coordinate_errors(form(x, count) * 10.0**power)
-    errors = np.abs(form(x, count) - x) * 10.0**power
-    assert (errors <= found).all()
-    assert found.max() <= 10.0 ** (power - count) + 1e-9 * 10.0**power
-
-
 def test_a_computed_zero_hides_no_digits():
     """Meshers write numbers of seven digits, and many digits of 1e-17 where they computed a zero."""
     x = digits(np.random.default_rng(0).uniform(-1.0, 1.0, size=(50, 3)), 7)
