@@ -483,6 +483,8 @@ def test_the_text_fits_on_paper():
     starts = [line.split("  ")[0] for line in lines]
     assert [starts.count(name) for name in joint.verdicts["quantity"]] == [1] * len(limits)
     _, _, left = " ".join(lines).partition("On the pages of `save` also: ")
+    page_lines = "\n".join(pages).splitlines()
+    assert max(map(len, page_lines)) <= 68
     heads = re.findall(r"^([A-Z][a-z ]+):$", "\n".join(pages), re.MULTILINE)
     assert left and all((head.lower() in left) != (f"{head}:" in lines) for head in heads)
 
