@@ -1,4 +1,4 @@
-"""Joints as users mesh them with gmsh: dovetails in the plane, a bolted lap joint in space."""
+"""The joints of the tutorial, as gmsh meshes them: a blade, a flange, a bolted lap joint."""
 
 import runpy
 from pathlib import Path
@@ -8,72 +8,9 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import ALL_CASES, few
-from helpers.gmsh_files import gmsh_with
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
-# Angle of the flanks, their length, half-width of the neck.
-DOVETAILS = [
-    (35, 6.0, 4.0),
-    (45, 8.0, 5.0),
-    (55, 6.0, 3.0),
-    (65, 10.0, 5.0),
-]
 STEEL = fo.fem.Material(E=210e3, nu=0.3)
-
-
-def dovetail(file, angle, length, half):
-    """A blade root in the slot of a disc.
-
-    The flanks of the blade stand out of the slot, and the flanks of the disc reach below the blade.
-    """
-    along = np.array([np.cos(np.radians(angle)), -np.sin(np.radians(angle))])
-    inner, outer, begins, ends = (
-        np.array([half, 0.0]) + s * along for s in (0.0, length, 1.0, length + 1.0)
-    )
-    foot = outer[1] - 5.0
-    right = {
-        "blade": [(half, 12.0), inner, outer, (outer[0], foot)],
-        "disc": [(begins[0], 2.0), begins, ends, (ends[0], foot - 2.0)],
-    }
-    rest = {"blade": [], "disc": [(-30.0, 2.0), (-30.0, -40.0), (30.0, -40.0), (30.0, 2.0)]}
-    with gmsh_with(**{"Mesh.MeshSizeMax": 4.0, "Mesh.MeshSizeExtendFromBoundary": 1}) as gmsh:
-        faces = {}
-        for name, half_line in right.items():
-            corners = [*half_line, *((-x, y) for x, y in reversed(half_line)), *rest[name]]
-            points = [gmsh.model.occ.addPoint(x, y, 0) for x, y in corners]
-            lines = [
-                gmsh.model.occ.addLine(one, two)
-                for one, two in zip(points, points[1:] + points[:1], strict=True)
-            ]
-            faces[name] = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
-        _, parts = gmsh.model.occ.fragment([(2, faces["blade"])], [(2, faces["disc"])])
-        gmsh.model.occ.synchronize()
-        for name, part in zip(faces, parts, strict=True):
-            gmsh.model.addPhysicalGroup(2, [tag for _, tag in part], name=name)
-        boxes = {"top": ((-half, 12.0), (half, 12.0)), "bottom": ((-30.0, -40.0), (30.0, -40.0))}
-        boxes |= {
-            "right": (begins * [1, 0] + outer * [0, 1], outer * [1, 0]),
-            "left": (outer * [-1, 1], begins * [-1, 0]),
-        }
-        for name, ((x, y), (to_x, to_y)) in boxes.items():
-            found = gmsh.model.getEntitiesInBoundingBox(
-                x - 0.1, y - 0.1, -0.1, to_x + 0.1, to_y + 0.1, 0.1, dim=1
-            )
-            gmsh.model.addPhysicalGroup(1, [tag for _, tag in found], name=name)
-        gmsh.model.mesh.setSize(
-            gmsh.model.getBoundary([(2, tag) for _, tag in parts[0]], recursive=True), 1.0
-        )
-        gmsh.model.mesh.generate(2)
-        gmsh.write(str(file))
-    return fo.fem.ContactModel(
-        fo.fem.split_bodies(fo.readers.read_mesh(file), {"blade": STEEL, "disc": STEEL}),
-        contacts=[fo.fem.Contact("blade", "disc", side, side) for side in ("right", "left")],
-        supports=[fo.fem.Support("disc", "bottom")],
-        loads={
-            "pull": [fo.fem.Traction("blade", "top", y=100.0)],
-            "sway": [fo.fem.Traction("blade", "top", x=10.0)],
-        },
-    )
 
 
 def carried(system, load):
@@ -104,30 +41,6 @@ def shakes_down_up_to(limit, system, cycle, friction, share, **options):
         assert steady.outcome.name == outcome
     assert 0 < limit.load_factor <= limit.bound * (1 + 1e-9)
     assert limit.bound == pytest.approx(limit.load_factor, rel=1e-6)
-
-
-@pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
-def test_a_dovetail_of_gmsh_carries_its_loads_and_has_a_limit(tmp_path, angle, length, half):
-    system = dovetail(tmp_path / "dovetail.msh", angle, length, half).condense()
-    for name, sign in (("right", -1), ("left", 1)):
-        of_contact = system.contact == name
-        assert np.allclose(
-            system.normals[of_contact],
-            [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))],
-        )
-        assert of_contact.sum() >= length - 1
-    for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
-        forces, moments = carried(system, load)
-        assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
-        assert np.allclose(
-            sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half
-        )
-    cycle = fo.LoadCycle(
-        mean={"pull": 1.0}, corners=[{"pull": 0.2, "sway": 1.0}, {"pull": -0.2, "sway": -1.0}]
-    )
-    limit = fo.shakedown_limit(system, cycle, friction=0.4)
-    assert limit.open.any() or angle not in (45, 65)  # the longer flanks lift off at one end
-    shakes_down_up_to(limit, system, cycle, 0.4, 0.03)
 
 
 def scripted(name, folder, monkeypatch):

@@ -104,34 +104,6 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     assert len(check.runs) == 4 and check.persists and np.isinf(check.runs.share).all()
 
 
-def test_a_node_that_slides_freely_has_starts_below_its_limit():
-    """No traction distinguishes one safe slip from another."""
-    contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
-    check = verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
-    assert check.limit.load_factor == pytest.approx(0.5)
-    assert check.dies_out
-    assert len(check.runs) == 16
-
-
-def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
-    pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
-    check = verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=6, moved=2)
-    assert np.abs(check.limit.slip).max() < 1e-12
-    assert (check.runs["moved"] > 0).sum() == 2
-    assert np.ptp(check.starts) > 0.1
-
-
-@pytest.mark.parametrize("mean", [{}, {"mean": 1.0}])
-def test_without_a_load_to_test_at_there_is_no_verification(mean):
-    """The limit is 0 without pressure, and infinite if the load only presses."""
-    corners = [{"mean": 1.0}] if mean else CYCLE.corners
-    limit = fo.guaranteed_limit(system(*FIRST_PAIR), fo.LoadCycle(mean, corners), 0.6)
-    with pytest.raises(ValueError, match="no load to test at"):
-        verify(limit)
-
-
 @pytest.mark.parametrize(
     ("mean", "corners", "shown"),
     [({"P": 1.0}, [{"P": 0.5}], "inf"), ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], "nan")],

@@ -1,6 +1,6 @@
 """The cvxpy problems of increments.
 
-The tests cover names, printing, the complementarity form, and wedging of one node.
+The tests cover their values, the complementarity form, and wedging of one node.
 """
 
 from pathlib import Path

@@ -32,18 +32,6 @@ def test_several_slides_that_nothing_resists_leave_the_limit_of_the_plane(seed):
     assert fo.shakedown_limit(solid, loads, 0.5).load_factor == pytest.approx(0.5 / 1.5, rel=1e-9)
 
 
-def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
-    bonded = {"mean": ([0.6, -0.2], [0.0, 0.0]), "a": ([1.0, 0.3], [0.5, 0.4])}
-    flat = fo.ContactSystem.from_blocks(
-        [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], bonded
-    )
-    solid, _ = embedded(flat, np.random.default_rng(0))
-    loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}])
-    assert fo.safe_slip(solid, loads, 0.3, 0.2).margin == pytest.approx(
-        fo.safe_slip(flat, loads, 0.3, 0.2).margin, rel=1e-7
-    )
-
-
 @settings(max_examples=few(12))
 @given(st.integers(0, 10**6))
 def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(seed):

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.collections import PathCollection
 
 import frictopt as fo
 from frictopt.limits import pose
@@ -141,19 +140,6 @@ def free(few_starts):
     contact, loads = random_contact(np.random.default_rng(7), 2), cycle(2)
     problem = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
     return problem, fo.dissipation_range(*problem, steps=2)
-
-
-@pytest.mark.usefixtures("no_figures_stay_open")
-def test_a_range_is_drawn_as_a_map_of_the_state_with_the_most_work(free):
-    _, found = free
-    axes = found.plot()
-    shown = next(
-        points.get_array()
-        for points in axes.collections
-        if isinstance(points, PathCollection) and points.get_array() is not None
-    )
-    assert np.allclose(shown, found.most_state.dissipation_per_node, rtol=1e-12)
-    assert f"{found.least:.4g} to {found.most:.4g} " in axes.get_title()
 
 
 def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free):

@@ -128,26 +128,6 @@ def test_a_walk_against_a_weak_spring_is_called_a_drift_once_an_extrapolation_fa
     )
 
 
-def test_a_study_runs_from_every_kind_of_start():
-    contact = random_contact(np.random.default_rng(4), 3)
-    limit = fo.shakedown_limit(contact, cycle(2), 0.5).load_factor
-    starts = (
-        fo.starts.safe_slips()
-        + fo.starts.overloads([2.0])
-        + fo.starts.given_slips(0.1 * np.ones((1, 3, 2)))
-    )
-    table = fo.dissipation_study(
-        contact, cycle(2), 0.5, [0.5 * limit, 1.2 * limit], starts, limits=True, progress=False
-    )
-    assert (table["shakedown_limit"] == limit).all()
-    assert len(table) == 6
-    assert (table["engine"] == "newton").all()
-    assert (table["error"] == "").all()
-    for row in table.itertuples():
-        assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP")
-        assert row.dissipation > 0 or row.load_ratio < 1
-
-
 TURNING = fo.LoadCycle({"mean": 1.0}, [{"a": 0.1}, {"a": 0.1}], fixed=[{"b": 0.1}, {}])
 
 
