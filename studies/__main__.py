@@ -48,7 +48,6 @@ PROGRAMS = {
     },
     "Tests, figures and pages": {
         "python tests/tools/mutants.py [FILE ...]": "tests/tools/mutants.py",
-        "python tests/tools/functions.py": "tests/tools/functions.py",
         "python -m paper_figures [NAME ...]": "paper_figures/__main__.py",
         "python docs/claims.py": "docs/claims.py",
         "python docs/writeups/build.py [NAME ...]": "docs/writeups/build.py",
