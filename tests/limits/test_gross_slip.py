@@ -274,31 +274,6 @@ def test_transients_have_a_limit_in_time_and_the_answer_says_what_they_reached(m
         fo.gross_slip(system, cycle, 0.3, seconds=-1)
 
 
-def test_the_scene_of_a_press_fit_slides_off():
-    """The transients have one cycle each, in a bisection by the test."""
-    system = fo.scenes.PressFit(elements=20).condense()
-    cycle = fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
-    low, high = 1.0, 2.0
-    for _ in range(11):
-        middle = (low + high) / 2
-        try:
-            fo.march(system, cycle, friction=0.3, load_factor=middle, cycles=1)
-            low = middle
-        except fo.NoContinuation:
-            high = middle
-    found = fo.gross_slip(system, cycle, 0.3)
-    assert found.load_factor == pytest.approx(low, rel=1e-3) == pytest.approx(1.374, abs=1e-3)
-    tension = fo.gross_slip(
-        system, fo.LoadCycle({"fit": 1.0}, [{"tension": 1.0}, {"tension": -1.0}]), 0.3
-    )
-    assert tension.load_factor == np.inf and tension.self_stress is None  # which drives no motion
-    # A collar that is loose.
-    assert np.isnan(
-        fo.gross_slip(system, fo.LoadCycle({"fit": -1.0}, cycle.corners), 0.3).load_factor
-    )
-    assert fo.shakedown_limit(system, cycle, 0.3).bound_for_all == np.inf  # from any start
-
-
 def by_scipy(motions, friction, r0, r1, least=False):
     """Largest or least load factor >= 0 with forces within friction in the plane, by scipy.
 
