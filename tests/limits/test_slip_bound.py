@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.liars import is_excess, lying
+from helpers.liars import is_excess, lying, misread
 from helpers.oracle import Oracle
 from helpers.spatial import random_contact, single
 from helpers.systems import (
@@ -234,6 +234,21 @@ def test_more_friction_adds_the_pressure_of_a_node_that_its_slip_frees_of_shear(
         node, fo.LoadCycle({"P": 1.0}, [{"P": -0.5, "Q": 1.0}]), friction=0.4, load_factor=1.0
     )
     assert safe.margin == pytest.approx(0.5) and safe.friction_rate == pytest.approx(0.5 / 0.4)
+
+
+def test_a_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(monkeypatch):
+    loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.1, 0.1], [0.0, 0.0])}
+    zero = np.zeros((2, 2))
+    loose = fo.ContactSystem.from_blocks(zero, zero, np.eye(2), [0.0, 1.0], loads)
+    asked = loose, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5
+    assert fo.shakedown_limit(*asked, slip_bound=0.1).load_factor == pytest.approx(5.0)
+
+    def lie(program, x, y):
+        x[1:] += 10.0
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.shakedown_limit(*asked, slip_bound=0.1)
 
 
 def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does(
