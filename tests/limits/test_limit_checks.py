@@ -87,6 +87,14 @@ def test_plain_cvxpy_answers_if_no_answer_of_the_arrays_passes(tangents, opened,
         fo.shakedown_limit(contact, cycle, friction, open_nodes=open_nodes)
 
 
+def test_multipliers_of_plain_cvxpy_prove_its_limit_before_any_polish(monkeypatch):
+    contact = random_system(np.random.default_rng(3), 4)
+    lying(monkeypatch, lambda *_: "stopped", plain=True)
+    unpolished(monkeypatch)
+    limit = fo.shakedown_limit(contact, CYCLE, 0.4, open_nodes=[False] * 4)
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+
+
 def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
     """The slip is safe at the right load factor, with the right multipliers, but the node is on
     neither bound."""
