@@ -274,6 +274,15 @@ def test_transients_have_a_limit_in_time_and_the_answer_says_what_they_reached(m
         fo.gross_slip(system, cycle, 0.3, seconds=-1)
 
 
+def test_a_loose_collar_has_no_load_and_a_tension_that_drives_no_motion_no_limit():
+    system = fo.scenes.PressFit(elements=20).condense()
+    pulled = fo.LoadCycle({"fit": 1.0}, [{"tension": 1.0}, {"tension": -1.0}])
+    held = fo.gross_slip(system, pulled, 0.3)
+    assert held.load_factor == np.inf and held.self_stress is None
+    loose = fo.LoadCycle({"fit": -1.0}, [{"push": 1.0}, {"push": -1.0}])
+    assert np.isnan(fo.gross_slip(system, loose, 0.3).load_factor)
+
+
 def by_scipy(motions, friction, r0, r1, least=False):
     """Largest or least load factor >= 0 with forces within friction in the plane, by scipy.
 

@@ -78,6 +78,7 @@ def test_a_model_has_its_problem_before_it_is_solved(tangents):
     extended = cp.Problem(model.problem.objective, [*model.problem.constraints, little])
     assert extended.solve(**options) == near(model.solve(0.3, [little]).load_factor, tangents)
     assert model.f.value.tolist() == [0.3] * 3
+    assert repr(model) == f"ShakedownModel({contact!r}, {cycle})"
     loads = {"q0": cycle.mean, **{f"q1[{k}]": corner for k, corner in enumerate(cycle.corners)}}
     assert len(model.loads) == 2 * len(loads)
     for name, load in loads.items():

@@ -37,6 +37,17 @@ def size(q):
     return cp.abs(q) if q.ndim == 1 else cp.norm(q, 2, axis=1)
 
 
+@pytest.mark.parametrize(
+    ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
+)
+def test_multipliers_of_a_critical_state_have_the_number_of_their_node(contact, cycle):
+    system = contact(np.random.default_rng(3), 3)
+    limit = fo.guaranteed_limit(system, cycle, np.array([0.55, 0.6, 0.65]))
+    critical = limit.multipliers.query("row.str.startswith('critical')")
+    assert set(critical.node) == {limit.node}
+    assert critical.component.tolist() == [*range(system.tangents), 0]
+
+
 def test_a_guaranteed_problem_with_a_fixed_part_names_the_reactions_of_both_corners():
     system = random_system(np.random.default_rng(5), 3, loads=("mean", "cyclic", "still"))
     cycle = fo.LoadCycle(
