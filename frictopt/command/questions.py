@@ -144,7 +144,7 @@ def _answer(question: Question, options: argparse.Namespace) -> int:
         arguments["file"] = options.file
     request["units"] = system.units
     answer = public(function)(system=system, cycle=cycle, **arguments)
-    tables = tables_of(answer)
+    tables = tables_of(answer, joint.model if joint else None)
     printed = [name for name in question.printed if name in tables]
     return give(options, answer, tables, request, printed)
 
@@ -161,13 +161,16 @@ def _refuse_options_of_other_kinds(
                 )
 
 
-def tables_of(answer: Any) -> "dict[str, Table]":
-    """The tables of an answer by their names; the first one is that of its file."""
+def tables_of(answer: Any, model: Any = None) -> "dict[str, Table]":
+    """The tables of an answer by their names; the first one is that of its file.
+
+    The model, if it is known, gives the forces through ties.
+    """
     if hasattr(answer, "fretting_table"):
         nodes = answer.fretting_table()
         more = answer.to_frame().drop(columns="dissipation")
         nodes = nodes.join(more[[name for name in more if name not in nodes]])
-        return {"nodes": nodes, "contacts": answer.by_contact()}
+        return {"nodes": nodes, "contacts": answer.by_contact(model)}
     if hasattr(answer, "to_frame"):
         return {"rows": answer.to_frame()}
     names = ("numbers", "contacts")

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
+from scipy.sparse import block_diag, csr_matrix, diags, identity, kron, vstack
 from scipy.sparse.csgraph import connected_components
 
 from ..base import (
@@ -32,7 +32,7 @@ from .couplings import Coupling, coupled
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .interface import Interface, guided_pairs, notes_on_held, openings
 from .loads import Displacement
-from .mortar import Joint, check_touching, join_faces, normals_into
+from .mortar import Joint, check_touching, faces_of, join_faces, normals_into, resultants
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .sector import Cyclic, sector_of
 from .supports import Support, nodes_of
@@ -85,6 +85,7 @@ class Assembly:
         kinematics: Kinematics,
     ) -> None:
         cut, cuts = cut_bodies(bodies, bolts, kinematics)
+        self.ties = ties
         self.bodies, self.of_ties, self.touching, self.notes = adjusted(cut, ties, contacts)
         self.kinematics = kinematics
         self.supports = [support for support in supports if isinstance(support, Support)]
@@ -141,6 +142,24 @@ class Assembly:
             name_of_node=self._name_of_node,
             generalised=NO_ROWS,
         )
+
+    def through_ties(self, forces: Array, reactions: Array) -> dict[str, Array]:
+        """Tie -> (3, n) `resultants` of the forces of body 2 on body 1.
+
+        Given are n forces (size, n) that part the faces, and the reactions (d N, n) in contacts:
+        a node of a tie may be in a contact, too. Supports carry the forces on nodes that they hold.
+        """
+        by_pairs = kron(self.untied.T, identity(self.points.shape[1]))
+        of_contacts = by_pairs @ (self.glued.interface.frames_to_axes @ reactions)
+        of_ties = forces[self.rows] - of_contacts.reshape(*self.rows.shape, -1)
+        of_ties[self.free_rows == -1] = 0.0
+        through = {}
+        for number, tie in enumerate(self.ties):
+            face, _ = faces_of(tie, self.bodies[tie.body_1], self.bodies[tie.body_2])
+            nodes = np.flatnonzero(self.followers.tie == number)
+            own = nodes - self.first_node[tie.body_1]
+            through[tie.name] = resultants(face, own, of_ties[nodes])
+        return through
 
     def body(self, argument: str, name: str) -> Body:
         """The body with this name; `argument` is for the error message."""
@@ -348,7 +367,8 @@ class Assembly:
             widths,
             inside,
         )
-        opening = csr_matrix(means @ openings(nodes, projection) @ self.followers.matrix)
+        self.untied = csr_matrix(means @ openings(nodes, projection))
+        opening = csr_matrix(self.untied @ self.followers.matrix)
         opening.data[np.abs(opening.data) <= ROUNDING] = 0.0
         opening.eliminate_zeros()
         normals, candidates = guided_pairs(

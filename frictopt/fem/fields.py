@@ -14,6 +14,7 @@ from ..base import (
     EQUILIBRIUM,
     SIMULTANEOUS,
     Array,
+    Integers,
     checked_loads,
     finite_array,
     finite_number,
@@ -28,6 +29,7 @@ from .elasticity import basis_of
 from .loads import Expansion
 from .recovery import BodyFields, NodalFields, Recovery, Steady, tensors_of, warn_of_open_nodes
 
+_ANOTHER = "give the ContactModel that the system was condensed from"
 # Number of loads and motions whose fields are in memory at once.
 _BLOCK = 128
 
@@ -91,7 +93,7 @@ class Recoverable:
 
         motion = joined(v, w - assembly.gap)
         with progress_bar(progress, "recovery"):
-            u, reactions = self._displacements([amplitudes], motion[:, None])
+            u, reactions, _ = self._displacements([amplitudes], motion[:, None])
         if gap is not None:
             warn_of_open_nodes(w, reactions[:, 0], float(np.abs(u).max()))
         displacement = {}
@@ -188,7 +190,7 @@ class Recoverable:
         with progress_bar(progress, "stress map", "motion", total=len(loads)) as bar:
             for first in range(0, len(loads), _BLOCK):
                 block = slice(first, first + _BLOCK)
-                u, _ = self._displacements(loads[block], motions[:, block])
+                u, _, _ = self._displacements(loads[block], motions[:, block])
                 tensors.append(self._tensors_at(picked, u, loads[block]))
                 bar.update(u.shape[1])
         both = np.concatenate(tensors)
@@ -299,10 +301,11 @@ class Recoverable:
 
     def _displacements(
         self: Any, loads: Sequence[Mapping[str, float]], motions: Array
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Array, Array]:
         """(size, n) displacements and (d N, n) reactions under n loads and motions (d N, n).
 
-        Motions are slips and gaps minus initial gaps.
+        The third result are the forces (size, n) of supports and ties. Motions are slips and gaps
+        minus initial gaps.
         """
         assembly = self._assembly
         n, d = len(assembly.contact), assembly.points.shape[1]
@@ -327,7 +330,8 @@ class Recoverable:
         motions = motions + np.pad(overlaps, ((len(motions) - n, 0), (0, 0)))
         R, D = assembly.release
         y, reactions = self._recovery.displacements(R.T @ net_force, motions)
-        return assembly.tied @ (R @ y + D @ net_force + moved), reactions
+        w = R @ y + D @ net_force + moved
+        return assembly.tied @ w, reactions, assembly.whole @ w - force
 
     def _nodal_fields(
         self: Any, name: str, u: Array, loads: Sequence[Mapping[str, float]]
@@ -368,16 +372,21 @@ class Recoverable:
             if amplitude
         }
         fields: BodyFields = self.recover(loads, states.slip[k] / stretch, states.gap[k])
-        error = max(
-            np.abs(fields.q - states.q[k] * stretch).max(), np.abs(fields.p - states.p[k]).max()
-        )
-        if error > EQUILIBRIUM * np.abs(states.p).max():
-            raise ModelError(
-                "model: the reactions of its fields differ from the reactions of the steady "
-                f"state by {error:.1e}; give "
-                "the model that its system was condensed from"
-            )
+        _check_reactions(joined(fields.q, fields.p)[:, None], states, [k])
         return fields
+
+    def _through_ties(self: Any, states: Any, rows: Integers) -> dict[str, Array]:
+        """Tie -> (3, n) normal force, shear and moment at n states of a steady cycle."""
+        assembly, system = self._assembly, states.system
+        if self._condensed.points.shape != system.points.shape:
+            raise ModelError(f"model: another one; {_ANOTHER}")
+        loads = [dict(zip(system.bonded, states.amplitudes[k], strict=True)) for k in rows]
+        motions = joined(states.slip / system.stretch, states.gap - assembly.gap)[rows].T
+        _, reactions, forces = self._displacements(loads, motions)
+        thickness = system.thickness or 1.0
+        _check_reactions(thickness * reactions, states, rows)
+        through = assembly.through_ties(forces, reactions)
+        return {name: thickness * of_tie for name, of_tie in through.items()}
 
     @cached_property
     def _projections(self: Any) -> dict[str, NodalFields]:
@@ -388,3 +397,13 @@ class Recoverable:
     def _recovery(self: Any) -> Recovery:
         """The factorisation for `recover`."""
         return Recovery(self._assembly.glued)
+
+
+def _check_reactions(reactions: Array, states: Any, rows: Sequence[int] | Integers) -> None:
+    """Check that reactions (d N, n) of a model are those of n states of a steady cycle."""
+    expected = joined(states.q * states.system.stretch, states.p)[rows].T
+    error = np.abs(reactions - expected).max()
+    if error > EQUILIBRIUM * np.abs(states.p).max():
+        raise ModelError(
+            f"model: its reactions differ from those of the steady state by {error:.1e}; {_ANOTHER}"
+        )

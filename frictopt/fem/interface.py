@@ -111,7 +111,7 @@ class Interface:
         )
 
     @cached_property
-    def _frames_to_axes(self) -> csr_matrix:
+    def frames_to_axes(self) -> csr_matrix:
         """(N d, d N) relative motions Z along the axes, pair by pair, due to z, frame by frame."""
         n, d, _ = self.frames.shape
         # The column of direction r at pair i is i + n r; indices are pair, axis, direction.
@@ -137,7 +137,7 @@ class Interface:
         axes = identity(unknowns.shape[1])
         by_independent = kron(self.spread, axes, format="csr")
         drives = identity(len(unknowns), format="csr")[:, dependent] @ W
-        by_relative = kron(drives, axes) @ self._frames_to_axes
+        by_relative = kron(drives, axes) @ self.frames_to_axes
         by_y = hstack([by_independent[:, np.flatnonzero(free)], by_relative])
         return csr_matrix(_rows(unknowns, size).T @ by_y), columns
 
@@ -148,7 +148,7 @@ class Interface:
         # A pair does not move along the axes along which its dependent node is held.
         is_free = diags((unknowns[dependent] >= 0).astype(float).ravel())
         Z = is_free @ kron(self.opening, identity(d)) @ (_rows(unknowns, u.shape[0]) @ u)
-        return np.asarray((self._frames_to_axes.T @ Z).toarray())
+        return np.asarray((self.frames_to_axes.T @ Z).toarray())
 
     def sliding(self, motions: csr_matrix, unknowns: Integers) -> Interface:
         """Correct the normals so that free rigid motions `motions` (size, k) slide exactly.

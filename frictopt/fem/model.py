@@ -355,7 +355,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
             "supports": len(self.supports),
         }
         if self.ties:
-            answer["ties"] = len(self.ties)
+            answer["ties"] = [tie.name for tie in self.ties]
         if assembly.sector.count > 1:
             answer["sector"] = f"1 of {assembly.sector.count}"
         answer |= {"loads": list(self.loads), "kinematics": self.kinematics}

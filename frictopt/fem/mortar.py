@@ -198,6 +198,26 @@ def _face(body: Body, boundary: str, argument: str) -> Face:
     return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
 
 
+def resultants(face: Face, nodes: Integers, forces: Array) -> Array:
+    """(3, m) normal force, and sizes of shear and moment, of m forces (n, d, m) on n nodes.
+
+    The normal force is the sum along the normals into the body, and the shear the resultant of the
+    rest. The moment is about the middle of the area of the nodes.
+    """
+    areas = np.zeros(face.points.shape)
+    np.add.at(areas, face.facets, areas_of(face.corners)[:, None])
+    areas, points = areas[nodes], face.points[nodes]
+    normals = unit_vectors(areas)[..., None]
+    along = (normals * forces).sum(axis=1)
+    shear = (forces - normals * along[:, None]).sum(axis=0)
+    arms = points - np.average(points, axis=0, weights=np.linalg.norm(areas, axis=1))
+    products = np.einsum("na,nbm->abm", arms, forces)
+    # Each component of the moment is there twice.
+    moment = (products - products.swapaxes(0, 1)) / np.sqrt(2)
+    sizes = np.linalg.norm(shear, axis=0), np.linalg.norm(moment, axis=(0, 1))
+    return np.array([along.sum(axis=0), *sizes])
+
+
 def sags(face_1: Face, face_2: Face, nodes: Integers, P: csr_matrix) -> Array:
     """(n,) distance by which both faces may miss each other at nodes of face 1.
 

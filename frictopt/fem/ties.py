@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, identity, kron
@@ -75,6 +76,11 @@ class Tie:
         """Words for the tie in messages."""
         return f"tie of {self.body_1!r} and {self.body_2!r}"
 
+    @property
+    def name(self) -> str:
+        """Name of the tie in tables of forces."""
+        return f"tie {self.boundary_1}-{self.boundary_2} ({self.body_1}, {self.body_2})"
+
 
 @dataclass(frozen=True, eq=False)
 class Tied:
@@ -91,10 +97,25 @@ class Tied:
 
 @dataclass(frozen=True, eq=False)
 class Followers:
-    """The nodes of a model that follow others, by a matrix (all nodes, all nodes)."""
+    """The nodes of a model that follow others.
 
-    matrix: csr_matrix
-    nodes: Integers
+    They move by `chains` (all nodes, all nodes): by the displacements of nodes that follow none,
+    and by the displacements relative to their places on face 2, which are zero. `tie` (all nodes,)
+    is the number of the tie of each node, -1 for nodes that follow none.
+    """
+
+    chains: csr_matrix
+    tie: Integers
+
+    @property
+    def nodes(self) -> Integers:
+        """The nodes that follow others."""
+        return np.flatnonzero(self.tie >= 0)
+
+    @cached_property
+    def matrix(self) -> csr_matrix:
+        """(all nodes, all nodes) displacements due to those of the nodes that follow none."""
+        return csr_matrix(self.chains @ diags((self.tie < 0).astype(float)))
 
     @property
     def same(self) -> Integers:
@@ -120,8 +141,9 @@ class Followers:
             )
         stays = np.zeros(held.shape)
         stays[nodes] = held[nodes]
-        by_nodes = kron(self.matrix, identity(held.shape[1]))
-        return csr_matrix(diags(1 - stays.ravel()) @ by_nodes + diags(stays.ravel()))
+        follows = diags(1 - stays.ravel())
+        by_nodes = kron(self.chains, identity(held.shape[1]))
+        return csr_matrix(follows @ by_nodes @ follows + diags(stays.ravel()))
 
 
 def followers_of(
@@ -132,20 +154,21 @@ def followers_of(
 ) -> Followers:
     """The nodes of all ties that follow, in the numbers of the model."""
     count = sum(body.mesh.p.shape[1] for body in bodies.values())
-    follows = np.zeros(count, dtype=bool)
-    matrix = csr_matrix((count, count))
-    for tie, of_tie in zip(ties, tied, strict=True):
+    number = np.full(count, -1)
+    step = csr_matrix((count, count))
+    for k, (tie, of_tie) in enumerate(zip(ties, tied, strict=True)):
         links = of_tie.places.tocoo()
         rows = first_node[tie.body_1] + of_tie.nodes[links.row]
         columns = first_node[tie.body_2] + links.col
-        is_first = ~follows[rows]
+        is_first = number[rows] < 0
         entries = links.data[is_first], (rows[is_first], columns[is_first])
-        matrix = matrix + csr_matrix(entries, shape=matrix.shape)
-        follows[rows] = True
-    matrix = csr_matrix(matrix + diags(1.0 - follows))
+        step = step + csr_matrix(entries, shape=step.shape)
+        number[rows[is_first]] = k
     # A node may follow nodes that follow others.
+    chains = identity(count, format="csr")
     for _ in ties:
-        matrix = csr_matrix(matrix @ matrix)
-    if matrix[:, follows].nnz:
+        chains = csr_matrix(chains + step @ chains)
+        step = csr_matrix(step @ step)
+    if step.nnz:
         raise ModelError("ties: faces follow each other in a circle; exchange the faces of one tie")
-    return Followers(matrix, np.flatnonzero(follows))
+    return Followers(chains, number)

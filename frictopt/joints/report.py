@@ -99,8 +99,8 @@ class Report(Kept, ReportParts):
         DataFrame with a row for each body of the model, and the model. A file of the report leaves
         the model out, and with it the picture of the joint.
     contacts
-        DataFrame with a row for each contact: the columns of `SteadyState.by_contact` at load
-        factor 1, and
+        DataFrame with a row for each contact, and for each tie of the model: the columns of
+        `SteadyState.by_contact` at load factor 1, and
 
         - slides_at, slides_at_steady: the load factor at which this face slides in full. Its shear
           forces have the resultant and the moment that the loads send through it while all faces

@@ -209,7 +209,10 @@ class Pages(Generic[Parts]):
             self.missing["faces"] = self.missing["mean load"]
         else:
             steady = self.known.get("steady")
-            self.ask("faces", lambda: face_table(system, cycle, friction, mean, steady, slides))
+            model = self.known.get("model")
+            self.ask(
+                "faces", lambda: face_table(system, cycle, friction, mean, steady, slides, model)
+            )
         if not self.scatter.exists:
             fit_is_known = slides is None or slides.self_stress is None
             self._judge(slides if fit_is_known else None, (FACE_SLIP,))

@@ -282,6 +282,7 @@ def units_of(parts: ReportParts) -> dict[str, str]:
         "P": f"{force}{per_depth}",
         "Q": f"{force}{per_depth}",
         "fP": f"{force}{per_depth}",
+        "M": f"{force} {length}{per_depth}",
         "slides_at": "load factor",
         "slides_at_steady": "load factor",
         "share": "of the nodes" if parts.system.width is None else "of the area",

@@ -114,24 +114,38 @@ def _at_load(parts: ReportParts) -> Iterator[Section]:
             "the value over the limit."
         )
         yield Section("Verdicts", [sentence], verdicts_in_words(parts))
-    contacts = parts.contacts
-    if not contacts.empty:
-        along = " along the first tangents" if parts.system.orthotropic else ""
-        sentence = (
-            "slides_at: load factor at which the face slides in full, with the pressure of the "
-            "mean load; slides_at_steady: with that of the steady state. P, Q, fP: pressure, "
-            f"shear, and the most that friction can hold{along}; utilisation: Q / fP. carries: "
-            "share of the friction as bodies slide off."
-        )
-        # Those of a single face are among the numbers.
-        known = _OF_ONE_FACE if len(contacts) == 1 else []
-        table = contacts[[name for name in _OF_FACES if name in contacts and name not in known]]
-        table = table.dropna(axis=1, how="all")
-        units = columns_with_units(parts, contacts)
-        yield Section("Face by face", [sentence], table, contacts, parts.steady, units)
+    if not parts.contacts.empty:
+        yield from _faces(parts)
     numbers = numbers_at_load(parts)
     if not numbers.empty:
         yield Section("Numbers", [], numbers[_BRIEF], numbers)
+
+
+def _faces(parts: ReportParts) -> Iterator[Section]:
+    """The contacts face by face, and the forces through ties, which have no nodes of a contact."""
+    contacts = parts.contacts
+    units = columns_with_units(parts, contacts)
+    is_tie = contacts.get("nodes", pd.Series(1, contacts.index)) == 0
+    along = " along the first tangents" if parts.system.orthotropic else ""
+    sentence = (
+        "slides_at: load factor at which the face slides in full, with the pressure of the "
+        "mean load; slides_at_steady: with that of the steady state. P, Q, fP: pressure, "
+        f"shear, and the most that friction can hold{along}; utilisation: Q / fP. carries: "
+        "share of the friction as bodies slide off."
+    )
+    # Those of a single face are among the numbers.
+    known = _OF_ONE_FACE if len(contacts) == 1 else []
+    table = contacts[[name for name in _OF_FACES if name in contacts and name not in known]]
+    table = table[~is_tie].dropna(axis=1, how="all")
+    yield Section("Face by face", [sentence], table, contacts, parts.steady, units)
+    if is_tie.any():
+        sentence = (
+            "P: normal force at the corners of the steady cycle, compression positive; Q: shear; "
+            "M: moment about the middle of the tied area."
+        )
+        corners = range(min(len(parts.cycle.corners), _SHOWN_CORNERS))
+        names = ["contact", *(f"{part}_{k}" for k in corners for part in "PQM")]
+        yield Section("Forces through ties", [sentence], contacts.loc[is_tie, names], units=units)
 
 
 def verdicts_in_words(parts: ReportParts) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -50,13 +51,16 @@ def face_table(
     mean: ContactState,
     steady: SteadyState | None,
     gross_slip: GrossSlip | None,
+    model: Any,
 ) -> pd.DataFrame:
-    """A row for each contact, see `Report.contacts`."""
+    """A row for each contact, and for each tie of the model, see `Report.contacts`."""
     faces = nodes_of_contacts(system)
     table = pd.DataFrame({"contact": list(faces)})
+    ties = table[:0]
     corners = {"slides_at": _under_mean_load(system, cycle, mean)}
     if steady is not None:
-        table = steady.by_contact()
+        table = steady.by_contact(model)
+        table, ties = table[: len(faces)].copy(), table[len(faces) :]
         with np.errstate(divide="ignore", invalid="ignore"):
             used = [np.abs(table[f"Q_{k}"]) / table[f"fP_{k}"] for k in range(len(cycle.corners))]
         utilisation = np.nan_to_num(used, nan=0.0).max(axis=0)
@@ -76,7 +80,7 @@ def face_table(
     if steady is not None:
         ranges = np.asarray(steady.fretting_table()["slip_range"])
         table["where"] = [_place_of_most(system, ranges, face) for face in faces.values()]
-    return table
+    return pd.concat([table, ties], ignore_index=True) if len(ties) else table
 
 
 def faces_slide_at(

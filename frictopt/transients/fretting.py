@@ -20,6 +20,7 @@ from ..base import (
     frame,
     listed,
     number_of,
+    shown,
 )
 from ..base.results import named_places
 from ..contact import ContactSystem, most_shear
@@ -168,11 +169,13 @@ def _parameters(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -
     return critical_planes(stress, strain, **weights)
 
 
-def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work: Array) -> Table:
+def contact_table(
+    states: Trajectory, slipping: Booleans, opened: Booleans, work: Array, model: Any
+) -> Table:
     """The table of the contacts, see `SteadyState.by_contact`.
 
     `states` are the states of a steady cycle. `slipping` and `opened` are masks (N,) of the nodes,
-    and `work` (N,) is their work of friction.
+    and `work` (N,) is their work of friction. The model, if it is given, has ties.
     """
     system = states.system
     width = np.ones(system.nodes) if system.width is None else system.width
@@ -180,7 +183,7 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     contacts = list(faces)
     member = np.array(list(faces.values()), dtype=float)  # (contacts, N)
     area = member @ width
-    columns: dict[str, object] = {"contact": contacts, "nodes": member.sum(axis=1).astype(int)}
+    columns: dict[str, Any] = {"contact": contacts, "nodes": member.sum(axis=1).astype(int)}
     if system.width is not None:
         columns["area"] = area
     shares = {
@@ -195,10 +198,21 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
 
     corners = states.cycle.corner_names
     q = axes_of(states.q * system.stretch)
-    for corner, row in enumerate(rows_of_corners(states)):
+    rows = rows_of_corners(states)
+    for corner, row in enumerate(rows):
         columns[f"P_{corner}"] = member @ states.p[row]
         columns[f"Q_{corner}"] = _shear_through(member, system.frames, q[row])
         columns[f"fP_{corner}"] = member @ most_shear(system, states.friction, states.p[row])
+    if model is not None and not hasattr(model, "ties"):
+        raise ModelError(f"model: {shown(model)}; give the ContactModel that was condensed")
+    ties = model._through_ties(states, rows) if getattr(model, "ties", ()) else {}
+    for name, forces in ties.items():
+        of_tie = {"contact": name, "area": np.nan, "sticking": 1.0}
+        for corner, (p, q_of_tie, moment) in enumerate(forces.T):
+            columns.setdefault(f"M_{corner}", np.full(len(contacts), np.nan))
+            of_tie |= {f"P_{corner}": p, f"Q_{corner}": q_of_tie, f"M_{corner}": moment}
+            of_tie[f"fP_{corner}"] = np.nan
+        columns = {column: np.append(columns[column], of_tie.get(column, 0)) for column in columns}
     table = frame(columns, units=system.units)
     table.attrs["corners"] = list(corners)
     table.attrs["note"] = "shares are of the area"

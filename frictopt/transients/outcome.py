@@ -254,8 +254,13 @@ class SteadyState(Recorded, Plotted):
         """
         return self.states().loop(case)
 
-    def by_contact(self) -> Table:
+    def by_contact(self, model: Any = None) -> Table:
         """The sticking, slipping and open parts of each contact, and the forces through it.
+
+        Parameters
+        ----------
+        model
+            The `ContactModel` that was condensed, for a row of each of its ties.
 
         Returns
         -------
@@ -276,13 +281,17 @@ class SteadyState(Recorded, Plotted):
               sum of friction (along the first tangent) times normal force, or of shear strengths:
               the largest Q of a flat face.
 
+            The rows of ties follow, with 0 nodes and without area and fP. P is the sum of the
+            forces on body 1 along the normals, Q the size of the resultant of the rest, and the
+            columns M_0, M_1 .. have the size of the moment about the middle of the tied area.
+
             `attrs["corners"]` has the names of the corners; `attrs["note"]` says whether the shares
             are of the area or of the nodes.
 
         Raises
         ------
-        SolverError
-            See `states`.
+        ModelError, SolverError
+            Another model was condensed; see `states`.
 
         Examples
         --------
@@ -296,7 +305,8 @@ class SteadyState(Recorded, Plotted):
            nodes  slipping  work  P_0  Q_0  Q_1  fP_0
         0      4      0.25   1.0  4.0 -1.0  1.0   2.0
         """
-        return contact_table(self.states(), self.slipping, self.open, self.dissipation_per_node)
+        work = self.dissipation_per_node
+        return contact_table(self.states(), self.slipping, self.open, work, model)
 
     def bolt_table(self) -> Table:
         """Tensions of the locked bolts over the steady cycle: one row for each bolt.

@@ -364,6 +364,14 @@ def test_a_tied_cap_under_a_lid_presses_by_the_expansion_of_all(tmp_path, tie):
     assert list(joint.friction) == ["SLOW-SHIGH"]
     assert any("moved, by up to 0.01" in note for note in joint.model.notes) == ("=NO" not in tie)
 
+    cycle = joint.cycle("STEP 1", ["TEMPERATURE NALL=0.1", "TEMPERATURE NALL=-0.1"])
+    steady = fo.steady_state(joint.system(), cycle, joint.friction, 1.0, progress=False)
+    table = steady.by_contact(joint.model)
+    assert table["contact"].tolist() == ["SLOW-SHIGH", "tie SFOOT-STOP (CAP, SLIDER)"]
+    P = table[["P_0", "P_1"]].to_numpy(dtype=float)
+    assert P[0].sum() == pytest.approx(80, rel=1e-9) and P[0, 0] > 42
+    assert P[1] == pytest.approx(P[0], rel=1e-9)
+
 
 def test_ties_that_cannot_be_meant_are_refused(tmp_path):
     far = CAP + "*TIE, POSITION TOLERANCE=.005\nSFOOT, STOP\n"
