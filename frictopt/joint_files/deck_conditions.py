@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base import Array
+from ..base import ROUNDING, Array
 from ..errors import ModelError
 from ..readers.constraints import CONSTRAINING, HELD_BY_NAME
 from ..readers.deck import Deck
@@ -79,6 +79,8 @@ class Conditions:
         # node -> section
         self.bolts = dict[int, str]()
         self.couplings = dict[int, Coupled]()
+        # node with a *TRANSFORM -> its axes, a matrix (3, 3) of unit vectors in its rows
+        self.turned = dict[int, Array]()
         self.states = list[State]()
 
         self._row = {int(node): row for row, node in enumerate(deck.numbers)}
@@ -288,6 +290,23 @@ class Conditions:
         row = None if turns is None else self._row[int(turns)]
         node = self._row[int(parameters["REFNODE"])]
         self.couplings[node] = Coupled(parameters[where], is_rigid, row, block.title)
+
+    def _read_transform(self, block: Block) -> None:
+        points = [number(entry) for row in block.rows for entry in row]
+        if len(points) != 6:
+            raise ValueError(f"{len(points)} coordinates; give those of two points")
+        one, two = np.reshape(points, (2, 3))
+        for row in self._rows(block.parameters["NSET"]):
+            first, third = one, np.cross(one, two)
+            if block.parameters.get("TYPE") == "C":
+                # The first axis points away from the line through both points.
+                third = two - one
+                first = np.cross(third, np.cross(self.deck.points[row] - one, third))
+            axes = np.array([first, np.cross(third, first), third])
+            lengths = np.linalg.norm(axes, axis=1, keepdims=True)
+            if lengths.min() <= ROUNDING * lengths.max():
+                raise ValueError(f"no axes at node {self.deck.numbers[row]}; leave it out")
+            self.turned[row] = axes / lengths
 
     def _read_amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..base import Array, Booleans, number_of
+from ..base import SAME_POINT, Array, Booleans, number_of
 from ..errors import ModelError
 from ..fem.adjusting import even_overlap
 from ..fem.bodies import Body, split_bodies, with_parts
@@ -135,7 +135,7 @@ class DeckModel:
     def model(self, setting: Setting, cases: Mapping[str, Field]) -> ContactModel:
         """The model with the supports, pairs and friction of a setting."""
         self.setting = setting
-        self.held = self._nodal(dict.fromkeys(setting.held, 1.0)) > 0
+        self.held = self._held(setting)
         contacts, overlaps = self._contacts()
         if not contacts:
             raise ModelError(
@@ -151,6 +151,20 @@ class DeckModel:
         supports = [*self._supports(), *self._couplings(), *self._cyclic()]
         ties = [*self._ties()]
         return ContactModel(self.bodies, supports, loads, contacts, self.kinematics, ties=ties)
+
+    def _held(self, setting: Setting) -> Booleans:
+        """(nodes, 6) whether displacements and rotations along and about x, y and z are held."""
+        held = self._nodal(dict.fromkeys(setting.held, 1.0)).reshape(-1, 2, 3)
+        for row, axes in self.conditions.turned.items():
+            # The space of the held axes must be that of some of x, y and z.
+            space = np.einsum("ai,pa,aj->pij", axes, held[row], axes)
+            held[row] = np.einsum("pii->pi", space) > 0.5
+            if np.abs(space - held[row][:, None] * np.eye(3)).max() > SAME_POINT:
+                raise ModelError(
+                    f"*TRANSFORM: node {self.deck.numbers[row]} is held along an axis other than "
+                    "x, y and z; hold it along all axes, or where they are x, y and z"
+                )
+        return held.reshape(-1, 6) > 0
 
     def _with(self, boundary: str, what: str) -> list[str]:
         """Names of the bodies that have a boundary."""
@@ -311,6 +325,13 @@ class DeckModel:
             values[row, axis] = value
         return values
 
+    def _vectors(self, loads: _Loads) -> Array:
+        """(nodes, 6) vectors along x, y and z."""
+        values = self._nodal(loads)
+        for row, axes in self.conditions.turned.items():
+            values[row] = (values[row].reshape(2, 3) @ axes).ravel()
+        return values
+
     def _loads(self, case: str, field: Field) -> Iterator[Load]:
         """The loads of a load case."""
         by_kind = defaultdict[Any, dict[tuple[Any, ...], float]](dict)
@@ -325,7 +346,7 @@ class DeckModel:
                 yield Pressure(name, boundary, value)
 
     def _cload(self, case: str, loads: _Loads) -> Iterator[Load]:
-        force = self._nodal(loads) / self.thickness
+        force = self._vectors(loads) / self.thickness
         d = len(self.axes)
         for row, coupled in self.conditions.couplings.items():
             if force[row].any():
@@ -391,7 +412,7 @@ class DeckModel:
                 yield Centrifugal(name, density, square**0.5, **place)
 
     def _boundary(self, case: str, loads: _Loads) -> Iterator[Load]:
-        values = self._nodal(loads)
+        values = self._vectors(loads)
         d = len(self.axes)
         for row, coupled in self.conditions.couplings.items():
             moved = self._of_point(values, row, coupled)

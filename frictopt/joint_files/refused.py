@@ -16,7 +16,6 @@ WITHOUT_EFFECT = set(
 OUTPUT = ("FILE", "PRINT", "OUTPUT")
 
 _BY_HAND = "make the model in Python, with read_mesh and ContactModel"
-_NO_AXES = f"directions are global; {_BY_HAND}"
 FIT = "write ADJUST=0 in *CONTACT PAIR, and the overlap as *CLEARANCE, VALUE=-overlap"
 """The way of a deck to say that meshes overlap by a fit."""
 
@@ -28,7 +27,7 @@ _REFUSED = {
     "write *COUPLING with *DISTRIBUTING": "DISTRIBUTINGCOUPLING",
     "write *COUPLING with *KINEMATIC": "KINEMATICCOUPLING",
     "mesh the parts as one body": "EMBEDDEDELEMENT",
-    _NO_AXES: "TRANSFORM SOLIDSECTION,ORIENTATION",
+    f"directions are global; {_BY_HAND}": "SOLIDSECTION,ORIENTATION",
     f"{_BY_HAND}, with solids in its place": "SPRING",
     "contacts have one type; take it out": "CHANGECONTACTTYPE",
     "give the loads themselves": "SUBMODEL",

@@ -19,6 +19,7 @@ from helpers.joint_decks import (
     carried,
     deck,
     joint_of,
+    mesh,
     of_states,
     steps,
 )
@@ -395,7 +396,8 @@ RING = [
 ]
 
 
-def test_a_quarter_of_a_ring_passes_its_torque_on(tmp_path):
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_quarter_of_a_ring_passes_its_torque_on(tmp_path, turned):
     """Tangential forces of 5 at two places of radius 3 about (5, 0): 30 in the contact."""
     angles = np.radians([0, 30, 60, 90])
     lines = ["*NODE, NSET=NALL"]
@@ -412,6 +414,9 @@ def test_a_quarter_of_a_ring_passes_its_torque_on(tmp_path):
     turn = ["*CLOAD"]
     for node, angle in ((14, angles[1]), (15, angles[2])):
         turn += [f"{node}, 1, {-5 * np.sin(angle)}", f"{node}, 2, {5 * np.cos(angle)}"]
+    if turned:
+        lines.append("*TRANSFORM, NSET=NALL, TYPE=C\n5., 0., 0., 5., 0., 1.")
+        turn = ["*CLOAD\n14, 2, 5.\n15, 2, 5."]
     text = "\n".join([*lines, *RING]) + MATERIAL + PAIR + steps("\n".join([*turn, ""]))
     joint = joint_of(tmp_path, text)
     system = joint.system()
@@ -423,6 +428,47 @@ def test_a_quarter_of_a_ring_passes_its_torque_on(tmp_path):
     assert abs(torque) == pytest.approx(30, rel=1e-9)
     with pytest.raises(fo.ModelError, match="give the Cyclic a tolerance"):
         joint_of(tmp_path, text.replace(", POSITION TOLERANCE=1.E-3", ""))
+
+
+def test_forces_and_supports_along_turned_axes(tmp_path):
+    """Axes y and -x; axes at 30 degrees; and axes away from and around a line."""
+    axes = "*TRANSFORM, NSET=NTOP\n0., 2., 0., -1., 0., 0.\n"
+    joint = joint_of(tmp_path, deck("*CLOAD\nNTOP, 1, -1.\nNTOP, 2, -8.\n", more=axes))
+    assert of_states(joint)["STEP 1"] == [24, -3]
+    axes = "*TRANSFORM, NSET=NTOP, TYPE=R\n1.7320508075688772, 1., 0., 0., 1., 0.\n"
+    joint = joint_of(tmp_path, deck(PRESS + "*CLOAD\nNTOP, 1, 2.\n", more=axes))
+    assert of_states(joint)["STEP 1"] == pytest.approx([3 * 3**0.5, 3 - 40], abs=1e-9)
+
+    # About the line x = 1, y = -3. The middle of the top is above it, so its second axis is -x.
+    around = "*TRANSFORM, NSET=NTOP, TYPE=C\n1., -3., 0., 1., -3., 2.\n"
+    loads = "*BOUNDARY\n11, {0}, {0}\n*CLOAD\n10, 1, 8.\n"
+    states = []
+    for more, axis, x in ((around, 2, 8 / 26**0.5), ("", 1, None)):
+        text = loads.format(axis)
+        if x is None:
+            text = loads.format(1).replace("10, 1, 8.", "10, 1, -{0}\n10, 2, {1}")
+            text = text.format(8 / 26**0.5, 40 / 26**0.5)
+        states.append(of_states(joint_of(tmp_path, deck(PRESS + text, more=more)))["STEP 1"])
+    assert states[0] == pytest.approx(states[1], abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["CPS4", "C3D8"])
+def test_nodes_held_along_all_turned_axes_move_along_them(tmp_path, kind):
+    """Nodes of the top move by .01 away from the line x = 1, y = -3, or by components of it."""
+    last = 2 if kind == "CPS4" else 3
+    around = "*TRANSFORM, NSET=NTOP, TYPE=C\n1., -3., 0., 1., -3., 2.\n"
+    push = f"*BOUNDARY\nNTOP, 1, {last}, 0.\nNTOP, 1, 1, -.01\n"
+    turned = of_states(joint_of(tmp_path, deck(push, kind=kind, more=around)))["STEP 1"]
+    text = mesh(kind)
+    top = text[text.index("NSET=NTOP") :].splitlines()[1].split(",")
+    lines = ["*BOUNDARY"]
+    for node in top:
+        x = float(re.search(rf"^{int(node)}, ([^,]+)", text, re.MULTILINE)[1]) - 1.0
+        length = np.hypot(x, 5.0)
+        lines += [f"{node}, 1, 1, {-0.01 * x / length}", f"{node}, 2, 2, {-0.05 / length}"]
+        lines += [f"{node}, 3, 3, 0."]
+    bare = of_states(joint_of(tmp_path, deck("\n".join([*lines, ""]), kind=kind)))["STEP 1"]
+    assert turned == pytest.approx(bare, abs=1e-8) and turned[1] < -1
 
 
 @pytest.mark.parametrize("kind", ["DISTRIBUTING", "KINEMATIC"])
@@ -523,7 +569,26 @@ REFUSED = {
     ),
     "general contact": ("*CONTACT\n", "", r"\*CONTACT: .* write \*CONTACT PAIR"),
     "equations": ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "", r"\*EQUATION: "),
-    "turned axes": ("*TRANSFORM, NSET=NALL, TYPE=C\n0., 0., 0., 0., 0., 1.\n", "", r"\*TRANSFORM"),
+    "support along a turned axis": (
+        "*TRANSFORM, NSET=NALL, TYPE=C\n1., -3., 0., 1., -3., 1.\n",
+        "*BOUNDARY\n11, 2, 2\n12, 2, 2\n",
+        r"TRANSFORM: node 12 is held along an axis other than x, y and z",
+    ),
+    "no turned axis": (
+        "*TRANSFORM, NSET=NALL, TYPE=C\n1., 0., 0., 1., 0., 1.\n",
+        "",
+        r"line \d+: \*TRANSFORM .*: no axes at node 2; leave it out",
+    ),
+    "half an axis": (
+        "*TRANSFORM, NSET=NALL\n1., 0., 0., 1.\n",
+        "",
+        r"\*TRANSFORM .*: 4 coordinates; give those of two points",
+    ),
+    "solids with axes": (
+        "*SOLID SECTION, ELSET=BASE, MATERIAL=STEEL, ORIENTATION=O\n2.\n",
+        "",
+        r"ORIENTATION=O: directions are global",
+    ),
     "plastic": ("*MATERIAL, NAME=S\n*PLASTIC\n1., 0.\n", "", r"\*PLASTIC: .* elastic=True"),
     "shells": ("*ELEMENT, TYPE=S4, ELSET=E\n9, 1, 2, 3, 4\n", "", r"TYPE=S4"),
     "springs": ("*ELEMENT, TYPE=SPRINGA, ELSET=E\n9, 1, 2\n", "", r"TYPE=SPRINGA"),

@@ -7,7 +7,7 @@ import pytest
 
 import frictopt as fo
 from helpers.formats_page import section
-from helpers.joint_decks import CAP, MATERIAL, PAIR, PRESS, deck, joint_of
+from helpers.joint_decks import CAP, MATERIAL, PAIR, PRESS, carried, deck, joint_of
 
 TABLE = re.findall(
     r"^\| `\*([A-Z -]+).*?` (?:in a joint )?\| (kept|refused) \|",
@@ -75,6 +75,11 @@ KEPT = {  # more of the model, more of the step, and what is then true
     "DLOAD": ("", "", lambda joint: "DLOAD ETOP P3" in cases(joint)),
     "DSLOAD": ("", "*DSLOAD\nSTOP, P, 1.\n", lambda joint: "DSLOAD STOP P" in cases(joint)),
     "BOUNDARY": ("", "", lambda joint: joint.model.supports[0].directions == "xy"),
+    "TRANSFORM": (
+        "*TRANSFORM, NSET=NTOP\n0., 1., 0., 1., 0., 0.\n",
+        "*CLOAD\nNTOP, 1, 1.\n",
+        lambda joint: carried(joint, {"CLOAD NTOP": 1.0}).round(9).tolist() == [0, 3],
+    ),
     "COUPLING": (
         f"{POINT}*COUPLING, REF NODE=99, SURFACE=STOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n",
         "*CLOAD\n99, 1, 1.\n",
