@@ -310,8 +310,10 @@ class Conditions:
 
     def _read_amplitude(self, block: Block) -> None:
         values = [number(entry) for row in block.rows for entry in row]
-        if not values or len(values) % 2 or (np.diff(values[::2]) < 0).any():
-            raise ValueError("give a time and a value, and so on; times do not fall")
+        if not values or len(values) % 2 or (np.diff(values[::2]) <= 0).any():
+            raise ValueError(
+                "give a time and a value, and so on; times rise, also at a jump: .5, .501"
+            )
         of_all_steps = block.parameters.get("TIME", "").startswith("TOTAL")
         self._amplitudes[block.parameters["NAME"]] = values[::2], values[1::2], of_all_steps
 

@@ -71,15 +71,11 @@ class DeckModel:
         self.friction = dict[str, float]()
         self.interactions = defaultdict[str, list[str]](list)
         self.deck = conditions.deck.without_thin()
-        # case -> boundary -> pressure
-        self.pressures = defaultdict[str, dict[str, float]](dict)
         surfaces = defaultdict[str, Any](list, self.deck.surfaces)
         for case, field in cases.items():
             for (kind, *place), value in field.items():
                 if kind == "FACE":
-                    boundary = f"{case} {value}"
-                    self.pressures[case][boundary] = value
-                    surfaces[boundary].append((np.array(place[:1]), place[1]))
+                    surfaces[f"{case} {value}"].append((np.array(place[:1]), place[1]))
         self.deck = replace(self.deck, surfaces=surfaces)
 
         mesh, origin = named_mesh(corner_mesh(self.deck, name), self.deck, name)
@@ -87,7 +83,8 @@ class DeckModel:
         self.parts = with_parts(mesh).subdomains
         kinds = {block.kind[:3] for block in self.deck.elements}
         self.kinematics = next(_KINEMATICS[kind] for kind in _KINEMATICS if kind in kinds)
-        self.axes = "xyz"[: mesh.dim()]
+        self.d = mesh.dim()
+        self.axes = "xyz"[: self.d]
         self.is_plane = self.kinematics in ("plane_stress", "plane_strain")
         self.thickness = self.deck.thickness if self.is_plane else 1.0
         # body -> its material, and body -> keyword -> constants
@@ -98,16 +95,17 @@ class DeckModel:
             for part, data in self.constants.items()
         }
         self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), bodies)
-        # body -> (its nodes, nodes of the deck) matrix that makes its nodes
+        # body -> (its nodes, nodes of the deck) matrix that makes its nodes; and the node of the
+        # deck that each of its nodes is, -1 for means of several
         self.origin = {}
+        self.rows = {}
         for part, body in self.bodies.items():
             nodes = np.zeros(body.mesh.p.shape[1], dtype=np.intp)
             nodes[body.mesh.dofs.element_dofs] = mesh.dofs.element_dofs[:, self.parts[part]]
-            self.origin[part] = origin[nodes]
-            numbers = np.full(len(nodes), -1)
-            single = np.diff(self.origin[part].indptr) == 1
-            numbers[single] = self.deck.numbers[self.origin[part][single].indices]
-            vars(body).update(deck_node=numbers)
+            made = self.origin[part] = origin[nodes]
+            is_one = np.diff(made.indptr) == 1
+            rows = self.rows[part] = np.where(is_one, made.indices[made.indptr[:-1]], -1)
+            vars(body).update(deck_node=np.where(is_one, self.deck.numbers[rows], -1))
         used = [(part != 0).sum(axis=0) > 0 for part in self.origin.values()]
         shared = int((np.sum(used, axis=0) > 1).sum())
         if shared:
@@ -225,7 +223,7 @@ class DeckModel:
                 yield Tie(*names, *pair[:2], tolerance, moves)
 
     def _cyclic(self) -> Iterator[Cyclic]:
-        d = len(self.axes)
+        d = self.d
         for name, pair in self.conditions.cuts.items():
             if name not in self.conditions.axes:
                 raise ModelError(
@@ -264,9 +262,11 @@ class DeckModel:
         return bool(cKDTree(two).query(one)[0].min() <= longest)
 
     def _made_of(self, name: str, rows: Booleans) -> Booleans:
-        """The nodes of a body that are made of some nodes of the deck alone."""
-        is_made = (self.origin[name] != 0).astype(int)
-        return np.asarray(is_made @ rows.astype(int) == np.diff(is_made.indptr))
+        """The nodes of a body that are made of some nodes of the deck alone.
+
+        `rows` (nodes of the deck, ...) may have columns.
+        """
+        return ~np.asarray((self.origin[name] != 0) @ ~rows)
 
     def _at_rows(self, name: str, rows: Sequence[int]) -> _AtNodes | None:
         """The place of nodes of the deck in a body; None if it has none of them."""
@@ -275,9 +275,9 @@ class DeckModel:
 
     def _supports(self) -> Iterator[Support]:
         for name, body in self.bodies.items():
-            held = np.array([self._made_of(name, self.held[:, k]) for k in range(len(self.axes))])
-            for axes in np.unique(held, axis=1).T:
-                nodes = (held.T == axes).all(axis=1)
+            held = self._made_of(name, self.held[:, : self.d])
+            for axes in np.unique(held, axis=0):
+                nodes = (held == axes).all(axis=1)
                 if axes.any():
                     yield Support(name, _AtNodes(body, nodes), _letters(axes))
 
@@ -287,7 +287,7 @@ class DeckModel:
             if not coupled.is_rigid and not held.any():
                 continue
             name = self._one_with(coupled.where, coupled.block)
-            d = len(self.axes)
+            d = self.d
             if coupled.is_rigid and held.all():
                 yield Support(name, coupled.where)
             else:
@@ -300,7 +300,7 @@ class DeckModel:
 
         Rotations are given at the node of the rotations, or at the point itself.
         """
-        d = len(self.axes)
+        d = self.d
         turns = nodal[row, 3:]
         if coupled.turns is not None:
             turns = turns + nodal[coupled.turns, :3]
@@ -316,7 +316,7 @@ class DeckModel:
         return names[0]
 
     def _point(self, row: int) -> tuple[float, ...]:
-        return tuple(self.deck.points[row, : len(self.axes)].tolist())
+        return tuple(self.deck.points[row, : self.d].tolist())
 
     def _nodal(self, loads: _Loads) -> Array:
         """(nodes, 6) values by rows and axes."""
@@ -340,14 +340,14 @@ class DeckModel:
         for kind, loads in by_kind.items():
             yield from getattr(self, f"_{kind.lower()}")(case, loads)
 
-    def _face(self, case: str, _: _Loads) -> Iterator[Load]:
-        for boundary, value in self.pressures[case].items():
-            for name in self._with(boundary, case):
-                yield Pressure(name, boundary, value)
+    def _face(self, case: str, loads: _Loads) -> Iterator[Load]:
+        for value in dict.fromkeys(loads.values()):
+            for name in self._with(f"{case} {value}", case):
+                yield Pressure(name, f"{case} {value}", value)
 
     def _cload(self, case: str, loads: _Loads) -> Iterator[Load]:
         force = self._vectors(loads) / self.thickness
-        d = len(self.axes)
+        d = self.d
         for row, coupled in self.conditions.couplings.items():
             if force[row].any():
                 parts: dict[str, Any] = dict(zip(self.axes, force[row].tolist(), strict=False))
@@ -361,9 +361,8 @@ class DeckModel:
         is_loaded: Booleans = np.any(force, axis=1)
         owners = np.zeros(len(force), dtype=int)
         for name, body in self.bodies.items():
-            nodes = self._made_of(name, is_loaded)
-            nodes &= np.diff(self.origin[name].indptr) == 1
-            rows = self.origin[name][nodes].indices
+            nodes = is_loaded[self.rows[name]] & (self.rows[name] >= 0)
+            rows = self.rows[name][nodes]
             owners[rows] += 1
             if nodes.any():
                 values = zip(self.axes, force[rows].T, strict=False)
@@ -405,15 +404,15 @@ class DeckModel:
         for (where, *axis), square in loads.items():
             place: dict[str, Any] = {}
             if self.kinematics != "axisymmetric":
-                place["centre"] = tuple(axis[: len(self.axes)])
-            if len(self.axes) == 3:
+                place["centre"] = tuple(axis[: self.d])
+            if self.d == 3:
                 place["axis"] = tuple(axis[3:])
             for name, density in self._of_set(case, where):
                 yield Centrifugal(name, density, square**0.5, **place)
 
     def _boundary(self, case: str, loads: _Loads) -> Iterator[Load]:
         values = self._vectors(loads)
-        d = len(self.axes)
+        d = self.d
         for row, coupled in self.conditions.couplings.items():
             moved = self._of_point(values, row, coupled)
             if not moved.any():
@@ -427,8 +426,8 @@ class DeckModel:
             name = self._one_with(coupled.where, coupled.block)
             yield Displacement(name, coupled.where, *moved[:d].tolist())
         for name, body in self.bodies.items():
-            for k, axis in enumerate(self.axes):
-                moved = self.origin[name] @ values[:, k] * self._made_of(name, self.held[:, k])
+            moves = self.origin[name] @ values[:, :d] * self._made_of(name, self.held[:, :d])
+            for axis, moved in zip(self.axes, moves.T, strict=True):
                 nodes = moved != 0
                 if nodes.any():
                     by = {axis: _AtNodes(body, nodes, moved[nodes])}

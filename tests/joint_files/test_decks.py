@@ -675,7 +675,12 @@ REFUSED = {
     "times that fall": (
         "*AMPLITUDE, NAME=W\n1., 1., 0., 0.\n",
         "",
-        r"give a time and a value, and so on; times do not fall",
+        r"give a time and a value, and so on; times rise, also at a jump",
+    ),
+    "a jump at one time": (
+        "*AMPLITUDE, NAME=W\n0., 0., .5, 1., .5, -1., 1., 0.\n",
+        "*CLOAD, AMPLITUDE=W\nNTOP, 1, 8.\n",
+        r"times rise, also at a jump",
     ),
     "unknown table": ("", "*CLOAD, AMPLITUDE=W\nNTOP, 1, 1.\n", r"'W' is not in this deck"),
     "half a pair": ("*AMPLITUDE, NAME=W\n0., 1., 1.\n", "", r"\*AMPLITUDE NAME=W: give a time"),
