@@ -152,7 +152,7 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
     elif motion:
         faces = parts.contacts
         held = ""
-        if "carries" in faces and len(faces) > 1:
+        if "carries" in faces and faces["carries"].count() > 1:
             shares = zip(faces["contact"], faces["carries"], strict=True)
             held = ", ".join(f"{name} {share:.0%}" for name, share in shares if share >= 0.005)
             held = f" Friction there is shared by {held}." if held else ""

@@ -134,9 +134,9 @@ def _faces(parts: ReportParts) -> Iterator[Section]:
         "share of the friction as bodies slide off."
     )
     # Those of a single face are among the numbers.
-    known = _OF_ONE_FACE if len(contacts) == 1 else []
-    table = contacts[[name for name in _OF_FACES if name in contacts and name not in known]]
-    table = table[~is_tie].dropna(axis=1, how="all")
+    faces = contacts[~is_tie].dropna(axis=1, how="all")
+    known = _OF_ONE_FACE if len(faces) == 1 else []
+    table = faces[[name for name in _OF_FACES if name in faces and name not in known]]
     yield Section("Face by face", [sentence], table, contacts, parts.steady, units)
     if is_tie.any():
         sentence = (
