@@ -21,6 +21,7 @@ from ..fem.elasticity import Kinematics, Material
 from ..fem.load_cases import Load
 from ..fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from ..fem.model import ContactModel
+from ..fem.mortar import faces_of
 from ..fem.node_forces import PointForce, RemoteForce
 from ..fem.sector import Cyclic
 from ..fem.supports import Support
@@ -252,13 +253,9 @@ class DeckModel:
 
     def _is_near(self, pair: Pair, names: tuple[str, str]) -> bool:
         """Whether two faces come closer than their longest edge."""
-        meshes = [self.bodies[name].mesh for name in names]
-        corners = [
-            mesh.p[:, mesh.facets[:, mesh.boundaries[surface]]]
-            for mesh, surface in zip(meshes, pair[:2], strict=True)
-        ]
-        longest = max(np.ptp(points, axis=1).max() for points in corners)
-        one, two = (points.reshape(len(points), -1).T for points in corners)
+        faces = faces_of(Contact(*names, *pair[:2]), *(self.bodies[name] for name in names))
+        longest = max(np.ptp(face.corners, axis=1).max() for face in faces)
+        one, two = (face.points[face.facets.ravel()] for face in faces)
         return bool(cKDTree(two).query(one)[0].min() <= longest)
 
     def _made_of(self, name: str, rows: Booleans) -> Booleans:
@@ -350,7 +347,7 @@ class DeckModel:
         d = self.d
         for row, coupled in self.conditions.couplings.items():
             if force[row].any():
-                parts: dict[str, Any] = dict(zip(self.axes, force[row].tolist(), strict=False))
+                parts: Any = dict(zip(self.axes, force[row].tolist(), strict=False))
                 moment = tuple(force[row, 3:].tolist()) if d == 3 else float(force[row, 5])
                 name = self._one_with(coupled.where, coupled.block)
                 point = self._point(row)
@@ -365,9 +362,8 @@ class DeckModel:
             rows = self.rows[name][nodes]
             owners[rows] += 1
             if nodes.any():
-                values = zip(self.axes, force[rows].T, strict=False)
-                parts = {axis: _AtNodes(body, nodes, value) for axis, value in values}
-                yield PointForce(name, _AtNodes(body, nodes), **parts)
+                parts = (_AtNodes(body, nodes, value) for value in (True, *force[rows, :d].T))
+                yield PointForce(name, *parts)
         is_wrong = is_loaded & ((owners != 1) | force[:, d:].any(axis=1))
         for row in np.flatnonzero(is_wrong).tolist():
             raise ModelError(
@@ -397,8 +393,7 @@ class DeckModel:
     def _grav(self, case: str, loads: _Loads) -> Iterator[Load]:
         for (where, *axis), size in loads.items():
             for name, density in self._of_set(case, where):
-                parts = zip(self.axes, axis, strict=False)
-                yield BodyForce(name, **{letter: density * size * part for letter, part in parts})
+                yield BodyForce(name, *[density * size * part for part in axis[: self.d]])
 
     def _centrif(self, case: str, loads: _Loads) -> Iterator[Load]:
         for (where, *axis), square in loads.items():
