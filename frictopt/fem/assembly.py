@@ -154,11 +154,15 @@ class Assembly:
         of_ties = forces[self.rows] - of_contacts.reshape(*self.rows.shape, -1)
         of_ties[self.free_rows == -1] = 0.0
         through = {}
-        for number, tie in enumerate(self.ties):
+        # All nodes of a tie may belong to ties before it.
+        for number in np.unique(self.followers.tie[self.followers.nodes]):
+            tie = self.ties[number]
             face, _ = faces_of(tie, self.bodies[tie.body_1], self.bodies[tie.body_2])
             nodes = np.flatnonzero(self.followers.tie == number)
             own = nodes - self.first_node[tie.body_1]
-            through[tie.name] = resultants(face, own, of_ties[nodes])
+            # Two ties of the same faces may have different tolerances.
+            name = f"{tie.name} {number + 1}" if tie.name in through else tie.name
+            through[name] = resultants(face, own, of_ties[nodes])
         return through
 
     def body(self, argument: str, name: str) -> Body:
