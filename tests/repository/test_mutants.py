@@ -214,6 +214,18 @@ def test_small():
     assert ground.failures_with(fault) == ([killer] if killer else [])
 
 
+def test_python_takes_no_bytecode_of_an_earlier_fault(ground):
+    """It knows bytecode by the second and the size of its source."""
+    (ground.copy / "frictopt").mkdir()
+    file = ground.copy / "frictopt" / "sizes.py"
+    file.write_text("def size(n):\n    return n\n")
+    seconds = []
+    ground.failures = lambda *tests, **options: seconds.append(int(file.stat().st_mtime))
+    for limit in (5, 6, 7):
+        ground.failures_with(Fault("sizes.py", "a limit", "n", f"min(n, {limit})", "sizes", "size"))
+    assert len(set(seconds)) == 3
+
+
 class Answers:
     """In the place of a ground: these tests fail without a fault."""
 

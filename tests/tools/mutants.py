@@ -163,6 +163,7 @@ class Ground:
 
     def __init__(self, folder: Path) -> None:
         self.copy, self._folder = folder / "copy", folder
+        self._planted = 0  # time of the last planted fault, in ns
         shutil.copytree(
             ROOT, self.copy, ignore=shutil.ignore_patterns(".*", "__pycache__", "_build", "*.nb?")
         )
@@ -219,8 +220,10 @@ class Ground:
         if with_fault is None:
             return None
         file.write_text(with_fault)
-        # Compiled code is known by the time of its source.
-        os.utime(file, ns=(times.st_atime_ns, max(time_ns(), times.st_mtime_ns + 10**9)))
+        # Compiled code is known by the time of its source, bytecode by the second and the size.
+        second = 10**9
+        self._planted = max(time_ns(), times.st_mtime_ns + second, self._planted + second)
+        os.utime(file, ns=(times.st_atime_ns, self._planted))
         try:
             compiled = file.name in ("kernel.py", "sweeps.py")
             tests = test_files(fault, self.copy)
