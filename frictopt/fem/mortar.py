@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..base import COUNTS, Array, Booleans, Integers, first_of, place
+from ..base import COUNTS, ROUNDING, Array, Booleans, Integers, first_of, place
 from ..errors import ModelError
 from .bodies import Body
 from .coincidence import error_along, measured
@@ -215,7 +215,10 @@ def resultants(face: Face, nodes: Integers, forces: Array) -> Array:
     # Each component of the moment is there twice.
     moment = (products - products.swapaxes(0, 1)) / np.sqrt(2)
     sizes = np.linalg.norm(shear, axis=0), np.linalg.norm(moment, axis=(0, 1))
-    return np.array([along.sum(axis=0), *sizes])
+    found = np.array([along.sum(axis=0), *sizes])
+    # A sum of forces that is rounding is zero.
+    rounding = ROUNDING * np.abs(forces).sum(axis=(0, 1))
+    return np.where(np.abs(found) > np.outer([1.0, 1.0, np.abs(arms).max()], rounding), found, 0.0)
 
 
 def sags(face_1: Face, face_2: Face, nodes: Integers, P: csr_matrix) -> Array:

@@ -372,6 +372,8 @@ def test_a_tied_cap_under_a_lid_presses_by_the_expansion_of_all(tmp_path, tie):
     P = table[["P_0", "P_1"]].to_numpy(dtype=float)
     assert P[0].sum() == pytest.approx(80, rel=1e-9) and P[0, 0] > 42
     assert P[1] == pytest.approx(P[0], rel=1e-9)
+    # Walls hold all nodes sideways.
+    assert (table.loc[1, ["Q_0", "Q_1", "M_0"]] == 0).all()
 
 
 def test_ties_that_cannot_be_meant_are_refused(tmp_path):
