@@ -199,9 +199,9 @@ class ShakedownModel(SafeModel):
         Whether to omit constraints that cannot change the limit: corners inside the hull of the
         other corners, and in the plane redundant constraints.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; in space "CLARABEL_DIRECT", "CLARABEL",
-        "INTERIOR_POINT". None tries each in this order until an answer passes the checks; for large
-        contacts in space "INTERIOR_POINT" is first.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; in space "CLARABEL_DIRECT", "CLARABEL_FINE",
+        "CLARABEL", "INTERIOR_POINT". None tries each in this order until an answer passes the
+        checks; for large contacts in space "INTERIOR_POINT" is first.
 
     Raises
     ------

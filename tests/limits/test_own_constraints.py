@@ -640,10 +640,7 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
 
 
 def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe():
-    """Constraints on a contact that nothing presses leave the limit at 0.
-
-    An error is raised instead if cones that end in their apex leave a single solver too few digits.
-    """
+    """Constraints on a contact that nothing presses leave the limit at 0, whatever the solver."""
     contact = random_contact(np.random.default_rng(0), 3)
     alternating = fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}])
     model = fo.ShakedownModel(contact, alternating)
@@ -657,12 +654,8 @@ def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe(
             ],
             1,
         ):
-            if solved is one_solver:
-                with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-                    solved.solve(0.4, rows, objective)
-            else:
-                limit = solved.solve(0.4, rows, objective)
-                assert max(limit.load_factor, limit.bound, limit.largest_slip) < 1e-9
+            limit = solved.solve(0.4, rows, objective)
+            assert max(limit.load_factor, limit.bound, limit.largest_slip) < 1e-9
     # Nothing is safe at load factor 0 either: this is an answer, as in the plane.
     for rows in (
         model.load_factor >= 1,

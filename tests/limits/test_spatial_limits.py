@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from helpers.cases import few
+from helpers.separation import rests
 from helpers.spatial import cycle, random_contact, single, vectors
-from helpers.systems import at_corners
+from helpers.systems import CYCLE, at_corners
+from studies.lift_off import flange
 from studies.validation.polygons import polygon_limit
 
 
@@ -238,3 +240,18 @@ def test_a_corner_a_little_outside_of_the_others_counts():
         node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0 + off}, {"X": -1.0}, {"X": 1.0}]), 0.5
     )
     assert limit.load_factor == pytest.approx(0.5 / (1 + off / 2), rel=2e-9)
+
+
+@pytest.mark.parametrize("friction", [0.6, 1.5])
+def test_a_limit_at_a_corner_of_many_cones_is_answered(friction):
+    """A flange of 78 nodes, most of which are at their friction bound in the safe slip.
+
+    A transient stays at rest just below the limit. Plain cvxpy, which knows the largest load factor
+    of these badly scaled rows to a hundredth, finds no larger one.
+    """
+    joint = flange(12)
+    limit = fo.shakedown_limit(joint, CYCLE, friction)
+    below = 0.99 * limit.load_factor
+    assert limit.residual <= 1e-9
+    assert rests(joint, CYCLE, friction, below, initial_state=limit.state, steps=4)
+    assert limit.problem.solve(solver="CLARABEL") <= 1.02 * limit.load_factor
