@@ -47,7 +47,7 @@ def by_plain_cvxpy(
         rough = _read(program, problem)
         polished = polish(program.arrays(), *rough)
         for values, multipliers in (rough, polished):
-            solution = Solution(program, values, multipliers[program.slides :])
+            solution = Solution(program, values, multipliers[program.form.slides :])
             claims.append(claimed(solution))
         claims.sort(key=lambda claim: claim.residual)
         return claims[0].residual
@@ -65,10 +65,10 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
     """Unknowns and multipliers of the arrays, from the values in a solved problem."""
     question = program.question
     values = {variable.name(): variable.value for variable in problem.variables()}
-    x = np.zeros(program.width)
+    x = np.zeros(len(program.form.arrays.cost))
     goal = program.place
     x[goal.column] = values[program.goal] / goal.unit
-    slip = program.slips[0]
+    slip = program.form.slips[0]
     beyond = values["slip"].ravel(order="F") - slip.reference
     x[slip.shear] = (question.A @ beyond)[slip.elastic.slips] / slip.shear_units
     x[slip.slide] = np.linalg.pinv(slip.slides) @ beyond[slip.elastic.slips]
@@ -96,7 +96,7 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
         return np.asarray((own + rows.weights[: len(at)] * shears[0]) / 2)
 
     y = (
-        np.concatenate([multipliers_of(rows) for rows in program.stacked.rows])
-        * program.stacked.units
+        np.concatenate([multipliers_of(rows) for rows in program.form.stacked.rows])
+        * program.form.stacked.units
     )
-    return x, np.r_[np.zeros(program.slides), y / goal.unit]
+    return x, np.r_[np.zeros(program.form.slides), y / goal.unit]

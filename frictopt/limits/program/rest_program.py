@@ -23,6 +23,7 @@ these unknowns.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
@@ -151,30 +152,10 @@ class SlipUnknowns:
         part[:, self.slide] = by_slides
         return part
 
-    def of_response(self, response: Array, width: int) -> Array:
-        """Forces (M,) due to unit slips as functions of all unknowns."""
-        of_slips = response[:, self.elastic.slips]
-        return self.part(of_slips @ self.elastic.compliance, of_slips @ self.slides, width)
-
-    def normal(self, width: int) -> Array:
-        """(N,) normal forces, or gaps of open nodes, as functions of all unknowns."""
-        opening = self.elastic.opening[:, : len(self.slide_units)] * self.slide_units
-        return self.part(self.elastic.normal, opening, width)
-
-    def slip(self, width: int) -> Array:
-        """(c,) slips of the closed nodes as functions of all unknowns."""
-        return self.part(self.elastic.compliance, self.slides, width)
-
     def rates_of(self, stress: Array) -> tuple[Array, Array]:
         """The rates (c,) and (k,) with the unknowns of what has the rates (t N,) with the slip."""
         of_slips = stress[self.elastic.slips]
         return self.shear_units * (self.elastic.compliance @ of_slips), self.slides.T @ of_slips
-
-    @property
-    def equations(self) -> Array:
-        """(k, c) the shear forces do no work on any slide, of which each has a row."""
-        relative = self.shear_units / self.shear_units.max(initial=0.0)
-        return np.asarray(self.elastic.slides.T * relative)
 
 
 NO_UNKNOWNS = np.zeros(0)
@@ -189,6 +170,16 @@ class Place(NamedTuple):
 
     column: int
     unit: float
+
+
+class Form(NamedTuple):
+    """A program in the unknowns of the solver."""
+
+    slips: list[SlipUnknowns]
+    stacked: Stacked  # all rows, in the order of the solver
+    origin: Array  # (Q,) the quantities if all unknowns are zero
+    slides: int  # number of equations of slides, which are the first rows of the arrays
+    arrays: Arrays  # without a cost
 
 
 class RestProgram:
@@ -293,153 +284,31 @@ class RestProgram:
         self.add(label, EQUATION, [[force]], np.zeros(len(nodes)), unit[nodes], instants, nodes)
 
     @cached_property
-    def of_slip(self) -> bool:
-        """Whether a row contains the slip."""
-        return any(
-            ((rows.quantities >= self.first_slip) & (rows.quantities < self.first_own)).any()
-            for rows in self.rows
-        )
-
-    @cached_property
-    def slips(self) -> list[SlipUnknowns]:
-        """The unknowns of the slips."""
-        slips = list[SlipUnknowns]()
-        first = len(self.named_units)
-        for number, question in enumerate(self.questions):
-            instant = int((self.response_of == number).argmax())
-            start = None if self.of_slip else self.start[instant]
-            with_slides = self.of_slip or len(self.responses) > len(self.questions)
-            slips.append(SlipUnknowns(question, with_slides, start, first))
-            first = slips[-1].slide.stop
-        return slips
+    def form(self) -> Form:
+        """The program in the unknowns of the solver, once it has all its rows."""
+        return _form(self)
 
     @property
-    def width(self) -> int:
-        """The number of unknowns of the solver."""
-        return self.slips[-1].slide.stop + len(self.own_units)
-
-    @property
-    def slides(self) -> int:
-        """The number of equations of slides, which are the first rows of the arrays."""
-        return sum(slip.elastic.slides.shape[1] for slip in self.slips)
-
-    @cached_property
-    def stacked(self) -> Stacked:
-        """All rows, in the order of the solver."""
-        return stacked(self.rows)
-
-    @cached_property
-    def origin(self) -> Array:
-        """(Q,) the quantities if all unknowns of the solver are zero."""
-        references = [slip.reference for slip in self.slips]
-        shift = [
-            response @ references[of_slip]
-            for response, of_slip in zip(self.responses, self.slips_of, strict=True)
-        ]
-        start = self.start + np.array(shift)[self.response_of]
-        named = np.zeros(self.first_slip - self.first_named)
-        own = np.zeros(len(self.own_units))
-        return np.concatenate([start.ravel(), named, *references, own])
-
-    @cached_property
     def place(self) -> Place:
         """Where the goal is; the objective of the user is the first of the own unknowns."""
         if self.goal in self.named:
             number = self.named[self.goal].start
             return Place(number, float(self.named_units[number]))
-        return Place(self.slips[-1].slide.stop, float(self.own_units[0]))
+        return Place(self.form.slips[-1].slide.stop, float(self.own_units[0]))
 
     def arrays(self, sense: float = 1.0) -> Arrays:
         """The program that maximises (sense 1) or minimises (sense -1) the goal."""
-        cost = np.zeros(self.width)
+        arrays = self.form.arrays
+        cost = np.zeros(len(arrays.cost))
         cost[self.place.column] = -sense
-        return self.with_cost(cost)
-
-    def with_cost(self, cost: Array) -> Arrays:
-        """The program that minimises `cost @ x`."""
-        block, columns, scales = self._parts()
-        rows, units, at, quantities, weights, constants = self.stacked
-        weights = weights / units[at]
-        right = constants / units + np.bincount(at, weights * self.origin[quantities], len(units))
-        forces = quantities < self.first_named
-        effects = self.effects[quantities[forces]] * weights[forces, None]
-        of_entry, of_named = np.nonzero(effects)
-        by_named = effects[of_entry, of_named] * self.named_units[of_named]
-
-        zero = self.slides
-        entry_rows = [zero + at, zero + at[forces][of_entry]]
-        entry_columns = [columns[quantities], of_named]
-        values = [-weights * scales[quantities], -by_named]
-        first = 0
-        for slip in self.slips:
-            equations = slip.equations
-            of_slide, of_shear = np.nonzero(equations)
-            entry_rows.append(first + of_slide)
-            entry_columns.append(slip.shear.start + of_shear)
-            values.append(equations[of_slide, of_shear])
-            first += len(equations)
-        entries = np.concatenate(entry_rows), np.concatenate(entry_columns)
-        shape = zero + len(units), len(cost) + len(block)
-        return Arrays(
-            sparse=csr_array((np.concatenate(values), entries), shape=shape),
-            block=block,
-            right=np.r_[np.zeros(zero), right],
-            cost=cost,
-            zero=zero + sum(len(part.constants) for part in rows if part.kind == EQUATION),
-            sizes=np.concatenate([part.sizes for part in rows if part.kind != EQUATION]),
-        )
-
-    def _parts(self) -> tuple[Array, Integers, Array]:
-        """The dense block, and for each quantity its entry of [x, block @ x] and its unit there."""
-        width, entries = self.width, self.start.shape[1]
-        n = self.question.system.nodes
-        columns = np.zeros((len(self.responses), entries), dtype=int)
-        scales = np.zeros((len(self.responses), entries))
-        parts = list[Array]()
-        end = width
-        for number, (response, of_slip) in enumerate(
-            zip(self.responses, self.slips_of, strict=True)
-        ):
-            slip = self.slips[of_slip]
-            if number < len(self.slips):
-                # The shear forces are unknowns themselves.
-                columns[number, slip.elastic.slips] = np.arange(slip.shear.start, slip.shear.stop)
-                scales[number, slip.elastic.slips] = slip.shear_units
-                parts.append(slip.normal(width))
-                dense = np.arange(entries - n, entries)
-            else:
-                parts.append(slip.of_response(response, width))
-                dense = np.arange(entries)
-            columns[number, dense] = end + np.arange(len(dense))
-            scales[number, dense] = 1.0
-            end += len(dense)
-
-        slip_columns = np.zeros((len(self.slips), entries - n), dtype=int)
-        slip_scales = np.zeros((len(self.slips), entries - n))
-        for number, slip in enumerate(self.slips if self.of_slip else []):
-            parts.append(slip.slip(width))
-            slip_columns[number, slip.elastic.slips] = end + np.arange(len(slip.elastic.slips))
-            slip_scales[number, slip.elastic.slips] = 1.0
-            end += len(slip.elastic.slips)
-        named = np.arange(len(self.named_units))
-        own = np.arange(width - len(self.own_units), width)
-        return (
-            np.vstack(parts),
-            np.r_[columns[self.response_of].ravel(), named, slip_columns.ravel(), own],
-            np.r_[
-                scales[self.response_of].ravel(),
-                self.named_units,
-                slip_scales.ravel(),
-                self.own_units,
-            ],
-        )
+        return replace(arrays, cost=cost)
 
     def violation(self, x: Array, ray: bool = False, label: str | None = None) -> float:
         """Largest violation of a row (with a label) by unknowns, relative to its terms.
 
         `ray`: by a direction, beyond what rounding of the stiffness explains.
         """
-        _, units, at, quantities, weights, constants = self.stacked
+        _, units, at, quantities, weights, constants = self.form.stacked
         count = len(constants)
         values, sizes = self.quantities(x, ray)
         each = weights * values[quantities]
@@ -452,7 +321,7 @@ class RestProgram:
             slack += constants
             terms += np.abs(constants) + units
         off = 0.0
-        for rows, part in self.stacked.parts:
+        for rows, part in self.form.stacked.parts:
             if label not in (None, rows.label):
                 continue
             for size in np.unique(rows.sizes):
@@ -473,7 +342,7 @@ class RestProgram:
         The stiffness gives them, without the unknowns of the solver. `ray`: of a direction.
         """
         named = self.named_units * x[: len(self.named_units)]
-        slips = [slip.slip_of(x) for slip in self.slips]
+        slips = [slip.slip_of(x) for slip in self.form.slips]
         own = self.own_units * x[len(x) - len(self.own_units) :]
         shape = self.start.shape
         forces = (self.effects @ named).reshape(shape)
@@ -488,4 +357,120 @@ class RestProgram:
         sizes = np.concatenate([sizes.ravel(), np.abs(values[self.first_named :])])
         if ray:
             return values, sizes
-        return values + self.origin, sizes + np.abs(self.origin)
+        return values + self.form.origin, sizes + np.abs(self.form.origin)
+
+
+def _form(program: RestProgram) -> Form:
+    """Rows of quantities become rows of the solver's unknowns."""
+    rows = stacked(program.rows)
+    kinds, units, at, quantities, weights, constants = rows
+    questions, responses = program.questions, program.responses
+
+    # The unknowns: named ones, those of each slip, own ones.
+    named = len(program.named_units)
+    of_slip = (quantities >= program.first_slip) & (quantities < program.first_own)
+    has_slip = bool(of_slip.any())
+    slips = list[SlipUnknowns]()
+    end = named
+    for number, question in enumerate(questions):
+        start = program.start[(program.response_of == number).argmax()]
+        with_slides = has_slip or len(responses) > len(questions)
+        slips.append(SlipUnknowns(question, with_slides, None if has_slip else start, end))
+        end = slips[-1].slide.stop
+    width = end + len(program.own_units)
+
+    # The quantities if all unknowns are zero: the slips are then the references.
+    references = [slip.reference for slip in slips]
+    shift = [
+        response @ references[number]
+        for response, number in zip(responses, program.slips_of, strict=True)
+    ]
+    origin = np.concatenate(
+        [
+            (program.start + np.array(shift)[program.response_of]).ravel(),
+            np.zeros(named),
+            *references,
+            np.zeros(len(program.own_units)),
+        ]
+    )
+
+    # Shear forces do no work on any slide. These equations come first.
+    entries = list[tuple[Array, Integers, Integers]]()  # values, rows, columns
+    slides = 0
+    for slip in slips:
+        work = slip.elastic.slides.T * (slip.shear_units / slip.shear_units.max(initial=0.0))
+        of_slide, of_shear = np.nonzero(work)
+        columns = slip.shear.start + of_shear
+        entries.append((work[of_slide, of_shear], slides + of_slide, columns))
+        slides += len(work)
+
+    # A quantity is an entry of [x, block @ x]. A force has also the effects of the named unknowns.
+    block, places, scales = _block(program, slips, width, has_slip)
+    weights = weights / units[at]
+    entries.append((-weights * scales[quantities], slides + at, places[quantities]))
+    forces = quantities < program.first_named
+    effects = program.effects[quantities[forces]] * weights[forces, None]
+    of_entry, of_named = np.nonzero(effects)
+    effect = effects[of_entry, of_named] * program.named_units[of_named]
+    entries.append((-effect, slides + at[forces][of_entry], of_named))
+
+    right = constants / units + np.bincount(at, weights * origin[quantities], len(units))
+    values, at_row, at_column = (np.concatenate(parts) for parts in zip(*entries, strict=True))
+    shape = slides + len(units), width + len(block)
+    arrays = Arrays(
+        sparse=csr_array((values, (at_row, at_column)), shape=shape),
+        block=block,
+        right=np.concatenate([np.zeros(slides), right]),
+        cost=np.zeros(width),
+        zero=slides + sum(len(part.constants) for part in kinds if part.kind == EQUATION),
+        sizes=np.concatenate([part.sizes for part in kinds if part.kind != EQUATION]),
+    )
+    return Form(slips, rows, origin, slides, arrays)
+
+
+def _block(
+    program: RestProgram, slips: Sequence[SlipUnknowns], width: int, has_slip: bool
+) -> tuple[Array, Integers, Array]:
+    """The dense block, and for each quantity its entry of [x, block @ x] and its unit there."""
+    entries = program.start.shape[1]
+    n = program.question.system.nodes
+    parts = list[Array]()
+    end = width
+
+    # Normal forces and gaps are in the block; of further responses also the shear forces.
+    places = np.zeros((len(program.responses), entries), dtype=int)
+    scales = np.zeros((len(program.responses), entries))
+    for number, response in enumerate(program.responses):
+        slip = slips[program.slips_of[number]]
+        closed = slip.elastic
+        if number < len(slips):
+            # The shear forces are unknowns themselves.
+            places[number, closed.slips] = np.arange(slip.shear.start, slip.shear.stop)
+            scales[number, closed.slips] = slip.shear_units
+            opening = closed.opening[:, : len(slip.slide_units)] * slip.slide_units
+            parts.append(slip.part(closed.normal, opening, width))
+        else:
+            by_slip = response[:, closed.slips]
+            parts.append(slip.part(by_slip @ closed.compliance, by_slip @ slip.slides, width))
+        dense = np.arange(entries - len(parts[-1]), entries)
+        places[number, dense] = end + np.arange(len(dense))
+        scales[number, dense] = 1.0
+        end += len(dense)
+
+    # So are the slips, if rows contain them.
+    slip_places = np.zeros((len(slips), entries - n), dtype=int)
+    slip_scales = np.zeros((len(slips), entries - n))
+    for number, slip in enumerate(slips if has_slip else []):
+        parts.append(slip.part(slip.elastic.compliance, slip.slides, width))
+        slip_places[number, slip.elastic.slips] = end + np.arange(len(slip.elastic.slips))
+        slip_scales[number, slip.elastic.slips] = 1.0
+        end += len(slip.elastic.slips)
+
+    named, own = program.named_units, program.own_units
+    of_forces, of_named = places[program.response_of].ravel(), np.arange(len(named))
+    of_own = np.arange(width - len(own), width)
+    return (
+        np.vstack(parts),
+        np.concatenate([of_forces, of_named, slip_places.ravel(), of_own]),
+        np.concatenate([scales[program.response_of].ravel(), named, slip_scales.ravel(), own]),
+    )

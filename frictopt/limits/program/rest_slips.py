@@ -86,16 +86,16 @@ class Furthest:
     def __init__(self, slips: Rests | SteadyCycles) -> None:
         self._slips = slips
         self._program = slips.program({})
-        self._arrays = self._program.with_cost(np.zeros(self._program.width))
+        self._arrays = self._program.form.arrays
         self._warm: WarmProgram | None = None
         if kind_of(self._arrays) == LP:
             self._warm = WarmProgram(self._arrays)
 
     def along(self, direction: Array) -> Array | None:
         """The slip, length, that goes furthest in a direction (t N,); None if it has no end."""
-        unknowns = self._program.slips[0]
+        unknowns = self._program.form.slips[0]
         rates, _ = unknowns.rates_of(direction)
-        cost = np.zeros(self._program.width)
+        cost = np.zeros(len(self._arrays.cost))
         cost[unknowns.shear] = -rates / (np.abs(rates).max(initial=0.0) or 1.0)
         if self._warm is not None:
             # In the plane a program continues from the last one, whose rows it has.
@@ -112,5 +112,5 @@ class Furthest:
         return np.asarray(claim.said)
 
     def _checked(self, x: Array, y: Array) -> Judged:
-        slip = Solution(self._program, x, y[self._program.slides :]).slip_of_nodes
+        slip = Solution(self._program, x, y[self._program.form.slides :]).slip_of_nodes
         return Judged(slip, self._slips.violation(slip))

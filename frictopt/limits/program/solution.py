@@ -235,13 +235,13 @@ class Solution:
     @cached_property
     def _multipliers(self) -> Array:
         """(R,) multipliers of the rows in user units, for the goal in its unit."""
-        return self.program.place.unit * self.y / self.program.stacked.units
+        return self.program.place.unit * self.y / self.program.form.stacked.units
 
     @cached_property
     def _work(self) -> Array:
         """(Q,) sums of the weights of the rows, times their multipliers."""
         program = self.program
-        _, _, at, quantities, weights, _ = program.stacked
+        _, _, at, quantities, weights, _ = program.form.stacked
         size = program.first_own + len(program.own_units)
         return np.bincount(quantities, weights * self._multipliers[at], size).astype(float)
 
@@ -260,7 +260,7 @@ class Solution:
         """(slips, t N) work of the multipliers on unit slips; 0 for exact multipliers."""
         program = self.program
         stresses = self._work[program.first_slip : program.first_own].copy()
-        by_slip = stresses.reshape(len(program.slips), -1)
+        by_slip = stresses.reshape(len(program.form.slips), -1)
         for number, (response, of_slip) in enumerate(
             zip(program.responses, program.slips_of, strict=True)
         ):
@@ -272,12 +272,12 @@ class Solution:
         """The proof of the multipliers: `0 <= resistance + rates @ x` for x that obey the rows."""
         program = self.program
         moves = self.moves
-        resistance = float(program.stacked.constants @ self._multipliers)
-        resistance += float(self._work @ program.origin)
+        resistance = float(program.form.stacked.constants @ self._multipliers)
+        resistance += float(self._work @ program.form.origin)
         named = self._work[program.first_named : program.first_slip]
-        rates = np.zeros(program.width)
+        rates = np.zeros(len(self.x))
         rates[: len(named)] = program.named_units * (named + moves.ravel() @ program.effects)
-        for slip, stress in zip(program.slips, self.stresses, strict=True):
+        for slip, stress in zip(program.form.slips, self.stresses, strict=True):
             rates[slip.shear], rates[slip.slide] = slip.rates_of(stress)
         own = self._work[program.first_own :]
         rates[len(rates) - len(own) :] = program.own_units * own
@@ -295,7 +295,7 @@ class Solution:
         errors = np.abs(rates) * np.maximum(np.abs(self.x), 1.0)
         errors[place.column] = 0.0
         defect = errors.sum()
-        for slip, stress in zip(self.program.slips, self.stresses, strict=True):
+        for slip, stress in zip(self.program.form.slips, self.stresses, strict=True):
             slip_bound = slip.question.slip_bound
             if slip_bound is not None:
                 # Where little resists a slip, its unknown shear has large errors by rounding.
@@ -336,7 +336,7 @@ class Solution:
 
     def closed_slip(self, number: int = 0) -> Array:
         """(N,) or (N, 2) a slip of the closed nodes within its bound, 0 at open nodes."""
-        slip: SlipUnknowns = self.program.slips[number]
+        slip: SlipUnknowns = self.program.form.slips[number]
         question = slip.question
         values = slip.reference + slip.slip_of(self.x)
         needless = question.slip_bound is None and not len(self.program.own_units)
@@ -350,7 +350,7 @@ class Solution:
     @property
     def growing(self) -> dict[str, Any]:
         """The load factor and the slip of the closed nodes that grow along a direction."""
-        slip = self.program.slips[0].slip_of(self.x)
+        slip = self.program.form.slips[0].slip_of(self.x)
         shape = self.program.question.system.slip_shape
         return {"load_factor": self.load_factor, "slip": slip.reshape(shape, order="F")}
 
@@ -371,14 +371,14 @@ class Solution:
 
     def of_rows(self, rows: Rows) -> Array:
         """Multipliers of some rows."""
-        parts = self.program.stacked.parts
+        parts = self.program.form.stacked.parts
         return self._multipliers[next(part for other, part in parts if other is rows)]
 
     @property
     def of_user_alone(self) -> bool:
         """Whether only rows of the user have multipliers above rounding."""
         sizes = np.abs(self._multipliers)
-        others = [part for rows, part in self.program.stacked.parts if rows.label != USER]
+        others = [part for rows, part in self.program.form.stacked.parts if rows.label != USER]
         least = RESIDUAL * sizes.max(initial=0.0)
         return all((sizes[part] <= least).all() for part in others)
 
@@ -395,7 +395,7 @@ class Solution:
         leaves a node no shear force, they are the size of the multipliers of its two equations.
         """
         by_label = dict[str, Array]()
-        for rows, part in self.program.stacked.parts:
+        for rows, part in self.program.form.stacked.parts:
             of_heads = self._multipliers[part][np.cumsum(rows.sizes) - rows.sizes]
             if rows.kind == EQUATION:
                 of_heads = -of_heads
@@ -438,7 +438,7 @@ def solve(
         solver = None
     return answer(
         arrays,
-        lambda x, y: claimed(Solution(program, x, y[program.slides :])),
+        lambda x, y: claimed(Solution(program, x, y[program.form.slides :])),
         solver,
         no_optimum=no_optimum,
         above=above / program.place.unit,
@@ -453,7 +453,7 @@ def contradiction(program: RestProgram) -> tuple[Solution, float] | None:
     arrays = program.arrays()
     ray = next((ray for ray, _ in _rays(program, arrays)), None)
     for y in contradictions(arrays):
-        claim = Solution(program, np.zeros(len(arrays.cost)), y[program.slides :])
+        claim = Solution(program, np.zeros(len(arrays.cost)), y[program.form.slides :])
         if ray is not None and not claim.balances_along(ray):
             continue
         resistance, rates = claim.balance
@@ -473,7 +473,7 @@ def growth(program: RestProgram) -> tuple[Solution, float] | None:
         for start in interiors(arrays):
             unsafe = program.violation(start)
             if unsafe <= RESIDUAL:
-                no_multipliers = np.zeros(len(program.stacked.constants))
+                no_multipliers = np.zeros(len(program.form.stacked.constants))
                 return Solution(program, ray, no_multipliers), max(leaving, unsafe)
     return None
 
@@ -515,7 +515,7 @@ def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Ar
     slide = np.zeros(len(values))
     quantities, _ = program.quantities(solution.x)
     forces = quantities[: program.first_named].reshape(program.start.shape)
-    here = program.response_of == program.slips.index(slip)
+    here = program.response_of == program.form.slips.index(slip)
     gaps = forces[here, -question.system.nodes :][:, question.open_nodes]
     slides = elastic.slides.T @ values[elastic.slips]  # (k,)
     opening = elastic.opening[question.open_nodes] / question.clearance  # (O, k) gaps by slide

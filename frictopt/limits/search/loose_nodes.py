@@ -174,8 +174,8 @@ class LooseNodes:
         index[nodes] = np.arange(n)
         of_forces = np.zeros(0, dtype=int)
         node_of_row = np.full(len(self._matrix), -1)
-        for rows, part in program.stacked.parts:
-            numbers = program.slides + np.arange(part.start, part.stop)
+        for rows, part in program.form.stacked.parts:
+            numbers = program.form.slides + np.arange(part.start, part.stop)
             if rows is forces:
                 of_forces = numbers
             elif len(numbers) and rows.instants[0] >= 0:

@@ -45,7 +45,7 @@ from ...transients.critical_plane import (
 )
 from ..program.assembled import at_corners, stuck, wedging
 from ..program.question import Question
-from ..program.rest_program import RestProgram
+from ..program.rest_program import RestProgram, elastic
 from ..program.rest_slips import Furthest, Rests, SteadyCycles
 from ..program.solution import Judged, Solution, contradiction, solve
 
@@ -79,12 +79,12 @@ def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: floa
 
 def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
     """Terms of n rows: stresses with the rates (n, t N), by the forces of the slip alone."""
-    elastic = program.slips[0].elastic
-    by_force = rates[:, elastic.slips] @ elastic.compliance
+    closed = elastic(program.question)
+    by_force = rates[:, closed.slips] @ closed.compliance
     last = np.full(len(rates), len(program.start) - 1)
     return [
         (program.force(last, np.full(len(rates), entry)), weights)
-        for entry, weights in zip(elastic.slips, by_force.T, strict=True)
+        for entry, weights in zip(closed.slips, by_force.T, strict=True)
     ]
 
 
