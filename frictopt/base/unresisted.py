@@ -3,24 +3,12 @@
 The matrices may be as large as the stiffness of a contact, so they are changed in place.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from .checks import Array, Booleans, Integers
+from .checks import Array, Integers
 from .tolerances import COUNTS, FREE_MOTION, ROUNDING
-
-
-def _resisted(stiffness: Array) -> Booleans:
-    """Which motions have a stiffness; that of all others is the rounding of a matrix.
-
-    `stiffness` (k,) is relative to that of the nodes. The rounding depends on the digits of the
-    data and on the mesh, so no number divides free motions from soft ones. Between the rounding of
-    the arithmetic and that of the data, the widest gap between the sizes does.
-    """
-    falling = np.sort(stiffness)[::-1].clip(ROUNDING)
-    above = np.r_[1.0, falling]
-    below = np.r_[falling, ROUNDING]
-    gaps = np.where(below <= FREE_MOTION, above / below, 0.0)
-    return np.asarray(stiffness >= above[gaps.argmax()])
 
 
 def free_motions(stiffness: Array, sizes: Array) -> Array:
@@ -30,8 +18,8 @@ def free_motions(stiffness: Array, sizes: Array) -> Array:
     is not free.
     """
     root = np.sqrt(sizes)
-    motions = _Pivoted(stiffness / np.outer(root, root)).following()
-    return np.asarray(np.linalg.qr(motions / root[:, None])[0])
+    soft = _factored(stiffness / np.outer(root, root)).soft
+    return np.asarray(np.linalg.qr(soft / root[:, None])[0])
 
 
 def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tuple[Array, Array]:
@@ -46,11 +34,11 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     along = np.sqrt(sizes)
     scaled = square / along[:, None]
     scaled /= along
-    pivoted = _Pivoted(scaled)
+    first, leading, soft, left = _factored(scaled)
     del scaled
     # Their resistances are independent: some may have one, and others none.
-    values, independent = np.linalg.eigh(pivoted.left())
-    soft = pivoted.following() @ independent
+    values, independent = np.linalg.eigh(left)
+    soft = soft @ independent
     held = np.zeros(len(values), dtype=bool)
     if pressing is not None:
         pressed = np.abs(pressing @ (soft / along[:, None])).max(axis=0, initial=0.0)
@@ -59,10 +47,9 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
         # resists.
         held = (values > 0) & (pressed > ROUNDING) & (pressed**2 > COUNTS * values)
 
-    first = pivoted.order[: pivoted.rank]
     inverse = np.zeros_like(square)
     if first.size:  # LAPACK refuses an empty matrix.
-        inverse[np.ix_(first, first)] = _symmetric(dpotri(pivoted.leading, lower=1)[0].T)
+        inverse[np.ix_(first, first)] = _symmetric(dpotri(leading, lower=1)[0].T)
     _add_product(inverse, soft[:, held] / values[held], soft[:, held].T)
     inverse /= along[:, None]
     inverse /= along
@@ -72,43 +59,44 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     return rigid, inverse
 
 
-class _Pivoted:
-    """The Cholesky factor of a matrix (M, M), which it overwrites; the largest pivots come first.
+class _Factored(NamedTuple):
+    """The Cholesky factor of a matrix (M, M), and the motions that it hardly resists."""
 
-    The entries without a resisted pivot come last.
+    first: Integers  # the entries with a resisted pivot, largest first
+    leading: Array  # their factor
+    soft: Array  # (M, k) motions in which one of the other entries is 1 and the first follow freely
+    left: Array  # (k, k) the stiffness of these motions, which is rounding or small
+
+
+def _factored(scaled: Array) -> _Factored:
+    """See `_Factored`. The factor overwrites the matrix."""
+    # Imported here, because loads that the closed contact bears need no motions.
+    from scipy.linalg import solve_triangular
+    from scipy.linalg.lapack import dpstrf
+
+    factor, order, done, _ = dpstrf(scaled.T, tol=0.0, lower=1, overwrite_a=1)
+    order = order - 1
+    rank = _rank(np.diag(factor)[:done] ** 2)
+    leading, beside = factor[:rank, :rank], factor[rank:, :rank]
+    soft = np.zeros((len(order), len(beside)))
+    soft[order[:rank]] = -solve_triangular(leading, beside.T, trans="T", lower=True)
+    soft[order[rank:]] = np.eye(len(beside))
+    last = np.tril(factor[rank:, rank:done])
+    return _Factored(order[:rank], leading, soft, last @ last.T)
+
+
+def _rank(pivots: Array) -> int:
+    """The number of pivots that are a stiffness; all others are the rounding of a matrix.
+
+    The pivots are relative to the stiffness of the nodes. The rounding depends on the digits of the
+    data and on the mesh, so no number divides free motions from soft ones. Between the rounding of
+    the arithmetic and that of the data, the widest gap between the pivots does.
     """
-
-    order: Integers
-    rank: int
-    leading: Array  # (rank, rank) the factor of the entries with a resisted pivot
-
-    def __init__(self, scaled: Array) -> None:
-        # Imported here, because loads that the closed contact bears need no motions.
-        from scipy.linalg.lapack import dpstrf
-
-        factor, order, done, _ = dpstrf(scaled.T, tol=0.0, lower=1, overwrite_a=1)
-        self._factor = factor
-        self._done = done
-        self.order = order - 1
-        self.rank = int(_resisted(np.diag(factor)[:done] ** 2).sum())
-        self.leading = factor[: self.rank, : self.rank]
-
-    def following(self) -> Array:
-        """(M, k) motions in which one of the last entries is 1 and the first ones follow freely."""
-        from scipy.linalg import solve_triangular
-
-        last = self._factor[self.rank :, : self.rank]
-        motions = np.zeros((len(self.order), len(last)))
-        motions[self.order[: self.rank]] = -solve_triangular(
-            self.leading, last.T, trans="T", lower=True
-        )
-        motions[self.order[self.rank :]] = np.eye(len(last))
-        return motions
-
-    def left(self) -> Array:
-        """(k, k) the stiffness of these motions, which is rounding or small."""
-        last = np.tril(self._factor[self.rank :, self.rank : self._done])
-        return np.asarray(last @ last.T)
+    falling = np.sort(pivots)[::-1].clip(ROUNDING)
+    above = np.concatenate([[1.0], falling])
+    below = np.concatenate([falling, [ROUNDING]])
+    gaps = np.where(below <= FREE_MOTION, above / below, 0.0)
+    return int((pivots >= above[gaps.argmax()]).sum())
 
 
 # Rows of a large matrix that change at once.
