@@ -132,16 +132,13 @@ def _governing(program: RestProgram, rows: Booleans, slope: Array) -> tuple[Bool
     with rows have them at the same corners.
     """
     corners = rows.any(axis=1)
-
-    def needed(forces: Array) -> Array:
-        shear, normal = np.hsplit(forces.reshape(program.start.shape)[corners], 2)
-        return np.hstack([shear - slope * normal, -shear - slope * normal])
-
     rate = np.zeros_like(program.start)
     if "load_factor" in program.named:
-        rate = program.effects[:, program.named["load_factor"]]
+        rate = program.effects[:, program.named["load_factor"]].reshape(rate.shape)
+    shear, normal = np.split(np.stack([program.start, rate])[:, corners], 2, axis=2)
+    needed = np.concatenate([shear - slope * normal, -shear - slope * normal], axis=2)
     governs = np.hstack([rows, rows])
-    governs[corners] &= ruling(needed(program.start), needed(rate))
+    governs[corners] &= ruling(*needed)
     return governs[:, : rows.shape[1]], governs[:, rows.shape[1] :]
 
 
