@@ -66,8 +66,7 @@ class Arrays:
     @cached_property
     def matrix(self) -> Array:
         """The matrix of all rows as functions of x only."""
-        width = self.block.shape[1]
-        return np.asarray(self.sparse[:, :width].toarray() + self.sparse[:, width:] @ self.block)
+        return np.asarray(self.sparse @ np.vstack([np.eye(len(self.cost)), self.block]))
 
     @cached_property
     def cones(self) -> list[Integers]:
