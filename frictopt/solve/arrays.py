@@ -363,40 +363,37 @@ def rows_of(
 class Stacked(NamedTuple):
     """The rows of a program one after the other: equations, linear rows, cones."""
 
-    rows: list[Rows]
+    parts: list[tuple[Rows, slice]]  # the rows of each label, and where they are
     units: Array  # (R,)
     at: Integers  # (entries,) number of the row of each entry
     quantities: Integers  # (entries,)
     weights: Array  # (entries,)
     constants: Array  # (R,)
-
-    @property
-    def parts(self) -> list[tuple[Rows, slice]]:
-        """The rows of each label, and where they are."""
-        parts = list[tuple[Rows, slice]]()
-        first = 0
-        for rows in self.rows:
-            parts.append((rows, slice(first, first := first + len(rows.constants))))
-        return parts
+    zero: int  # number of equations
+    sizes: Integers  # those of the linear rows and cones
 
 
 def stacked(rows: Sequence[Rows]) -> Stacked:
     """All rows, in the order of the solver."""
     in_order = sorted(rows, key=lambda part: part.kind)
-    firsts = np.cumsum([0, *(len(part.constants) for part in in_order)])
+    counts = [len(part.constants) for part in in_order]
+    ends = np.cumsum(counts)
+    firsts = (ends - counts).tolist()
     return Stacked(
-        in_order,
+        list(zip(in_order, map(slice, firsts, ends.tolist()), strict=True)),
         np.concatenate([np.repeat(part.unit, part.sizes) for part in in_order]),
-        np.concatenate([part.at + first for part, first in zip(in_order, firsts, strict=False)]),
+        np.concatenate([part.at + first for part, first in zip(in_order, firsts, strict=True)]),
         np.concatenate([part.quantities for part in in_order]),
         np.concatenate([part.weights for part in in_order]),
         np.concatenate([part.constants for part in in_order]),
+        sum(len(part.constants) for part in in_order if part.kind == EQUATION),
+        np.concatenate([part.sizes for part in in_order if part.kind != EQUATION]),
     )
 
 
 def program_of(rows: Sequence[Rows], units: Array, cost: Array) -> Arrays:
     """The program that minimises `cost @ x` over quantities `units * x` that obey the rows."""
-    in_order, row_units, at, quantities, weights, constants = stacked(rows)
+    _, row_units, at, quantities, weights, constants, zero, sizes = stacked(rows)
     values = -weights * units[quantities] / row_units[at]
     shape = len(row_units), len(units)
     return Arrays(
@@ -404,6 +401,6 @@ def program_of(rows: Sequence[Rows], units: Array, cost: Array) -> Arrays:
         block=np.zeros((0, len(units))),
         right=constants / row_units,
         cost=cost,
-        zero=sum(len(part.constants) for part in in_order if part.kind == EQUATION),
-        sizes=np.concatenate([part.sizes for part in in_order if part.kind != EQUATION]),
+        zero=zero,
+        sizes=sizes,
     )

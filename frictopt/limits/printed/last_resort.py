@@ -95,8 +95,6 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
         # Two rows share the multiplier of `abs(q) <= f p`, by the sign of the shear force.
         return np.asarray((own + rows.weights[: len(at)] * shears[0]) / 2)
 
-    y = (
-        np.concatenate([multipliers_of(rows) for rows in program.form.stacked.rows])
-        * program.form.stacked.units
-    )
-    return x, np.r_[np.zeros(program.form.slides), y / goal.unit]
+    rows = program.form.stacked
+    y = np.concatenate([multipliers_of(part) for part, _ in rows.parts]) * rows.units / goal.unit
+    return x, np.r_[np.zeros(program.form.slides), y]

@@ -308,7 +308,7 @@ class RestProgram:
 
         `ray`: by a direction, beyond what rounding of the stiffness explains.
         """
-        _, units, at, quantities, weights, constants = self.form.stacked
+        _, units, at, quantities, weights, constants, *_ = self.form.stacked
         count = len(constants)
         values, sizes = self.quantities(x, ray)
         each = weights * values[quantities]
@@ -363,7 +363,7 @@ class RestProgram:
 def _form(program: RestProgram) -> Form:
     """Rows of quantities become rows of the solver's unknowns."""
     rows = stacked(program.rows)
-    kinds, units, at, quantities, weights, constants = rows
+    _, units, at, quantities, weights, constants, zero, sizes = rows
     questions, responses = program.questions, program.responses
 
     # The unknowns: named ones, those of each slip, own ones.
@@ -422,8 +422,8 @@ def _form(program: RestProgram) -> Form:
         block=block,
         right=np.concatenate([np.zeros(slides), right]),
         cost=np.zeros(width),
-        zero=slides + sum(len(part.constants) for part in kinds if part.kind == EQUATION),
-        sizes=np.concatenate([part.sizes for part in kinds if part.kind != EQUATION]),
+        zero=slides + zero,
+        sizes=sizes,
     )
     return Form(slips, rows, origin, slides, arrays)
 

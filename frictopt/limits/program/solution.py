@@ -241,9 +241,10 @@ class Solution:
     def _work(self) -> Array:
         """(Q,) sums of the weights of the rows, times their multipliers."""
         program = self.program
-        _, _, at, quantities, weights, _ = program.form.stacked
+        rows = program.form.stacked
         size = program.first_own + len(program.own_units)
-        return np.bincount(quantities, weights * self._multipliers[at], size).astype(float)
+        moved = rows.weights * self._multipliers[rows.at]
+        return np.bincount(rows.quantities, moved, size).astype(float)
 
     def balances_along(self, ray: Array) -> bool:
         """Whether the sum of the rows does not change along a ray, up to rounding."""
