@@ -55,9 +55,17 @@ from .program import assembled
 from .program.mean_load import is_safe_at_mean_load, open_under_mean
 from .program.question import Question, pose, with_open
 from .program.rest_program import RestProgram
-from .program.solution import Mechanism, Solution, Solved, contradiction, growth, solve
+from .program.solution import (
+    Mechanism,
+    NotAbove,
+    Solution,
+    Solved,
+    contradiction,
+    growth,
+    solve,
+)
 from .search.order_search import best_with_events
-from .search.set_search import NotAbove, best_open_set, may_open
+from .search.set_search import best_open_set, may_open
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
 
@@ -262,7 +270,7 @@ def limit_of_set(
         limit, record = solve(program, claimed, no_optimum=none, above=above)
     except SolverError as error:
         if (
-            isinstance(error, NoOptimum)
+            isinstance(error, (NoOptimum, NotAbove))
             or question.solver is not None
             or user is not None
             or np.isfinite(largest)
@@ -273,8 +281,6 @@ def limit_of_set(
         from .printed.last_resort import by_plain_cvxpy
 
         limit, record = by_plain_cvxpy(question, claimed, error)
-    if limit.bound <= above:
-        raise NotAbove(f"the limit is not above {above:g}")
     if limit._solved is None:
         return limit
     if user is not None:
@@ -321,8 +327,6 @@ def limit_of_order(
         no_optimum=lambda outcome: _every_load_is_safe(question, program),
         above=above if sense > 0 else -np.inf,
     )
-    if sense > 0 and limit.bound <= above:
-        raise NotAbove(f"the limit is not above {above:g}")
     return answered(limit, record)
 
 

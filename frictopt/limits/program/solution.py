@@ -29,6 +29,7 @@ from ...base import (
     worst,
 )
 from ...contact import ROWS, ContactSystem, lengths
+from ...errors import SolverError
 from ...solve.answer import (
     answer,
     contradictions,
@@ -41,6 +42,10 @@ from ...solve.arrays import EQUATION, Arrays, Rows
 from ...solve.solvers import LP, LP_SOLVERS, OPTIMAL, C
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
+
+# The error of a bound is multiplied by this number, so that the bound of a rough answer also holds
+# for unknowns this many times larger.
+_SURELY = 1e6
 
 # One file because a mechanism is what the multipliers of a solution are.
 
@@ -195,6 +200,10 @@ class Solved:
     def __getstate__(self) -> dict[str, Any]:
         """Copies have variables of their own."""
         return {**vars(self), "unknowns": None, "problem": copy.deepcopy(self.problem)}
+
+
+class NotAbove(SolverError):
+    """A limit is at most a value, above which limits are searched."""
 
 
 class Judged(NamedTuple):
@@ -430,8 +439,18 @@ def solve(
 ) -> tuple[C, SolveRecord]:
     """The claim about the largest (sense 1) or least value of the goal, see `answer`.
 
-    `no_optimum` makes the claim if a solver reports another outcome.
+    `no_optimum` makes the claim if a solver reports another outcome. `NotAbove` if multipliers
+    prove that the goal is at most `above`, which needs no exact answer.
     """
+
+    def read(x: Array, y: Array) -> C:
+        solution = Solution(program, x, y[program.form.slides :])
+        if above > -np.inf:
+            bound, error = solution.bound
+            if bound + _SURELY * error <= above:
+                raise NotAbove(f"the limit is not above {above:g}")
+        return claimed(solution)
+
     arrays = program.arrays(sense)
     solver = program.question.solver
     if kind_of(arrays) == LP and solver not in LP_SOLVERS:
@@ -439,7 +458,7 @@ def solve(
         solver = None
     return answer(
         arrays,
-        lambda x, y: claimed(Solution(program, x, y[program.form.slides :])),
+        read,
         solver,
         no_optimum=no_optimum,
         above=above / program.place.unit,

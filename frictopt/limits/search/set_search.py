@@ -32,6 +32,7 @@ from ...errors import FrictoptError, SolverError
 from ...transients.statics import note_balanced
 from ..answers.shakedown_answer import Searched, ShakedownAnswer
 from ..program.question import Question, with_open
+from ..program.solution import NotAbove
 from .likely_sets import (
     FRICTIONS,
     GAIN,
@@ -58,10 +59,6 @@ _MOTIONS = (240, 3000)
 
 # A shakedown limit.
 L = TypeVar("L", bound=ShakedownAnswer)
-
-
-class NotAbove(SolverError):
-    """A limit is at most a value, above which limits are searched."""
 
 
 def best_open_set(
