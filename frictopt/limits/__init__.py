@@ -1,13 +1,13 @@
 """Limits of a load cycle as linear and cone programs, each with a proof.
 
-In come a system, a load cycle and friction; out go limits with their proofs. A contact shakes down
-at a load factor if one residual slip v keeps every node closed and stuck at all corners k::
+A system, a load cycle and friction come in; limits with their proofs go out. A contact can shake
+down at a load factor if one residual slip v keeps every node closed and stuck at all corners k::
 
     q_k = q0 + load_factor q1_k + A v,   p_k = p0 + load_factor p1_k + B v,   |q_k| <= f p_k
 
-From this slip it stays stuck; whether it comes there depends on the start, unless the contact is
-uncoupled (B = 0). The largest such load factor is the shakedown limit. Its dual is a slip
-mechanism, which proves it.
+A contact with this slip stays stuck. Whether it reaches such a slip depends on the start, unless
+the contact is uncoupled (B = 0). The largest such load factor is the shakedown limit. The solution
+of the dual program is a slip mechanism, which proves the limit.
 
 On this floor each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
 `required_friction.py`, `safe_region.py`, `fatigue_band.py`, `fatigue_limit.py`,
@@ -22,8 +22,8 @@ The rooms below it, in an order in which each needs only those before it:
 - `events`: nodes that open and close in each cycle, in a given order.
 - `moving`: uncoupled contacts whose normal loads open and close nodes.
 - `guarantee`: the critical nodes of the guaranteed limit.
-- `balance`: statics of the bodies, for gross slip.
-- `printed`: all problems in cvxpy, as they are printed and extended.
+- `balance`: statics of the bodies, for gross slip and for faces that slide in full.
+- `printed`: the problems in cvxpy, as they are printed and extended.
 - `answers`: what answers share, what they prove, and their reasons.
 - `search`: the searches for open nodes, for orders of events, and for the ends of stresses.
 - `best_design`: the best preloads and profile; it needs the questions, too.

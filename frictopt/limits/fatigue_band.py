@@ -56,13 +56,13 @@ class FatigueBand(Recorded, Plotted):
     parameter, weight, load_factor
         As given.
     least, bound, least_slip
-        The least value, over all states of rest, of the largest value over the points; the lower
-        bound of it that multipliers prove; and the slip (N,) or (N, 2) of the state of rest that
-        has it, length. -inf if there is no least value.
+        The least value, over all states of rest, of the largest value over the points; its lower
+        bound, which multipliers prove; and the slip (N,) or (N, 2) of the state of rest with this
+        value, length. -inf if there is no least value.
     most, worst_slip
-        The largest value of a point over all states of rest, and its slip. It occurs. Inf if
-        friction wedges: residual slips may then press the contact without end. With points on the
-        face it grows with each refinement of the mesh.
+        The largest value of a point over all states of rest that the search finds, and the slip of
+        the state of rest in which it occurs. Inf if friction wedges: residual slips may then press
+        the contact without end. With points on the face it grows with each refinement of the mesh.
     proven
         Whether no state of rest exceeds `most`: for Crossland, Dang Van and Matake. For the others
         planes are searched.
@@ -138,7 +138,8 @@ class FatigueBand(Recorded, Plotted):
     def at(self, slip: ArrayLike) -> Array:
         """(P,) the parameter at the points in the state of rest with a slip (N,) or (N, 2).
 
-        Above the shakedown limit, in the steady cycle with this slip at its last corner.
+        Above the shakedown limit it is the parameter in the steady cycle that has this slip at its
+        last corner.
 
         Raises
         ------
@@ -172,9 +173,9 @@ class FatigueBand(Recorded, Plotted):
         -------
         pandas.DataFrame
             A row for each point: point; x, y, in space z; the cycles best, in the state of rest
-            whose largest value is the least; assembled, with the given slip, NaN if the contact
-            does not rest without slip; worst, in the worst state of rest of this point. The least
-            of a column is the life of the contact. `report` takes this table.
+            whose largest value is the least; assembled, with the given slip, or NaN if none is
+            given and the contact does not rest with zero slip; worst, in the worst state of rest of
+            this point. The least of a column is the life of the contact. `report` takes this table.
 
         Raises
         ------
@@ -246,7 +247,7 @@ def fatigue_band(
 
     Above the shakedown limit there are no states of rest. If slip changes no pressure (B = 0), all
     steady cycles differ by a slip that does not change in time, and the band is about all steady
-    cycles. So it is below the limit, if normal loads open and close nodes in each cycle.
+    cycles. This holds also below the limit if normal loads open and close nodes in each cycle.
 
     Parameters
     ----------
@@ -270,8 +271,8 @@ def fatigue_band(
         Slip (N,) or (N, 2) of the start of a transient, length, see `steady_state`. None: the band
         of the states of rest.
     planes
-        Number of planes at which the search for the largest value begins, in the plane at equal
-        angles.
+        Number of planes at which the search for the largest value begins; in plane models they are
+        at equal angles.
     progress
         Whether to show a progress bar after two seconds.
 
@@ -373,7 +374,7 @@ def _row(
 def _set_of(
     question: Question, stress_map: StressMap, load_factor: float, initial_slip: ArrayLike | None
 ) -> tuple[Rests | SteadyCycles, Array, Array]:
-    """The slips; (K, 2, P, 3, 3) stress and strain without one of them; and the slip then."""
+    """The slips; stress and strain (K, 2, P, 3, 3) with one slip; and this slip."""
     system, cycle = question.system, question.cycle
     if initial_slip is None:
         safe = safe_slip_of_question(question, load_factor)

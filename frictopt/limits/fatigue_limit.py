@@ -46,15 +46,16 @@ class FatigueLimit(Answered):
         the allowable value (`every`), or the last one that does not exceed it. If the value is not
         reached, the slip of the shakedown limit.
     bound
-        What multipliers prove: up to it no state of rest exceeds the value on the planes tried
-        (`every`), or above it all do. With every=False it is far above the load factor if programs
-        do not resolve the allowable value: below about 1e-8 of the largest value of the band.
+        Load factor that multipliers prove: up to it no state of rest exceeds the value on the
+        planes tried (`every`), or above it all do. With every=False it is far above the load factor
+        if programs do not resolve the allowable value: below about 1e-8 of the largest value of the
+        band.
     proven
         Whether `bound` holds for all planes: always if `every` is False, otherwise for Crossland,
         Dang Van and Matake. For the others planes are searched.
     record
         Its `residual` is the larger of the violation of the contact law by the slip and the
-        distance of the bound from the load factor that the program has, relative to it.
+        distance of the bound from the load factor of the program, relative to this load factor.
 
     Examples
     --------
@@ -130,10 +131,10 @@ def fatigue_limit(
     allowable
         The allowable value of the parameter at all points, > 0.
     every
-        True: every state of rest has at most this value. It is the first load factor at which some
-        state of rest has it; near the shakedown limit all may be below it again. False: some state
-        of rest has at most this value. The mean load must then be a mean of the loads at the
-        corners.
+        True: every state of rest has at most this value. The limit is the first load factor at
+        which some state of rest has it; near the shakedown limit all may be below it again. False:
+        some state of rest has at most this value. The mean load must then be a mean of the loads at
+        the corners.
     progress
         Whether to show a progress bar after two seconds.
 

@@ -1,8 +1,9 @@
 """The sliding-off load: above it no contact forces within friction balance the loads.
 
-They have to balance in the rigid motions of the bodies that no support guides, at every corner of
-the cycle: one program each (`corner_statics.py`). If contact forces can balance themselves, statics
-does not know how far they press, and transients answer (`self_stress.py`).
+The forces have to balance the loads in the rigid motions of the bodies that no support guides, at
+every corner of the cycle: one program for each corner (`corner_statics.py`). If contact forces can
+balance themselves, statics does not know how far they press, and transients answer
+(`self_stress.py`).
 """
 
 from __future__ import annotations
@@ -158,7 +159,7 @@ class GrossSlip(Explained):
         return np.asarray(work / (work.sum() or np.nan))
 
     def rests_at(self, load_factor: float) -> bool:
-        """Whether a state of rest may exist at a load factor: it is not outside of these bounds."""
+        """Whether a state of rest may exist: the value is from `least` to `load_factor`."""
         largest = self.load_factor * (1 + ROUNDING)
         return self.least * (1 - ROUNDING) <= load_factor <= largest
 
@@ -195,9 +196,8 @@ def gross_slip(
     determine the pressure. Examples are a press fit, a clip, a joint with a locked bolt, or a body
     that supports guide along its face. Then transients without initial slip are followed. If they
     slide off at a lower load factor, the result is this load factor, and `reason` says so. Its
-    relative error is 2e-4; in space it is 1e-3, besides 2e-3 of two increments from corner to
-    corner, which may take
-    minutes. Equilibrium answers at once where it decides.
+    relative error is 2e-4. In space it is 1e-3, and 2e-3 more because only two increments lead from
+    corner to corner; this may take minutes. Where equilibrium decides, it answers at once.
 
     Parameters
     ----------

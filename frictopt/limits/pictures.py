@@ -51,9 +51,10 @@ _NUMBERS = {
 def _answered(answer: Answer, ax: AnyAxes = None) -> AnyAxes:
     """Shear over friction bound at the corners under the slip, with circles at limiting nodes.
 
-    The area of a circle is the share of its node in the mechanism. In space the picture is of one
-    corner, with the slip as arrows: the first one, or without limiting nodes the one with the least
-    reserve. If there is nothing to show, the reason. Below a design is its profile.
+    The area of a circle is the share of its node in the mechanism. In space the picture shows one
+    corner, with the slip as arrows: the first corner with limiting nodes or, if there are none, the
+    corner with the least reserve. If there is nothing to show, the picture has the reason. Below a
+    design is its profile.
     """
     system = answer.system
     profile = answer.profile if isinstance(answer, Design) and system.tangents == 1 else None
@@ -117,7 +118,7 @@ def _limiting_nodes(answer: Answer) -> tuple[Circles, str]:
 def _fatigue_band(band: FatigueBand, ax: AnyAxes = None) -> AnyAxes:
     """The parameter at the points: the band of each, the least largest values, and no slip.
 
-    In the plane along x, in space by the number of the point.
+    In the plane the values are along x, in space by the number of the point.
     """
     (axes,) = new_axes(ax)
     table = band.to_frame()

@@ -1,10 +1,11 @@
 """The probability that a contact can stop slipping, if its friction and its loads are random.
 
 FORM (the first-order reliability method): each input is a function of standard normal numbers u.
-The design point is the point next to u = 0 at which the limit equals the load. The rates of the
-limit lead to it. A plane there instead of the limit gives the probability Phi(|u|). A sample of
-limits corrects it: the plane is a control variate, so only draws count that it gets wrong. Hasofer
-and Lind (1974), Rackwitz and Fiessler (1978).
+The design point is the point nearest to u = 0 at which the limit equals the load. The rates of the
+limit lead to it. If the limit is replaced by its tangent plane there, the probability is Phi(|u|),
+or Phi(-|u|) if the load is above the limit at u = 0. A sample of limits corrects this value: the
+plane is a control variate, so that only the draws count that the plane gets wrong. Hasofer and Lind
+(1974), Rackwitz and Fiessler (1978).
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ _LOAD = "the load factor"
 _SAME = 1e-3
 # Largest distance of a point from u = 0. Beyond 8, rounding makes a normal number infinite.
 _FARTHEST = 7.0
-# Largest number of limits in the search for the design point; some five are usual.
+# Largest number of limits in the search for the design point; about five are usual.
 _MOST = 50
 
 
@@ -55,7 +56,7 @@ class ShakedownProbability(Kept):
     Attributes
     ----------
     probability, method
-        The probability by FORM and the correction by the sample, and its method in words.
+        The probability by FORM, corrected by the sample, and its method in words.
     standard_error
         Standard error of the probability.
     form, sampled
@@ -66,7 +67,8 @@ class ShakedownProbability(Kept):
     limits
         (draws,) limits of the sample.
     assembled
-        The probability from no slip, whose `form` is that for some start; None if not requested.
+        The probability that slip stops from no slip; None if not requested. Its `form` is the
+        probability for some start.
 
     Examples
     --------
@@ -206,7 +208,7 @@ def probability_of(
 ) -> ShakedownProbability:
     """The probability that the load factor has a safe slip, by FORM and by a sample.
 
-    With `stops`, also the probability that slip stops, with the same plane as control variate.
+    With `stops`, also the probability that slip stops; the same plane is its control variate.
     """
     draws = whole_number("draws", draws, least=10)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
@@ -246,7 +248,7 @@ def probability_of(
 def _by_sample(
     random: RandomLimit, numbers: Array, stops: Stops | None
 ) -> tuple[Array, Booleans, Booleans]:
-    """The limits of a sample, whether a slip is safe, and whether slip stops, if this is asked."""
+    """The limits of a sample, whether a slip is safe in each draw and, with `stops`, slip stops."""
     limits = list[float]()
     safe = list[bool]()
     stopped = list[bool]()

@@ -240,7 +240,7 @@ class RequiredFriction(Answered):
 
         It is the probability that the friction is above `required`: with more friction some slip is
         safe, and with less none is, for the node states of the answer. With a `gap` some slip may
-        be safe with a little less, so that it is a lower bound.
+        be safe with a little less friction, so that the result is a lower bound.
 
         Parameters
         ----------
@@ -274,7 +274,7 @@ class RequiredFriction(Answered):
         super().check_kept()
         if not (self._question.friction == self.required).all():
             raise ValueError(f"it requires the friction {self.required:g}, its slip another one")
-        # Both are at most the widest proof away from the least friction, but for a given gap.
+        # Unless a gap is given, both are at most the widest proof away from the least friction.
         exact = self._solved is not None or np.isinf(self.required)
         nearest = (1 - 3 * _WIDEST_PROOF) * self.required if exact else 0.0
         if not (nearest <= self.bound <= self.required or self.required == 0):
@@ -292,11 +292,11 @@ def required_friction(
     gap: float | None = None,
     progress: bool = True,
 ) -> RequiredFriction:
-    """Least friction with a safe slip, one value for all nodes; the start decides if slip stops.
+    """Least friction with a safe slip, for all nodes; whether slip stops may depend on the start.
 
-    With this friction or more, the load factor is at most the shakedown limit. Between the limits,
-    slip stops from some starts and goes on from others; `limit_after_protocol` answers this for one
-    assembly.
+    With this friction or more, the load factor is at most the shakedown limit. Between the
+    guaranteed limit and the shakedown limit, slip stops from some starts and goes on from others;
+    `limit_after_protocol` answers this for one assembly.
 
     A slip that is safe with friction f (f = 0 included) presses every node at every corner. It
     stays safe with more friction, because the bounds f p grow. So there is one coefficient above
@@ -380,7 +380,7 @@ def required_friction(
 
         if safe_slips.areas is not None and safe_slips.areas.slipping_at(load_factor) is not None:
             return _slips_at_any(safe_slips)
-        # Events are searched where nothing is enough without them.
+        # Events are searched if no friction is enough without them.
         enough = next(
             (
                 friction
@@ -455,8 +455,8 @@ def _root_of_margin(
         last_step = abs(step)
         try:
             safe = safe_slips.at(friction, open_nodes)
-        # The checks may refuse all answers close to the root, or close to a critical friction above
-        # which slips of any size are safe. The proof that follows decides.
+        # The checks may refuse all answers close to the root. The same holds close to a critical
+        # friction, above which slips of any size are safe. The proof that follows decides.
         except SolverError:
             break
     return friction

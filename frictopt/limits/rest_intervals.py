@@ -17,8 +17,8 @@ completed for all instants:
   pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
 
 A state of rest exists at a load factor if and only if the ordinary question has a safe slip there.
-At a given load factor this is so, too, if it scales normal loads, and if fixed parts differ between
-the corners: it then decides which nodes open and close, and when.
+For one given load factor this also holds if the load factor scales normal loads, or if fixed parts
+differ between the corners: the load factor then decides which nodes open and close, and when.
 """
 
 from collections.abc import Callable, Iterator
@@ -61,7 +61,7 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
     nodes = np.arange(len(by_node))
     pressure = areas.path.pressure[:, instants, nodes]  # (2, J, N)
     q = np.moveaxis(shear, 2, -1)[:, instants, nodes].swapaxes(2, 3)  # (2, J, t, N)
-    # A node without rows is as if it were pressed without shear, with the reserve of a margin of 1.
+    # A node without rows gets a pressure without shear that leaves it the reserve of a margin of 1.
     idle = ~rows.any(axis=0)
     q[..., idle] = 0.0
     pressure[0][:, idle] = max(areas.force, areas.mean_bound)
@@ -140,7 +140,8 @@ def _rows(areas: MovingAreas) -> np.ndarray:
 def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integers:
     """Instants at which a node can govern, of those at which it has a row.
 
-    It cannot at an instant whose shear force is a mean of those of others, with no less pressure.
+    It cannot govern at an instant whose shear force is a mean of the shear forces at other
+    instants, with no less pressure.
     """
     instants = np.flatnonzero(rows)
     if not len(instants):
@@ -224,8 +225,8 @@ def safe_with_moving_areas(
 
     It is also None if no node has friction, and no slip is safe.
 
-    `safe_slip_of` is the safe slip of an ordinary question. SolverError if the states at the
-    instants of a safe slip violate the contact law by more than 1e-9.
+    `safe_slip_of` returns the safe slip of an ordinary question. SolverError if the states under a
+    safe slip violate the contact law at an instant by more than 1e-9.
     """
     areas = moving_areas_at(question, load_factor)
     if areas is None:
@@ -245,8 +246,8 @@ def safe_with_moving_areas(
 
 # Numbers of the walk along the load factors.
 
-# A piece is asked at this distance above its beginning, relative to the load factor plus its
-# unit. A piece, or a hole between two intervals, that is shorter is not seen.
+# A piece is computed at this distance above its beginning, relative to the load factor plus its
+# unit. A piece, or a hole between two intervals, that is shorter than this is missed.
 _STEP = 1e-6
 # Largest number of pieces, times nodes and corners: a node changes the order at few places.
 _MOST_PIECES = 50
@@ -261,9 +262,9 @@ LimitOf = Callable[[Question, float], L]
 class Rest(Generic[L]):
     """Load factors with a state of rest, from `least` to `largest`.
 
-    `areas` is the piece in which they end; `limit` is that of its ordinary question, None if no
-    program was needed. `following` is the next piece, if they end with theirs, and there is one: it
-    begins with load factors that have no state of rest.
+    `areas` is the piece in which the load factors end; `limit` is the limit of its ordinary
+    question, None if no program was needed. `following` is the next piece, if they end at the end
+    of `areas` and a piece follows: it begins with load factors that have no state of rest.
     """
 
     least: float
@@ -342,9 +343,10 @@ def _joins(current: Rest[L], following: Rest[L]) -> bool:
 def _rest_in(
     question: Question, areas: MovingAreas, slip: Array, limit_of: LimitOf[L]
 ) -> Rest[L] | None:
-    """The load factors of rest in a piece; None if nothing rests.
+    """The load factors with a state of rest in a piece; None if there are none.
 
-    If the slip of the last piece is safe at both ends, it is safe between them, without a program.
+    If the slip of the last piece is safe at both ends of this piece, it is safe between them, and
+    no program is needed.
     """
     low, high = areas.path.low, areas.path.high
     if not _rim_may_rest(areas):
@@ -401,10 +403,11 @@ def limit_of_moving_areas(question: Question, limit_of: LimitOf[L]) -> L | None:
 
 
 def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
-    """The end of the first interval of load factors with states of rest.
+    """The limit at the end of the first interval of load factors with states of rest.
 
-    `limit` has nodes that stay as they are. It stays if it is not covered by `knows_all_pieces`, or
-    if neither the mean load nor a small cyclic load presses a node.
+    `limit` has nodes that stay open or closed. It is returned unchanged if `knows_all_pieces` is
+    False, if it is infinite from load factor 0 on, if neither the mean load nor a small cyclic load
+    presses a node, or if there is no state of rest.
     """
     if not knows_all_pieces(question):
         return limit
@@ -423,7 +426,7 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
 
 
 def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
-    """A finite limit from 0 on, or the end of the states of rest that go on above it."""
+    """A finite limit from 0 on or, if states of rest go on above it, the limit at their end."""
     end = limit.load_factor
     pressures = (question.r0 + end * question.r1)[:, -1]
     if pressures.min() > RESIDUAL * question.force:

@@ -52,7 +52,7 @@ class SafeSlip(Proven):
         negative. See `largest_slip`.
     margin
         Smallest reserve `f p - |q|` over nodes and corners, divided by the mean friction bound at
-        load factor 0 (gaps shut), at most 1. If it is negative, no slip is safe. At nodes with
+        load factor 0 (gaps shut); at most 1. If it is negative, no slip is safe. At nodes with
         friction below 0.01, a tension also counts as a violation, as if friction were 0.01. At open
         nodes the reserve is the gap, in units of the mean friction bound divided by the mean normal
         stiffness. Nodes that open or close at an event (`events`) have no reserve there.
@@ -126,10 +126,10 @@ def safe_slip_of_question(
     events: bool = False,
     enough: float = np.inf,
 ) -> SafeSlip:
-    """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
+    """Safe slip with all nodes closed or, if there is none, with the open nodes of a limit.
 
-    The limit is the best limit of the search, or the first limit that reaches `enough`. Nodes may
-    open and close in each cycle: with `events`, or if loads alone open and close them.
+    The limit is the best limit of the search, or the first limit that reaches `enough`. With
+    `events`, or if loads alone open and close nodes, nodes may open and close in each cycle.
     """
     check_events(events, question, False)
     load_factor = checked_load_factor(question, load_factor)
@@ -161,7 +161,7 @@ def _with_events(limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
     if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
         return _of_order(ordered, load_factor)
     if isinstance(ordered, LiftOff) and np.isnan(limit.least):
-        # The least load factor is not known: the order may have no slip at this one.
+        # The least load factor is not known, so the order may have no slip at `load_factor`.
         with suppress(SolverError):
             return _of_order(ordered, load_factor)
     return None
@@ -237,8 +237,8 @@ def safe_slip(
         Load factor, >= 0.
     events
         Whether nodes may also open and close in each cycle (`shakedown_limit`), if no slip is
-        safe with nodes that stay as they are. Always, if slip changes no pressure (B = 0) and all
-        nodes have friction.
+        safe with nodes that stay as they are. They always may if slip changes no pressure (B = 0),
+        all nodes have friction, the law is Coulomb's, and no `slip_bound` is given.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 """The shakedown limit: the largest load factor at which some residual slip is safe.
 
-A slip is safe if every node stays closed and sticks at every corner of the load cycle. The steps
-from `shakedown_limit` to its answer follow from top to bottom: pose the question, list its program,
-solve it, check the solution, complete the answer.
+A slip is safe if every node either sticks and stays closed at every corner of the load cycle, or
+stays open at every corner. The steps from `shakedown_limit` to its answer follow from top to
+bottom: pose the question, assemble its arrays, solve them, check the solution, complete the answer.
 """
 
 from __future__ import annotations
@@ -85,14 +85,17 @@ def shakedown_limit(
     gap: float | None = None,
     progress: bool = True,
 ) -> ShakedownLimit:
-    """Largest load factor with a safe slip; between the limits the start decides if slip stops.
+    """Largest load factor with a safe slip; whether slip stops may then depend on the start.
 
-    `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at every
+    Between the guaranteed limit and this limit, slip stops from some starts and goes on from
+    others; `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at
+    every
     corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With `events`,
     nodes may also be open during a part of the cycle. Of a small contact all sets of open nodes are
-    compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger one they are
-    searched near the settled mean load: with other nodes open, it may shake down above the limit.
-    If the contact is uncoupled (B = 0), only loads open and close nodes. Then the limit holds for
+    compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger contact, sets
+    near the settled mean load are searched: with other nodes open, the contact may shake down above
+    the limit. If the contact is uncoupled (B = 0), only loads open and close nodes. Then the limit
+    holds for
     all openings and closings (theory, "Contact areas that move"). If the load factor scales normal
     loads, too, the contact may shake down again above the limit, see `ShakedownLimit.intervals`.
     Ctrl-C in a search raises KeyboardInterrupt with an attribute `limit`, the best limit so far.
@@ -114,9 +117,10 @@ def shakedown_limit(
         along the same path, no order is searched, because events cannot raise the limit. Not
         allowed with a slip bound, or constraints.
     programs
-        Largest number of programs of the search of open nodes, which then compares all sets.
-        None: 2000 if the contact has at most 14 nodes, in space 8, and if corners times nodes times
-        axes are at most 240. Else 60, and sets near the settled mean load alone are compared.
+        Largest number of programs of the search of open nodes. If it is given, the search compares
+        all sets as far as this number allows. None: 2000 if the contact has at most 14 nodes, in
+        space 8, and if corners times nodes times axes are at most 240; all sets are then compared,
+        too. Else 60, and only sets near the settled mean load are compared.
         `ShakedownLimit.bound_of_sets` is what is proven of all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
@@ -125,10 +129,10 @@ def shakedown_limit(
         the limit itself, proven to 1e-9. With a gap, `ShakedownLimit.load_factor` is proven from
         below and `ShakedownLimit.bound` from above, by a first-order method that needs products
         alone: in space it takes a fraction of the time from some hundred nodes on (theory, "A
-        limit between two proven numbers"). `open_nodes` stay open, or the nodes that the mean load
-        opens; no others are searched, so `programs` is refused, like `events`, `slip_bound` and
-        `solver`. A node without friction is refused, too. If the method ends with
-        a wider gap, a `ModelWarning` and the reason say so.
+        limit between two proven numbers"). The nodes that stay open are `open_nodes` or, if these
+        are None, the nodes that the mean load opens. No others are searched, so `programs` is
+        refused, like `events`, `slip_bound` and `solver`. A closed node without friction is
+        refused, too. If the method ends with a wider gap, a `ModelWarning` and the reason say so.
     progress
         Whether to show the progress after two seconds, as a bar or in lines without a terminal.
 
@@ -202,8 +206,8 @@ def limit_of_question(
         return known
     if known is limit:
         return best_with_events(limit_of_set, limit_of_order, limit)
-    # `known` has all openings and closings, from the load factor 0 on. A search of orders that
-    # begins there, too, names the events of the same limit.
+    # `known` has all openings and closings, from the load factor 0 on. If `limit` also begins at 0,
+    # a search of orders from there can name the events of the same limit.
     if limit.least != 0:
         return known
     ordered = best_with_events(limit_of_set, limit_of_order, limit)
@@ -225,7 +229,7 @@ def limit_of_any_set(
     enough: float = np.inf,
     programs: int | None = None,
 ) -> ShakedownLimit:
-    """The limit with the best open nodes of a search; see `best_open_set`."""
+    """The limit with the best open nodes that a search finds; see `best_open_set`."""
     closed = _in_search(question, -np.inf) if may_open(question) else limit_of_set(question)
     best = best_open_set(_in_search, closed, start_by, enough, programs)
     if best._solved is None:
@@ -236,7 +240,7 @@ def limit_of_any_set(
 
 
 def _in_search(question: Question, above: float) -> ShakedownLimit:
-    """A limit for the search; that no load factor is safe has no proof. May be `NotAbove`."""
+    """A limit for the search, without a proof if no load factor is safe. May raise `NotAbove`."""
     return limit_of_set(question, above=above, proven=False)
 
 
@@ -250,8 +254,9 @@ def limit_of_set(
 ) -> ShakedownLimit:
     """The limit with given open nodes, at most `largest`.
 
-    `NotAbove` if it is at most `above`. Without `proven`, for the many sets of a search, a solver
-    is believed that no load factor is safe, and plain cvxpy is not tried.
+    `NotAbove` if multipliers prove that it is at most `above`. Without `proven`, for the many sets
+    of a search, the word of a solver that no load factor is safe is enough, and plain cvxpy is not
+    tried.
     """
     program = assembled.shakedown(question)
     if np.isfinite(largest):
@@ -336,7 +341,7 @@ def _all_intervals(question: Question) -> Array:
         rests = rest_intervals.rests(question, limit_of_set)
         found = [(rest.least, rest.largest) for rest in rests]
         if not found or found[0][0] > 0:
-            # The walk does not see rests from 0 on that end below its first step.
+            # The walk misses an interval that begins at 0 and ends before its first step.
             limit = limit_of_any_set(question)
             limit = rest_intervals.up_to_last_rest(question, limit, limit_of_set)
             if not limit.least:
@@ -428,7 +433,7 @@ def _not_finite_by_products(
 def _between(
     question: Question, cones: Cones, found: Method, safe: Point, gap: float
 ) -> ShakedownLimit:
-    """The limit of a safe point and of multipliers, after both have been judged."""
+    """The limit of a safe point and of multipliers, after both have been checked."""
     lower, slip, unsafe, motion, bound, defect = judged(
         question, cones, safe, found.multipliers.moves
     )
@@ -510,9 +515,9 @@ def checked_limit(
 
 
 def without_limit(program: RestProgram) -> ShakedownLimit | None:
-    """The answer that no load factor is safe, or all above some value are; None without a proof.
+    """The answer that no load factor is safe, or that all above some value are safe, proven.
 
-    ModelError if an objective of the user grows without end.
+    None without a proof. ModelError if an objective of the user grows without end.
     """
     question = program.question
     if program.constraints:
@@ -637,8 +642,8 @@ class ShakedownLimit(ShakedownAnswer):
         Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
         with user constraints also from their multipliers. It equals `load_factor` up to `residual`,
         or up to `gap` if this is given.
-        Inf if nodes open or close while fixed and scaled loads both vary: the program is then not
-        convex, and proves no bound.
+        Inf if all load factors above some value are safe. It is also inf if nodes open or close
+        while fixed and scaled loads both vary: the program is then not convex, and proves no bound.
     record
         Solver, attempts and time. If no answer of the arrays passes the checks, plain cvxpy solves
         `problem`, and the solver is "cvxpy: CLARABEL". The `residual`, at most 1e-9, is the larger
@@ -654,7 +659,7 @@ class ShakedownLimit(ShakedownAnswer):
         the objective, and `friction_rate` is the rate of the objective.
     gap
         Distance of `bound` from `load_factor`, relative to `bound` (to a thousandth of the unit of
-        load factors if that is larger); None without an asked gap. The limit is between the two.
+        load factors if that is larger); None unless `gap` was passed. The limit is between the two.
         `residual` is then the error of each of the two proofs. The multipliers are rough, so
         that `problem`, `multipliers`, and all rates raise a ModelError.
     problem
@@ -769,7 +774,8 @@ class ShakedownLimit(ShakedownAnswer):
         FORM finds it with the rates of some five limits, and a sample of limits corrects it. All
         inputs are independent. If only the friction of all nodes is random,
         `RequiredFriction.probability` is exact and cheaper. Nodes are open and closed as in this
-        limit. With other open nodes more joints may come to rest, so it is a lower bound.
+        limit. With other open nodes more joints may come to rest, so the exact probability for
+        these nodes is a lower bound; the answer has, besides, the errors of FORM and of the sample.
 
         Parameters
         ----------
@@ -786,7 +792,7 @@ class ShakedownLimit(ShakedownAnswer):
             face has one coefficient. The scatter of nodes lowers the limit itself.
         assembled
             Whether to compute the probability from no slip, too, by a steady state for each draw. A
-            draw whose transient does not continue does not stop.
+            draw whose transient finds no continuation counts as slip that does not stop.
         draws, seed
             Number of limits of the sample, at least 10, and the seed of its random numbers. A
             smaller probability of failure than `1 / draws` is known from FORM alone.

@@ -1,19 +1,19 @@
 """Transients and steady states of a contact, and statements on its loads that need no transient.
 
-In come a contact system with stiffness S, a load cycle, friction f and a load factor. The reactions
+A contact system with stiffness S, a load cycle, friction f and a load factor come in. The reactions
 of a state with slip v and gap w are `r = [q, p] = r^w + S [v, w - g0]`. Every node sticks, slips
-with `|q| = f p` against q, or is open. Out come:
+against q with `|q| = f p`, or is open. Three results come out:
 
 - `march`: the states of a transient over some cycles, a `Trajectory` (`march.py`, `trajectory.py`);
 - `steady_state`: what the transient does for ever, a `SteadyState` (`steady.py`, `outcome.py`);
 - `onset`: the loads at which the bonded contact first slips or opens, an `Onset` (`onset.py`).
 
 A transient is followed exactly, from event to event, in the plane (`exact/`), and in increments in
-space (`stepped.py`, `increments/`); `transient.py` is the base of both. `cycles.py`
-follows the cycles until a steady state is proven: `classify.py` judges the last cycles, and
-`extrapolation.py` jumps to their limit. `fretting.py` and `critical_plane.py` make the tables of a
-steady cycle, `pictures.py` draws. `statics.py` proves that friction cannot hold a load, and
-describes the mean load.
+space (`stepped.py`, `increments/`); `transient.py` is the base of both. `cycles.py` follows the
+cycles until a steady state is proven: `classify.py` judges the last cycles, and `extrapolation.py`
+jumps to their limit. `fretting.py` and `critical_plane.py` make the tables of a steady cycle,
+`pictures.py` draws. `statics.py` proves that friction cannot hold a load, and describes the mean
+load; `balance.py` has its programs of contact forces.
 """
 
 import lazy_loader

@@ -1,8 +1,8 @@
 """Contact forces within friction that balance loads in rigid motions of the bodies.
 
-Forces [q, p] that obey the contact law form one cone. Three questions are asked of it: the largest
-load that such forces balance (`limits/balance/corner_statics.py`), whether they balance themselves,
-and the motion of negative work in which they cannot balance a load.
+The functions here list the rows of forces [q, p] that obey the contact law. Three questions use
+them: the largest load that such forces balance (`limits/balance/corner_statics.py`), whether they
+balance themselves, and the motion of negative work in which they cannot balance a load.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) 
 def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
     """Forces have the work of the load `r0 + load_factor r1` (M,) in each motion of V (M, k).
 
-    The load factor is the quantity after the forces; `sizes` (k,) are those of the works.
+    The load factor is the quantity after the forces; `sizes` (k,) are the units of the works.
     """
     M, count = V.shape
     entry, motion = np.nonzero(V)
@@ -94,7 +94,8 @@ def distance_row(V: Array, load: Array, size: float) -> Rows:
 class Nearest(NamedTuple):
     """Forces [q, p] (M,) whose works in some motions are closest to those of a load.
 
-    `motion` (M,) is the motion of size 1 in which they cannot be closer. `residual` is the error.
+    `motion` (M,) is the motion of size 1, or 0, that proves that no forces are closer. `residual`
+    is the error of this proof.
     """
 
     forces: Array
@@ -106,7 +107,8 @@ class Nearest(NamedTuple):
 def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL) -> Nearest:
     """Forces that obey the rows, whose works in the motions V (M, k) are closest to a load's (M,).
 
-    The distance is in units of the largest force of the load, or 1. SolverError without an answer.
+    The distance is in units of the largest force of the load; 1 if this is 0. SolverError without
+    an answer.
     """
     size = float(np.abs(load).max()) or 1.0
     units = np.full(len(load) + 1, size)

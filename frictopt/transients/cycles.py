@@ -36,8 +36,8 @@ _KEPT_RETURNS = 12
 _ALTERNATING_RETURNS = 4
 # Largest number of returns that are compared until the work of friction repeats.
 _COMPARED_RETURNS = 30
-# If the relative error of a work is at least this, the work may decay to zero. The error of a
-# slowly decaying work is 1.
+# If the relative error of a work is at least this number, the work may decay to zero. The error of
+# a slowly decaying work is 1.
 _DYING_WORK = 0.5
 # Relative change of a drift from return to return below which the drift needs more than ten
 # thousand cycles to die out.
@@ -129,7 +129,7 @@ class Run:
                 return settled
 
     def progress(self) -> str:
-        """The change of slip per return, and about how many cycles are left if it goes on so.
+        """The change of slip per return, and about how many cycles are left at this rate.
 
         The number of cycles follows from the decay of the last changes. An extrapolation may end
         the run earlier.

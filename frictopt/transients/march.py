@@ -74,9 +74,9 @@ def march(
         Number of whole cycles.
     steps
         Number of increments from corner to corner. The transient is also followed with a half and a
-        quarter of them, which gives `step_error`. None: exactly in the plane, from event to event,
-        and in 20 increments in space. In space the friction bound is a circle, and paths are not
-        piecewise linear.
+        quarter of them, which gives `step_error`. None: in the plane exactly, from event to event;
+        in space 20 increments, because the friction bound is a circle and paths are not piecewise
+        linear.
     progress
         Whether to show the progress of the increments after two seconds.
 
@@ -174,13 +174,13 @@ def _exactly(path: ExactPath, cycles: int) -> _States:
 
 
 class _Runs(NamedTuple):
-    """How many cycles each run in increments follows, and what reports each."""
+    """The number of cycles that each run in increments follows, and a report after each cycle."""
 
     cycles: int
     report: Callable[[], object]
 
     def follow(self, path: SteppedPath) -> list[SteppedState]:
-        """The states of a transient that has not begun; errors of increments."""
+        """The states of a transient that has not begun. It raises the errors of increments."""
         points = [path.state, *path.follow(path.begun)]
         for _ in range(self.cycles):
             points += path.follow(path.legs)
@@ -222,7 +222,7 @@ def _change_by_steps(
 
 
 def _slip_in_doubt(path: SteppedPath, u: Array, r: Array) -> float:
-    """Slip within the increments that their ends do not show, from the `doubts` in its work."""
+    """Slip within increments that their ends do not show, from the `doubts` in the work."""
     doubt = doubts(path.system, path.friction, u, r)
     bound = np.where(doubt.bound > 0, doubt.bound, np.inf)
     lacking = float((doubt.lacking / bound).sum(axis=0).max())
@@ -239,7 +239,7 @@ def amplitudes_at(
 ) -> Array:
     """(T, cases) amplitudes of the load cases at times from the first state on.
 
-    The first state has the amplitudes `first`; if they are empty, they are not known: NaN.
+    The first state has the amplitudes `first`. If `first` is empty, they are not known, and NaN.
     """
     begin, end = int(time[0]), int(np.ceil(time[-1]))
     corners = cycle.at(load_factor)
@@ -260,10 +260,10 @@ def path_of(
     steps: int | None = None,
     retries: bool = True,
 ) -> ExactPath | SteppedPath:
-    """A `Transient` that has not begun; `parameters` are its other ones.
+    """A transient that has not begun: exact or in increments, as `steps` of `march` says.
 
-    `steps` is that of `march`. Without `retries`, an increment ends the transient
-    if Newton's method does not find its state at once.
+    `parameters` are the other parameters of `Transient`. Without `retries`, an increment ends the
+    transient if Newton's method does not find its state at once.
     """
     in_plane = checked_law(system, "march").tangents == 1
     if in_plane and steps is None and not other_laws(system):
@@ -274,9 +274,10 @@ def path_of(
 def mean_state(
     system: ContactSystem, cycle: LoadCycle, friction: PerNode, *, steps: int | None = None
 ) -> ContactState:
-    """Slip and gap under the mean load, from no slip; errors of `march`.
+    """The state under the mean load, from no slip; it raises the errors of `march`.
 
-    In the plane the path is exact, in space it takes increments of Newton's method.
+    With `steps`, in space and with other laws than Coulomb's the path takes increments, else it is
+    exact.
     """
     path = path_of(system, cycle, friction, 0.0, steps=steps).start()
     slip, _ = parted(path.state.u, system.tangents + 1)
@@ -288,7 +289,7 @@ def mean_state(
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> Booleans:
     """(N,) nodes that are open under the mean load, from no slip.
 
-    The exact path ends at a jump. Then increments go on.
+    If the exact path ends, as at a jump, increments follow the load instead.
     """
     try:
         path = path_of(system, cycle, friction, 0.0).start()

@@ -53,13 +53,14 @@ _EVEN = 0.5
 def rigid_motions(S: Array, sizes: Array) -> Array:
     """(M, k) relative motions that strain nothing, orthonormal.
 
-    They are the slides, turns and lifts of bodies that no support guides. `sizes` (M,) are those of
-    S at its nodes (`own_stiffness`): with them a soft body beside a stiff one is not free.
+    They are the slides, turns and lifts of bodies that no support guides. `sizes` (M,) are the
+    sizes of S at the nodes (`own_stiffness`): with them, a soft body beside a stiff one does not
+    count as free.
     """
     return free_motions(S, sizes)
 
 
-# The motions of each system, and digests of the frictions and loads that its contact forces
+# The motions of each system, and digests of the pairs of friction and load that its contact forces
 # balance. A report follows many transients under the same loads, and each proof takes as long as
 # many increments.
 _KNOWN_MOTIONS: WeakKeyDictionary[ContactSystem, Array] = WeakKeyDictionary()
@@ -131,16 +132,16 @@ class Statics:
     def balances(self, load: Array) -> bool:
         """Whether forces within friction are found that balance a load (M,); False proves nothing.
 
-        A closed contact at rest has them already.
+        If the closed contact is at rest, its reactions are such forces.
         """
         return self._balances(self._motions, False, load)
 
     def slides_off(self, name: str, forces: Array) -> str | None:
-        """A sentence on a load that makes bodies slide without opening; None if they hold.
+        """A sentence on a load that makes bodies slide without opening; None if no slide is found.
 
-        `forces` (M,) are the reactions to the load if nothing slips any more. Self-stress, for
-        example of a press fit, is in their pressures alone: statics does not know it. Slip may
-        change the pressures, so this is a proof only if no state is found by other means.
+        `forces` (M,) are the reactions to the load if nothing slips any more. Their pressures are
+        taken as given, because statics does not know self-stress, such as that of a press fit.
+        Slip may change the pressures, so this is a proof only if no state is found by other means.
         """
         n = self._system.nodes
         # The motions that do not open the contact.
@@ -171,7 +172,7 @@ class Statics:
 
     @cached_property
     def _further_terms(self) -> list[tuple[Booleans, BoundTerm]]:
-        """The terms of the law beside friction, each with the nodes (N,) that it bounds besides."""
+        """The terms of the law after friction, each with the nodes (N,) that it bounds."""
         terms = self._law.terms[1:]
         return [
             (np.isfinite(term.constant) & (self._friction > term.slope), term) for term in terms
@@ -185,7 +186,7 @@ class Statics:
         return p
 
     def _proof(self, motions: Array, pressed: bool, forces: Array) -> Array | None:
-        """A motion of negative work; a body that may slide and turn is said to slide."""
+        """A motion of negative work, or None; a slide is preferred to a turn."""
         phi = self._with_negative_work(motions, pressed, forces)
         if phi is None:
             return None
@@ -193,7 +194,7 @@ class Statics:
         return phi if shift is None else shift
 
     def _shifts(self, V: Array) -> Array:
-        """(M, k) the motions within V that move all nodes alike which V moves at all."""
+        """(M, k) the motions within V that move alike all nodes that V moves."""
         moves = np.abs(V).max(axis=1) > COUNTS
         # Entries of the translations along x, y (and z), (M, d).
         alike = self._system.frames.transpose(1, 0, 2).reshape(len(V), -1) * moves[:, None]
@@ -205,9 +206,10 @@ class Statics:
         return np.linalg.qr(shifts)[0]
 
     def _with_negative_work(self, V: Array, pressed: bool, load: Array) -> Array | None:
-        """The motion (M,) within V with the least work; None if that is not negative.
+        """The motion (M,) within V with the least work; None if this work is not negative.
 
-        If normal forces are known (`pressed`), nodes lift by f |v|, for the work of friction.
+        If normal forces are known (`pressed`), nodes lift by f |v|: the work of the normal forces
+        is then the work of friction.
         """
         if not V.size or self._balances(V, pressed, load):
             return None
@@ -262,7 +264,7 @@ class Statics:
         return False
 
     def _sheared_off(self, phi: Array) -> float:
-        """Largest work that strengths take back in a motion that slips more than its lift opens."""
+        """Largest work of shear strengths in a motion with more slip than its lift opens."""
         price = np.full(self._system.nodes, np.inf)
         for bounded, term in self._further_terms:
             share = self._friction / np.where(bounded, self._friction - term.slope, 1.0)
@@ -275,7 +277,7 @@ class Statics:
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """Sentence about the moving body, its direction, and the forces of load and friction.
 
-        Forces are works per mean slip.
+        A force is a work, divided by the mean slip.
         """
         n = self._system.nodes
         sheared_off = self._sheared_off(phi)
@@ -365,9 +367,9 @@ PRESSED_ALONE = "; the resultant shear of the load is zero: the pressing load ca
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
     """Sentence about the mean load: its fault and the remedy, or that it has none.
 
-    Wrong are: a mean load that is zero, pulls the bodies apart, or makes a body slide, turn or lift
-    off as a whole; nodes that are open, without pressure or beyond their friction bound while
-    nothing slips. Sentences are joined by "; ", without a full stop.
+    Faults are: a mean load that is zero, pulls the bodies apart, or makes a body slide, turn or
+    lift off as a whole; and nodes that are open, without pressure or beyond their friction bound
+    while nothing slips. Sentences are joined by "; ", without a full stop.
     """
     f = friction_coefficients(friction, system)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)

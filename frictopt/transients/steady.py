@@ -51,7 +51,7 @@ _CONVERGED = 0.1
 _LONGEST = 300.0
 # Factor on the estimated error.
 _SAFETY = 2.0
-# Share of the work in doubt that is added, since errors may cancel in a difference.
+# Share of the work in doubt that is added to the error, since errors may cancel in a difference.
 _CANCELLED = 0.01
 
 OFF_LAW = (

@@ -53,8 +53,8 @@ class FollowedCycle:
     Attributes
     ----------
     before, after, change
-        (m,) the state before and after the cycle, in slip scales: slip and gap on the exact path,
-        only slip in increments, where the gap follows from the slip. `change` is the largest
+        (m,) the states before and after the cycle, in slip scales: slip and gap on the exact path;
+        in increments only the slip, because the gap follows from it. `change` is the largest
         difference between the two states.
     work, slid, works
         (N,) work of friction, and path of slip of each node while closed, length; and the work in
@@ -67,7 +67,8 @@ class FollowedCycle:
         at which it stops, in increments after each increment.
     previous
         (T, M) in increments, the motions `u` one increment before each of these states: friction
-        opposes the slip between the two. None on the exact path, where slip changes between stops.
+        opposes the slip from one to the other. None on the exact path, where slip also changes
+        between stops.
     lost
         On the exact path the larger of two errors, relative to the largest energy in the balance:
         the error of the energy balance (work of the loads - work of friction - elastic energy
@@ -278,7 +279,7 @@ class Transient(ABC):
         )
 
     def _slipped(self, slip: Array) -> tuple[Array, Array, Booleans]:
-        """The state with an initial slip: `u`, reactions and open nodes; all nodes are closed.
+        """The state with an initial slip: `u`, reactions and open nodes, of which there are none.
 
         An artificial load balances it, with q = 0 and the same pressure at every node.
         """

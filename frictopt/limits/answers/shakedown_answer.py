@@ -133,8 +133,8 @@ class Searched(NamedTuple):
     """Knowledge of all sets of nodes that stay open, from the search of open nodes."""
 
     programs: int = 0
-    # Load factor that no set exceeds, apart from those that are not safe at the limit. These are
-    # safe from the load factor `separate` on. -inf if no set has a safe load factor.
+    # Load factor that no set exceeds, apart from sets that are not safe at the limit: these are
+    # safe only from the load factor `separate` on. -inf if no set has a safe load factor.
     bound: float = np.inf
     separate: float = np.inf
 

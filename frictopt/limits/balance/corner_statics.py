@@ -2,7 +2,7 @@
 
 Forces within friction have to do the work of the loads in all rigid motions of the bodies. If no
 larger load factor has such forces, the multipliers of this balance are a rigid motion that proves
-it: contact forces cannot do negative work on this motion, but a larger load would need it.
+it: contact forces cannot do negative work on this motion, but a larger load would need such work.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class CornerQuestion:
     """The largest (sense 1) or least load factor at which contact forces balance a corner.
 
     N (M, m) are rigid motions, r0 (M,) the reactions of the corner at load factor 0, and r1 (M,)
-    those that 1 adds.
+    the reactions that a load factor of 1 adds.
     """
 
     question: Question
@@ -79,9 +79,10 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         y: Array | None = None,
         forces: Array = no_forces,
     ) -> CornerAnswer:
-        """The claim with the motion of multipliers, and how far it is no rigid mechanism.
+        """The claim with the motion of multipliers.
 
-        It strains the bodies, or lifts nodes less than friction needs.
+        Its residual includes how far the motion strains the bodies, or lifts nodes less than
+        friction needs.
         """
         phi = np.zeros(M)
         if y is not None:

@@ -1,8 +1,9 @@
 """The load factor at which one face of a joint slides in full.
 
-The shear forces of a face have the resultant and the moment that the loads send through it while
-all faces stick. The face slides in full at the least load factor at which no shear forces within
-friction have them. Its normal force changes with the loads, and keeps its distribution.
+The shear forces of a face have the resultant and the moment that the loads send through the face
+while all faces stick. The face slides in full at the least load factor at which no shear forces
+within friction have this resultant and moment. The normal force of the face changes with the loads,
+and keeps its distribution.
 """
 
 from __future__ import annotations
@@ -91,7 +92,8 @@ def _at_corner(
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0
     cyclic = shear(load.cyclic)
-    # Forces that balance each other, as of a strain beside the face, have a resultant of rounding.
+    # If forces balance each other, such as those of a strain beside the face, their resultant is
+    # only rounding.
     if (np.abs(motions.T @ cyclic) <= ROUNDING * (np.abs(motions.T) @ np.abs(cyclic))).all():
         cyclic = np.zeros_like(cyclic)
     unit = force / (float(np.abs(motions.T @ cyclic).max()) or 1.0)

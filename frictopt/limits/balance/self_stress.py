@@ -3,14 +3,14 @@
 Statics treats all forces within friction that balance the loads as possible. Without loads these
 forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
 and press somewhere. If this cone contains only zero, as for a block on a plane, the loads bound all
-contact forces, and equilibrium is sufficient. If it is not, as of a shaft in a shrunk hub, of a
-plate in a clip or of a locked bolt, statics may add as much of these forces as friction needs,
-whatever the fit gives. The cone includes friction, because a wedge below its angle of friction
-holds itself by friction. Faces whose normals lean from one direction by less than 90 degrees less
-the angle of friction have no such forces.
+contact forces, and equilibrium is sufficient. If it contains more, as for a shaft in a shrunk hub,
+a plate in a clip or a locked bolt, statics may add as much of these forces as friction needs,
+whatever pressure the fit has. The cone includes friction, because a wedge below its angle of
+friction holds itself by friction. There are no such forces if the normals of all faces lean from
+one direction by less than 90 degrees minus the angle of friction.
 
-Elasticity alone knows how far a fit presses. So transients from no slip, up to their steady states,
-find the load.
+Only elasticity shows how far a fit presses. So transients from no slip, which are followed up to
+their steady states, find the load.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,7 +1,7 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit.
 
-With an objective of the user it may be the cheapest design for a given load. `model.py`
-solves for it.
+With an objective of the user it may be the cheapest design for a given load. `model.py` finds the
+design.
 """
 
 from __future__ import annotations
@@ -252,7 +252,10 @@ class DesignSearch:
         return ModelError(*first.args) if isinstance(first, NoneSafeError) else first
 
     def alternate(self, open_nodes: OpenNodes | None) -> None:
-        """Compute the best design and its open nodes in turn, until the open nodes are not new."""
+        """Compute the best design and its open nodes in turn, until these nodes are known.
+
+        It also ends if no design has these open nodes, or after `_MOST_SETS` sets.
+        """
         while (
             open_nodes
             and len(self._uncounted) < _MOST_SETS
@@ -290,7 +293,10 @@ class DesignSearch:
         return best.value + _GAIN * abs(best.value)
 
     def _bound_of(self, scenarios: int, opens: Booleans) -> float:
-        """Compute the best design of a set, which counts or does not: -inf; inf if it fails."""
+        """Compute the best design of a set of open nodes. Returns -inf, or inf if solvers fail.
+
+        A computed set needs no bound: its design has been kept, or does not count.
+        """
         open_nodes = [*opens.reshape(scenarios, -1)]
         if _key(open_nodes) not in self._uncounted:
             self._nodes_that_open(open_nodes)

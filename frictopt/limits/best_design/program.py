@@ -323,9 +323,10 @@ def design_program(
     scenarios: Sequence[Scenario],
     loose: Integers | None = None,
 ) -> RestProgram:
-    """The load factors and designs under which all scenarios rest; their nodes are open as given.
+    """The program of load factors and designs with a state of rest in every scenario.
 
-    The nodes `loose`, which are closed in all scenarios, are neither open nor closed.
+    The nodes are open as in the question of each scenario. The nodes `loose`, which are closed in
+    all questions, may be open or closed.
     """
     program = _of_scenarios(choice, scenarios, loose)
     for number, question in enumerate(program.questions):
@@ -337,9 +338,10 @@ def design_program(
 def _of_scenarios(
     choice: Choice, scenarios: Sequence[Scenario], loose: Integers | None = None, **units: float
 ) -> RestProgram:
-    """The program at the corners of all scenarios, without friction; `units` of more unknowns.
+    """The program at the corners of all scenarios, without the rows of the contact law.
 
-    `loose`: see `design_program`.
+    It has the row `load_factor >= 0` and, without `loose`, the slip bounds. `units`: those of
+    further unknowns. `loose`: see `design_program`.
     """
     questions = [scenario.question for scenario in scenarios]
     first = questions[0]
@@ -371,7 +373,7 @@ def _of_scenarios(
 
 
 def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:
-    """The preloads with the largest force that the user's rows admit.
+    """The design whose preloads press the contact most, under the rows of the user.
 
     The force is at most `_MOST_PRESSED` times the normal force of the contact. SolverError if no
     answer passes the checks.

@@ -4,5 +4,6 @@
   pressures that this shear changes.
 - `search.py`: the first-order method that finds rough states and multipliers, the largest load
   factor that a state proves to be safe, and the smallest that multipliers prove not to be safe.
-- `judged.py`: a state and multipliers as a solution of the exact program, which judges them.
+- `judged.py`: a state and multipliers as a slip and a mechanism, with the error of each proof.
+- `least_friction.py`: the least friction with a safe slip, by the same method.
 """

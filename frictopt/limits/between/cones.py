@@ -39,7 +39,7 @@ P = TypeVar("P", bound=tuple[Any, ...])
 
 
 def towards(start: P, end: P, share: float) -> P:
-    """The tuple at this share of the way between two tuples, all of whose parts are linear."""
+    """The tuple at a share of the way from one tuple to another; all parts change linearly."""
     return type(start)(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
 
 
@@ -53,7 +53,7 @@ class Cones:
         (R,) node of each row: closed nodes first, then closed nodes with a shear strength, then
         open nodes.
     closed
-        The first row of each closed node, its part of R.
+        Which of the R rows are the first rows of the closed nodes.
     sheared, slope
         (R,) whether a row has shear, and the increase of its bound with the pressure.
     start, rate

@@ -20,8 +20,9 @@ def judged(
     """The slip of a safe point, and the mechanism of multipliers (K, t + 1, R) of the rows.
 
     Both proofs are evaluated by products of full precision. Returned are, in the units of the user,
-    the load factor, its slip, and the largest violation of a row, relative to `Question.force`; the
-    mechanism, its bound, and the error of it, because the multipliers do not balance exactly.
+    the load factor, its slip, and the largest violation of a row, relative to `Question.force`;
+    then the mechanism, its bound, and the error of the bound, because the multipliers do not
+    balance exactly.
     """
     load_factor = safe.load_factor * question.load_unit
     unsafe = -float(margins(cones.at(safe.load_factor, safe.shear).rows).min())
@@ -41,7 +42,8 @@ def judged(
 def work_of_stress(cones: Cones, moves: Array, shear: Array) -> float:
     """The work that multipliers do because they do not balance exactly.
 
-    Their stress does it on residual shear (t, N) of the size of the given one, or of the unit.
+    Their stress does this work on residual shear of the size of the given `shear` (t, N) or, if
+    this is smaller, of the unit.
     """
     return float((np.abs(cones.stress(moves)) * np.maximum(np.abs(shear), 1.0)).sum())
 

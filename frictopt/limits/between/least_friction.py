@@ -1,7 +1,7 @@
 """The least friction with a safe slip at one load factor, between two proven numbers.
 
-Friction that is proven to be enough, or too little, by the room of the rows narrows a bracket. A
-safe point needs no more friction than its largest ratio of shear to pressure.
+For a friction, the room of the rows proves that it is enough or too little. Both narrow a bracket.
+A safe point needs no more friction than its largest ratio of shear to pressure.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from .search import margins, most_room, raised
 
 # Frictions that are tried until one is enough, or until neither proof is found.
 _FIRST = tuple(4.0**k for k in range(8))
-# Ratio of the two frictions that are supposed while none is known to be too little.
+# Ratio of the two frictions that is assumed while no friction is known to be too little.
 _LOWER = 1 / 16
-# Within three gaps, a friction is tried that closes the gap if it is too little: the larger one is
-# usually better than the smaller one. The share of the gap is that between the two.
+# If the two frictions are within three gaps, the next friction is so close to `enough` that the
+# bracket is within the gap if this friction is too little: `enough` is usually the better of the
+# two. Its distance from `enough` is this share of the gap.
 _CLOSE, _SHARE = 3.0, 0.9
 
 
@@ -32,7 +33,8 @@ class FrictionBracket:
     Attributes
     ----------
     too_little, enough
-        The two frictions; at first 0, and what the shear needs that no friction would leave.
+        The two frictions; at first 0, and the friction that the residual shear of a contact without
+        friction needs.
     moves
         Multipliers (K, t + 1, R) that prove that no slip is safe with `too_little`.
     shear
@@ -51,7 +53,7 @@ class FrictionBracket:
         self.steps = 0
 
     def _with_friction(self, friction: float) -> Cones:
-        """The cones of the load factor, at which they stay, with this friction."""
+        """The cones at the load factor, with this friction."""
         start = self._cones.start.copy()
         start[:, -1] *= friction
         return replace(self._cones, slope=friction * self._cones.slope, start=start)
@@ -59,7 +61,7 @@ class FrictionBracket:
     def narrow(self, gap: float, smallest: float) -> None:
         """Try frictions until the two are within a relative gap, or neither proof is found.
 
-        It ends, too, if `smallest` is enough.
+        The search also ends if `smallest` is enough.
         """
         for friction in _FIRST:
             if self.enough < np.inf or not self._try(friction):
@@ -69,7 +71,8 @@ class FrictionBracket:
             first = np.sqrt(ratio)
             if ratio > 1 - _CLOSE * gap:
                 first = max(first, 1 - _SHARE * gap)
-            # Next to the least friction itself, neither proof is found, but beside it.
+            # Very close to the least friction neither proof is found; then one friction more is
+            # tried, nearer to `enough`.
             if not any(self._try(self.enough * share) for share in (first, np.sqrt(first))):
                 break
 
@@ -78,7 +81,7 @@ class FrictionBracket:
         return self.enough - self.too_little <= gap * self.enough
 
     def _try(self, friction: float) -> bool:
-        """Look for a proof that a friction is enough or too little; whether the bracket shrinks."""
+        """Look for a proof that a friction is enough or too little; True if the bracket shrinks."""
         before = self.too_little, self.enough
         found = most_room(self._with_friction(friction))
         self.steps += found.steps
@@ -92,10 +95,10 @@ class FrictionBracket:
         return before != (self.too_little, self.enough)
 
     def proof(self, question: Question) -> tuple[Mechanism, float]:
-        """The mechanism against `too_little`, the friction of the question, and both errors.
+        """The mechanism that proves `too_little`, the friction of the question, and an error.
 
-        The larger counts of the violation of a row by `shear`, and of the work that the multipliers
-        do because they do not balance exactly, per lift.
+        The error is the larger of two: the violation of a row by `shear`, and the work that the
+        multipliers do because they do not balance exactly, divided by the sum of their lifts.
         """
         rows = self._with_friction(self.enough).at(0.0, self.shear).rows
         cones = self._with_friction(self.too_little)

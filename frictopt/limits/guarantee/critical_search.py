@@ -49,10 +49,11 @@ _LEFT_OUT = {
 
 
 def critical(question: Question, state: CriticalState) -> RestProgram:
-    """The load factors at which a safe slip makes a node critical, for the least or largest one.
+    """The program of the load factors at which a safe slip makes a node critical.
 
-    The slip adds the reactions `at_zero + load_factor rate` of the state. The rows of the node hold
-    then, unless a part of the cycle is fixed.
+    Its goal is the least or the largest one. The slip adds the reactions `at_zero + load_factor
+    rate` of the state at the node. If the fixed parts of the corners do not differ, the rows of the
+    node then hold, and are left out.
     """
     node = state.node
     program = stuck(at_corners(question, residual=True), but=-1 if question.fixed else node)
@@ -81,7 +82,7 @@ class NodeClaim:
     load_factor: float
     slip: Array
     residual: float
-    # The rates of the load factor, see `critical_motion`; None if another node has a lower one.
+    # The rates of the load factor, see `critical_motion`; None if it is not the least so far.
     motion: Mechanism | None = None
     # The solved program; None without a slip.
     solved: Solved | None = None
@@ -206,9 +207,10 @@ class CriticalNodes:
                 self.least = min(self.least, claim.load_factor)
 
     def _claim(self, state: CriticalState, least_so_far: float) -> NodeClaim:
-        """The claim of a node: a slip that makes it critical, or that there is none of use.
+        """The claim of a node: a slip that makes it critical, or that no such slip matters.
 
-        In the second case it is proven to be critical only above `least_so_far`, or never.
+        In the second case it is proven that the node is critical only above `least_so_far`, or
+        never, or only at the least safe load factor.
         """
         least, largest = self._ends
         unit = self._question.load_unit

@@ -3,8 +3,8 @@
 A critical node is on its friction bound at two opposite corners, or at three that enclose its mean
 traction. In the theory, eq. (10) gives the shear c and the pressure rho that the node needs: the
 smallest disc that holds the discs with centres `-q1_k` and radii `-f p1_k` has the centre c and the
-radius `f rho`. If a part of the cycle is fixed, each pair of corners that govern at some load
-factor has its own critical state, affine in the load factor.
+radius `f rho`. If the fixed parts of the corners differ, each pair of corners that govern at some
+load factor has its own critical state, affine in the load factor.
 """
 
 from dataclasses import dataclass

@@ -47,9 +47,9 @@ class MovingAreas(Question):
 
     path: PathPiece
     rim: Rim
-    alone: bool  # whether the path is the same at all load factors, or asked at `near` alone
+    alone: bool  # whether the path is the same at all load factors, or valid at `near` alone
     near: float  # the load factor at which the path was made
-    told_at: float  # the load factor at which places of events are told
+    told_at: float  # the load factor at which places of events are given
 
     KEPT_FIELDS: ClassVar[tuple[str, ...]] = (*Question.KEPT_FIELDS, "near", "told_at", "alone")
 
@@ -86,7 +86,7 @@ class MovingAreas(Question):
 
     @cached_property
     def rim_compliance(self) -> Array:
-        """Compliance of the rim. No other node resists a free slide of a body that is all rim."""
+        """Compliance of the rim. Free slides of a body whose nodes are all rim are left out."""
         _, rim = self.entries
         return unresisted(self.A[np.ix_(rim, rim)], self.system.own_stiffness[rim])[1]
 
@@ -118,7 +118,7 @@ class MovingAreas(Question):
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
 
     def slipping_at(self, load_factor: float) -> int | None:
-        """The rim node that slips in each cycle at a load factor, whatever friction is, if any."""
+        """The rim node that slips in each cycle at a load factor, with any friction; or None."""
         constant, rate = self.unsolved
         off = np.abs(constant + load_factor * rate)
         size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)
@@ -258,8 +258,8 @@ def uncoupled(question: Question) -> bool:
 def holds_for_all_openings(question: Question) -> bool:
     """Whether slip changes no pressure, under Coulomb's law alone and without a slip bound.
 
-    Then loads alone decide which nodes press. All nodes have friction: one without would have to
-    keep its slip in an ordinary question, which a state of rest does not ask of it.
+    Then loads alone decide which nodes press. All nodes must have friction: in an ordinary question
+    a node without friction would have to keep its slip, which a state of rest does not need.
     """
     if question.slip_bound is not None or not question.friction.all():
         return False
@@ -267,7 +267,7 @@ def holds_for_all_openings(question: Question) -> bool:
 
 
 def scales_shear_alone(question: Question) -> bool:
-    """Whether neither load factor nor slip changes a pressure, see `holds_for_all_openings`."""
+    """Whether neither the load factor nor slip changes a pressure, see `holds_for_all_openings`."""
     normal = np.abs(question.bonded[1][:, -question.system.nodes :]).max()
     if normal > ROUNDING * np.abs(question.bonded[1]).max():
         return False
@@ -291,8 +291,8 @@ def has_all_states(question: Question) -> bool:
 def moving_areas(question: Question) -> MovingAreas | None:
     """The question of all states of rest, if normal loads alone open and close nodes.
 
-    None if the ordinary questions hold all that is to be known: the contact is coupled, the load
-    factor scales normal loads, no node comes or goes, or nothing holds the open nodes.
+    None if the ordinary questions are used instead: the contact is coupled or otherwise not covered
+    by `scales_shear_alone`, no node opens or closes, or nothing holds the open nodes.
     """
     if question.r0[:, -1].min() > 0 or not scales_shear_alone(question):
         return None

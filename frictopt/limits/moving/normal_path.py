@@ -17,10 +17,10 @@ from ...base import CONDENSATION, SIMULTANEOUS, Array, Booleans, Integers
 
 # Numbers of the path.
 
-# Pressures up to this share of the largest reaction are zero, and gaps up to this share of the
-# largest gap that the loads could make: the data are right to about this much.
+# Pressures up to this share of the largest reaction count as zero, and gaps up to this share of the
+# largest gap that the loads could make: the data are right to about this share.
 _ZERO = CONDENSATION
-# An event that is nearer to the end of its leg, as a share of the leg, is at the corner.
+# An event that is nearer to the end of its leg than this share of the leg is at the corner.
 _AT_CORNER = SIMULTANEOUS
 # Largest number of events on a leg, and of pivots of a problem, each times the nodes.
 _STEPS = 20
@@ -110,7 +110,7 @@ class _NormalProblem:
         touching = (pressure == 0) & (gap == 0)
         reactions = np.stack([first, change])
         force, length = _rounding(self._C, change)
-        # Mostly each node whose pressure or gap comes to zero opens or closes.
+        # Usually each node whose pressure or gap comes to zero opens or closes.
         opened = opened ^ touching
         pressures, gaps = states(self._C, reactions, opened)
         if (np.where(opened, gaps[1] > length, pressures[1] > force) | ~touching).all():

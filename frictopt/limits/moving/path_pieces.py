@@ -7,15 +7,15 @@ are affine in the load factor, and so is the place of each event times the load 
 comes to zero, or where two instants meet.
 
 The *rim* are the nodes of an uncoupled contact that are open at some time. Without pressure a node
-carries no shear force, and its slip follows. While it presses, in a state of rest, it keeps its
-slip. So with the slip of all other nodes at zero, the slip y of the rim obeys linear equations
-(theory, "Contact areas that move")::
+carries no shear force, and its slip follows the other nodes. While it presses, in a state of rest,
+it keeps its slip. So with the slip of all other nodes at zero, the slip y of the rim obeys linear
+equations (theory, "Contact areas that move")::
 
     z = q + A y,   z = 0 at nodes without pressure,   y constant from closing to opening
 
 They have at most one solution. Friction, mean pressure and the other nodes do not occur in them. If
-there is none, some node slips in every cycle: it closes under another shear load than the one under
-which it opens.
+there is no solution, some node slips in every cycle: its shear load when it closes is not the shear
+load when it opens.
 """
 
 from dataclasses import dataclass
@@ -57,8 +57,8 @@ class Statuses:
     def episodes(self, nodes: Integers) -> tuple[Integers, int]:
         """(M, R) number of the closed episode of some rim nodes at each instant, and their count.
 
-        It is -1 where a node has no pressure before and after. An episode may go round the end of
-        the cycle.
+        The number is -1 where a node has no pressure before and after. An episode may go on across
+        the end of the cycle.
         """
         pressed = (self.before | self.after)[:, nodes]
         closes = (self.after & ~self.before)[:, nodes]

@@ -1,8 +1,8 @@
-"""The last resort: plain cvxpy solves the printed problem of a limit, and the same proof judges it.
+"""The last resort: plain cvxpy solves the printed problem of a shakedown limit.
 
-It is asked if no answer of the arrays passes its checks. Its unknowns and multipliers are read as
-those of the arrays, so that polish and proof are the same. It handles
-only Coulomb's law with friction at all nodes, without slip bound and user constraints.
+It is tried if no answer of the arrays passes its checks. Its unknowns and multipliers are read as
+those of the arrays, so that polish and proof are the same. It handles only Coulomb's law with
+friction at all nodes, without a slip bound and without user constraints.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .models import unknowns
 def by_plain_cvxpy(
     question: Question, claimed: Callable[[Solution], C], error: SolverError
 ) -> tuple[C, SolveRecord]:
-    """The claim of plain cvxpy, and its record; the error if it does not pass the checks either."""
+    """The claim of plain cvxpy, and its record; raises `error` if it fails the checks, too."""
     other = question.slip_bound is not None or other_laws(question.system)
     if other or not question.friction.all():
         raise error

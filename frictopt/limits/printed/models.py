@@ -1,7 +1,8 @@
-"""All programs of `frictopt.limits` as cvxpy problems, in the symbols of the paper and user units.
+"""Programs of `frictopt.limits` as cvxpy problems, in the symbols of the paper and user units.
 
-A contact shakes down if one residual slip keeps every node closed and stuck at all corners k of the
-load cycle (theory, eq. (7))::
+A contact shakes down from some start if one residual slip keeps every node closed and stuck at all
+corners k of the load cycle. If the contact is uncoupled, it then does so from every start. The
+conditions are (theory, eq. (7))::
 
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
     p_r = B slip        p_k = p0 + load_factor p1_k + p_r
@@ -9,11 +10,12 @@ load cycle (theory, eq. (7))::
     |q_k| <= f p_k,   p_k >= 0,   and further terms of the contact law, as |q_k| <= c
 
 If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
-open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the rows without friction,
-`stuck` those of friction; each question below is one goal over them. Each row has a label. The
-label of an equation is the name of the unknown that it defines. Slip and q are (N,), in space (N,
-2), where `|q|` is the length at each node. No scaling, symmetry or elimination here:
-these problems are printed, and `assembled.py` has the same rows as arrays.
+open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the equations of the forces and
+gaps, `stuck` the rows of the contact law; each question below is one goal over them, apart from
+`gross_slip`, which has no slip. Each row has a label. An equation that defines an unknown has its
+name as label. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each node. There
+is no scaling, symmetry or elimination here: these problems are printed. The table in
+`program/assembled.py` shows which arrays solve them, and which programs have no listing.
 """
 
 import operator
@@ -28,10 +30,10 @@ from ...solve.problem import Problem, printed_as
 
 
 def plane_shakedown(A: Any, B: Any, q0: Any, p0: Any, q1: Any, p1: Any, f: Any) -> Problem:
-    """The limit of a closed plane contact (theory, eq. (7)), as one function of arrays.
+    """The shakedown limit of a plane contact with all nodes closed, as one function of arrays.
 
-    A and B are (N, N), q0, p0 and f (N,), q1 and p1 (K, N). The functions below list the same rows
-    for all contacts.
+    See theory, eq. (7). A and B are (N, N), q0, p0 and f (N,), q1 and p1 (K, N). The functions
+    below list the same rows for all contacts.
     """
     A, B, q0, p0 = map(constant, (A, B, q0, p0), ("A", "B", "q0", "p0"))
     f = cp.Parameter(len(f), nonneg=True, name="f", value=f)
@@ -79,7 +81,8 @@ def unknowns(
 ) -> Unknowns:
     """Unknowns for slips of a shape, (N,) or (N, 2), at the corners of a load cycle.
 
-    `load_factor`: a parameter that fixes it. `suffix`: appended to all names.
+    `load_factor`: a parameter or constant that fixes it, or the variable of another scenario; None:
+    a new variable. `suffix`: appended to the names of all other unknowns.
     """
     if load_factor is None:
         load_factor = cp.Variable(name="load_factor")
@@ -136,11 +139,11 @@ def label(kind: str, part: cp.Variable) -> str:
 
 
 def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = None) -> list[Row]:
-    """The rows of a state of rest without friction, at corners of a load cycle.
+    """The equations of the forces and gaps of a state of rest, at corners of a load cycle.
 
     `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> reactions q0,
-    p0, q1, p1 and gaps w0, w1 at corner k, arrays or parameters. `more[k]`: terms of q, p (and the
-    gaps) at corner k that unknown loads add.
+    p0, q1, p1 and gaps w0, w1 at corner k, arrays or parameters. `more[k]`: terms that unknown
+    loads add to q, p (and the gaps) at corner k. The variables of the gaps are put into `x.gap`.
     """
     slip = vec(x.slip)
     w_r = cp.Variable(len(contact.W), name=f"w_r{x.suffix}")
@@ -183,10 +186,9 @@ def suffixed(name: str, suffix: str) -> str:
 
 
 def stuck(x: Unknowns, f: Any, corners: Iterable[int], law: Any = None) -> list[Row]:
-    """Rows of a contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
+    """Rows of a contact law at the corners: abs(q) <= f p, its other terms, p >= 0, and gaps >= 0.
 
-    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term. Open
-    nodes stay apart.
+    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term.
     """
     rows = list[Row]()
     for k in corners:
@@ -235,10 +237,10 @@ def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
 
 
 def ordered(legs: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
-    """Events follow each other on the way along each leg, from 0 to its end.
+    """Rows that keep the events of each leg in their order, from 0 to the end of the leg.
 
-    `legs` are those with events: the unknown places of their events, and the place of their end. It
-    is the load factor if the load factor scales the varying loads of the leg, otherwise 1.
+    `legs` are the legs with events: the unknown places of their events, and the place of their end.
+    The end is the load factor if only scaled loads vary on the leg, otherwise 1.
     """
     rows = list[Row]()
     for way, end in legs:
@@ -265,7 +267,7 @@ def inside(
 
 
 def within(x: Unknowns, slip_bound: cp.Constant, closed: cp.Constant | None = None) -> list[Row]:
-    """The bound on the slip of the closed nodes. `closed`: 1 there, 0 at open nodes."""
+    """The bound on the slip of the closed nodes. `closed`: 1 at closed nodes, 0 at open nodes."""
     slip = x.slip if closed is None else times(closed, x.slip)
     return [(size(slip) <= slip_bound).set_label(f"slip_bound{x.suffix}")]
 
@@ -301,7 +303,7 @@ def critical(
 ) -> Problem:
     """The least load factor at which a safe slip makes a node critical.
 
-    theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
+    At the node q0 + q_r = load_factor c and p0 + p_r = load_factor rho (theory, eq. (10)). `load`
     are q0 and p0 at the node; `needed` are the shear c and the pressure rho that its cyclic loads
     need at a load factor of 1.
     """

@@ -1,9 +1,24 @@
-"""The programs of questions as arrays, in the order of `models.py`, which lists them for readers.
+"""The programs of questions as arrays, and the rows that they share.
 
-`law_rows` adds the rows of the contact law: `|q| <= f p`, its further terms, `p >= 0`, open gaps.
+A program is a `RestProgram`; its goal is the largest or least value of one of its named unknowns.
+`at_corners` begins a program. `law_rows` adds the rows of the contact law: `|q| <= f p`, its
+further terms, `p >= 0`, open gaps; `stuck` adds them at the corners. `within_slip_bound` adds the
+slip bound. `printed/models.py` lists programs for readers:
 
-Each returns a `RestProgram` with its rows; its goal is the largest or least value of one of its
-named unknowns.
+================================================  ================================================
+program as arrays                                 listing in `models.py`
+================================================  ================================================
+`shakedown`                                       `shakedown` with the rows `stuck`
+`safe_slip`                                       `safe_slip` with the rows `inside`
+`critical` in `guarantee/critical_search.py`      `critical` with the rows `stuck`
+`ordered_program` in `events/ordered.py`          `shakedown` or `safe_slip` with the rows
+                                                  `ordered` and `events`
+`design_program` in `best_design/program.py`      `shakedown` with the rows of all scenarios
+`corner_answer` in `balance/corner_statics.py`    `gross_slip`
+================================================  ================================================
+
+`wedging`, `most_pressed`, and the programs of loose nodes and of fatigue parameters (`search`) have
+no listing.
 """
 
 from __future__ import annotations
@@ -31,13 +46,14 @@ def law_rows(
     reserve: Booleans | None = None,
     only_governing: bool = False,
 ) -> None:
-    """Add the rows of the nodes that are closed, (K, N), and of those that are open, at instants.
+    """Add rows of the contact law: `closed` and `opened` are masks (K, N) of nodes at instants.
 
     The question has the contact law and the units.
 
-    With `reserve`, the unknown `margin` is the reserve of the rows of these nodes, (K, N), in the
-    units of `SafeSlip`. `only_governing`: instants are corners that differ in the load factor
-    alone, and in the plane a node needs rows only at corners that govern it at some load factor.
+    `reserve`: a mask (K, N) of rows that must hold with a reserve. The unknown `margin` is this
+    reserve, in the units of `SafeSlip`. `only_governing`: the instants are corners whose forces
+    differ by the loads alone. In the plane a node then has rows only at the corners that govern it
+    at some load factor.
     """
     if question.system.tangents == 1:
         _plane_friction(program, question, closed, reserve, only_governing)
@@ -106,7 +122,7 @@ def _normal(
     margin_unit: Any,
     reserve: Booleans | None,
 ) -> None:
-    """Normal forces or gaps are at least 0, or the reserve times the margin."""
+    """Normal forces or gaps are at least 0; with a reserve, at least the margin times its unit."""
     if not where.any():
         return
     at, nodes = np.nonzero(where)
@@ -120,16 +136,16 @@ def _normal(
 def _reserve(
     program: RestProgram, unit: Any, reserve: Booleans, at: Integers, nodes: Integers
 ) -> Term:
-    """The term of the margin: its unit, one or (N,), if the rows have a reserve."""
+    """The term `-unit margin` of rows with a reserve, 0 in other rows; `unit` is one or (N,)."""
     units = unit * reserve.astype(float)
     return np.full(len(nodes), program.unknown("margin")), -units[at, nodes]
 
 
 def _governing(program: RestProgram, rows: Booleans, slope: Array) -> tuple[Booleans, Booleans]:
-    """(K, N) which rows `q <= slope p` and `-q <= slope p` govern at some load factor >= 0.
+    """Masks (K, N) of the rows `q <= slope p` and `-q <= slope p` that govern at some load factor.
 
-    The slip enters the rows of a node alike at all corners. So only the loads decide. All nodes
-    with rows have them at the same corners.
+    Load factors are at least 0. The slip enters the rows of a node alike at all corners, so only
+    the loads decide. All nodes with rows have them at the same corners.
     """
     corners = rows.any(axis=1)
     rate = np.zeros_like(program.start)
@@ -149,11 +165,11 @@ def at_corners(
     effects: Mapping[str, Array] | None = None,
     residual: bool = False,
 ) -> RestProgram:
-    """The program at the corners of a load cycle, without rows but the slip bound.
+    """The program at the corners of a load cycle, without the rows of the contact law.
 
-    `load_factor`: the given one; None: it is a named unknown, which is at least 0. `units` and
-    `effects` belong to further named unknowns. With `residual`, a further instant holds the forces
-    of the slip alone.
+    `load_factor`: the given one. None: it is a named unknown and the goal, with the row
+    `load_factor >= 0`. A slip bound has its rows. `units` and `effects` belong to further named
+    unknowns. With `residual`, a further, last instant has the forces of the slip alone.
     """
     rate = question.rate
     start = np.broadcast_to(question.start, rate.shape)
@@ -181,10 +197,11 @@ def at_corners(
 def stuck(
     program: RestProgram, margin: bool = False, but: int = -1, every: bool = False
 ) -> RestProgram:
-    """Add the rows of the contact law at the corners, see `models.stuck` and `models.inside`.
+    """Add the rows of the contact law at the corners, and return the program.
 
-    The rows of the node `but` are left out, because others imply them. `every`: forces at the
-    corners differ in more than the loads, so that each corner has rows.
+    They are `models.stuck`; with `margin` all rows have a reserve, as in `models.inside`. The node
+    `but` has no rows, because the equations of its critical state imply them. `every`: forces at
+    the corners differ by more than the loads, so that each corner has rows.
     """
     question = program.question
     corners = np.zeros(len(program.start), dtype=bool)
@@ -210,16 +227,17 @@ def shakedown(question: Question) -> RestProgram:
 
 
 def safe_slip(question: Question, load_factor: float) -> RestProgram:
-    """The slips at a load factor with a reserve in all rows, for the largest `margin`."""
+    """The slips at a load factor with a reserve in all rows, for the largest `margin` up to 1."""
     program = stuck(at_corners(question, load_factor, {"margin": 1.0}), margin=True)
     program.row("cap", {"margin": -1.0}, 1.0)
     return program
 
 
 def wedging(question: Question) -> RestProgram:
-    """Slips that no load resists, for the largest mean pressure `wedge` that they add, at most 1.
+    """Slips that obey the contact law without any load, for the largest `wedge`.
 
-    It is 1 if friction wedges: then residual slips may press the contact without end.
+    `wedge` is at most the sum of the normal forces, divided by the mean normal force, and at most
+    1. It is 1 if friction wedges: then residual slips may press the contact without end.
     """
     n = question.system.nodes
     program = RestProgram([question], {"wedge": 1.0}, np.zeros((1, len(question.S))), {})
@@ -238,7 +256,10 @@ def wedging(question: Question) -> RestProgram:
 
 
 def most_pressed(question: Question, load_factor: float) -> RestProgram:
-    """Slips with the least normal force, in mean forces, as their `margin`; no friction."""
+    """All slips without friction, for the largest `margin`: the least normal force, at most 1.
+
+    It is the least over nodes and corners, in mean normal forces. All nodes are closed.
+    """
     program = at_corners(question, load_factor, {"margin": 1.0})
     everywhere = np.ones((len(program.start), question.system.nodes), dtype=bool)
     force = np.full(question.system.nodes, question.force)
@@ -248,7 +269,10 @@ def most_pressed(question: Question, load_factor: float) -> RestProgram:
 
 
 def within_slip_bound(program: RestProgram, number: int = 0) -> None:
-    """The rows `|slip| <= slip_bound` of the closed nodes, for the slip of this number."""
+    """Add the rows `|slip| <= slip_bound` of closed nodes for one slip, if it has a bound.
+
+    `number`: that of the slip and its question.
+    """
     question = program.questions[number]
     slip_bound = question.slip_bound
     if slip_bound is None:

@@ -41,9 +41,9 @@ def open_under_mean(question: Question, friction: Array | None = None) -> list[B
 
 
 def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
-    """Whether a likely slip is safe under the mean load alone.
+    """Whether one of three likely slips is safe under the mean load alone.
 
-    Likely are zero, the slip given, and the slip after the mean load is applied in one step.
+    They are zero slip, the given slip, and the slip after the mean load is applied in one step.
     """
     if question.settles_closed:
         return True

@@ -336,9 +336,9 @@ def pose(
 ) -> Question:
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
-    `slip_bound` is one largest slip, one per node, or None. `question_name` is that of the public
-    question, which may know laws other than Coulomb's. A mean load whose shear hides its pressure
-    is refused.
+    `slip_bound` is one largest slip, one per node, or None. `question_name` is the name of the
+    public question, which decides whether laws other than Coulomb's are allowed. A mean load whose
+    shear hides its pressure is refused.
     """
     started = perf_counter()
     checked_law(system, question_name)
@@ -402,8 +402,8 @@ def pose_like(
 def with_open(question: Question, open_nodes: Booleans) -> Question | None:
     """The question with some nodes open at all corners; None if the others do not hold them.
 
-    If all nodes are open, only supports can hold them. It is the same question if they are open in
-    it already.
+    If all nodes are open, only supports can hold them. If these nodes are open already, it is the
+    given question itself.
     """
     if (open_nodes == question.open_nodes).all():
         return question
@@ -516,7 +516,7 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
 
 
 def vertices_of_hull(points: Array) -> list[int]:
-    """Points (K, any number) that are no mean of the others; some others too in many directions."""
+    """Points (K, any number) that are no mean of the others; in many directions more points."""
     count = len(points)
     # Coordinates in the directions in which the points differ.
     spread = np.ptp(points, axis=0)

@@ -13,11 +13,11 @@ those without slip, plus the effects of the named unknowns, plus the response to
     forces_k = start_k + effects_k named + response slip
 
 The solver has other unknowns x: the named ones, the residual shear forces of the closed nodes, the
-slides that nothing resists, and own ones, each divided by its unit (`SlipUnknowns`). In them q is
-one entry, and the rest of the response is one dense block for all instants. `Solution` reads an
-answer back, and proves its bound on the stiffness and the loads, without the solver and without
-these unknowns.
-`models.py` lists the same programs for readers and for users.
+slides that nothing resists, and own ones, each divided by its unit (`SlipUnknowns`). A residual
+shear force is then one entry of x. The rest of the response is one dense block for all instants.
+`Solution` reads an answer back. It proves the bound from the stiffness and the loads, without the
+solver and without the unknowns x. `printed/models.py` lists most programs for readers and users;
+`assembled.py` has the table.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ class Elastic(NamedTuple):
     opening: Array  # (N, k) gaps of open nodes by slides
 
 
-# The elastic data of the closed contact, and of the open nodes that were asked last, by system.
+# The elastic data of the closed contact, and of the last set of open nodes, by system.
 _ELASTIC: WeakKeyDictionary[ContactSystem, dict[bytes, Elastic]] = WeakKeyDictionary()
 
 
 def elastic(question: Question) -> Elastic:
-    """See `Elastic`. It is computed once for the closed contact and the open nodes asked last."""
+    """See `Elastic`. The data of the closed contact and of the last set of open nodes are kept."""
     known = _ELASTIC.setdefault(question.system, {})
     key = b"" if question.compliance is None else question.open_nodes.tobytes()
     if key in known:
@@ -109,12 +109,12 @@ class SlipUnknowns:
     question
         The closed nodes, their stiffness, and the units.
     with_slides
-        Whether rows depend on the slides. Without them the slip has none.
+        Whether rows depend on the slides. If not, they are unknowns only if they change gaps.
     start
-        (M,) forces without slip. The slip is counted from the reference that takes their shear
+        (M,) forces without slip. The slip is counted from a reference slip that takes their shear
         away: with little friction all safe slips are close to it, and small differences keep their
-        digits. None: it is counted from zero, because rows contain the slip, and the reference may
-        be far larger than it.
+        digits. None: the slip is counted from zero, because rows contain it, and the reference may
+        be far larger than the slip.
     first
         Number of unknowns of the solver before these.
     """
@@ -146,14 +146,21 @@ class SlipUnknowns:
         return slip
 
     def part(self, by_shear: Array, by_slides: Array, width: int) -> Array:
-        """Quantities as functions of all unknowns, from their rates with shear and with slides."""
+        """(n, width) coefficients of n quantities for all unknowns of the solver.
+
+        They follow from the rates of the quantities with the residual shear forces (n, c) and with
+        the slides (n, k). The `width` is the number of unknowns; other unknowns have zeros.
+        """
         part = np.zeros((len(by_shear), width))
         part[:, self.shear] = by_shear * self.shear_units
         part[:, self.slide] = by_slides
         return part
 
     def rates_of(self, stress: Array) -> tuple[Array, Array]:
-        """The rates (c,) and (k,) with the unknowns of what has the rates (t N,) with the slip."""
+        """The rates of a quantity with the unknowns, (c,) and (k,).
+
+        `stress` (t N,) are its rates with the slip.
+        """
         of_slips = stress[self.elastic.slips]
         return self.shear_units * (self.elastic.compliance @ of_slips), self.slides.T @ of_slips
 
@@ -192,7 +199,7 @@ class RestProgram:
         a slip each; otherwise there is one.
     units
         Name -> unit, one number or (n,), of the named unknowns. The first one is the `goal`, whose
-        largest or least value is sought, if the user gives no objective.
+        largest or least value is sought, until another goal or an objective of the user is set.
     start
         (K, M) forces at the instants without slip, if all named unknowns are 0.
     effects
@@ -200,8 +207,8 @@ class RestProgram:
     slip_of
         (K,) number of the slip at each instant; None: the first.
     responses
-        Further (M, t N) forces due to unit slips of the first question, at instants with other open
-        nodes, and (K,) which of them belongs to each instant.
+        Further forces (M, t N) due to unit slips of the first question, for instants with other
+        open nodes; and (K,) the number of the response at each instant.
     """
 
     def __init__(
@@ -252,7 +259,7 @@ class RestProgram:
         return () if self.user is None else self.user.of.names
 
     def force(self, instants: Integers | int, entries: Integers) -> Integers:
-        """Numbers of the quantities that are forces."""
+        """Numbers of the quantities that are the forces of these entries at instants."""
         return np.asarray(instants * self.start.shape[1] + entries)
 
     def unknown(self, name: str) -> int:
@@ -337,9 +344,10 @@ class RestProgram:
         return off
 
     def quantities(self, x: Array, ray: bool = False) -> tuple[Array, Array]:
-        """(Q,) values of the quantities, and the sums of the sizes of their terms.
+        """(Q,) values of the quantities at x, and the sums of the sizes of their terms.
 
-        The stiffness gives them, without the unknowns of the solver. `ray`: of a direction.
+        They are computed from the slips by the stiffness, not by the arrays of the solver. `ray`: x
+        is a direction, so that constants do not count.
         """
         named = self.named_units * x[: len(self.named_units)]
         slips = [slip.slip_of(x) for slip in self.form.slips]
@@ -361,7 +369,7 @@ class RestProgram:
 
 
 def _form(program: RestProgram) -> Form:
-    """Rows of quantities become rows of the solver's unknowns."""
+    """The program in the solver's unknowns: rows of quantities become rows of these unknowns."""
     rows = stacked(program.rows)
     _, units, at, quantities, weights, constants, zero, sizes = rows
     questions, responses = program.questions, program.responses

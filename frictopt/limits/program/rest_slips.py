@@ -1,8 +1,8 @@
 """Sets of residual slips under which all changes of a load cycle are the same, and their ends.
 
 `Rests` are the states of rest at a load factor. `SteadyCycles` are steady cycles that differ by a
-slip that does not change in time: of an uncoupled contact all, otherwise a family of them (theory,
-"The fatigue band").
+slip that does not change in time. In an uncoupled contact these are all steady cycles, otherwise a
+family of them (theory, "The fatigue band").
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Furthest:
             self._warm = WarmProgram(self._arrays)
 
     def along(self, direction: Array) -> Array | None:
-        """The slip, length, that goes furthest in a direction (t N,); None if it has no end."""
+        """The slip, length, that goes furthest in a direction (t N,); None if there is no end."""
         unknowns = self._program.form.slips[0]
         rates, _ = unknowns.rates_of(direction)
         cost = np.zeros(len(self._arrays.cost))

@@ -44,7 +44,7 @@ from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
 
 # The error of a bound is multiplied by this number, so that the bound of a rough answer also holds
-# for unknowns this many times larger.
+# for unknowns that are larger by this factor.
 _SURELY = 1e6
 
 # One file because a mechanism is what the multipliers of a solution are.
@@ -176,15 +176,15 @@ class Solved:
         The unknowns by name: load_factor, slip (N,) or (N, 2) of the closed nodes, margin, ... If
         the problem is unbounded, the load factor and the slip that grow.
     moves
-        (K, M) multipliers of the equations of q and p, and of the gaps of open nodes. A further
-        instant has those of q_r and p_r in the rows of a critical node.
+        (K, M) multipliers of the equations of q and p, and of the gaps of open nodes. In the
+        program of a critical node, a further instant has the multipliers of q_r and p_r.
     multipliers
         Those of the rows by label, (K, N) for rows of corners.
     own
         Multipliers of the rows of the user by name.
     unknowns, problem
-        The variables of the model that was asked, and its problem if it has rows of the user. Both
-        stay in memory.
+        The variables of the model that the user solved, and its problem if it has rows of the user.
+        Both stay in memory; files do not have them.
     """
 
     goal: str
@@ -477,7 +477,7 @@ def contradiction(program: RestProgram) -> tuple[Solution, float] | None:
 def growth(program: RestProgram) -> tuple[Solution, float] | None:
     """A direction in which the goal grows without end, and its error; None if not proven.
 
-    It keeps all rows up to the rounding of the stiffness, and begins at values that obey them.
+    Along it all rows hold up to the rounding of the stiffness. It begins at values that obey them.
     """
     arrays = program.arrays()
     for ray, leaving in _rays(program, arrays):

@@ -19,19 +19,19 @@ from ..program.question import Question
 FRICTIONS = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
 # A node governs the limit if its motion in the mechanism is above this share of the largest.
 _GOVERNS = 0.02
-# The same share for a node that touches, also in a search of orders: an open node without gap
-# at a corner, or a closed node without pressure. The motion of an open node is in the unit of
-# its gap, and can be far smaller than the slips of closed nodes.
+# The same share for a node that touches: an open node without gap at a corner, or a closed node
+# without pressure. The motion of an open node is in the unit of its gap, and can be far smaller
+# than the slips of closed nodes. A search of orders uses this share, too.
 GOVERNS_TOUCHING = 1e-6
 # Smallest relative gain of a limit that counts; a smaller one may be rounding.
 GAIN = 1e-7
 # Largest number of programs of one search.
 PROGRAMS = 60
-# Largest number of programs times unknown slips, in a search of orders; up to it, a search of
-# sets climbs from a second start.
+# Largest number of programs times unknown slips in a search of orders. A search of sets climbs
+# from a second start if it is still below this number.
 WORK = 20_000
-# In a closed contact of at most so many nodes, pressed nodes are tried, too. In space, more
-# governing nodes than these are flipped in groups.
+# In a closed contact of at most so many nodes, pressed nodes are tried, too. If more nodes than
+# this govern in space, they are flipped in groups.
 _FEW = 16
 _GROUP = 4
 
@@ -71,7 +71,7 @@ def _slides_off(question: Question) -> bool:
 
 
 def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
-    """Neighbouring sets of open nodes: some governing nodes of the limit are opened or closed.
+    """Neighbouring sets of open nodes: some nodes, mainly governing ones, are opened or closed.
 
     First all governing nodes change, then only the nodes at the border between open and closed
     nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
@@ -127,7 +127,7 @@ def tends_to_open(closed: ShakedownAnswer) -> Booleans:
 
 
 def motion_of(limit: ShakedownAnswer) -> Array:
-    """(N,) motions of the nodes in the mechanism of a limit; of open nodes, how far they touch."""
+    """(N,) motions of closed nodes in the mechanism of a limit; how far open nodes touch."""
     motion: Array = limit._motion.parts(limit._question.system).sum(axis=(0, 1))
     return motion
 

@@ -24,9 +24,9 @@ from ..program.rest_program import RestProgram
 
 # Numbers of the programs of branches.
 
-# Value up to which branches have bounds, relative to a value that is large.
+# Largest value of the goal in the programs of branches, relative to `LooseNodes.largest`.
 _MOST = 100.0
-# Relative distance from it below which a bound is infinite.
+# A bound counts as infinite if its relative distance from this largest value is below this number.
 _AT_MOST = 1e-6
 # A loose node is open if its pressure is below this share of its unit. It is closed if its own
 # motion is below this share. Then the solution is the state of one set.
@@ -50,7 +50,7 @@ class Branch:
         return ~(self.opens | self.closes)
 
     def divided(self, index: int, open_first: bool) -> list[Branch]:
-        """The branch in which a node is open and the one in which it is closed.
+        """Two branches: in one the node `index` is open, in the other it is closed.
 
         The branch that is to be solved first comes last.
         """
@@ -74,7 +74,7 @@ class Relaxed:
 def loose(question: Question, nodes: Integers) -> RestProgram:
     """The load factors of states of rest in which some nodes are neither open nor closed.
 
-    The slip has no bound, because open nodes do not have it.
+    The slip has no bound, because the bound does not hold for open nodes.
     """
     slips = np.zeros(len(question.r1), dtype=int)
     program = at_corners(
@@ -258,7 +258,7 @@ class LooseNodes:
     def _solved(self, branch: Branch, still: Booleans, zero: Booleans) -> tuple[str, Array, Array]:
         """Outcome, x and multipliers of a branch, which is solved anew.
 
-        Open nodes have no cone, which would hold one point alone.
+        Open nodes have no force, so they need no cone.
         """
         arrays, matrix = self._arrays, self._matrix
         left = ~zero & ~np.isin(self._node, np.flatnonzero(branch.opens))
@@ -305,8 +305,8 @@ class Branches:
     wanted
         Function that returns the value above which sets are searched.
     compare
-        Function that computes the value of one set, (G n,) open nodes, and returns a
-        bound of it.
+        Function that computes the value of one set, given by its open nodes (G n,), and returns a
+        bound of this value.
     """
 
     def __init__(

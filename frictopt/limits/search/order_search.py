@@ -1,9 +1,10 @@
 """Search for nodes that open and close in each cycle.
 
-On a line between two corners an order of events changes by pivots at the corners. The previous
-order is a limiting case of the new one, so that the load factors between the limits of the two are
-safe, too. Then, and for other cycles at once, transients are followed just above the best limit: a
-transient that comes to rest shows the next order (`settled_orders`).
+If the load goes to and fro on a line between two corners, an order of events changes by pivots:
+nodes open or close at one of the corners. The previous order is a limiting case of the new one, so
+that the load factors between the limits of the two are safe, too. If pivots bring no more gain, and
+for other cycles from the beginning, transients are followed just above the best limit: a transient
+that comes to rest shows the next order (`settled_orders`).
 
 The search calls functions that return a limit of some open nodes, or of an order. Each limit passes
 the usual checks, and its bound holds for its own order only.
@@ -59,9 +60,8 @@ _ABOVE_ZERO = 1e-3
 _FIRST = (0.005, 0.05, 0.3, 1.0)
 # An overload before the cycles, relative to the load factor: it leaves another slip.
 _OVERLOAD = 5.0
-# Largest number of nodes of a contact in which a transient also starts from the slip of the
-# limit with each slip of a node moved by its unit, in both senses: it may settle to another
-# order.
+# In contacts of at most so many nodes, further transients start from the slip of the limit with
+# one slip of a node moved by its unit, in either sense: they may settle to other orders.
 _MOVED = 6
 # Cycles after which a transient is given up.
 _CYCLES = 300
@@ -391,7 +391,7 @@ def _between_ends(
     enough: float,
     path: LoadPath,
 ) -> L:
-    """The best limit of a load on a line, whose two ends stand for all its corners."""
+    """The best limit of a load on a line, whose two ends replace all its corners in the search."""
     question = best._question
     ends = pose_like(question, ends_of(question.cycle, path), question.friction)
     opened = with_open(ends, question.open_nodes)
@@ -420,8 +420,8 @@ def _limit_of(
 ) -> L:
     """The limit of an order; SolverError if it is proven to be at most `above`.
 
-    If the load meets the mean load on a line, all smaller load factors are safe. Else a second
-    program gives the least one, unless the order is that of a pivot.
+    If the load passes through the mean load on a line, all smaller load factors are safe. Else a
+    second program gives the least safe one, unless the order comes from a pivot.
     """
     if question.both_vary:
         return _limit_of_products(limit_of_order, question, settled)

@@ -1,11 +1,11 @@
-"""Search for the open nodes of a state of rest: the best set of open nodes, with its gap.
+"""Search for the best set of open nodes: its limit, and a bound of the limits of all sets.
 
-Branch and bound compares all sets of open nodes at once. In a branch some nodes are open, some are
-closed, and the others are loose (`loose_nodes.py`). If the bound of a branch is not above the best
-limit so far, its sets are done; else one loose node opens in one part of the branch and closes in
-the other. In contacts of many nodes this takes too many programs. There a local search begins at
-the nodes that the mean load opens, and opens or closes nodes that govern (theory, "The search of
-the open nodes").
+Branch and bound compares many sets of open nodes by one program. In a branch some nodes are open,
+some are closed, and the others are loose (`loose_nodes.py`). If the bound of a branch is not above
+the best limit so far, the sets of the branch are done. Else the branch is divided: one loose node
+opens in one part and closes in the other. In contacts of many nodes this takes too many programs.
+There a local search begins at the nodes that the mean load opens, and opens or closes nodes that
+govern (theory, "The search of the open nodes").
 
 The search calls a function that returns the limit of a set; it does not depend on the program
 behind it. Each limit passes the usual checks.
@@ -48,9 +48,9 @@ from .loose_nodes import Branches, LooseNodes, loose
 
 # Numbers of the comparison of all sets.
 
-# Largest number of nodes, in the plane and in space, of a contact of which all sets are
-# compared, and of the programs that compare them. Blocks of 12 nodes need 100 to 400,
-# clamps of 14 nodes 300 to 2000.
+# Largest number of nodes, in the plane and in space, of a contact whose sets are all compared by
+# default; and largest number of programs that compare them. Blocks of 12 nodes need 100 to 400
+# programs, clamps of 14 nodes 300 to 2000.
 _SMALL = (14, 8)
 MOST_COMPARED = 2000
 # Largest number of motions of loose nodes (nodes, axes and corners) in one program, by default
@@ -74,8 +74,17 @@ def best_open_set(
     question with other open nodes, or raises `NotAbove` if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
-    The first limit that reaches `enough` ends the search. All sets are compared, as far as the
-    number of programs allows, if the contact is small or if `programs` is given.
+    If the contact is small or `programs` is given, all sets are compared, as far as the number of
+    programs allows; otherwise only sets near the mean load and near the best set. The search ends
+
+    - at once in a contact that is not small, without `programs`, if zero slip is safe under the
+      mean load and no node governs;
+    - if a comparison has no branch left: then no set that counts has a higher limit;
+    - if a further comparison in a large contact would have too many motions of loose nodes;
+    - if a local search finds no neighbour with a higher limit;
+    - if the number of programs is used up;
+    - if the best limit reaches `enough`;
+    - by Ctrl-C: the KeyboardInterrupt has the best limit so far as its attribute `limit`.
 
     If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
     safe.
@@ -179,8 +188,9 @@ class _SetSearch(Generic[L]):
     def compare(self) -> None:
         """Bound the limits of all sets, until no other set may have a higher limit.
 
-        In a large contact, first only the nodes that move most may open and close: fourteen, then
-        twice as many, until all may, or until a program would have too many motions.
+        In a large contact, first only the fourteen nodes that move most may open and close. If this
+        finds no better set, twice as many may; and so on until all may, or until a program would
+        have too many motions.
         """
         question = self._closed._question
         total = question.system.nodes
@@ -195,7 +205,7 @@ class _SetSearch(Generic[L]):
                 count = min(2 * count, total)
 
     def _compare(self, nodes: Integers) -> None:
-        """Bound the limits of the sets that differ from the best one in some nodes alone."""
+        """Bound the limits of the sets that differ from the best one only in some nodes."""
         fixed = self.best.open.copy()
         fixed[nodes] = False
         question = with_open(self._closed._question, fixed)
@@ -224,7 +234,7 @@ class _SetSearch(Generic[L]):
         return max(self._above, enough)
 
     def from_mean_load(self) -> None:
-        """Try the sets that the mean load opens, so that a set near it is the first that counts."""
+        """Try the sets that the mean load opens, so that the first set that counts is near it."""
         question = self._closed._question
         for opened in settled_sets(question, False, True, FRICTIONS[:1]):
             self._neighbour(opened)

@@ -89,7 +89,7 @@ def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
 
 
 class Level(NamedTuple):
-    """The largest value over some points with a slip, and its proven bound over all slips."""
+    """The largest value of some points with one slip, and a bound proven for all slips."""
 
     value: float
     bound: float
@@ -211,7 +211,7 @@ class StressLevels:
         return best
 
     def planes_of(self, point: int) -> Array:
-        """The planes with which a search begins, or those that the parameter has in all states."""
+        """The planes with which a search begins, or the planes that are critical with all slips."""
         if self._stresses.name in SEARCHED:
             return self._grid
         return self._stresses.critical([point], self._none)[1][0]
@@ -262,7 +262,7 @@ class StressLevels:
         return [End(value + added, slip, normal) for value, (added, slip), normal in ends]
 
     def _along(self, rates: Array) -> list[tuple[float, Array]]:
-        """The most that each rate adds, and the slip with it; inf and NaN if friction wedges."""
+        """The most that each rate adds, with its slip; inf and NaN if friction wedges."""
         ends = []
         for rate in rates:
             slip = self._furthest.along(rate)
@@ -394,8 +394,9 @@ class StressCrossings:
     def _crossing(self, plane: Plane, tangent: float, least: float) -> Crossing:
         """The least load factor, from `least` on, at which a plane reaches the value.
 
-        A parameter that is the load factor times the plane's function has a lower bound of it: the
-        function reaches the tangent of `allowable / load factor` at the load factor `tangent`.
+        If the parameter is the load factor times the function of the plane, this is a lower bound:
+        the function reaches the tangent that `allowable / load factor` has at the load factor
+        `tangent`.
         """
         value, fall = self.allowable, 0.0
         if self.name in NOT_NEGATIVE:
