@@ -1,9 +1,9 @@
 """Finite-element models of a contact, condensed to its interface.
 
-In come meshes of scikit-fem, or matrices of any code. Out goes a `ContactSystem`: the stiffness S
-of the relative motions z of the node pairs, and the bonded reactions of each load case. With the
-stiffness K of the separate bodies, the displacements are `u = T y`, where y are the displacements
-inside the bodies and z. S is the Schur complement of z in `T^T K T`.
+Meshes of scikit-fem, or matrices of any code, come in. A `ContactSystem` goes out: the stiffness S
+of the relative motions z of the node pairs, and the bonded reactions of each load case. K is the
+stiffness of the separate bodies. The displacements are `u = T y`, where y has the displacements
+inside the bodies, and z. S is the Schur complement of z in `T^T K T`.
 
 | file | what is in it |
 |---|---|
@@ -22,6 +22,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 | `coincidence.py` | which points coincide |
 | `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases |
 | `condense.py`, `schur.py`, `rigid.py` | condensation, elimination, and free rigid motions |
+| `products.py` | the contact by products, without a dense stiffness |
 | `interface.py` | pairs as unknowns, also on planes of symmetry |
 | `matrix_checks.py` | checks of matrices, and of the order and sides of pairs |
 | `fields.py`, `recovery.py`, `modes.py` | displacements and stresses, and modes of vibration |

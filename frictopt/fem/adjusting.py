@@ -27,11 +27,11 @@ from .ties import Tie, Tied
 
 # A larger move would change the elements.
 _LARGEST_MOVE = 0.1
-# The nodes of a face move into one plane if no move is larger: the face may be curved.
+# The nodes of a face move into one plane if no move is larger; else the face may be curved.
 _INTO_PLANE = 0.02
-# Two nodes of matching meshes are not farther apart.
+# Two nodes of matching meshes are at most this far apart.
 _SAME_NODE = 0.01
-# An overlap is the same all along a contact if it differs by this share of it.
+# An overlap is the same all along a contact if it varies by at most this share of itself.
 _EVEN = 0.01
 # Tolerance of ties over the mean edge, as in CalculiX.
 _TIED = 0.025
@@ -67,7 +67,8 @@ def even_overlap(contact: Contact, bodies: Mapping[str, Body]) -> float:
 def notes_on_moves(cause: str, before: Mapping[str, Body], after: Mapping[str, Body]) -> list[str]:
     """A note for each body with corner nodes that have moved: how many, and by how much.
 
-    No node may move by much of its elements, and all these stay convex.
+    ModelError if a node moves by too large a share of its shortest edge, or if an element is no
+    longer valid.
     """
     notes = []
     for name, body in before.items():

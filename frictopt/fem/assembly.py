@@ -55,7 +55,8 @@ class Assembly:
         (nodes, d) unknown of each displacement: -1 if a support holds it, -2 if it follows other
         displacements. Supports, ties and cuts are marked in this order.
     tied
-        Matrix by which midside nodes of contact faces, and cut faces of sectors, follow others.
+        Matrix by which displacements follow others: of midside nodes of contact faces, of nodes of
+        ties and couplings, and of cut faces of sectors.
     of_ties, followers
         The nodes of each tie with their places, and all nodes that follow others.
     joints
@@ -146,8 +147,9 @@ class Assembly:
     def through_ties(self, forces: Array, reactions: Array) -> dict[str, Array]:
         """Tie -> (3, n) `resultants` of the forces of body 2 on body 1.
 
-        Given are n forces (size, n) that part the faces, and the reactions (d N, n) in contacts:
-        a node of a tie may be in a contact, too. Supports carry the forces on nodes that they hold.
+        Given are n columns of forces (size, n) that part the faces, and the reactions (d N, n) in
+        contacts, because a node of a tie may be in a contact, too. Supports carry the forces on
+        nodes that they hold.
         """
         by_pairs = kron(self.untied.T, identity(self.points.shape[1]))
         of_contacts = by_pairs @ (self.glued.interface.frames_to_axes @ reactions)
@@ -258,11 +260,11 @@ class Assembly:
         return np.asarray((held[nodes] & (np.abs(direction) > SAME_POINT)).any(axis=1))
 
     def _ties(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> csr_matrix:
-        """Matrix `tied`: midside nodes of contact faces follow corners, cut faces follow cut faces.
+        """Matrix `tied`: which displacements follow others, and by how much.
 
-        Nodes of ties and couplings follow each other.
-
-        Displacements that a support holds stay held; dependent displacements are marked in
+        Midside nodes of contact faces follow corner nodes, nodes of ties follow the opposite face,
+        nodes of couplings follow each other, and the cut faces of sectors follow the opposite cut
+        faces. Displacements that a support holds stay held; dependent displacements are marked in
         `free_rows`.
         """
         links = block_diag(self._midside_ties([*contacts, *ties])).tocoo()
@@ -416,8 +418,8 @@ class Assembly:
     def _that_move(self, pairs: tuple[Any, ...]) -> tuple[Any, ...]:
         """The pairs without those that supports hold, or a tie joins, on both sides.
 
-        No load moves these. Supports and ties carry their pressure and shear, so their widths
-        belong to no other pair.
+        No load moves the pairs left out. Supports and ties carry their pressure and shear, so their
+        widths are not added to other pairs.
         """
         contact, nodes, projection, *_ = pairs
         weights = openings(nodes, projection)

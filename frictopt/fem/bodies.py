@@ -213,7 +213,7 @@ def check_kind(mesh: Mesh) -> None:
 
 
 def check_elements(mesh: Mesh) -> None:
-    """Check that elements are convex and have a size, that they are connected, and all nodes."""
+    """Check that elements are convex, have a size and are connected, and use all nodes."""
     is_plane = mesh.dim() == 2
     if (i := first_of(~np.isfinite(mesh.p).all(axis=0))) is not None:
         raise ModelError(f"mesh: node {i} has coordinates that are not finite")
@@ -445,7 +445,7 @@ def _check_axisymmetric(name: str, body: Body) -> None:
 
 
 def on_axis(radius: Array) -> Booleans:
-    """(n,) whether nodes of these radii are on the axis, but for rounding.
+    """(n,) whether nodes of these radii are on the axis, up to rounding.
 
     Meshers round: gmsh may turn the radius 0 of a point into 1e-17, or into -1e-17.
     """

@@ -1,8 +1,8 @@
 """Couplings of nodes to a point as supports: rigid (RBE2) and distributing (RBE3).
 
 Some displacements of the nodes follow others. No unknown is added for the point: the rigid motion
-of nodes is given by as many of their displacements as it has parts. A load on the point of a rigid
-coupling is a `RemoteForce` on its nodes, because only the resultant counts there.
+of the nodes follows from some of their displacements, as many as it has parts. A load on the point
+of a rigid coupling is a `RemoteForce` on its nodes, because only the resultant counts there.
 """
 
 from __future__ import annotations
@@ -108,8 +108,7 @@ class RigidCoupling(_Coupling):
     ------
     ModelError
         Directions or rotations are unknown. In a model: the nodes also belong to a contact,
-        another coupling, a bolt or a sector, or supports prevent their rigid
-        motion.
+        another coupling, a bolt or a sector, or supports prevent their rigid motion.
 
     Examples
     --------
@@ -150,8 +149,8 @@ class DistributingCoupling(_Coupling):
 
     The point has the mean displacement of the nodes, and the rotation that fits their displacements
     best. The nodes stay free to move apart, so nothing is stiffened. The reactions are a
-    `RemoteForce` on the same nodes. All nodes are joined in the stiffness matrix: up to
-    a thousand nodes take little time.
+    `RemoteForce` on the same nodes. All nodes are joined in the stiffness matrix: up to a thousand
+    nodes take little time.
 
     Parameters
     ----------
@@ -169,8 +168,8 @@ class DistributingCoupling(_Coupling):
     ------
     ModelError
         Directions or rotations are unknown, or none is given. In a model: the nodes also belong to
-        a contact, another coupling, a bolt or a sector; or the nodes lie on a
-        line and a rotation about this line is to be zero.
+        a contact, another coupling, a bolt or a sector; or the nodes lie on a line and a rotation
+        about this line is to be zero.
 
     Examples
     --------

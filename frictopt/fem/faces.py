@@ -11,8 +11,8 @@ from ..base import ROUNDING, Array, Integers, place
 from ..contact.components import frames_of
 from ..errors import ModelError
 
-# Smallest share of a facet that faces the other face, for its nodes to be nodes of the contact.
-# Ends and rims of round faces miss each other by their sag.
+# The nodes of a facet are nodes of the contact if at least this share of the facet faces the other
+# face. Ends and rims of round faces miss each other by their sag.
 FACED = 0.5
 
 

@@ -196,7 +196,7 @@ def _all_but(nodes: Integers, size: int) -> csr_matrix:
 def _rows(unknowns: Integers, size: int) -> csr_matrix:
     """(nodes d, size) matrix that takes the displacements of the nodes from all unknowns.
 
-    The displacement of node i along axis a is row `unknowns[i, a]`; it is zero if that is negative.
+    The displacement of node i along axis a is row `unknowns[i, a]`; zero if this row is negative.
     """
     listed = np.flatnonzero(unknowns.ravel() >= 0)
     entries = (np.ones(len(listed)), (listed, unknowns.ravel()[listed]))
@@ -293,9 +293,9 @@ def notes_on_held(
     moves: Booleans,
     name_of_node: Callable[[int], str],
 ) -> list[str]:
-    """A note for each contact with pairs that cannot move; some pair of each contact can.
+    """A note for each contact with pairs that cannot move; ModelError if no pair of it can.
 
-    Of each pair are given the number of its contact, its node of body 1, and whether it moves.
+    Each pair has the number of its contact, its node of body 1, and whether it moves.
     """
     notes = []
     for number, name in enumerate(names):

@@ -1,7 +1,7 @@
 """Loads of a body: tractions, forces per volume, free expansion, displacements of supports.
 
-`_forces` of a load are the (d, nodes) nodal forces on its body: per unit depth in the plane, those
-of the whole circumference in an axisymmetric model.
+`_forces` of a load are the nodal forces (d, nodes) on its body: per unit depth in the plane, and
+for the whole circumference in an axisymmetric model.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Joining the nodes of two faces by the dual mortar method.
 
-If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. A
-facet that does so by more than half would have nodes beyond the edge. Such nodes have no pair: the
-next pair of the contact represents them, see `independent_pairs`. So the pressure on the part of
-the facet that lies opposite body 2 acts there.
+If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. If
+more than half of a facet lies beyond, nodes of it would lie beyond the edge of body 2. Such nodes
+have no pair: the next pair of the contact represents them, see `independent_pairs`. So the pressure
+on the part of the facet that lies opposite body 2 acts at this pair.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from .ties import Tie
 
 # Numbers for faces that reach beyond each other.
 
-# A facet faces nothing if less than this share of it does not. The dual functions of a smaller
-# part, which has the size of its square in a corner, would lose six digits.
+# A facet counts as facing nothing if less than this share of it lies opposite body 2. The dual
+# functions of a smaller part, which has the size of its square in a corner, would lose six digits.
 _LEAST_SHARE = 1e-3
-# A smaller share of a flat facet beyond the other face is rounding of its drawing.
+# If a smaller share of a flat facet lies beyond the other face, this is rounding of the drawing.
 _DRAWN = 1e-3
 
 

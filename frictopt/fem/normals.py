@@ -39,8 +39,8 @@ _SPANNED = 0.05
 # Largest distance of a node from its surface, relative to the shortest edge: coordinates have
 # five digits.
 _ON_SURFACE = 1e-4
-# Normals lean if they differ from the surface's by more than this many times the error of the
-# fit in edges. A smaller difference may be an error of the coordinates.
+# Normals lean if they differ from the normals of the surface by more than this many times the error
+# of the fit in edges. A smaller difference may be an error of the coordinates.
 _LEANS = 10.0
 # Nodes on at least this number of generators show that a face is round, and not two flat faces.
 _GENERATORS = 4

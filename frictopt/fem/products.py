@@ -16,7 +16,7 @@ from .condense import Glued, checked_motions, eliminated, fronts
 from .recovery import Recovery
 from .schur import solve
 
-# Numbers of T that are computed at once, which takes a twelfth of the time of one after the other.
+# Number of rows of T that are computed at once, in a twelfth of the time of one after the other.
 _AT_ONCE = 128
 # Residual of an exact product, relative to the load, and the most steps that refine it.
 _EXACT, _STEPS = 1e-13, 50
@@ -25,9 +25,9 @@ _EXACT, _STEPS = 1e-13, 50
 def products_of(
     glued: Glued, loads: Mapping[str, Array]
 ) -> tuple[dict[str, Any], dict[str, Array], Array]:
-    """Arguments of `ContactProducts`, bonded reactions (k,) of each load, compliance; `condensed`.
+    """Arguments of `ContactProducts`, bonded reactions (k,) of each load, and compliance.
 
-    The bonded bodies have a factorisation of their own, which is not kept.
+    See `condensed`. The bonded bodies have a factorisation of their own, which is not kept.
     """
     relative = checked_motions(glued)
     F = np.reshape([*loads.values()], (-1, glued.K.shape[0])).T
@@ -46,8 +46,8 @@ def products_of(
 class SlidingBodies:
     """The bodies in contact at all pairs, which slip freely: `K y = load`.
 
-    Its unknowns y are displacements inside of the bodies, and then the slips v (t N,). K has single
-    factors, by which products of double precision are refined.
+    Its unknowns y are displacements inside of the bodies, and then the slips v (t N,). The factors
+    of K have single precision; with them, steps refine products to double precision.
     """
 
     def __init__(self, glued: Glued, relative: Array) -> None:

@@ -153,7 +153,7 @@ def balanced(
 ) -> tuple[Array, Array]:
     """S and R without the rounding errors of the elimination in rigid motions of the bodies.
 
-    S must have no stiffness against a rigid motion of one body that its supports allow. In such a
+    If supports allow a rigid motion of one body, S must have no stiffness against it. In such a
     motion the reactions of a load case must do the work of the load, with the opposite sign. The
     deviation measures the accuracy of the elimination.
 

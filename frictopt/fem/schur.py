@@ -116,14 +116,15 @@ def eliminate(
     """Multifrontal Cholesky factorisation of a sparse matrix (Duff & Reid 1983).
 
     A front is a dense matrix of some unknowns that are eliminated together, and of the later
-    unknowns that they are connected to. Its elimination leaves an update of these, which waits for
-    the front of the first of them. Fronts are dropped once they are eliminated.
+    unknowns that they are connected to. Its elimination leaves an update of these later unknowns,
+    which waits for the front that eliminates the first of them. Fronts are dropped once they are
+    eliminated.
 
     `front` (unknowns,) is the number of the front that eliminates each unknown, from 0 on; -1: the
     unknown is kept. Returned are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in
-    the order of K, and the factors for `solve` in the precision `keep` (None: no factors). Raises
-    LinAlgError, with the unknown at which it shows, if the eliminated part is not positive
-    definite.
+    the order of K, and the factors for `solve` in the precision `keep` (None: no factors). If the
+    eliminated part is not positive definite, it raises LinAlgError with the unknown at which this
+    shows.
     """
     count = int(front.max(initial=-1)) + 1
     front = np.where(front < 0, count, front)  # kept unknowns come last

@@ -170,11 +170,11 @@ class Sector:
     def once(
         self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
     ) -> tuple[Any, ...]:
-        """The pairs without the pairs of copied nodes, which are the same pairs of the ring.
+        """The pairs without the pairs of copied nodes, which are copies of other pairs.
 
-        A pair of a copied node adds its normal and width to the pair of the node that it copies. Of
-        each pair are given the number of its contact, its node of body 1, its place on body 2 (a
-        row over all nodes), normal, width, gap, and whether it lies opposite body 2.
+        A pair of a copied node adds its normal and width to the pair of the node that it copies.
+        `pairs` has for each pair the number of its contact, its node of body 1, its place on body 2
+        (a row over all nodes), normal, width, gap, and whether it lies opposite body 2.
         """
         contact, nodes, projection, normals, widths, gap, inside = pairs
         high = np.flatnonzero(np.isin(nodes, self.nodes))
@@ -240,9 +240,9 @@ class Sector:
 def on_seam(
     mass: csr_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam
 ) -> list[Array]:
-    """Nodal components of a symmetric tensor by their moments with the functions of the nodes.
+    """Nodal components of a symmetric tensor, from their moments with the functions of the nodes.
 
-    At nodes that copy others they are the turned components. `entries` are the numbers of the
+    At nodes that copy others, the components are turned. `entries` are the numbers of the
     components in a matrix of three rows.
     """
     high, low, turn = seam

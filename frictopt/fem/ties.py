@@ -99,9 +99,10 @@ class Tied:
 class Followers:
     """The nodes of a model that follow others.
 
-    They move by `chains` (all nodes, all nodes): by the displacements of nodes that follow none,
-    and by the displacements relative to their places on face 2, which are zero. `tie` (all nodes,)
-    is the number of the tie of each node, -1 for nodes that follow none.
+    The matrix `chains` (all nodes, all nodes) has the displacements of all nodes: due to nodes that
+    follow no other node, and due to the displacements of followers relative to their places on face
+    2, which are zero. `tie` (all nodes,) is the number of the tie of each node, -1 for nodes that
+    follow no other node.
     """
 
     chains: csr_matrix

@@ -1,9 +1,9 @@
 """Joints: results for engineers.
 
-In come a contact, its load cycle and its friction. Out go:
+A contact, its load cycle and its friction come in. The results are:
 
 - `report.py`: the report on a joint, and reports on its variants in one table. `report_pages.py`
-  asks the questions of each part, `report_tables.py` makes their tables and numbers with units,
+  computes the answers of each part, `report_tables.py` makes their tables and numbers with units,
   `advice.py` the sentences, and `report_text.py` prints the report and writes the sheet to sign
 - `safety.py`: the faces of a joint, safety factors and verdicts, from `scatter.py` (ranges of
   friction and preload), `thresholds.py` (quantities that have limits) and `load_search.py` (the

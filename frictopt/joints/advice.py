@@ -24,7 +24,7 @@ from .thresholds import QUANTITIES, SLIP_RANGE
 # Names of the motions in which bodies slide off: slides, turns, pries, lifts off.
 
 SLIDES, TURNS, PRIES, LIFTS_OFF = "slides", "turns", "pries", "lifts off"
-# The first of these motions names that of a joint whose contacts move in several ways.
+# If the contacts of a joint move in several ways, the first of these motions names its motion.
 _ORDER = (PRIES, TURNS, SLIDES, LIFTS_OFF)
 _MOST_NAMES = 4  # contacts that a sentence names
 
@@ -92,9 +92,9 @@ def _some(contacts: Sequence[str]) -> str:
 
 # Largest coefficient of friction that advice asks for. Dry metals reach about 1.
 _PRACTICAL_FRICTION = 1.0
-# Share of the gross-slip load below which prying says nothing about slip.
+# Prying says little about slip if the load is below this share of the sliding-off load,
 _FAR_BELOW = 0.5
-# Share of the contacts that slips then.
+# and more than this share of the contacts slips.
 _MUCH_SLIPS = 0.05
 
 _MOVES_OFF = {

@@ -72,9 +72,9 @@ class Course:
     steady, began
         The steady state, and the state from which it was followed.
     cycles, length
-        Load cycles so far, and those of the next jump.
+        Number of load cycles so far, and number of load cycles of the next jump.
     rows, started
-        Rows of the history, for the unworn contact and after each jump; and the time of the first.
+        Rows of the history, for the unworn contact and after each jump; and the time of the start.
     """
 
     def __init__(
@@ -127,16 +127,16 @@ class Course:
 
     @property
     def damping(self) -> Array:
-        """(N, N) decrease of the rate with the depths, by the pressure that they take off."""
+        """(N, N) decrease of the rate with the depths, because depths reduce the pressure."""
         steady = self.steady
         per_pressure = self.per_work * steady.friction * steady.sliding_distance
         return per_pressure[:, None] * steady.system.C
 
     def after(self, depth: Array) -> tuple[SteadyState, ContactState]:
-        """The steady state after a further depth has been worn off, and its beginning.
+        """The steady state after a further depth has been worn off, and the state at its start.
 
-        It begins at the current state, which stays in equilibrium: the bonded reactions grow by the
-        pressure that the depth carried.
+        The transient starts from the current state, which stays in equilibrium: the bonded
+        reactions grow by the forces that the depth carried.
         """
         state = self.steady.state
         worn = self.steady.system.with_gap(self.steady.system.gap + depth)
@@ -147,8 +147,8 @@ class Course:
     def jump(self, most_cycles: float) -> None:
         """The next jump, as long as the tolerance allows, to at most `most_cycles` in all.
 
-        A step of a Rosenbrock method of second order, linearly implicit; its first stage is a step
-        of first order, which estimates the error.
+        It is a step of a linearly implicit Rosenbrock method of second order. The first stage of
+        this step is a step of first order, which estimates the error.
         """
         rate, damping = self.rate(self.steady), self.damping
         for _ in range(_ATTEMPTS):
@@ -207,7 +207,7 @@ class Course:
 
 
 def _growth(error: float) -> float:
-    """Length of the next jump, or of the next attempt, over that of a jump with this error."""
+    """Ratio of the next jump or attempt to a jump with this error."""
     if error == 0:
         return _LARGEST_GROWTH
     growth = _SAFETY / np.sqrt(error)

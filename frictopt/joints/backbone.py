@@ -98,10 +98,11 @@ class BackboneCurve(Kept, Plotted, Resonant):
         columns load_factor, extreme ("least", "most"), displacement, frequency, resonance, damping.
         Without rows if there is no range.
     guaranteed_limit, shakedown_limit
-        If nodes stay closed and have friction, the damping is zero from every start below the first
-        load factor, and from no start above the second. NaN without a range.
+        Load factors of both limits. If nodes stay closed and have friction, the damping is zero
+        from every start below the guaranteed limit, and from no start above the shakedown limit.
+        NaN without a range.
     natural_frequency
-        Frequency of the glued contact, at amplitude zero; NaN if it was not given.
+        Frequency of the glued contact, at amplitude zero; NaN if none was passed.
     note
         Sentences on the values that are NaN, with their reasons.
     system, cycle, friction, steps
@@ -322,10 +323,9 @@ def backbone_curve(
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the gross-slip load.
     natural_frequency
         Natural frequency in cycles per unit of time, if the load of amplitude 1 is the load of a
-        mass-normalised mode. It is the frequency of the glued contact. Nodes that are open under
-        the mean load may be open. The compliance also gives this frequency. The curve uses the
-        value from the compliance; the two may differ by 1 %. None: the load is not the load of a
-        mode.
+        mass-normalised mode. It is the frequency of the glued contact; nodes that are open under
+        the mean load may also be open. The compliance also gives a frequency, which the curve uses;
+        the two may differ by 1 %. None: the load is not the load of a mode.
     with_range
         Whether to search the residual slips for the smallest and the largest damping, and to
         compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no

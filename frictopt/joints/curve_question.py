@@ -24,11 +24,11 @@ from ..transients.march import open_at_rest
 
 # The numbers of the harmonics of a loop.
 
-# Distance by which a displacement may turn back between two corners, relative to its range. It
-# is rounding of the path.
+# Distance by which a displacement may turn back between two corners, relative to its range: such a
+# distance is rounding of the path.
 _TURNING = 1e-9
-# Distance between two states, relative to half the range, up to which the mean sine between
-# them is that at their middle. The quotient of two small differences would be rounding there.
+# Distance between two states, relative to half the range, up to which the sine at their middle is
+# taken as the mean sine between them. The quotient of two small differences would be rounding.
 _STEP = 1e-8
 # Number of times in a cycle at which harmonics are sampled, and number of harmonics.
 _TIMES = 512
@@ -54,9 +54,9 @@ class Swing:
     def first_harmonic(self, force: Array) -> float:
         """(1 / pi) times the integral of a force (T,) times cos t over a cycle.
 
-        Integration by parts turns it into the integral of the sine over the force. Between two
-        states the force is linear in the displacement, so the mean of the sine is known in closed
-        form.
+        Integration by parts turns it into the integral of sin t with respect to the force. Between
+        two states the force is linear in the displacement, so the mean of the sine is known in
+        closed form.
         """
         total = 0.0
         for leg in self.legs:
@@ -171,7 +171,8 @@ def with_compliance(
 ) -> tuple[ContactSystem, CurveLoad]:
     """The load of a curve, and its contact with a compliance.
 
-    A system without compliance gets that which the natural frequency of the load says.
+    A system without compliance gets the compliance that follows from the natural frequency of the
+    load.
     """
     if natural_frequency is not None:
         natural_frequency = finite_number("natural_frequency", natural_frequency, above=0.0)
@@ -205,7 +206,7 @@ def with_compliance(
 def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
     """(cases,) amplitudes of the first corner; None if there are not two opposed corners alone.
 
-    Amplitudes around a mean load that was computed, as that of a history, have its rounding.
+    Amplitudes about a computed mean load, such as the mean load of a history, have rounding errors.
     """
     amplitudes = [
         np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
@@ -283,11 +284,11 @@ class CurveCycle:
 
 @dataclass(frozen=True)
 class CurveQuestion:
-    """The input of a curve, with its gross-slip load and, if it has a range, its limits.
+    """The input of a curve, with its sliding-off load and, if it has a range, its limits.
 
-    `gross` is the error if no solver finds a gross-slip load. `limits` are the load factor of the
-    shakedown limit, and the guaranteed limit. `steady_at` gives the steady state at a load factor;
-    None: it is followed.
+    `gross` has the sliding-off load, or the error if no solver finds it. `limits` are the load
+    factor of the shakedown limit, and the guaranteed limit. `steady_at` returns the steady state at
+    a load factor; None: a transient is followed.
     """
 
     system: ContactSystem

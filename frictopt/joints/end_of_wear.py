@@ -196,9 +196,9 @@ def _checked_friction(system: ContactSystem, friction: PerNode) -> float:
 
 
 def _check_similar(system: ContactSystem) -> None:
-    """Check an uncoupled contact whose tangential stiffness is its normal one times a number.
+    """Check that the contact is uncoupled, and that A is a multiple of its normal stiffness C.
 
-    Wear at one node may take no pressure off others.
+    Also check that wear at one node takes next to no pressure off other nodes.
     """
     A, B, C = system.A, system.B, system.C
     checked_round(system, ONE_FRICTION)
@@ -273,9 +273,9 @@ def _stick_zone(
 
 
 def _depth(system: ContactSystem, stick: Booleans, first: Array, last: Array) -> Array:
-    """(N,) largest overlap, at both loads, of the contact that is confined to the stick zone.
+    """(N,) the larger overlap at the two loads, if only the stick zone is in contact.
 
-    Nodes outside the stick zone carry nothing.
+    Nodes outside the stick zone carry no force.
     """
     n = system.nodes
     depth = np.zeros(n)
@@ -287,9 +287,9 @@ def _depth(system: ContactSystem, stick: Booleans, first: Array, last: Array) ->
 
 
 def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
-    """(N,) `w - g0` of a contact without friction that is closed at given nodes alone.
+    """(N,) `w - g0` of a contact without friction in which only the given nodes are closed.
 
-    The other nodes carry nothing, even if they overlap.
+    The other nodes carry no force, even if they overlap.
     """
     u = -gap
     outside = ~closed

@@ -1,6 +1,7 @@
 """The forced response of a joint near a resonance, from its backbone curve.
 
-An approximation by a single mode whose stiffness and loss are those of quasi-static steady cycles.
+It is an approximation by a single mode, whose stiffness and loss come from quasi-static steady
+cycles.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class ForcedResponse(Kept, Plotted):
     damping
         Damping ratio of material and air for the glued mode.
     scale
-        Motion of the point, whose amplitudes are listed, per modal amplitude.
+        Motion per modal amplitude of the point whose amplitudes are listed.
     oscillator
         Stiffness and loss of the mode at the amplitudes of the curve.
     note
@@ -204,7 +205,7 @@ def beyond_row(force: float, frequency: float) -> pd.DataFrame:
 
 
 def response_curves(oscillator: ModalOscillator, force: float) -> pd.DataFrame:
-    """All curves of a force: the one from rest, and then the detached ones."""
+    """All curves of a force: first the curve from rest, then the detached curves."""
     peaks = oscillator.peaks(force)
     ends = [0.0, *peaks]
     if len(ends) % 2:
@@ -241,7 +242,7 @@ def _side(oscillator: ModalOscillator, force: float, a: Array, side: int) -> pd.
 
 
 def folds_of(curves: pd.DataFrame) -> pd.DataFrame:
-    """Points of the curves at which a branch that is stable meets the one between."""
+    """Points of the curves at which a stable branch meets the branch "between"."""
     is_between = (curves["branch"] == "between").to_numpy()
     same_curve = (curves["detached"].to_numpy()[1:] == curves["detached"].to_numpy()[:-1]) & (
         curves["force"].to_numpy()[1:] == curves["force"].to_numpy()[:-1]

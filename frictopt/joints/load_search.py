@@ -18,8 +18,8 @@ TOLERANCE = (1e-4, 1e-2)
 _GROWTH = 2.0
 # Largest load factor tried; a threshold that is kept there counts as not reached.
 LARGEST_LOAD = 16.0
-# The search, and the curve of a report, end at this share of the gross-slip load. Closer to it
-# the slip needs many cycles to become steady.
+# The search, and the curve of a report, end at this share of the sliding-off load. Closer to this
+# load the slip needs many cycles to become steady.
 BELOW_GROSS_SLIP = 0.95
 # Each third trial halves the bracket, because interpolation fails at jumps.
 _HALVED = 3
@@ -48,8 +48,8 @@ def load_at_threshold(
 ) -> Reached:
     """Search the least load factor up to `end` at which a value exceeds a threshold.
 
-    `value_at` gives the value at a load factor, inf if there is no steady state; `values_known` are
-    the values known before.
+    `value_at` returns the value at a load factor, inf if there is no steady state. `values_known`
+    are values that are known already.
     """
     known = {factor: value for factor, value in values_known.items() if factor <= end}
     low, high = _bracket(value_at, known, threshold, end)

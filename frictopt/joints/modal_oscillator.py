@@ -24,8 +24,8 @@ from .curve_question import opposed_direction, swing_of
 
 # The numbers of the search for amplitudes and frequencies.
 
-# Ratio of neighbouring amplitudes of the search for roots. Two roots that are closer together
-# are missed; amplitudes of tests scatter more.
+# Ratio of neighbouring amplitudes in the search for roots. Two roots that are closer together are
+# missed, but measured amplitudes scatter more than this.
 _RATIO = 1.001
 # Part of the static amplitude at which the search begins. There is no root below half of it.
 _BEGIN = 0.5
@@ -92,8 +92,8 @@ class ModalOscillator(Kept):
     def resonance(self, a: Array) -> Array:
         """Angular frequency at which an amplitude needs the smallest force.
 
-        Without damping of the material it is the root of the stiffness. The largest root of `u^3 +
-        p u + q`, by the cosine of a third of an angle; 0 if no root is above 0.
+        It is the largest root of `u^3 + p u + q`, by the cosine of a third of an angle, or 0 if no
+        root is above 0. Without damping of the material it is the square root of the stiffness.
         """
         p = self.viscous**2 / 2 - self._stiffness(a)
         q = self.viscous * self._loss(a) / 2

@@ -49,7 +49,7 @@ _HALVED = 3
 def checked_points(
     points: pd.DataFrame, wanted_of: WantedOf, follow: Callable[[float], dict[str, Any]]
 ) -> tuple[pd.DataFrame, dict[str, str]]:
-    """Follow the joint at wanted amplitudes until a state of the curve is at each of them.
+    """Follow the joint at wanted amplitudes, until the curve has a state at each of them.
 
     Parameters
     ----------
@@ -213,9 +213,9 @@ class Resonant:
     ) -> float:
         """The largest modal force whose resonance, swept from rest, keeps within a limit.
 
-        The limit becomes an amplitude by the curve. Steady states at this amplitude, and at the one
-        that needs the largest force, join the load factors of the curve until the force balances to
-        1 %.
+        The curve turns the limit into an amplitude. Steady states at this amplitude, and at the
+        amplitude that needs the largest force, join the load factors of the curve until the force
+        balances to 1 %.
 
         Parameters
         ----------

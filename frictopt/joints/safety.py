@@ -73,7 +73,7 @@ def face_table(
     if gross_slip is not None:
         share = gross_slip.carried()
         table["carries"] = [share[face].sum() for face in faces.values()]
-        # A face that moves as bodies slide off slides by then.
+        # If a face moves when bodies slide off, it slides in full at this load or below.
         moves = [np.abs(gross_slip.phi[:, face]).max() > MOVES for face in faces.values()]
         for name in corners:
             table[name] = np.fmin(table[name], np.where(moves, factor_of(gross_slip), np.inf))
@@ -93,7 +93,7 @@ def faces_slide_at(
 
 
 def factor_of(gross: GrossSlip) -> float:
-    """The safety factor of a gross-slip load.
+    """The safety factor of a sliding-off load.
 
     It is 0 if no state of rest exists at load factor 1 or below.
     """
@@ -291,8 +291,8 @@ def _against_slip(
 ) -> tuple[object, ...]:
     """The row of a quantity of the steady state, at all corners.
 
-    A corner that keeps the threshold at the least load factor of the corners before it is not
-    followed further.
+    If a corner keeps the threshold at the least load factor found for the corners before it, it is
+    not followed further.
     """
     tolerance = TOLERANCE[states.system.tangents - 1]
     nominal, *corners = states.all_corners()

@@ -196,7 +196,7 @@ def _checked_frictions(
 def _friction_law(system: ContactSystem, friction: Any) -> Any:
     """The distribution of friction, or those of contacts by their names; None without any.
 
-    The name of the only contact stands for all nodes, whose probability is exact.
+    If there is only one contact, its name means all nodes, for which the probability is exact.
     """
     if not is_named(friction):
         return distribution("friction", friction) if is_distribution(friction) else None
@@ -211,7 +211,7 @@ def _friction_law(system: ContactSystem, friction: Any) -> Any:
 
 
 def at_share(friction: Any, share: float) -> Any:
-    """The friction that this share of all joints is below, of each contact if it has names.
+    """The friction below which this share of all joints is; of each contact if it has names.
 
     (least, nominal, most) have the shares of `QUANTILES`.
     """

@@ -1,4 +1,4 @@
-"""Thresholds that the user gives, and the values that they judge."""
+"""Thresholds that the user gives, and the values that are compared with them."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ SLIPPING_SHARE = "slipping share"
 
 @dataclass(frozen=True)
 class Judged:
-    """A value that a threshold judges, its place in words, and the value to be judged.
+    """A value with a threshold, its place in words, and the value to compare with the threshold.
 
-    The judged value is larger than the value by an estimate of its error, if there is one.
+    The value to compare is larger than the value by an estimate of its error, if there is one.
     """
 
     value: float
@@ -36,8 +36,8 @@ class Judged:
 class Quantity:
     """A quantity of a steady state that has a threshold.
 
-    `unit` names its unit in forces and lengths, see `units_of`. `found` gives its value and the
-    place of it in words. The error of increments is estimated for quantities `of_work`.
+    `unit` names its unit in forces and lengths, see `units_of`. `found` returns its value and its
+    place in words. The error of increments is estimated for quantities `of_work`.
     """
 
     unit: str
@@ -46,7 +46,7 @@ class Quantity:
     of_work: bool = False
 
     def judged(self, steady: SteadyState) -> Judged:
-        """The value in a steady state; what is judged includes its estimated error."""
+        """The value in a steady state; the value to compare includes its estimated error."""
         value, where = self.found(steady)
         error = steady.step_error if self.of_work and steady.steps else 0.0
         # At rest, an infinite error says that finer increments may slip.

@@ -3,8 +3,8 @@
 The steady state of a contact depends on its start. A study follows transients from many residual
 slips v to their steady cycles, each with its work of friction W >= 0.
 
-In come a contact, load cycles, frictions, load factors and starts. Out go tables of steady states,
-the range of W over the starts, and the loads up to which a contact comes to rest (W = 0).
+A contact, load cycles, frictions, load factors and starts come in. Tables of steady states, the
+range of W over the starts, and the loads up to which a contact comes to rest (W = 0) go out.
 
 A table of many runs (`dissipation_study`):
 

@@ -3,8 +3,9 @@
 The work of a periodic orbit depends on its start only through the slips of the nodes that stay
 locked. A step is a linear program: the change of the locked slips, within a trust region, that
 changes the work most, while every locked node stays within its bound at every event. In space four
-tangents stand for the friction circle, one of them at the shear itself. All other motions follow,
-because the orbit stays periodic. The step is only proposed; the transient from it decides.
+tangents replace the friction circle, one of them at the shear itself. All other motions follow,
+because the orbit stays periodic. The step is only a proposal; the transient from the new start
+decides.
 """
 
 from copy import copy
@@ -24,8 +25,8 @@ class Ascent:
     """Changes of a periodic orbit by which its work grows (sense 1) or falls (sense -1).
 
     The path is on the orbit, at the last corner, where the slip is `before`, (N,) or (N, 2),
-    length. `slip_bound` is its largest size, (N,), or None. NoContinuation, SolverError: the cycle
-    has no derivative.
+    length. `slip_bound` (N,) is the largest size of this slip, or None. NoContinuation,
+    SolverError: the cycle has no derivative.
     """
 
     def __init__(self, path: Transient, sense: int, slip_bound: Array | None) -> None:
@@ -104,8 +105,7 @@ def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Ar
     smallest_bound = 1e-3 * float(np.abs(cycle.r[..., -n:]).mean())
     rows = list[Array]()
     reserves = list[Array]()
-    # The program has the bounds of each locked node at so many events, those with the least
-    # reserve.
+    # The program has the bounds of each locked node at this many events with the least reserve.
     events = 2
     for tangents in _tangents(q):
         reserve = (f * p - (tangents * q).sum(axis=1))[:, locked]  # (E, locked)

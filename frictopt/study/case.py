@@ -21,7 +21,8 @@ from .starts import Start
 
 # Digits of numbers in keys; other processors change digits behind them.
 _DIGITS = 9
-# Root of the rounding of a stiffness, relative to the largest one: less is as good as nothing.
+# Square root of the rounding of a stiffness, relative to the largest one. Smaller sizes of nodes
+# are raised to this share.
 _ROUNDING_OF_SIZE = 1e-8
 
 KEY = 20
@@ -29,7 +30,7 @@ KEY = 20
 
 
 def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
-    """Numbers that tell a contact under a load cycle from others.
+    """Numbers that distinguish a contact under a load cycle from others.
 
     They are sums of its stiffness with fixed weights, in the units of its nodes, and its reactions,
     gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at most.

@@ -35,11 +35,11 @@ from .range_starts import RangeStarts
 # Levels of work from which the first search goes on: those with the most and the least work.
 _CLIMBED = 12
 _DESCENDED = 2
-# Times that random starts are tried around both ends, and the best of them at each end from
-# which the search goes on.
+# Largest number of times that random starts are tried around both ends, and number of the best of
+# them at each end from which the search goes on.
 _ROUNDS = 8
 _CLIMBED_AROUND = 4
-# Distance of these from the end, over the range.
+# Largest distance of the works of these starts from the end, relative to the range.
 _REACH = 0.2
 # Relative change of an end after which random starts are tried again.
 _MOVED = 1e-3
@@ -139,17 +139,17 @@ def dissipation_range(
     1. Transients are exact in the plane and in increments in space. They start from no slip, from
        the slip that is safe at the shakedown limit, and from extreme slips that the contact can
        hold under the mean load or at a corner. If there are more than twelve corners, the twelve
-       corners that are furthest apart are used. An extreme slip is the furthest slip along a change
-       of the load, which may be
-       stretched, squeezed or turned; or it is a slip that unloads an end of the contact. If slip
-       stops from all these starts, the witness of the guaranteed limit is the next start.
+       corners that are furthest apart are used. An extreme slip is the furthest slip in a
+       direction: along or against a change of the load, a direction that stretches, squeezes or
+       turns the face, or one that unloads an end of the contact. If slip stops from all these
+       starts, the witness of the guaranteed limit is the next start.
     2. Sequential linear programming improves the best starts, with the derivative of a cycle. Its
        unknowns are the slips of the nodes that stay locked, because the work depends only on these.
        A transient checks each step. These steps end if they find no better slip; the end need not
        be a local extreme.
-    3. So random starts around both ends are followed too, and the search goes on from the best of
-       them. No random starts are tried around the start with the least work if this work is not
-       zero and the contact has more than 62 nodes.
+    3. Therefore random starts around both ends are followed, too, and the search goes on from the
+       best of them. No random starts are tried around the start with the least work if this work is
+       not zero and the contact has more than 62 nodes.
 
     If ten increments or more are requested, this search uses only five, and transients end when
     later cycles change their work by less than a thousandth. The four levels with the most work and

@@ -209,8 +209,8 @@ class LimitAfterProtocol(AfterProtocol):
     shakedown_limit
         lambda_2 of the given limit, which no protocol exceeds while all nodes stay closed.
     starts
-        (S, N), in space (S, N, 2), the starts, length. From the first of them, slip continues at
-        `upper`.
+        (S, N), in space (S, N, 2), the starts, length. If slip continues at `upper`, it does so
+        from the first of them.
     tried
         DataFrame, one row for each load factor tried: load_factor; ratio, the load factor divided
         by lambda_2; outcome, which is "rest", "slip", or "UNDECIDED" if a transient has no result.

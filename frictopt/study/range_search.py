@@ -36,8 +36,8 @@ _LEAP = 400.0
 # Smallest and largest number of random starts around an orbit.
 _LEAST_AROUND = 8
 MOST_AROUND = 200
-# Between these bounds, the number of random starts times the number of nodes: with many nodes a
-# transient is slower, and the works of the starts differ less.
+# Between these two numbers, the number of random starts is this number divided by the number of
+# nodes: with many nodes a transient is slower, and the works of the starts differ less.
 _NODES_AROUND = 1000
 # Largest and smallest distance of random starts, relative to the spread of the slips of the
 # orbit.

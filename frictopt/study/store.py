@@ -53,8 +53,8 @@ class OtherRows(UserWarning):
 class Store:
     """An open file of sqlite with a row for each run, shakedown limit, and contact with its loads.
 
-    The keys of runs and limits begin with the key of their contact. Of the contact the file has a
-    sketch, by which it is found again if its numbers differ by rounding.
+    The keys of runs and limits begin with the key of their contact. The file has a sketch of each
+    contact, by which the contact is found again if its numbers differ by rounding.
 
     With `make` the file is created if there is none; else it must exist, and may be read-only. Rows
     that are written together are one transaction. So sqlite protects the file if a writer is
@@ -164,7 +164,7 @@ class Store:
         return {key: np.frombuffer(sketch) for key, sketch in self._sound(stored)}
 
     def contact(self, sketch: Array) -> str:
-        """The key of a contact: that of a known one whose sketch is the same up to 1e-9."""
+        """The key of a contact: of a known one with the same sketch up to 1e-9, or a new key."""
         with _store_errors(self.path), self._connection:
             # Another study must not write the same contact under another key meanwhile.
             self._connection.execute("BEGIN IMMEDIATE")

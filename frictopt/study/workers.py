@@ -20,8 +20,9 @@ _CONTEXT = get_context("spawn")
 class Workers(ThreadPoolExecutor):
     """An executor of processes, in which a process that ends loses only its own task.
 
-    Each thread hands its tasks to a process of its own, a pool of one, and makes another pool for
-    the task after a lost one. All processes end with this process, and with the executor.
+    Each thread hands its tasks to a process of its own, which is a pool of one process. After a
+    lost task, the thread makes a new pool for its next task. All processes end with this process,
+    and with the executor.
     """
 
     def __init__(self, count: int) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from .transient import FollowedCycle, Transient
 
-# If the pressure of a node, relative to the mean pressure, is at most this, it is no measure of
-# the work of a slip: friction bounds have the error of an answer.
+# If the pressure of a node, relative to the mean pressure, is at most this number, it is no measure
+# of the work of a slip: friction bounds have the error of an answer.
 _SMALL_PRESSURE = 100 * RESIDUAL
 # Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
 # is a part of the residual.
@@ -71,7 +71,7 @@ def without_work(path: Transient, cycle: FollowedCycle) -> Settled:
 
 
 def _at_rest(path: Transient, cycle: FollowedCycle) -> FollowedCycle | None:
-    """The cycle that follows if the slip at the end of a cycle is safe at every corner."""
+    """The next cycle, without slip, if the slip at the end of a cycle is safe; else None."""
     u = cycle.u[-1]
     n = path.nodes
     if np.any(u[-n:] + path.system.gap > 0):
@@ -93,7 +93,7 @@ def _at_rest(path: Transient, cycle: FollowedCycle) -> FollowedCycle | None:
 def _comes_back(
     path: Transient, cycle: FollowedCycle, last: Sequence[FollowedCycle], extrapolated: bool
 ) -> bool:
-    """Whether the sum of all later changes is small, as the change of this cycle is."""
+    """Whether not only the change of this cycle, but also the sum of all later changes is small."""
     if extrapolated or not cycle.work.any():
         return True
     # The rounding of increments is proportional to the size of their slips.
@@ -167,10 +167,11 @@ def bend(last: Sequence[FollowedCycle]) -> Array:
 def work_error(path: Transient, cycles: Sequence[FollowedCycle], later_changes: float) -> float:
     """Estimated relative distance of the last cycle's work from its limit; inf if unknown.
 
-    The smaller of two estimates is returned. The first follows from the change of the state, if it
-    is at the limit up to rounding: the sum of all later changes is `later_changes` times the last
-    change, and forces times this sum bound the change of work. The second follows from the works of
-    the last cycles. If their differences do not decrease, they are rounding.
+    The smaller of two estimates is returned. The first is used if the state is at its limit up to
+    rounding. It follows from the change of the state: the sum of all later changes is
+    `later_changes` times the last change, and forces times this sum bound the change of work. The
+    second follows from the works of the last cycles. If their differences do not decrease, they are
+    rounding.
     """
     last = cycles[-1]
     works = [float(cycle.work.sum()) for cycle in cycles[-4:]]
@@ -192,8 +193,8 @@ def work_to_come(last: Sequence[FollowedCycle], limit: FollowedCycle, no_work: A
     """Relative distance of the last work from the work at the limit; 0 if no node may yet stop.
 
     Such a node slips in the last cycles, but its work at the limit is at most `no_work` (N,). The
-    distance is also 0 if all these nodes are known to stop at the limit, because the last cycles
-    have the same events as the limit.
+    distance is also 0 if no node has more work at the limit, or if all these nodes are known to
+    have stopped, because the last cycles have the same events as the limit.
     """
     end = last[-1]
     slipped = (np.array([cycle.work for cycle in last]) > no_work).any(axis=0)
@@ -213,9 +214,10 @@ def returns_after(path: Transient, cycle: FollowedCycle) -> int:
 
 
 def distance_left(changes: Sequence[float], rounding: float) -> float:
-    """Estimated sum of all later changes, if each is smaller by the largest ratio of the last ones.
+    """Estimated sum of all changes after the last one of `changes`; inf if they do not decay.
 
-    A last change of at most `rounding` is returned as it is. inf: the changes do not decay.
+    Each later change is taken as the change before it, times the largest ratio of two successive
+    changes. A last change of at most `rounding` is returned as it is.
     """
     if changes[-1] <= rounding:
         return changes[-1]

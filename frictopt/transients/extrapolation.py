@@ -1,6 +1,6 @@
 """The limit of the last cycles of a transient, and the proof that the transient approaches it.
 
-The load cycle maps the slips at its beginning to those at its end. A fixed point of this map is
+The load cycle maps the slips at its beginning to the slips at its end. A fixed point of this map is
 extrapolated from the last cycles (`fixed_point`). It need not be the limit of the transient: other
 events may follow. Two kinds of proof exclude such events.
 
@@ -48,8 +48,8 @@ _NEAR = 100 * PERIODIC
 _FAR = 1e-2
 # Ratio by which the change must fall from one extrapolation to the next.
 _GAIN = 4.0
-# The change may take several extrapolations to fall: one, and one more for each
-# `cycles_per_turn` load cycles of the transient.
+# The change may take several extrapolations to fall: one, and one more for each this many load
+# cycles of the transient.
 _CYCLES_PER_TURN = 60
 # Largest number of such extrapolations.
 _MOST_TURNS = 6
@@ -57,8 +57,8 @@ _MOST_TURNS = 6
 _SHARES = (0.5, 0.1)
 # Largest relative difference of the works at two fixed points that count as the same.
 _SAME_WORK = 3e-8
-# Estimated error of the work at the limit if nodes have yet to stop, relative to the distance
-# of the last work from it. In random contacts the error was at most 0.4 %.
+# Estimated error of the work at the limit if nodes have yet to stop, relative to the distance of
+# the last work from the work at the limit. In random contacts the error was at most 0.4 %.
 _LATER_EVENTS = 1e-2
 # Largest accepted relative error of the work due to such nodes.
 _ACCEPTED = 1e-5
@@ -228,7 +228,7 @@ class CurvedLimit(LimitSearch):
 def _iterated(
     path: Transient, start: Array, change: float, patience: int, follow: Follow
 ) -> tuple[Limit, int] | None:
-    """A fixed point of increments near a start, and a factor of its error for later events.
+    """A fixed point of increments near a start, and a factor on its error; None if none is found.
 
     `change` is the change of the last return. Each extrapolation uses returns from the previous
     point. The change must fall to a quarter within `patience` extrapolations: the smallest of the
@@ -279,9 +279,9 @@ def extrapolate(last: Sequence[FollowedCycle]) -> Iterator[tuple[Array, Moves]]:
     """The limits of the affine map of the last cycles with the same events, and tests of the map.
 
     All later states are weighted means of the limit, of the last state, and of the states at the
-    tested distances. Tests at the same distances close to the limit come first. The first limit
-    uses all these cycles; later limits use fewer, because the first cycles may have another map,
-    due to the same events in another order.
+    tested distances. The same distances, scaled to be close to the limit, are tested first. The
+    first limit uses all these cycles. Later limits use fewer, because the first cycles may have
+    another map, due to the same events in another order.
     """
     latest = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
     for count in range(len(latest), _LEAST_CYCLES - 1, -2):

@@ -1,8 +1,8 @@
 """Onset of slip and separation, corner by corner (Flicek et al. 2015, section 3).
 
-It is that of the bonded contact. If the mean load pulls at nodes of the bonded contact, it is that
-of the contact once the mean load has settled. Until the first event all forces and gaps are linear
-in the load factor, and each event is a root in closed form.
+The onset is computed for the bonded contact. If the mean load pulls at nodes of the bonded contact,
+it is computed for the contact after the mean load has settled. Until the first event all forces and
+gaps are linear in the load factor, and each event is a root in closed form.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def linear_forces(
 
 
 def _settled(system: ContactSystem, state: ContactState, load: Array, gap: Array) -> LinearForces:
-    """Forces under bonded reactions (K, M) if closed nodes stick and open nodes carry nothing."""
+    """Forces under bonded reactions (K, M) if closed nodes stick and open nodes have no force."""
     S = system.S
     opened = np.tile(state.open, system.tangents + 1)
     moved = np.zeros_like(load)
@@ -172,9 +172,9 @@ class Onset(Kept, Plotted):
         First slip and first separation under each of the K corners; and the first touch of an open
         node.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load exceeds the friction bound or pulls, alone or
-        with the fixed loads of some corner. If there are any, the bonded contact cannot carry it.
-        Its onset is then undefined, unless there is a `state`.
+        Indices of the nodes at which the mean load exceeds the friction bound, and at which it
+        pulls, alone or with the fixed loads of some corner. If there are any, the bonded contact
+        cannot carry the mean load, and the onset is undefined unless there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the
         largest nodal force there. It exceeds rounding only if the bonded contact violates the law
@@ -211,12 +211,12 @@ class Onset(Kept, Plotted):
 
     @property
     def slip(self) -> OnsetEvent:
-        """First slip under any corner; of several simultaneous slips, under the first corner."""
+        """First slip under any corner; of several simultaneous slips, that of the first corner."""
         return _earliest(self.slips)
 
     @property
     def separation(self) -> OnsetEvent:
-        """First separation under any corner; of several simultaneous ones, under the first."""
+        """First separation under any corner; if simultaneous, that of the first corner."""
         return _earliest(self.separations)
 
     @property
@@ -233,7 +233,7 @@ class Onset(Kept, Plotted):
     def reason(self) -> str:
         """Diagnosis of the bonded contact under the mean load, as a sentence.
 
-        If the bonded contact cannot carry the mean load, it names a remedy.
+        If the bonded contact cannot carry the mean load, the sentence names a remedy.
         """
         diagnosis = unscaled_diagnosis(self.system, self.cycle, self.friction)
         if self.mean_admissible:

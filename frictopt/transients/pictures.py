@@ -115,8 +115,8 @@ def _steady_state(steady: SteadyState, ax: AnyAxes = None) -> AnyAxes:
 def _load_loop(loop: LoadLoop, ax: AnyAxes = None) -> AnyAxes:
     """Load against displacement, with a mark where nodes begin or cease to slip.
 
-    They are force and mean motion if the size of the load is known. Of a thin loop the load without
-    the share of the secant stiffness is drawn.
+    They are force and mean motion if the size of the load is known. If the loop is thin, the load
+    minus secant stiffness times displacement is drawn.
     """
     (axes,) = new_axes(ax)
     work = unit(_WORK, loop.per_depth)

@@ -83,7 +83,7 @@ class SteppedPath(Transient):
         """Return the transient itself if its mean load presses and friction can hold all loads.
 
         Otherwise raise ModelError or NoContinuation. Without retries friction is not checked,
-        because increments that friction cannot hold end it anyway.
+        because an increment that friction cannot hold ends the transient anyway.
         """
         loads = {"the mean load": self.mean}
         for name, corner in zip(self.cycle.corner_names, self.corners, strict=True):

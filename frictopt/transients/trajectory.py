@@ -47,8 +47,8 @@ class LoadLoop(Kept, Plotted):
         (T,) amplitude of the load case, and the work-conjugate displacement, see
         `ContactSystem.displacements`.
     slipping
-        (T,) number of slipping nodes. On the exact path they slip from the state to the next event,
-        in increments during the increment that ends at the state.
+        (T,) number of slipping nodes. On the exact path they slip from the state to the next event;
+        in increments they slip during the increment that ends at the state.
     area
         Area of the loop, force times length (per depth): the work that the load case does over
         these states. Over a steady cycle the areas of all load cases add up to the work of
@@ -314,7 +314,7 @@ class Trajectory(Kept, Plotted):
     def increment(
         self, number: int, form: Literal["qp", "complementarity", "milp"] = "qp"
     ) -> Increment:
-        """The increment from the state before to the state with index `number`, as a problem.
+        """The increment that ends at the state with index `number`, as a problem.
 
         The variables of its `problem` hold this state. Its `residual` is the violation of the
         contact law, relative to the loads of this increment.

@@ -1,7 +1,7 @@
 """The exact path of a transient in the plane.
 
-`path.py` goes from corner to corner, `kernel.py`, which is compiled, from event to event.
-`rate.py` solves the rate problems that the kernel does not decide, `derivative.py` has the
+`path.py` goes from corner to corner, `kernel.py`, which `compilation.py` compiles, from event to
+event. `rate.py` solves the rate problems that the kernel does not decide, `derivative.py` has the
 derivative of a cycle.
 """
 

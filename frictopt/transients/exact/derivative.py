@@ -153,9 +153,9 @@ def _follow_leg(
 
 
 def _flexibility(path: ExactPath, status: NDArray[np.int8]) -> tuple[Integers, Array]:
-    """The m motions under some statuses, and the (m, 2N) matrix of their answer to forces.
+    """The m motions under some statuses, and their flexibility (m, 2N).
 
-    Bonded reactions that change by dr let the motions change by `flexibility @ dr`.
+    If the bonded reactions change by dr, the motions change by `flexibility @ dr`.
     """
     n, S = path.nodes, path.system.S
     is_open = status == OPEN
@@ -217,8 +217,8 @@ def _condition(
 ) -> tuple[Array, float]:
     """The quantity that vanishes at the event of a node: its gradient (2N,), and its rate by loads.
 
-    A gap that closes, the pressure of a node that opens, or the distance `q + sense f p` of a node
-    from the bound at which it begins to slip.
+    It is the gap of a node that closes, the pressure of a node that opens, or the distance `q +
+    sense f p` of a node from the bound at which it begins to slip.
     """
     n = path.nodes
     weights = np.zeros(2 * n)

@@ -3,8 +3,8 @@
 On a segment the bonded reactions change linearly. If the status of every node is known (stick,
 slip, open), the rates of slip, gap and reactions solve one small linear system, and the state
 changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
-closes. Then new statuses are found. `tests/helpers/plain_path.py` is the same on one page of numpy:
-read that first. The file has four parts:
+closes. Then new statuses are found. `tests/helpers/plain_path.py` has the same method on one page
+of numpy: read that file first. This file has four parts:
 
 1. the active set: the inverse of the stiffness of the slipping and open nodes, updated when a node
    joins or leaves;
@@ -145,13 +145,14 @@ _NO_DRIVE = 1e-15
 
 # The numbers of the exact path.
 
-# A node is at its bound up to this slack, over its bound and a thousandth of the force scale.
+# A node is at its bound up to this slack, relative to the bound plus a thousandth of the force
+# scale.
 AT_BOUND = 10 * _ROUNDING
 # Rates of slack and slip below this share of the load rate count as zero.
 _ZERO_RATE = 10 * _ROUNDING
 # Pivots below this share of the unknown's stiffness may be zero. Then the rates are not unique.
 _ZERO_PIVOT = _CONDENSATION
-# Solutions for the rates by one inverse at most: the first one and its corrections.
+# Largest number of solutions for the rates by one inverse: the first one and its corrections.
 _SOLUTIONS = 3
 # Iterations that change all wrong nodes at once.
 _BLOCK_ITERATIONS = 12
@@ -318,10 +319,10 @@ def _join(S, f, active, node, status):
 
 @inner_in_place
 def change_statuses(S, f, status, active, wanted):
-    """Give the nodes the statuses wanted.
+    """Give the nodes the statuses `wanted`.
 
-    Returns the smallest pivot over the stiffness of its unknown. If a pivot is zero, the rates are
-    not unique: returns 0, and that node sticks.
+    Returns the smallest pivot, divided by the stiffness of its unknown. If a pivot is zero, the
+    rates are not unique: then it returns 0, and the node of this pivot sticks.
     """
     nodes, smallest, unique = len(f), np.inf, True
     # Nodes that stick from now on leave first: the active set is smaller for the others then.
@@ -385,8 +386,8 @@ def solve_rates(S, active, state):
 def _add_reactions(S, active, change, r):
     """Add the reactions of changes of the unknowns to r (S is symmetric: its rows are columns)."""
     n, unknown = active.size[0], active.unknown
-    # Four rows at once, so that r is read and written a fourth as often. Behind the last unknown
-    # that one counts again, with a change of zero.
+    # Four rows at once, so that r is read and written a fourth as often. If fewer than four are
+    # left, the last unknown fills the other places, with a change of zero.
     for a in range(0, n, 4):
         b, c, d = min(a + 1, n - 1), min(a + 2, n - 1), min(a + 3, n - 1)
         i, j, g, h = unknown[a], unknown[b], unknown[c], unknown[d]
@@ -470,7 +471,7 @@ def _wanted(S, f, state, node, least_r, least_u):
 def _find_wrong_statuses(S, f, state, least_r, least_u, only_first):
     """Write the statuses that agree with the rates into `wanted`; returns how many are new.
 
-    `only_first`: the first of them alone is written.
+    `only_first`: only the first new status is written.
     """
     status, wanted, touch, u_rate = state.status, state.wanted, state.touch, state.u_rate
     wrong = 0
@@ -480,7 +481,7 @@ def _find_wrong_statuses(S, f, state, least_r, least_u, only_first):
         wanted[node] = status[node]
         slips = status[node] != STICK and status[node] != OPEN and not touch[node] & UNPRESSED
         if slips and status[node] * u_rate[node] >= 0.0:
-            # The node slips in the direction of its rate; to ask `_wanted` takes longer.
+            # The node slips in the direction of its rate. A call of `_wanted` would take longer.
             continue
         wanted[node] = _wanted(S, f, state, node, least_r, least_u)
         if wanted[node] != status[node]:
@@ -494,8 +495,8 @@ def _find_wrong_statuses(S, f, state, least_r, least_u, only_first):
 def settle(S, f, state, active, known, least_r, least_u):
     """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them.
 
-    Returns whether they do, and no others may. `known`: the rates are those of the statuses. Rates
-    below `least_r` and `least_u` count as zero.
+    Returns whether they agree and no other statuses may agree. `known`: the rates of the present
+    statuses are known already. Rates below `least_r` and `least_u` count as zero.
     """
     unique = True
     _copy(state.status, state.wanted)
@@ -684,9 +685,9 @@ def _is_driven(load_rate, force):
 
 @once
 def _begin(S, f, state, active):
-    """At a load corner: compute the inverse anew, for nodes of which all that slipped stick.
+    """At a load corner: let all slipping nodes with friction stick, and compute the inverse anew.
 
-    `settle` finds those that slip under the new load rate.
+    `settle` finds the nodes that slip under the new load rate.
     """
     status, wanted = state.status, state.wanted
     _clear(active)

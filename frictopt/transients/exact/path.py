@@ -31,8 +31,8 @@ _FREE = "the contact slides or opens freely"
 def turning_corners(cycle: LoadCycle, load_factor: float = 1.0) -> list[int]:
     """Numbers of the corners at which the load changes its direction, see `turning_points`.
 
-    The first and the last corner are among them in any case. The load factor counts only if a part
-    of the cycle is fixed.
+    The first and the last corner are always among them. The load factor matters only if the cycle
+    has fixed parts.
     """
     corners = cycle.corners if cycle.fixed is None else cycle.at(load_factor)
     cases = sorted({case for corner in corners for case in corner})
@@ -119,11 +119,10 @@ class ExactPath(Transient):
         )
 
     def _lost_energy(self, u_before: Array, stress_before: Array) -> float:
-        """Error of the energy balance of a cycle, or negative work of friction.
+        """The larger of the error of the energy balance and negative work of friction in a cycle.
 
-        See `FollowedCycle.lost`.
-        `stress_before` (2N,) is `S u` at the beginning, so that the elastic energy gained is the
-        mean stress times the change of u.
+        See `FollowedCycle.lost`. `stress_before` (2N,) is `S u` at the beginning: the elastic
+        energy gained is the mean stress times the change of u.
         """
         state, work = self.state, self.state.work
         mean_stress = (stress_before + state.r - self.bonded) / 2
@@ -146,7 +145,7 @@ class ExactPath(Transient):
         opened = self.state.status == OPEN
         u = place * self.unit
         u[n:][~opened] = -self.state.gap[~opened]
-        # Open nodes move so that they carry nothing: a far place has rounding there.
+        # Open nodes move so that they have no force: at a far place rounding leaves one.
         motions = np.flatnonzero(np.r_[opened, opened])
         carried = (self.bonded + S @ u)[motions]
         u[motions] -= np.linalg.lstsq(S[np.ix_(motions, motions)], carried)[0]
@@ -164,7 +163,7 @@ class ExactPath(Transient):
     def recorded(self, rows: int = 256) -> "ExactPath":
         """A copy at the same load and state that records the states at all events from here on.
 
-        They move to the history when the record holds `rows` of them; 0: none is recorded.
+        Once the record holds `rows` states, they move to the history. 0: no state is recorded.
         """
         copy = object.__new__(ExactPath)
         copy.__dict__.update(self.__dict__)
@@ -234,7 +233,7 @@ class ExactPath(Transient):
     def _solve_rate_problem(self, load_rate: Array, place: str, again: bool) -> None:
         """Set the statuses to the only solution of the rate problem; NoContinuation without one.
 
-        If the path comes to the same problem `again` at the same time, its rates lead nowhere.
+        `again`: the path has come to the same problem at the same time, so its rates lead nowhere.
         """
         state = self.state
         problem = rate_problem(self._S, self.friction, load_rate, state, self.scales.mean)

@@ -1,10 +1,10 @@
 """The rate problem at one load: which nodes at a bound slip, stick or open.
 
-The path asks here if the iteration on the signs of the rates does not decide. Nodes strictly inside
-their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of
-slip or gap and a non-negative rate `M z + c` of slack or pressure, and one of the two is zero. If
-there are few such pairs, all statuses are tried; if there are many, Lemke's method finds a
-solution. If M is positive definite, this solution is the only one.
+It is solved if the iteration on the signs of the rates does not decide. Nodes strictly inside their
+bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or
+gap and a non-negative rate `M z + c` of slack or pressure, and one of the two is zero. If there are
+few such pairs, all statuses are tried; if there are many, Lemke's method finds a solution. If M is
+positive definite, this solution is the only one.
 """
 
 from collections.abc import Iterator
@@ -24,9 +24,10 @@ from .kernel import AT_BOUND, OPEN, STICK, State
 _TRIED_PAIRS = 8
 # Covering vectors that Lemke's method begins with, in turn.
 _COVERS = 3
-# Two solutions differ by more than this, over their size: each has errors up to the residual.
+# Two solutions count as different if their difference, relative to their size, is larger than this:
+# each has errors up to the residual.
 _DISTINCT = 1e3 * RESIDUAL
-# Pivots of Lemke's tableau up to this count as zero: each pivot adds its rounding to the rest.
+# Pivots of Lemke's tableau up to this size count as zero: each pivot adds its rounding to the rest.
 _ZERO_PIVOT = 10 * ROUNDING
 
 
@@ -38,7 +39,7 @@ class RateProblem:
     sense, 2 opening. `u_rate` (2N, n + 1) has rates of `[v, w]`: in column k for unit z_k, in the
     last column for z = 0. `free` are closed nodes without friction, whose slip rate is not
     restricted. `floating`: the open and the frictionless nodes can move without resistance.
-    `sliding`: they can if all nodes at a bound move, too.
+    `sliding`: they can do so together with all nodes at a bound.
     """
 
     M: Array
@@ -68,7 +69,7 @@ class RateProblem:
 
 
 class Solutions(NamedTuple):
-    """Solutions, each as statuses and rates of `[v, w]`; `complete`: there are proven no others."""
+    """Solutions, each as statuses and rates of `[v, w]`; `complete`: proven to be all solutions."""
 
     found: list[tuple[np.ndarray, Array]]
     complete: bool
@@ -220,7 +221,9 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
 
 
 def _pivot_row(tableau: Array, basis: np.ndarray, positive: np.ndarray, entering: int) -> int:
-    """The row of the least ratio; of ties the artificial unknown's, else the lexicographic least.
+    """The row of the least ratio.
+
+    Of equal ratios it is the row of the artificial unknown, else the lexicographically least row.
 
     `positive` are the rows with a positive entry in the column that enters.
     """

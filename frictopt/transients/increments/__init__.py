@@ -1,9 +1,9 @@
 """An increment of load with friction.
 
-By sweeps (`sweeps.py`) and Newton's method (`newton.py`): `by_newton.py` has the solver,
-`increment.py` its question and its result. `programs.py` has the same increment as cvxpy problems
-to print and solve: with a frozen bound (form "qp"), with booleans ("milp"), and by complementarity
-("complementarity").
+It is solved by sweeps (`sweeps.py`) and by Newton's method (`newton.py`): `by_newton.py` combines
+both, `increment.py` has the question in dimensionless units, and the result. `programs.py` has the
+same increment as cvxpy problems to print and solve: with a frozen bound (form "qp"), with booleans
+("milp"), and by complementarity ("complementarity").
 """
 
 from .by_newton import NewtonIncrement

@@ -171,8 +171,8 @@ class NewtonIncrement(_Nodes):
         slip
             Slip before the increment, (N,) in the plane, (N, 2) in space, length.
         bonded
-            `(q^w, p^w)`, bonded reactions of the load after it, in the shape of `slip` and (N,):
-            force per depth in the plane, force in space.
+            `(q^w, p^w)`, bonded reactions of the load after the increment, in the shape of `slip`
+            and (N,): force per depth in the plane, force in space.
         form
             The cvxpy problem of the result, whose variables hold the state, see
             `Trajectory.increment`. None: the result has no problem.
@@ -275,8 +275,8 @@ class NewtonIncrement(_Nodes):
     def _ways(self, posed: Posed, swept: Array) -> Iterator[tuple[Law, Array]]:
         """Laws and starts of Newton's method, in the order in which they are tried.
 
-        After the end of sweeps come no motion with other c and d, and then the states of convex
-        programs with frozen friction bounds.
+        The starts are the end of the sweeps, then no motion with several c and d, and then the
+        states of convex programs with frozen friction bounds.
         """
         law = posed.law
         yield law, swept
@@ -314,7 +314,7 @@ class _Rest(_Nodes):
         self._factor = cho_factor(block)
         if not dpocon(self._factor[0], np.abs(block).sum(axis=0).max())[0] > ROUNDING:
             raise LinAlgError("the open nodes move freely")
-        # A row for each remaining motion: how the open nodes follow it, with the opposite sign.
+        # A row for each remaining motion: the motions of the open nodes due to it, times -1.
         self._carried = np.ascontiguousarray(cho_solve(self._factor, between).T)
         S = law.S[np.ix_(self._in, self._in)] - self._carried @ between
         size = np.diag(S).reshape(axes, -1)

@@ -24,14 +24,14 @@ from .sweeps import reactions
 
 # The numbers of Newton's method.
 
-# Dimensionless error of the law at which it is done.
+# Dimensionless error of the law at which the method ends with success.
 _ENOUGH = 1e-2 * ROUNDING
-# A step may be halved so often in the line search, less one.
+# Largest number of steps that a line search tries; each is half as long as the step before.
 _HALVINGS = 6
 # If a step leaves more than this share of the squared error, the error may be rounding.
 _SMALL_GAIN = 0.25
-# It ends without a state after so many steps in turn that each leave more than this share of
-# the squared error: a body slides, and further motion does not change the forces.
+# The method ends without a state after `_IDLE_STEPS` successive steps that each leave more than
+# this share of the squared error: a body slides, and further motion does not change the forces.
 _NO_GAIN = 0.99
 _IDLE_STEPS = 6
 
@@ -190,8 +190,8 @@ def _piece(law: Law, trial: Array, u: Array) -> _Piece:
 def _step(law: Law, piece: _Piece) -> Array:
     """Newton's step on a piece.
 
-    Sticking and closed motions become zero. The free motions solve the linearised equations; those
-    that nothing holds do not move.
+    Sticking and closed motions become zero. The free motions solve the linearised equations; free
+    motions that nothing holds do not change.
     """
     t, n = piece.unit.shape
     slips = np.flatnonzero(piece.status == SLIP)
@@ -204,7 +204,7 @@ def _step(law: Law, piece: _Piece) -> Array:
     if not len(free):
         return step
 
-    # Motions that become zero move, too: their columns are on the right side.
+    # Motions that become zero also change: their columns are on the right side.
     ending = step != 0
     ending[t * n + slips] = False
     columns = np.concatenate([free, t * n + slips, np.flatnonzero(ending)])

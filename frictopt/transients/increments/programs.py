@@ -1,8 +1,8 @@
 """The programs of a friction increment, to read and to solve by cvxpy.
 
-`in_form` puts the state of an increment into one of them: `frozen_bound`, `exact` or
-`complementarity`. `with_frozen_bounds` is where Newton's method begins if no other start leads to a
-state.
+`in_form` puts the state of an increment into one of them: `frozen_bound` (form "qp"), `exact`
+("milp") or `complementarity`. If no other start leads to a state, Newton's method begins at the
+motions of `with_frozen_bounds`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _SETTLED = 1e-6
 
 
 def in_form(posed: Posed, found: Increment, form: str) -> Increment:
-    """An increment with the problem of a form, in whose variables and parameters it stands.
+    """An increment with the problem of a form, whose variables and parameters hold its state.
 
     `form` is that of `Trajectory.increment`.
     """
@@ -78,7 +78,8 @@ def in_form(posed: Posed, found: Increment, form: str) -> Increment:
 def with_frozen_bounds(system: ContactSystem, law: Law, trial: Array) -> Iterator[Array]:
     """Dimensionless motions (M,) of programs, each with the friction bounds of the state before.
 
-    They end when the bounds change no more, or if a program has no optimum.
+    They end when the bounds change no more, after `_MOST_PROGRAMS` programs, or if a program has no
+    optimum.
     """
     none = {"none": np.zeros(len(trial))}
     problem = frozen_bound(ContactSystem(law.S, system.points, none, frames=system.frames))

@@ -56,13 +56,14 @@ def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, statu
 def sweep(S, slopes, constants, stiffness, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: each node in turn moves to obey it.
 
-    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M,
+    Nodes that stick need only a check (Jourdan, Alart & Jean 1998). S is the stiffness (M,
     M), `slopes` and `constants` (J, N) those of the terms of the bound. `stiffness` (t + 1, N) is
     positive: for the tangents at least the largest stiffness of the node in any tangential
     direction, and its normal stiffness. Slip increments and gaps u and reactions r, (M,), are
-    changed in place, in `most` sweeps at most, until corrections of forces are `enough`. `relax` is
-    the share of the missing slip by which a slip changes. With 1 the node obeys the law then; a
-    little more needs fewer sweeps. Returns the largest correction of the last sweep.
+    changed in place, in at most `most` sweeps, until corrections of forces are at most `enough`.
+    `relax` is the share of the missing slip by which a slip changes. With 1 the node then obeys the
+    law; with a little more, fewer sweeps are needed. Returns the largest correction of the last
+    sweep.
     """
     nodes, tangents, largest = slopes.shape[1], len(stiffness) - 1, np.inf
     wanted = np.empty(tangents)
