@@ -34,11 +34,12 @@ class Contact:
     For round faces whose meshes do not match, body 1 should be the rotating body, and its mesh
     should not be finer.
 
-    The face of body 1 may reach beyond that of body 2. A part of the face without an opposite face
-    is free, and a `ModelWarning` reports its size. If at least half of a facet lies opposite body
-    2, its nodes are nodes of the contact, and pressure can act up to half a facet beyond the edge
-    of body 2. If less of a facet lies opposite body 2, this part belongs to the nearest node of the
-    contact. Ends and rims of round faces may miss each other by their sag, without a warning.
+    The face of body 1 may reach beyond the face of body 2. A part of the face without an opposite
+    face is free, and a `ModelWarning` reports its size. If at least half of a facet lies opposite
+    body 2, its nodes are nodes of the contact, and pressure can act up to half a facet beyond the
+    edge of body 2. If less of a facet lies opposite body 2, this part is added to the nearest node
+    of the contact. Ends and rims of round faces may miss each other by their sag, without a
+    warning.
 
     Quadratic bodies meet in linear facets through their corner nodes, and the midside nodes follow
     the corners. The two faces of a crack are faces of one body; the node at its tip, which both
@@ -66,10 +67,11 @@ class Contact:
         this far from the face of body 2, move onto it along its normal. So noise of coordinates
         neither holds nor parts the bodies. If the face of body 2 lies within the tolerance of a
         plane, its nodes move into the plane first. Nothing is strained, and `ContactModel.notes`
-        states the largest move; no node may move by more than a tenth of an edge of its elements.
-        Or a place, as in a `Support`: these nodes of body 1 move, however far they are. The gap
-        of all other nodes is measured, unless `gap` is a function. None: nothing moves. Places and
-        amounts of supports and loads belong to the coordinates before the moves.
+        states the largest move; no node may move by more than a tenth of the shortest edge of its
+        elements. Or a place, as in a `Support`: these nodes of body 1 move, however far they are
+        from the face. The gap of all other nodes is measured, unless `gap` is a function. None:
+        nothing moves. Places and amounts of supports and loads refer to the coordinates before the
+        moves.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see
         `ContactSystem.with_contact_stiffness`; inf: rigid.

@@ -304,7 +304,7 @@ class Recoverable:
     ) -> tuple[Array, Array, Array]:
         """(size, n) displacements and (d N, n) reactions under n loads and motions (d N, n).
 
-        The third result are the forces (size, n) of supports and ties. Motions are slips and gaps
+        The third result has the forces (size, n) of supports and ties. Motions are slips, and gaps
         minus initial gaps.
         """
         assembly = self._assembly
@@ -390,7 +390,7 @@ class Recoverable:
 
     @cached_property
     def _projections(self: Any) -> dict[str, NodalFields]:
-        """The nodal fields of the bodies by name, filled as they are asked for."""
+        """The nodal fields of the bodies by name, each computed when it is first needed."""
         return {}
 
     @cached_property
@@ -400,7 +400,7 @@ class Recoverable:
 
 
 def _check_reactions(reactions: Array, states: Any, rows: Sequence[int] | Integers) -> None:
-    """Check that reactions (d N, n) of a model are those of n states of a steady cycle."""
+    """Check that reactions (d N, n) of a model equal those of n states of a steady cycle."""
     expected = joined(states.q * states.system.stretch, states.p)[rows].T
     error = np.abs(reactions - expected).max()
     if error > EQUILIBRIUM * np.abs(states.p).max():

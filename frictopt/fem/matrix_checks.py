@@ -37,7 +37,7 @@ class NumberedPoints(NDArray[np.float64]):
 
 
 def checked_stiffness(K: object) -> csr_matrix:
-    """Check that a matrix is symmetric; error messages call it `name`."""
+    """Check that K is a symmetric matrix with finite entries, and return it sparse."""
     matrix = _checked_matrix("K", K)
     matrix.sum_duplicates()
     skew = abs(matrix - matrix.T).tocoo()
@@ -126,7 +126,7 @@ def checked_pairs(
 ) -> tuple[Integers, csr_matrix]:
     """Nodes (N,) of body 1, and matrix P (N, nodes) of the places on body 2 they are glued to.
 
-    `rows` are those of `checked_rows`.
+    `rows` is the first result of `checked_rows`.
     """
     size = len(points)
     shape = (None, 2) if projection is None else (None,)
@@ -208,7 +208,7 @@ def check_forgotten(
 
 
 def checked_normals(normals: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """(N, d) direction of each pair; one direction (d,) is that of all pairs."""
+    """(N, d) direction of each pair; a single direction (d,) is given to all pairs."""
     directions = finite_array("normals", normals)
     if directions.shape not in (shape[1:], shape):
         raise ModelError(
@@ -251,7 +251,8 @@ def checked_gap(
 
 # Tolerances of `check_sides`.
 
-# A neighbour lies in the plane of the contact if its height, relative to its distance, is less.
+# A neighbour lies in the plane of the contact if its height, relative to its distance, is below
+# this number.
 _IN_PLANE = 1e3 * CONDENSATION
 # A shift pulls a node if the force exceeds this share of its stiffness. Smaller forces are
 # rounding.

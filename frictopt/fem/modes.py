@@ -105,7 +105,7 @@ class Modes(Shown, Plotted):
     >>> modes.frequency.round(-2).tolist(), modes.to_frame().shape
     ([20300.0, 69500.0], (2, 6))
 
-    The load of a mode makes the natural frequency that of its displacement:
+    The displacement of the load of a mode has the natural frequency of the mode:
 
     >>> shaken = model.with_loads({"mode": modes.load(0)}).condense()
     >>> frequency = shaken.compliance[1, 1] ** -0.5 / (2 * 3.14159265)
@@ -387,7 +387,7 @@ def _lowest(
 ) -> tuple[Array, Array]:
     """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n).
 
-    They are those of a stiffness and a mass M. Modes have unit modal mass.
+    They belong to the stiffness of the glued bodies and a mass M. Modes have unit modal mass.
     """
     size = whole_number("n", n, least=1, most=len(front) - 1)
     _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=float)

@@ -76,13 +76,13 @@ def areas_move(system: ContactSystem, cycle: LoadCycle, friction: Array) -> bool
 
 
 def limits_change_with_mesh(parts: ReportParts) -> bool:
-    """Whether the last closed node beside those that the mean load opens decides the limits."""
+    """Whether the limits may be decided by a closed node beside nodes that the mean load opens."""
     return mean_load_opens(parts) and not areas_move(parts.system, parts.cycle, parts.friction)
 
 
 def many_nodes_slip(parts: ReportParts) -> bool:
     """Whether so many nodes slip that their work hardly depends on the mesh."""
-    # From so many slipping nodes on, their work and share change by a few per cent with the mesh.
+    # With at least this many slipping nodes, work and share change by a few per cent with the mesh.
     many = 20
     return parts.steady is not None and int(parts.steady.slipping.sum()) >= many
 

@@ -211,8 +211,7 @@ def _section_text(section: Section) -> str:
 def whole_text(parts: ReportParts) -> str:
     """The text of all pages in at most `_MOST_LINES` lines.
 
-    It has the columns of a table that fit beside each other, and names the sections that do not
-    fit.
+    Tables have only the columns that fit beside each other. Sections that do not fit are named.
     """
     sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
     texts = {section.title: _section_text(section).split("\n\n")[0] for section in sections}

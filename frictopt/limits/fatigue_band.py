@@ -60,7 +60,7 @@ class FatigueBand(Recorded, Plotted):
         bound, which multipliers prove; and the slip (N,) or (N, 2) of the state of rest with this
         value, length. -inf if there is no least value.
     most, worst_slip
-        The largest value of a point over all states of rest that the search finds, and the slip of
+        The largest value of a point that the search finds over all states of rest, and the slip of
         the state of rest in which it occurs. Inf if friction wedges: residual slips may then press
         the contact without end. With points on the face it grows with each refinement of the mesh.
     proven

@@ -89,17 +89,16 @@ def shakedown_limit(
 
     Between the guaranteed limit and this limit, slip stops from some starts and goes on from
     others; `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at
-    every
-    corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With `events`,
-    nodes may also be open during a part of the cycle. Of a small contact all sets of open nodes are
-    compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger contact, sets
-    near the settled mean load are searched: with other nodes open, the contact may shake down above
-    the limit. If the contact is uncoupled (B = 0), only loads open and close nodes. Then the limit
-    holds for
-    all openings and closings (theory, "Contact areas that move"). If the load factor scales normal
-    loads, too, the contact may shake down again above the limit, see `ShakedownLimit.intervals`.
-    Ctrl-C in a search raises KeyboardInterrupt with an attribute `limit`, the best limit so far.
-    Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
+    every corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With
+    `events`, nodes may also be open during a part of the cycle. Of a small contact all sets of open
+    nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger
+    contact, sets near the settled mean load are searched: with other nodes open, the contact may
+    shake down above the limit. If the contact is uncoupled (B = 0), only loads open and close
+    nodes. Then the limit holds for all openings and closings (theory, "Contact areas that move").
+    If the load factor scales normal loads, too, the contact may shake down again above the limit,
+    see `ShakedownLimit.intervals`. Ctrl-C in a search raises KeyboardInterrupt with an attribute
+    `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
+    Klarbring 1987.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ from ...base import FLOOR, Array, progress_bar
 from ...contact.law import reach
 from .cones import Cones, Point, towards
 
-# Shares of the way from the best point to the first one at which a search of a better begins. At
-# the best point itself, the rows that limit it may forbid every step.
+# A search for a better point begins at these shares of the way from the best point back to the
+# first one. At the best point itself, the rows that limit it may forbid every step.
 _BACK = (0.5, 0.1, 0.01, 0.0)
 # A load factor above so many units seems to grow without end; the exact program decides it.
 _FAR = 1e4
@@ -92,10 +92,11 @@ def raised(moves: Array) -> Array:
 
 
 def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: float) -> Multipliers:
-    """Rough multipliers as a mechanism, by at most so many rough products.
+    """Rough multipliers as a mechanism, by at most as many rough products as `rounds`.
 
     `enough` is the sum of the stresses, relative to the largest move, at which the rounds end. With
-    more than `usable` they prove nothing, because residual shear may be larger than its unit.
+    more than `usable` the multipliers prove nothing, because residual shear may be larger than its
+    unit.
     """
     rough = cones.roughly()
     closed = cones.closed
@@ -134,7 +135,7 @@ _LOOK = 10
 _FALLEN = 0.2
 _RISING = 0.8
 _LONG = 0.36
-# Steps without a restart at least, if the error does not fall.
+# Least number of steps without a restart, if the error does not fall.
 _SHORT = 60
 # Size of the column of the load factor, relative to the norm of the other columns.
 _LOAD = 0.3

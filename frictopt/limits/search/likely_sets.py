@@ -30,7 +30,7 @@ PROGRAMS = 60
 # Largest number of programs times unknown slips in a search of orders. A search of sets climbs
 # from a second start if it is still below this number.
 WORK = 20_000
-# In a closed contact of at most so many nodes, pressed nodes are tried, too. If more nodes than
+# In a closed contact of at most this many nodes, pressed nodes are tried, too. If more nodes than
 # this govern in space, they are flipped in groups.
 _FEW = 16
 _GROUP = 4

@@ -60,7 +60,7 @@ _ABOVE_ZERO = 1e-3
 _FIRST = (0.005, 0.05, 0.3, 1.0)
 # An overload before the cycles, relative to the load factor: it leaves another slip.
 _OVERLOAD = 5.0
-# In contacts of at most so many nodes, further transients start from the slip of the limit with
+# In contacts of at most this many nodes, further transients start from the slip of the limit with
 # one slip of a node moved by its unit, in either sense: they may settle to other orders.
 _MOVED = 6
 # Cycles after which a transient is given up.

@@ -79,9 +79,10 @@ def best_open_set(
 
     - at once in a contact that is not small, without `programs`, if zero slip is safe under the
       mean load and no node governs;
-    - if a comparison has no branch left: then no set that counts has a higher limit;
-    - if a further comparison in a large contact would have too many motions of loose nodes;
-    - if a local search finds no neighbour with a higher limit;
+    - if a comparison of all nodes has no branch left: then no set that counts has a higher limit
+      or, with `enough`, none reaches it;
+    - if the next comparison in a large contact would have too many motions of loose nodes;
+    - if a local search finds no neighbour with a higher limit, and `programs` is None;
     - if the number of programs is used up;
     - if the best limit reaches `enough`;
     - by Ctrl-C: the KeyboardInterrupt has the best limit so far as its attribute `limit`.
