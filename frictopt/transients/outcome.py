@@ -375,9 +375,9 @@ class SteadyState(Recorded, Plotted):
               half the range of the strain. Both refer to the plane normal to the tangent, in space
               normal to the largest slip. So in space SWT is NaN at nodes that do not slip, unless
               `fields` are given;
-            - SWT, Findley, Fatemi_Socie and Crossland, with fields: each on its critical plane,
-              in any direction. Planes are searched in steps down to 0.001 degrees. SWT may be too
-              low by a relative 1e-4 if its maximum is at a kink;
+            - SWT, Findley, Fatemi_Socie and Crossland, with fields: the first three on the critical
+              plane of each, in any direction. Planes are searched in steps down to 0.001 degrees.
+              SWT may be too low by a relative 1e-4 if its maximum is at a kink;
             - from, to, with fields: the least and the largest normal stress in the cycle on the
               critical plane of SWT. pyLife needs these two names for a load collective, which here
               has one cycle per node.
