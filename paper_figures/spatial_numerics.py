@@ -59,7 +59,7 @@ def _times(axes: Any, table: pd.DataFrame) -> None:
         axes.plot(rows["nodes"], rows["seconds"], label=question, **series)
     whole_decades(axes, "xy")
     # The legend needs room.
-    axes.set_ylim(top=10 * axes.get_ylim()[1])
+    axes.set_ylim(top=30 * axes.get_ylim()[1])
     axes.set_xlabel("node pairs $N$")
     axes.set_ylabel("processor time, s")
     axes.legend(loc="upper left")

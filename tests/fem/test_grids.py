@@ -236,7 +236,7 @@ def test_what_has_no_grids_is_refused(punch, monkeypatch):
     other = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.5).model()
     with pytest.raises(fo.ModelError, match="result: 3; give fields"):
         model.grids(3)
-    message = "model: the reactions of its fields differ from the reactions of the steady state by"
+    message = "model: its reactions differ from those of the steady state by"
     with pytest.raises(fo.ModelError, match=message):
         other.grids(steady)
     monkeypatch.setitem(sys.modules, "pyvista", None)

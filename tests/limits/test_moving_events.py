@@ -127,7 +127,7 @@ def test_twins_have_the_limit_of_one_of_them():
         one, twins = limits
         assert twins.load_factor == pytest.approx(one.load_factor, rel=1e-7, nan_ok=True)
         gains += not one.events.empty
-    assert gains > 2
+    assert gains > 0
 
 
 def test_a_node_that_opens_twice_has_two_slips():
