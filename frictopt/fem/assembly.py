@@ -66,6 +66,8 @@ class Assembly:
         motions are independent.
     contact, gap, width
         (N,) number of the contact, initial gap and width of each pair.
+    untied
+        Matrix of the openings of the pairs, (N, nodes), as if no node followed others.
     sides
         Two (N, nodes) matrices: nodes of body 1, and places on body 2, of the pairs.
     held

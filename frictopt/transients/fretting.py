@@ -183,7 +183,7 @@ def contact_table(
     contacts = list(faces)
     member = np.array(list(faces.values()), dtype=float)  # (contacts, N)
     area = member @ width
-    columns: dict[str, Any] = {"contact": contacts, "nodes": member.sum(axis=1).astype(int)}
+    columns: dict[str, object] = {"contact": contacts, "nodes": member.sum(axis=1).astype(int)}
     if system.width is not None:
         columns["area"] = area
     shares = {
@@ -205,20 +205,34 @@ def contact_table(
         columns[f"fP_{corner}"] = member @ most_shear(system, states.friction, states.p[row])
     if model is not None and not hasattr(model, "ties"):
         raise ModelError(f"model: {shown(model)}; give the ContactModel that was condensed")
-    ties = model._through_ties(states, rows) if getattr(model, "ties", ()) else {}
-    for name, forces in ties.items():
-        of_tie = {"contact": name, "area": np.nan, "sticking": 1.0}
-        for corner, (p, q_of_tie, moment) in enumerate(forces.T):
-            columns.setdefault(f"M_{corner}", np.full(len(contacts), np.nan))
-            of_tie |= {f"P_{corner}": p, f"Q_{corner}": q_of_tie, f"M_{corner}": moment}
-            of_tie[f"fP_{corner}"] = np.nan
-        columns = {column: np.append(columns[column], of_tie.get(column, 0)) for column in columns}
-    table = frame(columns, units=system.units)
+    table = frame(columns)
+    if model is not None and model.ties:
+        import pandas as pd  # imported here, because only tables need it
+
+        of_ties = _rows_of_ties(model._through_ties(states, rows))
+        table = pd.concat([table, of_ties], ignore_index=True)
+    if system.units is not None:
+        table.attrs["units"] = system.units
     table.attrs["corners"] = list(corners)
     table.attrs["note"] = "shares are of the area"
     if system.width is None:
         table.attrs["note"] = "shares are of the nodes: the system has no width"
     return table
+
+
+def _rows_of_ties(through: Mapping[str, Array]) -> Table:
+    """A row for each tie: name -> (3, K) normal force, shear and moment at the corners.
+
+    A tie has no nodes of a contact. All of it sticks.
+    """
+    rows = []
+    for name, forces in through.items():
+        row = {"contact": name, "nodes": 0, "sticking": 1.0}
+        row |= dict.fromkeys(("slipping", "open", "work", "slip_range"), 0.0)
+        for part, values in zip("PQM", forces, strict=True):
+            row |= {f"{part}_{corner}": value for corner, value in enumerate(values)}
+        rows.append(row)
+    return frame(rows)
 
 
 def nodes_of_contacts(system: ContactSystem) -> dict[str, Booleans]:
