@@ -67,8 +67,7 @@ GROWN = 10 * RESIDUAL
 # Dimensionless load factors up to this are zero.
 ZERO_LOAD_FACTOR = ROUNDING
 
-# Errors of values above this share of their unit are relative to the value. Smaller values have the
-# absolute error of the unit.
+# The error of a value is relative to the value, or to this share of its unit if that is larger.
 FLOOR = 1e6 * RESIDUAL
 
 # A cycle from a steady state returns to it up to this share of the largest value.

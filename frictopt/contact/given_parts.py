@@ -67,7 +67,7 @@ def checked_gap(gap: object, n: int) -> Array:
 
 
 def checked_stretch(stretch: object, shape: tuple[int, ...]) -> Array:
-    """Check the stretch of slips, in their shape and > 0; None or empty: 1."""
+    """Check the factors (in the shape of slips) that stretch slips, > 0; None or empty: 1."""
     if _is_empty("stretch", stretch):
         return frozen(np.ones(shape))
     return positive("stretch", stretch, shape, "give a ratio above 0")

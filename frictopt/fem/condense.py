@@ -347,7 +347,7 @@ def checked_motions(glued: Glued) -> Array:
 
 
 def _check_rounding(largest_before: float, S: Array) -> None:
-    """Check that S is not the small difference of large stiffnesses, as if body 1 were rigid.
+    """Check that S is not the small difference of large stiffnesses, as it is if body 1 is rigid.
 
     `largest_before` is the largest stiffness of a relative motion before the elimination.
     """

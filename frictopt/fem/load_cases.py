@@ -80,7 +80,7 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Ar
 def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:
     """Check that no node on a cut of a sector gets the force of its copy, too."""
     if isinstance(load, RemoteForce) and isinstance(load.where, str):
-        return  # its nodes on both cuts have the areas of one
+        return  # nodes are weighted by area, so that a node and its copy count once
     body = model.body(argument, load.body)
     nodes = model.first_node[load.body] + nodes_of(body, load.body, load.where)
     copied = np.intersect1d(nodes, model.sector.nodes)

@@ -7,7 +7,7 @@ from ..readers.element_types import SLENDER
 _PLASTIC = "PLASTIC CYCLICHARDENING CREEP HYPERELASTIC HYPERFOAM USERMATERIAL MOHRCOULOMB "
 _PLASTIC += "DEFORMATIONPLASTICITY"
 
-# Keywords of output, and others that the loads and the bodies do not need. Their steps are told.
+# Keywords that the loads and the bodies do not need. `left_out` lists steps with such a procedure.
 WITHOUT_EFFECT = set(
     "HEADING PREPRINT RESTART MONITOR PHYSICALCONSTANTS ORIENTATION TIMEPOINTS CONTROLS DAMPING "
     "CONDUCTIVITY SPECIFICHEAT ASSEMBLY ENDSTEP ENDASSEMBLY SECTIONCONTROLS FREQUENCY DYNAMIC "

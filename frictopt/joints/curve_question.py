@@ -352,7 +352,7 @@ class CurveQuestion:
     def _slides_off(self, factor: float) -> bool:
         """Whether statics proves that the bodies slide off.
 
-        If they do so under the mean load alone, both load factors are NaN.
+        It is True, too, if they slide off under the mean load alone.
         """
         if isinstance(self.gross, SolverError):
             return False

@@ -130,7 +130,7 @@ class Pages(Generic[Parts]):
     def _plan(self, slides: GrossSlip | None) -> None:
         """Plan the steady states of the curve and of the verdicts, as far as gross slip is known.
 
-        Searches for safety factors follow others, whose number is not known before.
+        Searches for safety factors follow further steady states. How many is not known in advance.
         """
         nominal, *corners = self.states.all_corners()
         self._planned = {(nominal.name, 1.0)}

@@ -230,7 +230,7 @@ def probability_of(
     def corrected(outcomes: Booleans, way: str) -> ShakedownProbability:
         missed = outcomes - 1.0 * on_plane
         probability = float(np.clip(np.nan_to_num(form) + missed.mean(), 0.0, 1.0))
-        # One more draw that the plane gets wrong keeps the error above 0.
+        # One draw more is counted as misjudged by FORM, so that the error is above 0.
         variance = (np.abs(missed).sum() + 1) / (draws + 2) - missed.mean() ** 2
         error = float(np.sqrt(variance / draws))
         method = f"{by_form}by {draws} {way}; standard error {error:.2g}"

@@ -79,7 +79,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     listed = read_deck(deck_path)
     labels = with_generalised(labels, listed)
     _check_no_plane_stress(labels, listed)
-    # Per depth of a plane job, or of the whole circumference.
+    # The stiffness per unit depth of a plane job, or that of the whole circumference.
     factor = _SECTORS if listed.is_axisymmetric else 1 / listed.thickness
     return MatrixJob(factor * K, labels, listed)
 

@@ -16,7 +16,8 @@ class Explained(Recorded):
     def _explanation(self) -> tuple[str, float | None, Table | None, str]:
         """Title, answer, slips that limit the load, largest first, and the reason.
 
-        What stands in the problem is printed only if it agrees with the answer.
+        The rows that bind are printed only if the objective of the problem still has the value of
+        the answer: the user may have solved it for something else since.
         """
         raise NotImplementedError
 

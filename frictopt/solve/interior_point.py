@@ -207,7 +207,8 @@ class _Newton:
         if at.tau < at.kappa:
             self._y, self._z = self._solve(-program.objective, program.right)
         else:
-            # These are the same y and z. Near an optimum the equation above would lose all digits.
+            # The same `_y` and `_z` from another right side: near an optimum the equation above
+            # would lose all digits.
             y, z = self._solve(-off.dual, 2 * at.s - off.primal)
             self._y = (at.y + y) / at.tau
             self._z = (at.z + z) / at.tau

@@ -1,8 +1,8 @@
 """The linear equations of a step of the interior point, for rows with one dense block.
 
-With the matrix `A y = sparse [y, block y]` of the rows, and the scaling W of their cones, a step
-solves `A' z = u` and `A y - W^2 z = v`. Two ways eliminate z. H is the sparse matrix `sparse' W^-2
-sparse` of all w = [y, block y].
+The matrix A of the rows has a sparse part and a dense one: `A y = sparse [y, block y]`. W is the
+scaling of the cones. A step solves `A' z = u` and `A y - W^2 z = v`. Two ways
+eliminate z. H is the sparse matrix `sparse' W^-2 sparse` of all w = [y, block y].
 
 - `_Direct`: one equation for each unknown y, with the matrix `A' W^-2 A`.
 - `_ThroughBlock`: y minimises `w' H w / 2 - work' w` over the w with `[block, -1] w = 0`. With

@@ -39,7 +39,8 @@ _DESCENDED = 2
 # them at each end from which the search goes on.
 _ROUNDS = 8
 _CLIMBED_AROUND = 4
-# Largest distance of the works of these starts from the end, relative to the range.
+# The search goes on from random starts whose work differs from that of the end by at most this
+# share of the range.
 _REACH = 0.2
 # Relative change of an end after which random starts are tried again.
 _MOVED = 1e-3

@@ -171,7 +171,7 @@ def _furthest_apart(vectors: Array) -> list[int]:
 
     Each next vector is the one with the largest distance from the chosen ones and from zero.
     """
-    # Corners of a long history at which starts are looked for, those furthest apart.
+    # Largest number of corners of a long history at which starts are looked for.
     most = 12
     if len(vectors) <= most:
         return list(range(len(vectors)))

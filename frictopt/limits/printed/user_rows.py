@@ -1,8 +1,9 @@
 """Constraints and objectives of the user: their checks, and their rows of the arrays.
 
-cvxpy compiles them alone, to `right - matrix @ z` in cones, over the entries z of the variables in
-them. The variables of a model are linear in the quantities of its program (`rest_program.py`), so
-each row is substituted. All other variables are own unknowns of the program.
+cvxpy compiles the rows of the user alone, to `right - matrix @ z` in cones, where z are the entries
+of their variables. The variables of a model are linear in the quantities of its program
+(`rest_program.py`), so each row is substituted. All other variables are own unknowns of the
+program.
 """
 
 from __future__ import annotations

@@ -203,7 +203,7 @@ class Solved:
 
 
 class NotAbove(SolverError):
-    """A limit is at most a value, above which limits are searched."""
+    """A limit is proven to be at most the value that a search wants to exceed."""
 
 
 class Judged(NamedTuple):

@@ -348,8 +348,8 @@ class StressCrossings:
     def first(self) -> Crossing | None:
         """The least load factor at which some state of rest has the value; None if none has it.
 
-        If planes are searched, the largest value at this load factor is searched, too, and its
-        plane is added.
+        If the critical plane is sought, too, the largest value over all planes at this load factor
+        is computed. If it is above the given value, its plane is added, and the search goes on.
         """
         mean, whole = (tensors_at_rest(self.question, self.stress_map, at) for at in (0.0, 1.0))
         of_whole = self._stresses(whole)

@@ -70,8 +70,8 @@ class _Nodes:
     def _moved(self, u: Array, r: Array, force: float) -> Moved | None:
         """The state that follows motions u with reactions r, which the load has changed.
 
-        It begins at the gaps before the increment. None if no state is found that obeys the law to
-        rounding.
+        The iteration begins with the gaps before the increment. None if no state is
+        found that obeys the law to rounding.
         """
         n = len(self._gap)
         length = force / self._unit
