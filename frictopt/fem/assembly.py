@@ -42,8 +42,8 @@ from .ties import Tie, followers_of
 class Assembly:
     """The parts of a `ContactModel`, assembled.
 
-    Nodes are numbered body after body. The unknowns of a body are all its x displacements, then all
-    its y displacements, and so on.
+    Nodes are numbered body after body. The unknowns are the displacements along x, y (and z) of the
+    first node, then those of the next.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ class Assembly:
         """
         by_pairs = kron(self.untied.T, identity(self.points.shape[1]))
         of_contacts = by_pairs @ (self.glued.interface.frames_to_axes @ reactions)
-        of_ties = forces[self.rows] - of_contacts.reshape(*self.rows.shape, -1)
+        of_ties = (forces - of_contacts).reshape(*self.rows.shape, -1)
         of_ties[self.free_rows == -1] = 0.0
         through = {}
         # All nodes of a tie may belong to ties before it.
@@ -204,19 +204,16 @@ class Assembly:
 
     def _number_nodes(self) -> None:
         """Number nodes and unknowns, body after body."""
-        meshes = [body.mesh for body in self.bodies.values()]
         self.first_node: dict[str, int] = {}
         self.own_nodes: dict[str, slice] = {}
-        rows = []
         node = 0
-        for name, mesh in zip(self.bodies, meshes, strict=True):
-            d, count = mesh.p.shape
+        for name, body in self.bodies.items():
+            count = body.mesh.p.shape[1]
             self.first_node[name] = node
             self.own_nodes[name] = slice(node, node + count)
-            rows.append(d * node + np.arange(d * count).reshape(d, count).T)
             node += count
-        self.rows: Integers = np.concatenate(rows)
-        self.points = np.concatenate([mesh.p.T for mesh in meshes])
+        self.points = np.concatenate([body.mesh.p.T for body in self.bodies.values()])
+        self.rows: Integers = np.arange(self.points.size).reshape(self.points.shape)
         self.errors = np.concatenate([body.errors for body in self.bodies.values()])
         self.numbers = np.concatenate([body.numbers for body in self.bodies.values()])
 
@@ -269,9 +266,9 @@ class Assembly:
         faces. Displacements that a support holds stay held; dependent displacements are marked in
         `free_rows`.
         """
-        links = block_diag(self._midside_ties([*contacts, *ties])).tocoo()
-        d = self.points.shape[1]
-        midside = links.row // d
+        links = block_diag(self._midside_ties([*contacts, *ties]), format="csr")
+        has_corners = (np.diff(links.indptr) > 0).reshape(self.rows.shape)
+        midside = np.flatnonzero(has_corners.any(axis=1))
         for support in self.supports:
             is_point = isinstance(support.where, tuple)
             if is_point and np.isin(self.nodes("supports", support), midside).any():
@@ -279,29 +276,17 @@ class Assembly:
                     f"supports: {support} is a midside node of a contact face, which follows the "
                     "corners; hold corners"
                 )
-        free = self.free_rows.ravel()[links.row] >= 0
-        unknowns = self.rows.ravel()
-        row = unknowns[links.row[free]]
-        column = unknowns[links.col[free]]
-        follows = np.zeros(len(unknowns))
-        follows[row] = 1.0
-        self.free_rows[follows[self.rows] > 0] = -2
-        weights = csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2)
-        by_corners = csr_matrix(diags(1 - follows) + weights)
+        follows = has_corners & (self.free_rows >= 0)
+        self.free_rows[follows] = -2
+        moves = follows.ravel().astype(float)
+        by_corners = diags(1 - moves) + diags(moves) @ links
         held = self.free_rows < 0
-        motion = self.followers.motion(held, self.sector.on_cuts, self.points)
-        by_ties = self._by_rows(motion)
+        by_ties = self.followers.motion(held, self.sector.on_cuts, self.points)
         tied = self.followers.nodes
         self.free_rows[tied] = np.where(held[tied], -1, -2)
         by_couplings = self._couple(contacts, midside)
-        by_sector = self.sector.follow(self.rows, self.free_rows, self.points)
+        by_sector = self.sector.follow(self.free_rows, self.points)
         return csr_matrix(by_corners @ by_ties @ by_couplings @ by_sector)
-
-    def _by_rows(self, matrix: csr_matrix) -> csr_matrix:
-        """A matrix of displacements `d node + axis`, for the unknowns `rows` instead."""
-        size = self.rows.size
-        order = csr_matrix((np.ones(size), (self.rows.ravel(), np.arange(size))))
-        return csr_matrix(order @ matrix @ order.T)
 
     def _couple(self, contacts: Sequence[Contact], midside: Integers) -> csr_matrix:
         """Matrix by which nodes of couplings follow each other; they are marked in `free_rows`."""
@@ -327,7 +312,7 @@ class Assembly:
         bound = matrix.diagonal() == 0
         follows = np.diff(matrix.indptr)[bound] > 0
         self.free_rows.ravel()[bound] = np.where(follows, -2, -1)
-        return self._by_rows(matrix)
+        return matrix
 
     def _midside_ties(self, contacts: Sequence[Contact | Tie]) -> list[csr_matrix]:
         """Ties of midside nodes of each body on contacts and ties."""

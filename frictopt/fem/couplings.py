@@ -34,7 +34,7 @@ _AXES = ("", "x", "y", "z", "xy", "xz", "yz", "xyz")
 
 @dataclass(frozen=True, eq=False)
 class Followers:
-    """Displacements of a body that follow other ones; a displacement is `d node + axis`."""
+    """Displacements of a body that follow other ones, in its numbers `d node + axis`."""
 
     # (f,) displacements that follow
     followers: Integers
@@ -214,7 +214,7 @@ Coupling: TypeAlias = RigidCoupling | DistributingCoupling
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """Displacements of a model that couplings bind; a displacement is `d node + axis`."""
+    """Displacements of a model that couplings bind."""
 
     # (size, size) matrix by which the displacements follow; the row of one that is zero is empty
     matrix: csr_matrix

@@ -47,14 +47,12 @@ _LINEAR = {second: first for first, second in QUADRATIC.items()} | {
 }
 # Elements by their number of nodes: facets, and serendipity elements.
 _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
-# Order of integration. Three points a direction are exact for uniform stress in curved elements,
-# and for any stress in straight elements.
+# Order of integration, if it is not that of scikit-fem. Three points a direction are exact for
+# uniform stress in curved elements, and for any stress in straight elements.
 _ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2: 5}
 # Largest distance of a midside node from the middle of its corners, relative to the distance of the
 # corners: some 45 degrees of arc.
 _OFF = 0.1
-# Elements whose stiffness is computed at once: their arrays fit into a cache.
-_AT_ONCE = 256
 
 
 @dataclass(frozen=True)
@@ -120,15 +118,7 @@ class Material:
 
 def basis_of(mesh: Mesh) -> Basis:
     """The functions of one displacement of a body, and points of integration."""
-    return Basis(mesh, mesh.elem(), quadrature=_quadrature(mesh))
-
-
-def _quadrature(mesh: Mesh) -> tuple[Array, Array]:
-    """Points (d, q) of integration in the reference element, and their weights (q,)."""
-    element = mesh.elem()
-    order = _ORDERS.get(type(mesh), 2 * element.maxdeg)
-    points, weights = get_quadrature(element.refdom, order)
-    return points, weights
+    return Basis(mesh, mesh.elem(), intorder=_ORDERS.get(type(mesh)))
 
 
 def element_means(dx: Array, values: Array) -> Array:
@@ -146,6 +136,32 @@ def circumference(x: Array, kinematics: Kinematics) -> Array:
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 
+def functions_at(basis: Basis) -> tuple[Array, Array]:
+    """(elements, nodes, points) functions of a body, and their slopes (elements, nodes, d, points).
+
+    The points are those of integration.
+    """
+    fields = [field for (field,) in basis.basis]
+    functions = [np.broadcast_to(field, basis.dx.shape) for field in fields]
+    slopes = np.array([field.grad for field in fields])
+    return np.stack(functions, axis=1), slopes.transpose(2, 0, 1, 3)
+
+
+def assembled(mesh: Mesh, weights: Array, functions: Array, rates: Array) -> csr_matrix:
+    """(nodes, nodes) integrals of the functions of two nodes (elements, nodes, points)."""
+    return _sum(mesh, (functions * weights[:, None]) @ rates.swapaxes(1, 2), 1)
+
+
+def _sum(mesh: Mesh, matrices: Array, d: int) -> csr_matrix:
+    """(nodes d, nodes d) sum of the matrices (elements, nodes d, nodes d) of elements."""
+    nodes = mesh.dofs.element_dofs.T.astype(np.int32)
+    unknowns = (d * nodes[:, :, None] + np.arange(d, dtype=np.int32)).reshape(len(nodes), -1)
+    rows = np.broadcast_to(unknowns[:, :, None], matrices.shape)
+    columns = np.broadcast_to(unknowns[:, None], matrices.shape)
+    entries = (matrices.ravel(), (rows.ravel(), columns.ravel()))
+    return csr_matrix(entries, shape=(d * mesh.p.shape[1],) * 2)
+
+
 def body_stiffness(
     mesh: Mesh,
     material: Material,
@@ -154,7 +170,7 @@ def body_stiffness(
 ) -> csr_matrix:
     """Stiffness matrix of one body, in the plane per unit depth.
 
-    The unknowns are all x displacements by node, then all y, then all z displacements.
+    The unknowns are the displacements along x, y (and z) of the first node, then those of the next.
 
     An axisymmetric body has the radius x and the axis x = 0; its stiffness refers to the whole
     circumference. The radial displacement u makes the hoop strain u / x.
@@ -164,67 +180,35 @@ def body_stiffness(
     can then keep its volume without locking. There are no zero-energy modes, because the second
     constant acts in full. In triangles and tetrahedra div u is uniform, so nothing changes there.
     """
-    elements = np.array_split(np.arange(mesh.nelements), mesh.nelements // _AT_ONCE + 1)
-    lame = material._plane_lame(kinematics)
-    parts = [_of_elements(mesh, some, *lame, element, kinematics) for some in elements]
-    stiffness = np.concatenate(parts)
-    count, d, n = stiffness.shape[:3]
-
-    numbers = np.arange(d)[:, None, None] * mesh.p.shape[1] + mesh.dofs.element_dofs
-    unknowns = numbers.reshape(d * n, count).T.astype(np.int32)
-    rows = np.repeat(unknowns, d * n, axis=1)
-    columns = np.tile(unknowns, d * n)
-    entries = (stiffness.ravel(), (rows.ravel(), columns.ravel()))
-    return csr_matrix(entries, shape=(mesh.p.size,) * 2)
-
-
-def _of_elements(
-    mesh: Mesh,
-    elements: Integers,
-    lam: float,
-    mu: float,
-    element: ElementName | None,
-    kinematics: Kinematics,
-) -> Array:
-    """(elements, d, n, d, n) stiffness matrices of some elements of n nodes."""
-    mapping = mesh.mapping()
-    points, quadrature = _quadrature(mesh)
-    values, derivatives = functions_of(mesh.elem(), len(mesh.dofs.element_dofs), points)
-    # (element, direction, node, point) slopes of the functions
-    inverse = mapping.invDF(points, elements)
-    slopes = np.einsum("ijeq,niq->ejnq", inverse, derivatives)
-    count, d, n, _ = slopes.shape
-    dx = np.abs(mapping.detDF(points, elements)) * quadrature
-    weights = dx
-    if kinematics == "axisymmetric":
-        x = mapping.F(points, elements)[0]
-        weights = dx * circumference(x, kinematics)
+    lam, mu = material._plane_lame(kinematics)
+    basis = basis_of(mesh)
+    functions, slopes = functions_at(basis)
+    count, n, d, _ = slopes.shape
+    x = np.asarray(basis.global_coordinates())[0]
+    weights = basis.dx * circumference(x, kinematics)
 
     def products(functions: Array) -> Array:
         """(element, function, function) integrals of products of two functions."""
         rows = functions.reshape(count, -1, functions.shape[-1])
         return np.asarray((rows * weights[:, None]) @ rows.swapaxes(1, 2))
 
-    # K_aibj = int (lambda div_ai div_bj + mu N_i,b N_j,a + mu delta_ab sum_c N_i,c N_j,c)
-    squares = products(slopes)
+    # K_iajb = int (lambda div_ia div_jb + mu N_i,b N_j,a + mu delta_ab sum_c N_i,c N_j,c)
+    dilatation = slopes
+    if element == "mean_dilatation":
+        dilatation = element_means(basis.dx, slopes)
     if kinematics == "axisymmetric":
-        hoop = values / x[:, None]
+        hoop = functions / x[:, None]
         dilatation = slopes.copy()
-        dilatation[:, 0] += hoop
-        volume = products(dilatation)
-    elif element == "mean_dilatation":
-        volume = products(element_means(dx, slopes))
-    else:
-        volume = squares
-    stiffness = lam * volume.reshape(count, d, n, d, n)
-    shears = mu * squares.reshape(stiffness.shape)
-    stiffness += shears.transpose(0, 3, 2, 1, 4)
-    same_direction = np.einsum("ebibj->eij", shears)
+        dilatation[:, :, 0] += hoop
+    stiffness = lam * products(dilatation).reshape(count, n, d, n, d)
+    shears = mu * products(slopes).reshape(stiffness.shape)
+    stiffness += shears.transpose(0, 1, 4, 3, 2)
+    same_direction = np.einsum("eibjb->eij", shears)
     for a in range(d):
-        stiffness[:, a, :, a] += same_direction
+        stiffness[:, :, a, :, a] += same_direction
     if kinematics == "axisymmetric":
-        stiffness[:, 0, :, 0] += 2 * mu * products(hoop)
-    return stiffness
+        stiffness[:, :, 0, :, 0] += 2 * mu * products(hoop)
+    return _sum(mesh, stiffness.reshape(count, n * d, n * d), d)
 
 
 def boundary_forces(

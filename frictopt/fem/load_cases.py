@@ -48,8 +48,8 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Ar
     of a locked bolt that is shortened by 1; all others are zero. Error messages call the load case
     `argument`.
     """
-    forces = np.zeros(model.points.size)
-    prescribed = np.full(model.points.size, np.nan)  # nan: not prescribed
+    forces = np.zeros(model.points.shape)
+    prescribed = np.full(model.points.shape, np.nan)  # nan: not prescribed
     overlaps = dict.fromkeys(model.names, 0.0)
     for load in loads:
         if isinstance(load, Interference):
@@ -62,19 +62,16 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Ar
                 body.boundary(load.boundary, argument)
             if isinstance(load, PointForce | RemoteForce):
                 _check_once(model, argument, load)
-            first = model.points.shape[1] * model.first_node[load.body]
-            nodal = load._forces(body, model.kinematics).ravel()
-            forces[first : first + body.mesh.p.size] += nodal
+            forces[model.own_nodes[load.body]] += load._forces(body, model.kinematics).T
     given = float(np.abs(forces).max())
-    forces = model.tied.T @ forces
-    _check_felt(model, argument, loads, forces, given)
+    felt = model.tied.T @ forces.ravel()
+    _check_felt(model, argument, loads, felt.reshape(forces.shape), given)
 
     displacements = _glued_along(model, argument, prescribed, loads)
     for cut in model.cuts:
         shortening = 1.0 if cut.bolt.locked and cut.bolt in loads else 0.0
-        near = displacements[model.rows[cut.near]]
-        displacements[model.rows[cut.far]] = near - cut.axis * shortening
-    return forces, displacements, np.array(list(overlaps.values()))[model.contact]
+        displacements[cut.far] = displacements[cut.near] - cut.axis * shortening
+    return felt, displacements.ravel(), np.array(list(overlaps.values()))[model.contact]
 
 
 def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:
@@ -92,7 +89,7 @@ def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) 
 
 
 def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: Array) -> None:
-    """Enter a displacement into `prescribed`, the values of all unknowns; nan: not prescribed."""
+    """Enter a displacement into `prescribed` (nodes, d); nan: not prescribed."""
     nodes = model.nodes(argument, load)
     body = model.body(argument, load.body)
     points = body.written[:, nodes - model.first_node[load.body]]
@@ -115,43 +112,37 @@ def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: A
                     f"{argument}: {load} moves nodes by {off_axis[0]:g} off the axis, x = 0; give "
                     "a function of x that is zero there"
                 )
-        unknowns = model.rows[nodes, axis]
-        before = prescribed[unknowns]
+        before = prescribed[nodes, axis]
         differs = np.abs(before - values) > ROUNDING * np.maximum(np.abs(before), np.abs(values))
         if (i := first_of(differs)) is not None:
             raise ModelError(
                 f"{argument}: {load} and another displacement move the node at "
                 f"{place(model.points[nodes[i]])} differently in {name}; give one displacement"
             )
-        prescribed[unknowns] = values
+        prescribed[nodes, axis] = values
 
 
 def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Sequence[Load]) -> Array:
-    """Displacements (size,) of moved supports, and of the nodes that are glued to them."""
+    """Displacements (nodes, d) of moved supports, and of the nodes that are glued to them."""
     displacements = np.nan_to_num(prescribed)
-    model.sector.check_moved(
-        argument,
-        prescribed[model.rows],
-        (model.tied @ displacements)[model.rows],
-        model.points,
-    )
+    followed = (model.tied @ displacements.ravel()).reshape(displacements.shape)
+    model.sector.check_moved(argument, prescribed, followed, model.points)
     model.sector.check_loads(argument, loads)
     if not displacements.any():
         return displacements
 
     rounding = ROUNDING * np.abs(displacements).max()
     held, opening = model.held
-    imposed = np.abs(opening @ displacements[model.rows]) > rounding
+    imposed = np.abs(opening @ displacements) > rounding
     _check_together(argument, imposed, model.points[held])
     dependent, _, Q = model.pairs.dependent_nodes
-    rows = model.rows[dependent]
-    glued = Q @ displacements[model.rows]
+    glued = Q @ displacements
     # On a plane of symmetry a dependent node follows only the nodes of its pair on that plane.
     held_share = Q @ (model.free_rows < 0)
-    error = np.abs(displacements[rows] * held_share - glued)
-    is_prescribed = ~np.isnan(prescribed[rows])
+    error = np.abs(displacements[dependent] * held_share - glued)
+    is_prescribed = ~np.isnan(prescribed[dependent])
     _check_together(argument, is_prescribed & (error > rounding), model.points[dependent])
-    displacements[rows] = np.where(is_prescribed, displacements[rows], glued)
+    displacements[dependent] = np.where(is_prescribed, displacements[dependent], glued)
     return displacements
 
 
@@ -169,12 +160,12 @@ def _check_felt(
 ) -> None:
     """Check that supports do not carry all the forces of a load case that acts on some places.
 
-    `largest` is the largest nodal force before couplings pass it on.
+    `forces` are (nodes, d), and `largest` is the largest one before couplings pass it on.
     """
     on_places = [
         load for load in loads if isinstance(load, Traction | Pressure | PointForce | RemoteForce)
     ]
-    felt = np.abs(forces[model.rows][model.free_rows != -1]).max(initial=0.0)
+    felt = np.abs(forces[model.free_rows != -1]).max(initial=0.0)
     if len(on_places) < len(loads) or largest == 0 or felt > ROUNDING * largest:
         return
     bodies = {load.body for load in on_places}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import block_diag, csr_matrix, diags
+from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import BilinearForm
 
@@ -292,7 +292,7 @@ def _modes(
     d = parts.points.shape[1]
     T, front, held = _motions(parts, springs, opened)
     K = csr_matrix(T.T @ parts.whole @ T + diags(held))
-    mass = block_diag([mass for mass in masses.values() for _ in range(d)], format="csr")
+    mass = kron(block_diag([*masses.values()]), identity(d), format="csr")
     M = csr_matrix(T.T @ mass @ T)
     squares, y = _lowest(replace(parts.glued, K=K), M, T, front, _shift(parts), n)
 

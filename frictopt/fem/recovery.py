@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -25,7 +26,14 @@ from ..errors import ModelWarning
 from . import schur
 from .bodies import Body
 from .condense import Glued, eliminated, fronts
-from .elasticity import MOMENTS, Kinematics, basis_of, element_means
+from .elasticity import (
+    MOMENTS,
+    Kinematics,
+    assembled,
+    basis_of,
+    element_means,
+    functions_at,
+)
 from .loads import Expansion
 from .sector import on_seam
 from .supports import Seam
@@ -276,30 +284,20 @@ class NodalFields:
         self._kind = kind
         self._seam = seam
         self._basis = basis = basis_of(body.mesh)
-        x = np.asarray(basis.global_coordinates())[0]
-        # (element, node, point) functions, and (direction, element, node, point) slopes.
-        fields = [field for (field,) in basis.basis]
-        functions = np.stack([np.broadcast_to(field, x.shape) for field in fields], axis=1)
-        slopes = np.stack([np.asarray(field.grad) for field in fields], axis=2)
-        self._mass = self._moments(functions, functions).tocsc()
+        functions, slopes = functions_at(basis)
+        # (nodes, nodes) moments of fields whose rates with the values at the nodes are given
+        moments = partial(assembled, body.mesh, basis.dx, functions)
+        self._mass = moments(functions).tocsc()
         self._solve = splu(self._mass).solve
-        self._slopes = [self._moments(functions, slope) for slope in slopes]
+        self._slopes = [moments(slope) for slope in np.moveaxis(slopes, 2, 0)]
         self._volume = self._slopes
         if body.element == "mean_dilatation":
-            means = [element_means(basis.dx, slope) for slope in slopes]
-            self._volume = [self._moments(functions, slope) for slope in means]
+            means = element_means(basis.dx, slopes)
+            self._volume = [moments(mean) for mean in np.moveaxis(means, 2, 0)]
         self._hoop = None
         if kind == "axisymmetric":
-            self._hoop = self._moments(functions, functions / x[:, None])
-
-    def _moments(self, functions: Array, rates: Array) -> csr_matrix:
-        """(nodes, nodes) moments of a field, which has rates with the values at the nodes."""
-        entries = (functions * self._basis.dx[:, None]) @ rates.swapaxes(1, 2)
-        dofs = self._basis.element_dofs.T
-        rows = np.broadcast_to(dofs[:, :, None], entries.shape)
-        columns = np.broadcast_to(dofs[:, None], entries.shape)
-        shape = (self._body.mesh.p.shape[1],) * 2
-        return csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+            x = np.asarray(basis.global_coordinates())[0]
+            self._hoop = moments(functions / x[:, None])
 
     def of(
         self, u: Array, expansions: Sequence[Sequence[tuple[float, Expansion]]]

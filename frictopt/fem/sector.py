@@ -103,11 +103,10 @@ class Sector:
         """All nodes that follow, or are followed."""
         return np.concatenate([self.nodes, self.copies[self.nodes], self.fixed])
 
-    def follow(self, rows: Integers, free_rows: Integers, points: Array) -> csr_matrix:
+    def follow(self, free_rows: Integers, points: Array) -> csr_matrix:
         """The matrix (size, size) of `u = C u` that lets nodes follow.
 
-        Given are the parts of an assembly. The free rows (nodes, d) are -1 if held; they become -2
-        if a node follows.
+        The `free_rows` (nodes, d) of an assembly are -1 if held; they become -2 if a node follows.
         """
         nodes = self.nodes
         originals = self.copies[nodes]
@@ -124,10 +123,9 @@ class Sector:
         free_rows[nodes] = np.where(held[nodes], -1, -2)
         to_all = identity(len(points), format="csr")
         turned = kron(to_all[:, nodes] @ to_all[originals], self.turn)
-        stays = np.ones(rows.size)
-        stays[rows[nodes]] = 0.0
-        by_nodes = csr_matrix((np.ones(rows.size), (rows.ravel(), np.arange(rows.size))))
-        return csr_matrix(diags(stays) + by_nodes @ turned @ by_nodes.T)
+        stays = np.ones(points.shape)
+        stays[nodes] = 0.0
+        return csr_matrix(diags(stays.ravel()) + turned)
 
     def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
         """Check that the displacements (nodes, d) of supports repeat from sector to sector.

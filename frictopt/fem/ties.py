@@ -126,7 +126,7 @@ class Followers:
         return np.where(follows_one, self.matrix.indices[starts], np.arange(len(starts)))
 
     def motion(self, held: Booleans, elsewhere: Integers, points: Array) -> csr_matrix:
-        """Matrix by which the displacements `d node + axis` follow.
+        """Matrix by which the displacements follow.
 
         Displacements that are `held` (all nodes, d) stay held, as on a plane of symmetry, where
         nodes of both faces are held. Nodes `elsewhere` cannot follow.

@@ -131,7 +131,7 @@ def test_an_element_that_swells_on_one_side_and_shrinks_on_the_other_keeps_its_v
     material = Material(E=2.0, nu=nu)
     lam, mu = 2.0 * nu / ((1 + nu) * (1 - 2 * nu)), 2.0 / (2 * (1 + nu))
     x, y = mesh.p
-    for u in (np.r_[x * y, 0 * x], np.r_[0 * x, x * y]):
+    for u in (np.c_[x * y, 0 * x].ravel(), np.c_[0 * x, x * y].ravel()):
         assert u @ body_stiffness(mesh, material, "mean_dilatation") @ u / 2 == pytest.approx(
             2 * mu, rel=1e-12
         )
