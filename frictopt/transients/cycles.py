@@ -21,7 +21,7 @@ from math import ceil
 
 import numpy as np
 
-from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome, number_of
+from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome
 from ..contact import parted
 from ..errors import NoContinuation, SolverError
 from .classify import Settled, bend, classify, distance_left, without_work, work_error
@@ -56,12 +56,8 @@ LITTLE_WORK = (
 )
 SLOW_DRIFT = (
     "from cycle to cycle, the relative difference of this change is only {decay:.1e}: slow "
-    "ratcheting, or a "
-    "body that rolls or has no guide; guide it by a Support, or follow its drift with march{drift}"
-)
-SAME_DRIFT = (
-    "; a cycle from the state that the drift reaches in {cycles} has the same events, "
-    "changes gaps, and drifts by {change:.1e}"
+    "ratcheting, or a body that rolls or has no guide; guide it by a Support, or follow its drift "
+    "with march"
 )
 
 
@@ -173,15 +169,12 @@ class Run:
         if settled is not None:
             return settled
 
-        drift = ""
         if self._alternates():
             self.period = 2
             self.last = []
             self.search.restart()
-        elif self.search.has_just_failed and not self.path.steps:
-            drift = self._same_drift()
-        if drift or self.cycles + self.period > self.most_cycles:
-            raise self._given_up(latest, drift)
+        if self.cycles + self.period > self.most_cycles:
+            raise self._given_up(latest)
         return None
 
     def follow(self, path: Transient | None) -> FollowedCycle:
@@ -250,47 +243,16 @@ class Run:
         ]
         return self.period == 1 and len(undone) == _ALTERNATING_RETURNS and all(undone)
 
-    def _same_drift(self) -> str:
-        """Description of a drift that more returns cannot change; empty if it may change.
-
-        The proof is one return from the state that the drift reaches after all remaining cycles: it
-        has the same events and nearly the same drift. The text is empty if the drift may decay. It
-        is also empty if the drift changes no gap, because it may still prove to be ratcheting.
-        """
-        latest = self.last[-1]
-        drift = latest.after - latest.before
-        cycles_left = (self.most_cycles - self.cycles) // self.period
-        decay = bend(self.last)
-        if cycles_left <= 0 or latest.change <= PERIODIC:
-            return ""
-        if decay.max() >= min(_SLOW_DECAY, 1 / cycles_left) * latest.change:
-            return ""
-        # Lower bound of the change of each gap in the last of the remaining cycles.
-        gap_drift = (np.abs(drift) - cycles_left * decay)[self.path.nodes :]
-        if not gap_drift.max() > PERIODIC * np.abs(drift).max():
-            return ""
-        try:
-            cycle_ahead = self.follow(self.path.at(latest.after + cycles_left * drift))
-        except NoContinuation:
-            return ""
-        drift_ahead = cycle_ahead.after - cycle_ahead.before
-        changed = 2 * np.abs(drift_ahead - drift).max()
-        if cycle_ahead.events != latest.events or not changed < latest.change:
-            return ""
-        cycles = number_of(cycles_left, "more cycle")
-        return SAME_DRIFT.format(cycles=cycles, change=cycle_ahead.change)
-
-    def _given_up(self, latest: FollowedCycle, drift: str) -> NoContinuation:
+    def _given_up(self, latest: FollowedCycle) -> NoContinuation:
         """The error of a run without a steady state, with the state after the latest return."""
         span = "a cycle" if self.period == 1 else "in two cycles"
-        hint = self._hint(latest, drift)
         error = NoContinuation(
             GIVEN_UP.format(
                 cycles=self.cycles,
                 most=self.most_cycles,
                 change=latest.change,
                 span=span,
-                hint=hint,
+                hint=self._hint(latest),
             )
         )
         system = self.path.system
@@ -299,7 +261,7 @@ class Run:
         error.work = np.array(self.works)
         return error
 
-    def _hint(self, latest: FollowedCycle, drift: str) -> str:
+    def _hint(self, latest: FollowedCycle) -> str:
         """The reason that no steady state is proven, and a remedy."""
         if self.path.far_start:
             return self.path.cause_of_rounding
@@ -308,5 +270,5 @@ class Run:
         if self.search.attempts and len(self.last) > 1 and self.last[-2].events == latest.events:
             decay = float(bend(self.last).max()) / latest.change
             if decay < _SLOW_DECAY:
-                return SLOW_DRIFT.format(decay=decay, drift=drift)
+                return SLOW_DRIFT.format(decay=decay)
         return "allow more"

@@ -96,11 +96,6 @@ class LimitSearch(ABC):
         self.attempts = 0
         self.wait = 0
 
-    @property
-    def has_just_failed(self) -> bool:
-        """Whether the last call of `find` on the exact path tried a limit and failed."""
-        return self.attempts > 0 and self.wait == self.attempts
-
     def work_error(self, later_changes: float | None) -> float:
         """Estimated relative error of the work at the limit; 0 on the exact path."""
         return 0.0

@@ -19,9 +19,9 @@ class Mapped:
 
     steps, far_start, force, largest, length = 0, False, 1.0, 1.0, 1.0
 
-    def __init__(self, cycle_map, start, *, loads=(-2.0, 2.0), events=lambda *x: 0, gaps=False):
+    def __init__(self, cycle_map, start, *, loads=(-2.0, 2.0), events=lambda *x: 0):
         self.x = np.atleast_1d(np.array(start, dtype=float))
-        self.nodes = n = len(self.x) // 2 if gaps else len(self.x)
+        self.nodes = n = len(self.x)
         self.scales, self.unit, self.friction = Scales(*np.ones((3, n))), np.ones(2 * n), np.ones(n)
         self.corners = [np.r_[np.full(n, load), np.ones(n)] for load in loads]
         self.system = SimpleNamespace(

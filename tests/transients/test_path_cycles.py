@@ -171,28 +171,6 @@ def test_small_changes_that_hardly_shrink_are_no_end():
     assert run.last[-1].change < 1.1e-10
 
 
-@pytest.mark.parametrize(
-    ("slip", "gap", "events", "for_two_cycles", "for_all"),
-    [
-        (lambda v: v + 1.0, 0.1, lambda v: 0, True, True),
-        (lambda v: v + 1.0, 0.1, lambda v: v > 500, True, False),  # another event lies ahead
-        (lambda v: v + 1.0 * (v < 500), 0.1, lambda v: 0, True, False),  # the drift ends ahead
-        (lambda v: v + 1.0, 0.0, lambda v: 0, False, False),  # it may be ratcheting for ever
-        (lambda v: v + (1.0 - 1e-2 * v), 0.1, lambda v: 0, False, False),  # it decays
-    ],
-)
-def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_them(
-    slip, gap, events, for_two_cycles, for_all
-):
-    path = Mapped(
-        lambda v, w: (slip(v), w + gap), [0.0, 0.0], events=lambda v, w: events(v), gaps=True
-    )
-    for most, on in ((9, for_two_cycles), (2000, for_all), (7, False)):
-        run = Run(path.at(np.zeros(2)), most)
-        run.last = [run.follow(run.path) for _ in range(7)]
-        assert bool(run._same_drift()) == on
-
-
 @pytest.mark.parametrize("lost", ["half", "little", "exchanged"])
 def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch, lost):
     """The balance of energy sees work of friction that nobody did, and work that is not counted.
