@@ -31,7 +31,7 @@ from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import SolverError
 from ..solve.explained import Explained
 from ..transients.balance import self_stress
-from ..transients.statics import Statics, motions_of_bodies, nodal_motions
+from ..transients.statics import motions_of_bodies, nodal_motions
 from .answers.sentences import (
     ABOVE,
     ALL_BALANCED,
@@ -300,8 +300,8 @@ def _statics(question: Question) -> GrossSlip:
     governs = next(answer for answer in upper if answer.load_factor <= largest * (1 + RESIDUAL))
 
     lower = _least_load_factors(question, N, corners, r0, r1)
-    first = max(lower, key=lambda answer: answer.load_factor, default=None)
-    least = 0.0 if first is None else first.load_factor
+    first = max(lower, key=lambda answer: answer.load_factor)
+    least = first.load_factor
     reason = _reason(governs, largest, first, least)
     if least > largest * (1 + RESIDUAL):
         governs = replace(governs, load_factor=np.nan, bound=np.nan)
@@ -309,16 +309,16 @@ def _statics(question: Question) -> GrossSlip:
     return _result(question, governs, least, reason, [*upper, *lower])
 
 
-def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float) -> str:
+def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer, least: float) -> str:
     """The reason, in words, of the largest load factor (`governs`) and of the least (`first`)."""
-    if first is not None and least > largest * (1 + RESIDUAL):
+    if least > largest * (1 + RESIDUAL):
         return APART.format(lower=_load(first), least=least, upper=_load(governs), largest=largest)
     if largest == np.inf:
         start = f" from {least:.4g} on" if least > 0 else ""
         reason = ALL_BALANCED.format(bounds=_bounds(governs.asked.question), start=start)
     else:
         reason = ABOVE.format(unbalanced=_unbalanced(governs))
-    if first is not None and least > 0:
+    if least > 0:
         reason += BELOW.format(least=least, load=_load(first), motion=_motion(first))
     return reason
 
@@ -326,15 +326,13 @@ def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer | None, l
 def _least_load_factors(
     question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
 ) -> list[CornerAnswer]:
-    """The least load factors of the corners for which no forces balance the load factor 0."""
-    statics = Statics(question.system, question.friction)
+    """The least load factors of the corners."""
     lower: list[CornerAnswer] = []
     for k in corners:
         # At load factor 0 all corners are alike if no parts are fixed.
         if lower and lower[0].load_factor == 0 and not question.fixed:
             break
-        if not statics.balances(r0[k]):
-            lower.append(corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], -1.0)))
+        lower.append(corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], -1.0)))
     return lower
 
 

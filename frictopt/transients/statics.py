@@ -40,10 +40,6 @@ SLIDES = (
 )
 
 
-# Share of the friction onto which a projection goes, so that its limit lies within friction.
-_WITHIN = 0.99
-# Largest number of projections. A program takes as long as some thousands of them.
-_PROJECTIONS = 1000
 # Square of the size of a motion with negative work. The program has the size 1, or 0 for none.
 _PROVEN_MOTION = 0.5
 # A motion is a slide, not a turn, if its mean is at least this share of its mean size.
@@ -129,13 +125,6 @@ class Statics:
         phi = self._proof(self._slides, True, forces)
         return None if phi is None else self._sentence(name, forces, phi)
 
-    def balances(self, load: Array) -> bool:
-        """Whether forces within friction are found that balance a load (M,); False proves nothing.
-
-        If the closed contact is at rest, its reactions are such forces.
-        """
-        return self._balances(self._motions, False, load)
-
     def slides_off(self, name: str, forces: Array) -> str | None:
         """A sentence on a load that makes bodies slide without opening; None if no slide is found.
 
@@ -211,7 +200,7 @@ class Statics:
         If normal forces are known (`pressed`), nodes lift by f |v|: the work of the normal forces
         is then the work of friction.
         """
-        if not V.size or self._balances(V, pressed, load):
+        if not V.size:
             return None
         n = self._system.nodes
         axes = self._system.tangents
@@ -238,30 +227,6 @@ class Statics:
             if phi @ phi > _PROVEN_MOTION and work_on_motion < -rounding:
                 return phi
         return None
-
-    def _balances(self, V: Array, pressed: bool, load: Array) -> bool:
-        """Whether alternating projections find forces within friction that balance a load.
-
-        They project onto forces within friction, and onto forces with the load's work in V.
-        """
-        f = self._friction
-        less = _WITHIN * f
-        r = load.reshape(-1, self._system.nodes)
-        for _ in range(_PROJECTIONS):
-            q = r[:-1]
-            p = r[-1]
-            size = np.linalg.norm(q, axis=0)
-            if (size <= self._law.bound(p)).all():
-                return True
-            nearest = p
-            if not pressed:
-                on_cone = np.maximum(p + less * size, 0.0) / (1 + less**2)
-                nearest = np.where(size <= less * p, p, on_cone)
-            bound = _WITHIN * self._law.bound(nearest)
-            shortened = q * np.minimum(1.0, bound / np.where(size > 0, size, 1.0))
-            r = np.vstack([shortened, nearest])
-            r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
-        return False
 
     def _sheared_off(self, phi: Array) -> float:
         """Largest work of shear strengths in a motion with more slip than its lift opens."""
