@@ -319,7 +319,7 @@ CLAIMS = (
         also="need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no load factors lie between the two",
         by="`record.left_out`",
         holds_if="B is zero for all nodes, and all nodes are closed",
-        source="`reference.uncoupled_limit`",
+        source="Klarbring, Ciavarella & Barber (2007)",
         tests="test_claims::test_without_any_friction_a_contact_is_uncoupled_only_where_it_is",
     ),
     Claim(
@@ -350,14 +350,6 @@ CLAIMS = (
         holds_if="nodes stay closed and have friction; below it, a theorem only where `proven`",
         source="the limits",
         tests="test_backbone::test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes",
-    ),
-    Claim(
-        "",
-        also="limits and work of one node, or of uncoupled ones, from every start",
-        by="`uncoupled_limit`, `single_node_dissipation`, `smallest_circle_limit`",
-        holds_if="nodes stay closed",
-        source="Klarbring, Ciavarella & Barber (2007)",
-        tests="test_spatial_limits::test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears",
     ),
     Claim(
         "answers.sentences.ABOVE answers.sentences.BELOW answers.sentences.NO_STATE answers.sentences.APART answers.sentences.UNBALANCED",

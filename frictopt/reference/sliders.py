@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import check_entries, finite_number, whole_number
-from .uncoupled import each_node
+from ..base import check_entries, finite_array, finite_number, for_each, whole_number
 
 
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
@@ -27,7 +26,7 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     Parameters
     ----------
     k
-        Spring stiffness, (N,) or one number, force per depth and length, positive.
+        Spring stiffness, (N,), force per depth and length, positive.
     bound
         Friction bound `f p` of each slider, (N,) or one number, force per depth, not negative.
     X
@@ -56,8 +55,9 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     >>> masing_dissipation(k=[1.0, 2.0], bound=[0.5, 3.0], X=1.0)  # the second slider sticks
     1.0
     """
-    k, bound = each_node(k=k, bound=bound)
+    k = np.atleast_1d(finite_array("k", k))
     check_entries("k", k, k > 0, "give positive stiffnesses")
+    bound = for_each("bound", finite_array("bound", bound), len(k))
     check_entries("bound", bound, bound >= 0, "give friction bounds of at least 0")
     X = finite_number("X", X, least=0.0)
     return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))

@@ -7,46 +7,7 @@ import frictopt as fo
 from frictopt import reference
 
 CYLINDER = {"P": 1.0, "R": 1.0, "E_star": 1.0, "f": 0.5}
-NODE = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2, "f": 0.4}
-ABOVE = NODE | {"load_factor": 0.5}
-THREE = {
-    "q0": (0.05, 0, -0.1),
-    "p0": (1, 0.8, 1.2),
-    "q1": (0.5, 0.3, -0.2),
-    "p1": (0.1, -0.2, 0.9),
-    "f": 0.4,
-}
 CASES = [
-    (
-        reference.single_node_limit,
-        NODE | {"f": 4.0},
-        r"f: 4 .*critical friction A/\|B\| = 4.*less friction",
-    ),
-    (reference.single_node_limit, NODE | {"f": 0.0}, "f: 0"),
-    (reference.single_node_limit, NODE | {"A": -1.0}, "A: -1"),
-    (
-        reference.uncoupled_limit,
-        THREE | {"d": [0.0, 2.5, 0.0]},
-        "f: 0.4 at node 1 .*critical friction",
-    ),
-    (
-        reference.uncoupled_limit,
-        THREE | {"q1": [1.0, 2.0]},
-        r"q1: shape \(2,\); give one number, or one for each of 3 nodes",
-    ),
-    (reference.uncoupled_limit, THREE | {"p0": []}, r"p0: shape \(0,\)"),
-    (reference.uncoupled_limit, THREE | {"f": -0.1}, "f: -0.1; give a positive"),
-    (
-        reference.single_node_dissipation,
-        ABOVE | {"f": 4.0},
-        r"f: 4 .*critical friction A/\|B\| = 4.*less friction",
-    ),
-    (reference.single_node_dissipation, ABOVE | {"load_factor": -0.1}, "load_factor: -0.1"),
-    (
-        reference.single_node_dissipation,
-        ABOVE | {"p0": -1.0},
-        "p0: -1; the mean load lifts the node off; give more pressure",
-    ),
     (
         reference.masing_dissipation,
         {"k": [1, 0], "bound": 1, "X": 1},

@@ -7,6 +7,7 @@ import pytest
 
 import frictopt as fo
 from studies import flicek
+from studies.validation.closed_forms import uncoupled_limit
 
 
 def test_limits_are_in_order_and_one_where_the_contact_is_uncoupled(tables):
@@ -22,9 +23,7 @@ def test_limits_are_in_order_and_one_where_the_contact_is_uncoupled(tables):
     assert (asked["coupled"]["value"] < 0.99 * asked["coupled"]["other"]).all()
     assert np.diff(asked["incomplete"]["other"]).max() < 0
     flat = fo.reference.half_plane_contact(flicek.QUICK.uncoupled, 1.0, 1.0)
-    known = fo.reference.uncoupled_limit(
-        0.0, flat["bonded"]["P"][1], flat["A"] @ flat["x"], 0.0, 0.5
-    )
+    known = uncoupled_limit(0.0, flat["bonded"]["P"][1], flat["A"] @ flat["x"], 0.0, 0.5)
     assert asked["uncoupled"]["value"].iloc[0] == pytest.approx(known, rel=1e-9)
     assert asked["shakedown limit"]["value"].to_numpy() == pytest.approx(
         asked["guaranteed limit"]["other"].to_numpy(), rel=1e-8

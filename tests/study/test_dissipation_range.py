@@ -14,6 +14,7 @@ from frictopt.study.range_search import Search
 from helpers.cases import few
 from helpers.paths import followed
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, SHEAR, system
+from studies.validation.closed_forms import single_node_limit
 
 PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
@@ -90,7 +91,7 @@ def test_the_paper_scene(friction, ratio, least, most, paper_punch):
 
 def test_one_node_and_sliders_have_one_dissipation():
     one = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2}
-    limit = fo.reference.single_node_limit(**one, f=0.4)
+    limit = single_node_limit(**one, f=0.4)
     span = fo.dissipation_range(system(**one), CYCLE, 0.4, 1.2 * limit)
     assert span.least == pytest.approx(0.061945108310, rel=1e-9) == span.most
     k, bound = np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.6, 0.4])

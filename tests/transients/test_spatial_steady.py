@@ -12,13 +12,14 @@ import pytest
 import frictopt as fo
 from helpers.refused import refused
 from helpers.spatial import cycle, random_contact, single
+from studies.validation.closed_forms import single_node_dissipation
 
 TO_AND_FRO = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
 
 
 @pytest.mark.parametrize("load_factor", [0.3, 0.7, 1.5])
 def test_one_node_dissipates_as_in_closed_form(load_factor):
-    known = fo.reference.single_node_dissipation(
+    known = single_node_dissipation(
         A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=load_factor
     )
     steady = fo.steady_state(single(), TO_AND_FRO, 0.5, load_factor, steps=2)

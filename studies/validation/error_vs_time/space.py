@@ -13,9 +13,10 @@ from scipy.sparse import csc_matrix
 import frictopt as fo
 from frictopt.limits import pose
 from frictopt.limits.program import assembled
-from frictopt.reference import SphereContact, half_space_contact, smallest_circle_limit
+from frictopt.reference import SphereContact, half_space_contact
 from frictopt.solve.arrays import Arrays
 from studies.paper import LOADS
+from studies.validation.closed_forms import smallest_circle_limit
 from studies.validation.error_vs_time.bare_lp import clarabel_cone
 from studies.validation.error_vs_time.limits import exact_largest_margin, exact_least, exact_limit
 from studies.validation.error_vs_time.methods import Method, Question, installed, relative

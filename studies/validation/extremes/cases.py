@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.reference import single_node_limit
 from frictopt.transients.exact import ExactPath
 from studies.paper import LOADS
 from studies.validation import oracles
+from studies.validation.closed_forms import single_node_limit
 from studies.validation.extremes.designs import design_probes
 from studies.validation.extremes.guarantees import (
     guaranteed_corners,

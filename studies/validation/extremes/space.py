@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 import frictopt as fo
-from frictopt.reference import smallest_circle_limit
+from studies.validation.closed_forms import smallest_circle_limit
 from studies.validation.extremes.probes import Probe, Sizes, shakedown
 from studies.validation.polygons import polygon_limit
 

@@ -1,6 +1,10 @@
-"""Limits and dissipation of contacts with one node, and of contacts whose nodes do not interact."""
+"""Closed forms of contacts with one node, and of contacts whose nodes do not interact.
 
-from __future__ import annotations
+Their load swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`,
+tangential parts `q0, q1` along +x, normal parts `p0, p1` positive in compression. A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with
+Coulomb friction, International Journal of Solids and Structures 44, 8355-8365: they show which
+contacts shake down from every start. The expressions follow from equal bounds of the slip.
+"""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -8,21 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import ROUNDING, Array, check_entries, finite_array, finite_number, for_each
-from ..errors import ModelError
-
-
-def each_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...]:
-    """Check quantities given once for all nodes or once per node, and return each as (N,).
-
-    N is `nodes`, or the length of the longest one.
-    """
-    arrays = {name: finite_array(name, value) for name, value in values.items()}
-    if "f" in arrays:
-        # A frictionless node resists no shear and has no limit.
-        check_entries("f", arrays["f"], arrays["f"] > 0, "give a positive coefficient of friction")
-    count = nodes or max(array.size for array in arrays.values()) or 1
-    return tuple(for_each(name, array, count) for name, array in arrays.items())
+from frictopt.base import ROUNDING, Array
 
 
 def uncoupled_limit(
@@ -57,31 +47,8 @@ def uncoupled_limit(
     float
         Dimensionless; inf if the cyclic load does not load the nodes, nan if no slip is safe even
         without the cyclic load.
-
-    References
-    ----------
-    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with
-    Coulomb friction, International Journal of Solids and Structures 44, 8355-8365: they show which
-    contacts shake down from every start.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> from frictopt.reference import uncoupled_limit
-    >>> uncoupled_limit(q0=0.3, p0=[1.0, 2.0], q1=[1.0, 1.0], p1=0.0, f=0.5)
-    0.5
     """
-    q0, p0, q1, p1, f, d = each_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
-    if (f * np.abs(d) >= 1).any():
-        node = int(np.argmax(f * np.abs(d)))
-        raise ModelError(
-            f"f: {f[node]:g} at node {node} is not below the critical friction "
-            f"1/|d| = {1 / abs(d[node]):g}; reduce one of them"
-        )
+    q0, p0, q1, p1, f, d = np.broadcast_arrays(q0, p0, q1, p1, f, d)
     strength = f * (p0 - d * q0)
     # A strength of zero has the rounding of the terms that cancel.
     terms = f * (np.abs(p0) + np.abs(d * q0))
@@ -123,24 +90,7 @@ def single_node_limit(
     float
         Dimensionless; inf if the cyclic load does not load the node, nan if no slip is safe even
         without the cyclic load.
-
-    References
-    ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions. The expression
-    follows from equal bounds.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> from frictopt.reference import single_node_limit
-    >>> single_node_limit(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5)
-    0.5
     """
-    A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
     return uncoupled_limit(q0, p0, q1, p1, f, d=B / A)
 
 
@@ -178,62 +128,21 @@ def single_node_dissipation(
     Returns
     -------
     float
-        Work per cycle, force per depth times length, at least 0.
-
-    References
-    ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds. The work follows
-    from them by the integration above.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> from frictopt.reference import single_node_dissipation
-    >>> node = dict(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5)
-    >>> single_node_dissipation(**node, load_factor=1.0)  # 4 f p0 (1 - f p0)
-    1.0
+        Work per cycle, force per depth times length, at least 0; nan if the node lifts off.
     """
-    A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
-    lam = finite_number("load_factor", load_factor, least=0.0)
+    lam = load_factor
     D = A * p0 - B * q0
     e = A * p1 - B * q1
     terms = A * abs(p0) + abs(B * q0)
-    if D < -ROUNDING * terms:
-        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off; give more pressure")
     travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
     if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
-        raise ModelError(
-            f"load_factor: {lam:g}; the node lifts off at one corner; give at most "
-            f"{max(D, 0.0) / abs(e):g}"
-        )
+        return float("nan")
     if abs(q1) <= f * abs(p1) or travel <= 0:
         return 0.0
     swing = lam * e if q1 > 0 else -lam * e
     p_I = (D - swing) / (A + f * B)
     p_II = (D + swing) / (A - f * B)
     return f * travel * q1 * (p_I / (q1 - f * p1) + p_II / (q1 + f * p1))
-
-
-def _checked(
-    A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float
-) -> tuple[float, ...]:
-    A = finite_number("A", A, above=0.0)
-    B = finite_number("B", B)
-    q0 = finite_number("q0", q0)
-    p0 = finite_number("p0", p0)
-    q1 = finite_number("q1", q1)
-    p1 = finite_number("p1", p1)
-    f = finite_number("f", f, above=0.0)
-    if f * abs(B) >= A:
-        raise ModelError(
-            f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; "
-            "give less friction or weaker coupling"
-        )
-    return A, B, q0, p0, q1, p1, f
 
 
 def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
@@ -246,17 +155,8 @@ def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
     -------
     tuple of Array and float
         The centre (2,), and the radius.
-
-    Examples
-    --------
-    >>> from frictopt.reference import smallest_circle
-    >>> centre, radius = smallest_circle([[1.0, 0.0], [-1.0, 0.0], [0.0, 0.5]])
-    >>> centre.tolist(), radius
-    ([0.0, 0.0], 1.0)
     """
-    array = finite_array("points", points, (None, 2))
-    if not len(array):
-        raise ModelError("points: none; give at least one")
+    array = np.asarray(points, dtype=float)
     middle = array.mean(axis=0)
     size = float(np.abs(array - middle).max())
     if size == 0:
@@ -305,32 +205,10 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     float
         Dimensionless; inf if the load does not shear the nodes, nan if a node is in tension under
         the mean load.
-
-    References
-    ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: uncoupled contacts shake down
-    below this limit from every start.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> from frictopt.reference import smallest_circle_limit
-    >>> forward, backward = [[1.0, 0.0], [1.0, 0.0]], [[-1.0, 0.0], [-1.0, 0.0]]
-    >>> smallest_circle_limit(p0=[1.0, 3.0], q1=[forward, backward], f=0.5)
-    0.5
     """
-    shear = finite_array("q1", q1, (None, None, 2))
-    if not shear.size:
-        raise ModelError(
-            f"q1: shape {shear.shape}; "
-            "give the shear forces (K, N, 2) of at least one corner and node"
-        )
+    shear = np.asarray(q1, dtype=float)
     nodes = shear.shape[1]
-    p0, f = each_node(nodes, p0=p0, f=f)
+    p0, f = np.broadcast_to(p0, nodes), np.broadcast_to(f, nodes)
     if p0.min() < 0:
         return float("nan")
     radii = np.array([smallest_circle(shear[:, node])[1] for node in range(nodes)])

@@ -7,6 +7,7 @@ import pytest
 import frictopt as fo
 from helpers.systems import CYCLE, FIRST_PAIR, linprog_limit, on_both_bounds, system
 from helpers.two_nodes import two_node_limits
+from studies.validation.closed_forms import single_node_limit, uncoupled_limit
 
 EXACT = {"rel": 1e-9, "abs": 1e-12}
 
@@ -54,7 +55,7 @@ def test_single_node_equals_the_linear_program():
     for _ in range(120):
         node = {"A": rng.uniform(0.2, 3), **random_load(rng, 1)}
         node["B"] = 0.98 * rng.uniform(-1, 1) * node["A"] / node["f"]
-        limit = fo.reference.single_node_limit(**node)
+        limit = single_node_limit(**node)
         assert limit == pytest.approx(programs(**node)[0], **EXACT, nan_ok=True)
         regimes.add((bool(np.isnan(limit)), bool(abs(node["q1"]) > node["f"] * abs(node["p1"]))))
     assert len(regimes) == 4
@@ -85,7 +86,7 @@ def test_proportional_coupling_equals_the_linear_program(nodes, coupled):
     for _ in range(10):
         load, A = random_load(rng, nodes), stiff(rng, nodes)
         d = coupled * 0.95 * rng.uniform(-1, 1, nodes) / load["f"]
-        limit = fo.reference.uncoupled_limit(**load, d=d)
+        limit = uncoupled_limit(**load, d=d)
         assert (limit, limit) == pytest.approx(
             programs(A, d[:, None] * A, **load), **EXACT, nan_ok=True
         )
@@ -93,9 +94,7 @@ def test_proportional_coupling_equals_the_linear_program(nodes, coupled):
 
 def test_limits_are_infinite_without_cyclic_load():
     assert (
-        fo.reference.uncoupled_limit(0, 1, 0, 0, 0.5)
-        == fo.reference.single_node_limit(1, 0.3, 0.1, 1, 0, 0, 0.5)
-        == np.inf
+        uncoupled_limit(0, 1, 0, 0, 0.5) == single_node_limit(1, 0.3, 0.1, 1, 0, 0, 0.5) == np.inf
     )
     assert two_node_limits(*FIRST_PAIR[:4], 0, 0, 0.6) == (np.inf, np.inf)
 
@@ -104,4 +103,4 @@ def test_a_mean_load_on_the_bound_leaves_a_limit_of_zero_not_none():
     assert not any(
         fo.onset(system(1, 0, q0, 1, 1, 0), CYCLE, 0.3).slip.load_factor for q0 in (0.3, 0.1 + 0.2)
     )
-    assert fo.reference.single_node_limit(A=1, B=1, q0=0.1 + 0.2, p0=0.3, q1=1, p1=0, f=0.5) == 0
+    assert single_node_limit(A=1, B=1, q0=0.1 + 0.2, p0=0.3, q1=1, p1=0, f=0.5) == 0
