@@ -41,8 +41,7 @@ from .fatigue_limit import FatigueLimit, fatigue_limit
 from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .moving.moving_areas import areas_near, moving_areas
-from .moving.normal_path import NoPath, normal_path
-from .moving.path_pieces import piece_at
+from .moving.normal_path import NoPath, normal_path, piece_at
 from .probability import ShakedownProbability
 from .program.question import Question, pose, with_open
 from .required_friction import RequiredFriction, required_friction

@@ -1,7 +1,7 @@
 """Load factors at which an uncoupled contact rests, if the load factor scales normal loads, too.
 
 If slip changes no pressure (B = 0), loads alone open and close nodes. The axis of the load factor
-falls into pieces with one order of openings and closings each (`path_pieces.py`). In a piece the
+falls into pieces with one order of openings and closings each (`normal_path.py`). In a piece the
 rim and an ordinary question, whose loads are affine in the load factor, give one interval with
 states of rest, or none (theory, "Normal loads that are scaled, too"). `rests` joins them; the end
 of the first one is the shakedown limit.

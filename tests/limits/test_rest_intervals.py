@@ -23,7 +23,7 @@ from frictopt.limits import (
     pose,
     rest_intervals,
 )
-from frictopt.limits.moving import path_pieces
+from frictopt.limits.moving import normal_path as paths
 from frictopt.limits.search.order_search import best_with_events
 from frictopt.limits.shakedown import limit_of_order
 from helpers.cases import few
@@ -373,4 +373,4 @@ def test_a_piece_ends_where_two_instants_meet():
     leg = SimpleNamespace(part=np.array([0.0, 0.3, 0.6]))
     place = np.array([[0.0, 0.1, 0.5], [0.0, 0.2, 0.1]])
     nothing = np.zeros((2, 3, 1))
-    assert path_pieces._ends(leg, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))
+    assert paths._ends(leg, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))

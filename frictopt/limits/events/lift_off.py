@@ -18,7 +18,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_of
+from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_of, worst
 from ...contact import LoadCycle
 from ..program.question import Question, outer_corners
 
@@ -261,13 +261,16 @@ class LiftOff(Question):
     @cached_property
     def weights(self) -> Array:
         """(M, K) shares of the corners in the load of each instant."""
-        weights = np.zeros((len(self.way), len(self.r1)))
-        for m, (instant, place) in enumerate(zip(self.at, self.way.tolist(), strict=True)):
-            leg = min(instant.leg, len(self.path.legs) - 1)
-            first, last = self.path.legs[leg]
-            weights[m, first] += 1 - (place - leg)
-            weights[m, last] += place - leg
-        return weights
+        legs = self.path.legs
+        leg = np.array([min(instant.leg, len(legs) - 1) for instant in self.at])
+        return shares_of_corners(legs, leg, self.way - leg, len(self.r1))
+
+    @cached_property
+    def opened(self) -> tuple[Booleans, Booleans]:
+        """(M, N) masks of the nodes that are open before, and after, each instant."""
+        nodes = self.system.nodes
+        before = np.array([among(instant.before, nodes) for instant in self.at])
+        return before, np.array([among(instant.after, nodes) for instant in self.at])
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
@@ -304,37 +307,23 @@ class LiftOff(Question):
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
         """See `Question.statuses`."""
-        opened = np.array([question.open_nodes for question in self.sets])
-        nodes = len(self.open_nodes)
-        touching = np.array([among(instant.switching, nodes) for instant in self.at])
-        return ~(opened | touching), opened
+        before, after = self.opened
+        return ~(before | after), before & after
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Loads of the cycle at the corners and events, at load factor 1."""
-        fixed = None
-        if self.cycle.fixed is not None:
-            fixed = _blends(self.cycle.fixed, self.weights)
-        return LoadCycle(
-            self.cycle.mean, _blends(self.cycle.corners, self.weights), fixed
-        ).corner_names
+        return names_of_instants(self.cycle, self.weights)
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
         """See `Question.events`."""
-        rows = []
-        for m, instant in enumerate(self.at):
-            for node in sorted(instant.switching):
-                event = "closes" if node in instant.before else "opens"
-                rows.append((node, event, float(self.way[m]), self.names[m]))
-        return rows
+        return events_of(*self.opened, self.way, self.names)
 
     @property
     def open_share(self) -> Array:
         """See `Question.open_share`."""
-        legs = len(self.path.legs)
-        opened = [among(instant.after, len(self.open_nodes)) for instant in self.at]
-        return np.diff(self.way, append=float(legs)) @ opened / legs
+        return mean_on_way(self.opened[1], self.way, len(self.path.legs))
 
     @property
     def node_states(self) -> str:
@@ -365,13 +354,43 @@ class LiftOff(Question):
         order.
         """
         _, r = self.instants(load_factor, slip)
-        touching = [
-            np.abs(r[m][:, sorted(instant.switching)]).max(initial=0.0) / self.force
-            for m, instant in enumerate(self.at)
-        ]
+        before, after = self.opened
+        touching = np.abs(r).max(axis=1)[before ^ after].max(initial=0.0) / self.force
         steps = np.diff(self.way, append=float(len(self.path.legs)))
-        worst = np.max([super().violation(load_factor, slip), *touching, -steps.min()])
-        return float(np.nan_to_num(worst, nan=np.inf))
+        return worst([super().violation(load_factor, slip), touching, -steps.min()])
+
+
+def shares_of_corners(
+    legs: Sequence[tuple[int, int]], leg: Integers, part: Array, count: int
+) -> Array:
+    """(M, count) shares of the corners in the load at a part of a leg, for M instants."""
+    shares = np.zeros((len(leg), count))
+    instants = np.arange(len(leg))
+    first, last = np.array(legs)[leg].T
+    shares[instants, first] += 1 - part
+    shares[instants, last] += part
+    return shares
+
+
+def names_of_instants(cycle: LoadCycle, weights: Array) -> tuple[str, ...]:
+    """Names of the loads at instants, of which `weights` (M, K) has the shares of the corners."""
+    fixed = None if cycle.fixed is None else _blends(cycle.fixed, weights)
+    return LoadCycle(cycle.mean, _blends(cycle.corners, weights), fixed).corner_names
+
+
+def events_of(
+    before: Booleans, after: Booleans, way: Array, names: Sequence[str]
+) -> list[tuple[int, str, float, str]]:
+    """The rows of `Question.events`, from the nodes (M, N) that are open around each instant."""
+    return [
+        (node, "closes" if before[m, node] else "opens", float(way[m]), names[m])
+        for m, node in np.argwhere(before ^ after).tolist()
+    ]
+
+
+def mean_on_way(after: Booleans, way: Array, legs: int) -> Array:
+    """(N,) part of the way in which nodes are open, from those open after each instant (M, N)."""
+    return np.asarray(np.diff(way, append=float(legs)) @ after / legs)
 
 
 def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict[str, float]]:

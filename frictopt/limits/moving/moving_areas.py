@@ -5,6 +5,17 @@ before the limit, and with it which nodes open and close, and when. In a state o
 all nodes at all instants follows from the load factor and the slip of the nodes that never open
 (theory, "Contact areas that move"). `moving_areas` makes the question, `rest_intervals.py` has its
 limit.
+
+The *rim* are the nodes of an uncoupled contact that are open at some time. Without pressure a node
+carries no shear force, and its slip follows the other nodes. While it presses, in a state of rest,
+it keeps its slip. So with the slip of all other nodes at zero, the slip y of the rim obeys linear
+equations::
+
+    z = q + A y,   z = 0 at nodes without pressure,   y constant from closing to opening
+
+They have at most one solution. Friction, mean pressure and the other nodes do not occur in them. If
+there is no solution, some node slips in every cycle: its shear load when it closes is not the shear
+load when it opens.
 """
 
 from __future__ import annotations
@@ -29,11 +40,114 @@ from ...base import (
     unresisted,
     worst,
 )
-from ...contact import ContactProducts, LoadCycle, off_law, other_laws
-from ..events.lift_off import fields_of
+from ...contact import ContactProducts, off_law, other_laws
+from ..events.lift_off import (
+    events_of,
+    fields_of,
+    mean_on_way,
+    names_of_instants,
+    shares_of_corners,
+)
 from ..program.question import Question
-from .normal_path import NoPath, normal_path
-from .path_pieces import PathPiece, Rim, Statuses, piece_at, piece_of_path, rim_of
+from .normal_path import (
+    NoPath,
+    PathPiece,
+    Statuses,
+    follow,
+    normal_path,
+    piece_at,
+    piece_of_path,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """Slips and shear forces of R rim nodes with t tangents at M instants, all others held.
+
+    Index 0 is the part at load factor 0, index 1 the rate with the load factor. `residual` are the
+    shear forces at nodes that open or close; they are zero in a state of rest.
+    """
+
+    nodes: Integers  # (R,)
+    motion: Array  # (2, M, t, R) length
+    shear: Array  # (2, M, t, R) force
+    residual: Array  # (2, M, t, R) force
+
+
+def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
+    """The least squares solution of the equations of the rim.
+
+    A (t N, t N) is the tangential stiffness; `shear` (2, M, t, N) are the shear forces without any
+    slip. NoPath if the open nodes of some instant are not held.
+    """
+    tangents, count = shear.shape[2:]
+    nodes = np.flatnonzero(statuses.rim)
+    entries = (np.arange(tangents)[:, None] * count + nodes).ravel()
+    loads = shear[..., nodes]
+    stiffness = A[np.ix_(entries, entries)]
+    equations = _Equations(stiffness, loads, statuses, nodes)
+    slips = equations.solved()
+    motion = np.zeros_like(loads)
+    for m in range(len(statuses.after)):
+        motion[:, m] = equations.motion(m, slips).reshape(motion[:, m].shape)
+    flat = motion.reshape(*motion.shape[:2], -1)
+    forces = loads + (flat @ stiffness).reshape(motion.shape)
+    forces *= ~statuses.free[:, None, nodes]
+    residual = forces * statuses.touching[:, None, nodes]
+    return Rim(nodes, motion, forces, residual)
+
+
+class _Equations:
+    """The equations of the rim, for the slips of the closed episodes alone."""
+
+    def __init__(self, A: Array, loads: Array, statuses: Statuses, nodes: Integers) -> None:
+        tangents = loads.shape[2]
+        numbers, count = statuses.episodes(nodes)
+        # Columns of the slips: the episodes of each tangent follow each other.
+        columns = [np.where(numbers < 0, -1, axis * count + numbers) for axis in range(tangents)]
+        self._count = tangents * count
+        self._column = np.concatenate(columns, axis=1)
+        self._touching = np.tile(statuses.touching[:, nodes], tangents)
+        self._A = A
+        self._loads = loads.reshape(*loads.shape[:2], -1)
+
+    def solved(self) -> Array:
+        """(episodes, 2) slips of the episodes, at load factor 0 and per load factor."""
+        rows = [np.zeros((0, self._count))]
+        right = [np.zeros((0, 2))]
+        for m, touching in enumerate(self._touching):
+            if touching.any():
+                row, force = self._forces(m, touching)
+                rows.append(row)
+                right.append(-force)
+        return np.asarray(np.linalg.lstsq(np.vstack(rows), np.vstack(right), rcond=ROUNDING)[0])
+
+    def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
+        """Forces at the touching nodes of an instant: rows of the slips, and (rows, 2) constants.
+
+        The nodes without pressure follow the nodes with pressure.
+        """
+        closed = self._column[m] >= 0
+        motions = self._follow(m, self._A[np.ix_(~closed, touching)]).T
+        coupling = self._A[touching] - motions @ self._A[~closed]
+        force = (self._loads[:, m, touching] - self._loads[:, m, ~closed] @ motions.T).T
+        row = np.zeros((len(force), self._count))
+        row[:, self._column[m, closed]] = coupling[:, closed]
+        return row, force
+
+    def motion(self, m: int, slips: Array) -> Array:
+        """(2, t R) slips of the rim at an instant, from the slips of the episodes."""
+        closed = self._column[m] >= 0
+        slip = np.zeros((2, len(closed)))
+        slip[:, closed] = slips[self._column[m, closed]].T
+        forces = self._loads[:, m, ~closed] + slip @ self._A[:, ~closed]
+        slip[:, ~closed] = -self._follow(m, forces.T).T
+        return slip
+
+    def _follow(self, m: int, forces: Array) -> Array:
+        """Slips of the nodes without pressure under given forces on them."""
+        opened = self._column[m] < 0
+        return follow(self._A[np.ix_(opened, opened)], forces)
 
 
 @kept
@@ -165,41 +279,34 @@ class MovingAreas(Question):
         """See `Question.statuses`."""
         return self.at_instant.before & self.at_instant.after, self.at_instant.free
 
+    @property
+    def opened(self) -> tuple[Booleans, Booleans]:
+        """(M, N) masks of the nodes without pressure before, and after, each instant."""
+        return ~self.at_instant.before, ~self.at_instant.after
+
+    @property
+    def way(self) -> Array:
+        """(M,) places of the instants in legs: 2.5 is half way from corner 2 to the next."""
+        return self.path.leg + self.path.part(self.told_at)
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Loads of the cycle at the corners and events, at load factor 1."""
-        corners = self.cycle.corners
-        fixed = self.cycle.fixed or tuple({} for _ in corners)
-        parts = self.path.part(self.told_at).tolist()
-        blends = []
-        for loads in (corners, fixed):
-            blends.append(
-                [
-                    _blend(loads[k], loads[(k + 1) % len(loads)], part)
-                    for k, part in zip(self.path.leg.tolist(), parts, strict=True)
-                ]
-            )
-        return LoadCycle(self.cycle.mean, blends[0], fixed=blends[1]).corner_names
+        corners = len(self.r1)
+        legs = [(k, (k + 1) % corners) for k in range(corners)]
+        leg = self.path.leg
+        weights = shares_of_corners(legs, leg, self.way - leg, corners)
+        return names_of_instants(self.cycle, weights)
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
-        """See `Question.events`. The place counts legs: 2.5 is half way from corner 2 to the next.
-
-        A node that carries pressure before an event opens there.
-        """
-        rows = []
-        places = (self.path.leg + self.path.part(self.told_at)).tolist()
-        for m, node in np.argwhere(self.at_instant.touching).tolist():
-            event = "opens" if self.at_instant.before[m, node] else "closes"
-            rows.append((node, event, places[m], self.names[m]))
-        return rows
+        """See `Question.events`. A node that carries pressure before an event opens there."""
+        return events_of(*self.opened, self.way, self.names)
 
     @property
     def open_share(self) -> Array:
         """(N,) part of the cycle in which each node is open; every leg counts the same."""
-        places = self.path.leg + self.path.part(self.told_at)
-        lasting = np.diff(places, append=len(self.r1))
-        return lasting @ ~self.at_instant.after / len(self.r1)
+        return mean_on_way(self.opened[1], self.way, len(self.r1))
 
     @property
     def node_states(self) -> str:
@@ -227,12 +334,6 @@ class MovingAreas(Question):
         slid_while_pressed = slid.max(axis=1) * pressed
         slid_by_force = float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force
         return worst([*violations, slid_by_force])
-
-
-def _blend(first: Mapping[str, float], last: Mapping[str, float], part: float) -> dict[str, float]:
-    """Loads at a part of the leg between two corners."""
-    cases = dict.fromkeys([*first, *last])
-    return {c: (1 - part) * first.get(c, 0.0) + part * last.get(c, 0.0) for c in cases}
 
 
 def uncoupled(question: Question) -> bool:

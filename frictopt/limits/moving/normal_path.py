@@ -6,6 +6,12 @@ piecewise linear along the cycle. The path goes from one *instant* to the next: 
 at which a pressure or a gap comes to zero. Nodes that reach zero together are one event, as in
 symmetric contacts. There the rates of pressures and gaps solve a small problem of the same kind,
 which decides which of these nodes open.
+
+If the load factor scales normal loads, events change their places with it. A *piece* is an interval
+of load factors at which nodes open and close in one order. There pressures and gaps at the instants
+are affine in the load factor, and so is the place of each event times the load factor (theory,
+"Normal loads that are scaled, too"). The next piece begins where a pressure or a gap of an instant
+comes to zero, or where two instants meet.
 """
 
 from dataclasses import dataclass
@@ -13,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from ...base import CONDENSATION, SIMULTANEOUS, Array, Booleans, Integers
+from ...base import CONDENSATION, ROUNDING, SIMULTANEOUS, Array, Booleans, Integers
 
 # Numbers of the path.
 
@@ -198,3 +204,172 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
             flipped[np.flatnonzero(wrong)[-1]] = True
         opened = opened ^ flipped
     raise NoPath("no pressures and gaps found")
+
+
+@dataclass(frozen=True, eq=False)
+class Statuses:
+    """Which of N nodes press around each of M instants; the last interval ends at the first."""
+
+    before: Booleans  # (M, N) in the interval that ends at the instant
+    after: Booleans  # (M, N) in the interval that begins there
+
+    @classmethod
+    def of(cls, path: NormalPath) -> "Statuses":
+        """The statuses of a normal path."""
+        presses = path.presses
+        return cls(np.roll(presses, 1, axis=0), presses)
+
+    @property
+    def free(self) -> Booleans:
+        """(M, N) nodes without pressure before and after."""
+        return ~self.before & ~self.after
+
+    @property
+    def touching(self) -> Booleans:
+        """(M, N) nodes that open or close at the instant."""
+        return self.before ^ self.after
+
+    @property
+    def rim(self) -> Booleans:
+        """(N,) nodes without pressure in some interval."""
+        return np.asarray(~self.after.all(axis=0))
+
+    def episodes(self, nodes: Integers) -> tuple[Integers, int]:
+        """(M, R) number of the closed episode of some rim nodes at each instant, and their count.
+
+        The number is -1 where a node has no pressure before and after. An episode may go on across
+        the end of the cycle.
+        """
+        pressed = (self.before | self.after)[:, nodes]
+        closes = (self.after & ~self.before)[:, nodes]
+        counts = closes.sum(axis=0)
+        # Before its first closing in the cycle a node is in its last episode.
+        of_node = (closes.cumsum(axis=0) - 1) % np.maximum(counts, 1)
+        numbers = np.where(pressed, of_node + counts.cumsum() - counts, -1)
+        return numbers, int(counts.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class PathPiece:
+    """Pressures and gaps at the M instants of a load cycle, for an interval of load factors.
+
+    Index 0 of `place`, `pressure` and `gap` is the part at load factor 0, index 1 the rate with the
+    load factor.
+    """
+
+    leg: Integers  # (M,) the corner at which the leg of the instant begins
+    place: Array  # (2, M) load factor times part of the leg
+    pressure: Array  # (2, M, N) force
+    gap: Array  # (2, M, N) length
+    at_instant: Statuses
+    low: float  # the load factors between which nodes open and close in this order
+    high: float
+
+    @property
+    def at_corner(self) -> Booleans:
+        """(M,) which instants are corners."""
+        return np.asarray((self.place == 0).all(axis=0))
+
+    @property
+    def presses(self) -> Booleans:
+        """(M, N) nodes with pressure at the instants."""
+        return np.asarray((self.pressure != 0).any(axis=0))
+
+    def part(self, load_factor: float) -> Array:
+        """(M,) place of each instant on its leg at a load factor, 0 at the first corner."""
+        return np.asarray(self.place[0] / (load_factor or 1.0) + self.place[1])
+
+    def loads(self, at_zero: Array, scaled: Array) -> Array:
+        """(2, M, ...) loads at the instants, of loads (K, ...) at the corners.
+
+        If the place of an event changes with the load factor, loads at load factor 0 are the same
+        at all corners.
+        """
+        shape = (2, -1, *[1] * (scaled.ndim - 1))
+        constant, rate = self.place.reshape(shape)
+        last = (self.leg + 1) % len(scaled)
+        held = at_zero[last] - at_zero[self.leg]
+        change = scaled[last] - scaled[self.leg]
+        zero = at_zero[self.leg] + rate * held + constant * change
+        return np.stack([zero, scaled[self.leg] + rate * change])
+
+
+def piece_of_path(path: NormalPath) -> PathPiece:
+    """The piece of a path that is the same at all load factors, or is asked at one alone."""
+    return PathPiece(
+        path.leg,
+        np.stack([np.zeros_like(path.part), path.part]),
+        np.stack([path.pressure, np.zeros_like(path.pressure)]),
+        np.stack([path.gap, np.zeros_like(path.gap)]),
+        Statuses.of(path),
+        0.0,
+        np.inf,
+    )
+
+
+def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> PathPiece:
+    """The piece around a load factor above 0.
+
+    `at_zero` (N,) and `scaled` (K, N) are normal reactions with all gaps pressed shut, C (N, N) is
+    the normal stiffness. NoPath if a free body lifts off.
+    """
+    path = normal_path(C, at_zero + load_factor * scaled)
+    statuses = Statuses.of(path)
+    # Between its neighbours an instant without event is linear.
+    kept = (path.part == 0) | statuses.touching.any(axis=1)
+    path = NormalPath(path.leg[kept], path.part[kept], path.pressure[kept], path.gap[kept])
+    statuses = Statuses(statuses.before[kept], statuses.after[kept])
+
+    instants = len(path.leg)
+    place = np.zeros((2, instants))
+    pressure = np.zeros((2, *path.pressure.shape))
+    gap = np.zeros_like(pressure)
+    following = np.roll(scaled, -1, axis=0)
+    for m, k in enumerate(path.leg.tolist()):
+        rows = np.stack([at_zero, scaled[k], following[k] - scaled[k]])
+        pressures, gaps = states(C, rows, statuses.free[m])
+        if path.part[m] > 0:
+            place[:, m] = _place_of_event(pressures, statuses.touching[m])
+        pressure[:, m] = pressures[:2] + place[:, [m]] * pressures[2]
+        gap[:, m] = gaps[:2] + place[:, [m]] * gaps[2]
+    pressure *= statuses.before & statuses.after
+    gap *= statuses.free
+    # A rate that is rounding must not bound a load factor that grows without limit.
+    for rate in (pressure[1], gap[1]):
+        rate[np.abs(rate) <= ROUNDING * np.abs(rate).max(initial=0.0)] = 0.0
+    low, high = _ends(path, place, pressure, gap, load_factor)
+    return PathPiece(path.leg, place, pressure, gap, statuses, low, high)
+
+
+def _place_of_event(pressures: Array, touching: Booleans) -> Array:
+    """Load factor times place, at which a node that opens or closes has no pressure.
+
+    `pressures` are those at load factor 0, their rate with the load factor at the first corner of
+    the leg, and their change along the leg. Nodes that touch together have the same place.
+    """
+    node = int((touching * np.abs(pressures[2])).argmax())
+    change = float(pressures[2, node])
+    if not abs(change) > 0:
+        raise NoPath("a node opens or closes without a change of its pressure")
+    return -pressures[:2, node] / change
+
+
+def _ends(
+    path: NormalPath, place: Array, pressure: Array, gap: Array, load_factor: float
+) -> tuple[float, float]:
+    """The load factors between which all positive pressures, gaps and distances stay positive."""
+    last = np.roll(path.part == 0, -1)
+    # The distance to the next instant, of the last one of a leg to the end of the leg.
+    distance = np.roll(place, -1, axis=1) * ~last + np.outer((0.0, 1.0), last) - place
+    low = 0.0
+    high = np.inf
+    for values in (pressure, gap, distance):
+        constant, rate = values.reshape(2, -1)
+        value = constant + load_factor * rate
+        rounding = ROUNDING * float(np.abs(rate).max(initial=0.0))
+        falls = (value > 0) & (rate < -rounding)
+        rises = (value > 0) & (rate > rounding)
+        zeros = load_factor - value / np.where(falls | rises, rate, 1.0)
+        high = min(high, float(zeros[falls].min(initial=np.inf)))
+        low = max(low, float(zeros[rises].max(initial=0.0)))
+    return low, high
