@@ -297,45 +297,36 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
     limit. Then the nodes that govern open together, and close one by one.
     """
     bare, shut = _touching(limit)
-    yield from _all_at_once(bare, shut, order)
+    opened = order.between[0], order.between[-1]
+    opens = [nodes - already for nodes, already in zip(bare, opened, strict=True)]
+    closes = [nodes & already for nodes, already in zip(shut, opened, strict=True)]
+    yield from _openings(order, *opens)
+    yield from _closings(order, *closes)
 
-    start, events, _ = order
-    open_first = order.between[0]
-    open_last = order.between[-1]
-    governs_first, governs_last = _governing(limit)
-    opens_first = (bare[0] & governs_first) - open_first
-    opens_last = (bare[1] & governs_last) - open_last
-    if opens_last:
-        for first in dict.fromkeys([opens_first, Nodes()]):
-            before = (first,) if first else ()
-            yield Order(start | first, (*before, *events, opens_last))
-    if opens_first:
-        yield Order(start | opens_first, (opens_first, *events))
-    for node in sorted(shut[1] & governs_last & open_last):
-        yield Order(start, (*events, Nodes({node})))
-    for node in sorted(shut[0] & governs_first & open_first):
-        yield Order(start - {node}, (Nodes({node}), *events))
+    first, last = _governing(limit)
+    yield from _openings(order, opens[0] & first, opens[1] & last)
+    for node in sorted(closes[1] & last):
+        yield from _closings(order, Nodes(), Nodes({node}))
+    for node in sorted(closes[0] & first):
+        yield from _closings(order, Nodes({node}), Nodes())
 
 
-def _all_at_once(bare: list[Nodes], shut: list[Nodes], order: Order) -> Iterator[Order]:
-    """Orders in which all nodes without pressure open at a corner, or all without gap close."""
-    start, events, _ = order
-    open_first = order.between[0]
-    open_last = order.between[-1]
-    opens_first = bare[0] - open_first
-    opens_last = bare[1] - open_last
-    for last in dict.fromkeys([opens_last, Nodes()]):
-        for first in dict.fromkeys([opens_first, Nodes()]):
-            before = (first,) if first else ()
-            after = (last,) if last else ()
+def _openings(order: Order, first: Nodes, last: Nodes) -> Iterator[Order]:
+    """Orders in which nodes open at the first corner, at the last one, or at both."""
+    for at_last in dict.fromkeys([last, Nodes()]):
+        for at_first in dict.fromkeys([first, Nodes()]):
+            before = (at_first,) if at_first else ()
+            after = (at_last,) if at_last else ()
             if before or after:
-                yield Order(start | first, (*before, *events, *after))
-    closes_first = shut[0] & open_first
-    closes_last = shut[1] & open_last
-    if closes_last:
-        yield Order(start, (*events, closes_last))
-    if closes_first:
-        yield Order(start - closes_first, (closes_first, *events))
+                yield Order(order.start | at_first, (*before, *order.events, *after))
+
+
+def _closings(order: Order, first: Nodes, last: Nodes) -> Iterator[Order]:
+    """Orders in which nodes close at the last corner, and at the first one."""
+    if last:
+        yield Order(order.start, (*order.events, last))
+    if first:
+        yield Order(order.start - first, (first, *order.events))
 
 
 def _touching(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
