@@ -26,7 +26,7 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
-from .answers.answered import Rated, check_critical
+from .answers.answered import Proven, check_critical
 from .answers.reasons import guaranteed_reason
 from .guarantee.critical_search import (
     COINCIDE_ALONE,
@@ -39,7 +39,7 @@ from .shakedown import ShakedownLimit, limit_of_all_openings, limit_of_any_set, 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteedLimit(Rated):
+class GuaranteedLimit(Proven):
     """Guaranteed limit, with a witness: slip that starts from it continues just above the limit.
 
     Attributes
@@ -155,12 +155,6 @@ class GuaranteedLimit(Rated):
             table.loc[critical, "component"] = table.loc[critical, "node"]
             table.loc[critical, "node"] = self.node
         return table
-
-    @property
-    def _rated(self) -> bool:
-        if self.node is None:
-            return self.shakedown._rated
-        return self.load_factor > self.least and not self.constraints
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, load_factor, how, and the slip of the witness.
@@ -307,7 +301,6 @@ def _result(shakedown: ShakedownLimit, nodes: CriticalNodes, user: Any = None) -
         corners=best.state.corners,
         record=replace(limit.record, solver=best.solver),
         _solved=best.solved if user is None else user.listed(best.solved),
-        _motion=limit._motion if best.motion is None else best.motion,
         _above=best.above,
     )
 

@@ -1,4 +1,4 @@
-"""Rates of both limits with loads, interferences and friction.
+"""Rates of the shakedown limit with loads, interferences and friction.
 
 The rates come from multipliers alone and are compared with differences of limits that are computed
 again.
@@ -6,7 +6,7 @@ again.
 
 import numpy as np
 import pytest
-from hypothesis import Phase, assume, example, given, settings
+from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
@@ -35,7 +35,7 @@ def agrees(rate, limit, limit_after, slack=1e-4):
     assert min(sides) - room <= STEP * rate <= max(sides) + room
 
 
-def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
+def rates_agree(contact, cycle, f, most=None, slack=1e-4):
     """Compare rates with every amplitude of the loads, with interferences, and with friction.
 
     Returns the limit.
@@ -43,7 +43,7 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
     n, f = contact.nodes, np.broadcast_to(f, contact.nodes)
 
     def limit_of(system, mean, fixed, corners, friction=f, **options):
-        return ask(
+        return fo.shakedown_limit(
             system, fo.LoadCycle(mean, corners, fixed or None), friction, slip_bound=most, **options
         )
 
@@ -54,7 +54,7 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
     )
     limit = limit_of(contact, *parts[0], *parts[1:])
     # The rates are those of the limit with these open nodes.
-    same = {"open_nodes": limit.open} if ask is fo.shakedown_limit else {}
+    same = {"open_nodes": limit.open}
     assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
     entries = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
     entries += [
@@ -82,15 +82,12 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
             ),
             slack,
         )
-        if ask is fo.shakedown_limit:
-            agrees(
-                limit.friction_rate[node],
-                limit,
-                lambda by, here=here: limit_of(
-                    contact, *parts[0], *parts[1:], f + by * here, **same
-                ),
-                slack,
-            )
+        agrees(
+            limit.friction_rate[node],
+            limit,
+            lambda by, here=here: limit_of(contact, *parts[0], *parts[1:], f + by * here, **same),
+            slack,
+        )
     return limit
 
 
@@ -110,7 +107,7 @@ def test_in_the_plane(seed, nodes, f, most, fixed, coupling):
     cycle = fo.LoadCycle(
         CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None
     )
-    limit = rates_agree(fo.shakedown_limit, contact, cycle, f, most)
+    limit = rates_agree(contact, cycle, f, most)
     taken = contact.with_gap(STEP * np.arange(nodes))
     lost = fo.shakedown_limit(taken, cycle, f, slip_bound=most).load_factor - limit.load_factor
     # The limit is concave in the gaps.
@@ -126,7 +123,7 @@ def test_in_the_plane(seed, nodes, f, most, fixed, coupling):
 )
 def test_in_space(seed, nodes, f, most):
     contact = random_contact(np.random.default_rng(seed), nodes)
-    rates_agree(fo.shakedown_limit, contact, spatial_cycle(), f, most, slack=1e-3)
+    rates_agree(contact, spatial_cycle(), f, most, slack=1e-3)
 
 
 @settings(max_examples=1)
@@ -135,50 +132,7 @@ def test_with_open_nodes(seed):
     rng = np.random.default_rng(seed)
     contact = random_system(rng, 4).with_gap([0.0, 0.0, 3.0, 0.0])
     assume(fo.shakedown_limit(contact, CYCLE, 0.5).open.any())
-    rates_agree(fo.shakedown_limit, contact, CYCLE, 0.5)
-
-
-@WRITTEN
-@given(
-    seed=st.integers(0, 10**6),
-    nodes=st.integers(2, 4),
-    f=st.floats(0.3, 0.8),
-    most=st.sampled_from([None, 0.3]),
-    fixed=st.booleans(),
-)
-# Rows of the critical node itself govern where a part is fixed.
-@example(seed=8, nodes=4, f=0.6, most=None, fixed=True)
-@example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
-def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
-    contact = random_system(
-        np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=0.8
-    )
-    cycle = fo.LoadCycle(
-        CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None
-    )
-    rates_agree(fo.guaranteed_limit, contact, cycle, f, most)
-
-
-@EXAMPLES
-@given(seed=st.integers())
-@example(seed=4)  # three corners
-@example(seed=6)
-def test_of_the_guaranteed_limit_in_space(seed):
-    """Rates of the guaranteed limit in space, where two opposed corners or three govern."""
-    contact = random_contact(np.random.default_rng(seed), 2)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}])
-    rates_agree(fo.guaranteed_limit, contact, cycle, 0.6, slack=1e-3)
-
-
-@EXAMPLES
-@given(seed=st.integers())
-@example(seed=1)
-def test_of_the_guaranteed_limit_with_open_nodes(seed):
-    contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap(
-        [0.0, 0.0, 3.0, 0.0]
-    )
-    limit = rates_agree(fo.guaranteed_limit, contact, CYCLE, 0.5)
-    assert limit.open.any() and limit.node is not None
+    rates_agree(contact, CYCLE, 0.5)
 
 
 def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():
@@ -207,8 +161,3 @@ def test_there_are_none_without_a_finite_limit():
         assert not np.isfinite(limit.load_factor)
         assert np.isnan(limit.interference_rate).all()
         assert limit.load_rates["rate"].isna().all()
-    unloaded = fo.guaranteed_limit(
-        random_system(np.random.default_rng(9), 3, coupling=1.0), CYCLE, 1.0
-    )
-    assert unloaded.load_factor == 0  # and stays there
-    assert np.isnan(unloaded.interference_rate).all() and unloaded.load_rates["rate"].isna().all()

@@ -466,12 +466,10 @@ class Rated(Proven):
 
         Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
         all load cases of the system, also unused ones: the bolt to tighten is the row with the
-        largest rate. The rates of a guaranteed limit belong to the critical state of `node`. The
-        limit has a kink if several nodes, such as mirror images, are critical at once, or at more
-        corners than needed; then the rate is one-sided. NaN without a finite limit, if a
-        guaranteed limit is `least`, and under user constraints: these may depend on the loads. NaN,
-        too, if loads alone open and close nodes in each cycle (`events`): the loads then move the
-        events, which the mechanism does not know.
+        largest rate. The limit has a kink if several nodes, such as mirror images, govern at once;
+        then the rate is one-sided. NaN without a finite limit, and under user constraints: these
+        may depend on the loads. NaN, too, if loads alone open and close nodes in each cycle
+        (`events`): the loads then move the events, which the mechanism does not know.
         """
         self._check_exact("load_rates")
         cycle = self.cycle

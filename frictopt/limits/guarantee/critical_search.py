@@ -25,7 +25,7 @@ from ...solve.arrays import EQUATION
 from ..program.assembled import at_corners, stuck
 from ..program.question import Question
 from ..program.rest_program import RestProgram, elastic
-from ..program.solution import Mechanism, Solution, Solved, contradiction, solve
+from ..program.solution import Solution, Solved, contradiction, solve
 from .critical_state import CriticalState, critical_states, needed
 
 # Labels: the source of the load factor of a node.
@@ -82,8 +82,6 @@ class NodeClaim:
     load_factor: float
     slip: Array
     residual: float
-    # The rates of the load factor, see `critical_motion`; None if it is not the least so far.
-    motion: Mechanism | None = None
     # The solved program; None without a slip.
     solved: Solved | None = None
     solver: str = ""
@@ -115,42 +113,8 @@ def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> N
     bound, defect = solution.bound
     if not residual <= RESIDUAL and least_so_far < bound - defect < np.inf:
         return _without_slip(question, state, bound - defect, 0.0, LEFT_OUT)
-    motion = critical_motion(solution, state) if load_factor < least_so_far else None
     solved = solution.solved("critical", state=state)
-    return NodeClaim(state, load_factor, slip, residual, motion, solved)
-
-
-def critical_motion(solution: Solution, state: CriticalState) -> Mechanism:
-    """The rates of a node's load factor with all reactions, as slips and lifts of either sign.
-
-    They follow from the multipliers. The motions of the other nodes are the reversed mechanism of
-    their rows. The node itself slips along or against `q_k` at its corners, and lifts by friction
-    times its slip. With two opposite corners, the part of the multiplier across their line is
-    divided between the corners by the lever rule.
-    """
-    question = solution.program.question
-    node = state.node
-    corners = list(state.corners)
-    mechanism = solution.motion
-    moves = -mechanism.moves
-
-    y = np.concatenate([solution.multipliers[name] for name in ("critical_q", "critical_p")])
-    _, r = question.states(solution.load_factor, solution.slip_of_nodes)
-    q = r[corners, :-1, node]  # (corners, t)
-    size = np.linalg.norm(q, axis=1)
-    friction = question.friction[node]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        along = np.column_stack([q / size[:, None], np.full(len(corners), -friction)])
-        levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
-    shares = np.full(len(corners), np.nan)
-    if np.isfinite(along).all():
-        shares = np.linalg.lstsq(along.T, y, rcond=None)[0]
-    node_moves = np.zeros_like(moves)
-    node_moves[corners, :, node] = shares[:, None] * along + levers[:, None] * (y - shares @ along)
-    if question.compliance is not None:
-        follow = node_moves.reshape(len(node_moves), -1) @ question.system.S @ question.compliance
-        node_moves -= follow.reshape(node_moves.shape)
-    return replace(mechanism, moves=moves + node_moves)
+    return NodeClaim(state, load_factor, slip, residual, solved)
 
 
 class CriticalNodes:
