@@ -44,9 +44,15 @@ from .answers.sentences import (
     REQUIRED_BETWEEN,
     STOPPED_WIDE,
 )
-from .between.cones import check_known, check_options, cones_of, without_gap
-from .between.judged import record_of, slip_of
-from .between.least_friction import FrictionBracket
+from .between.cones import (
+    check_known,
+    check_options,
+    cones_of,
+    record_of,
+    slip_of,
+    without_gap,
+)
+from .between.search import FrictionBracket
 from .events.lift_off import LiftOff, Order, has_static_shear
 from .moving.moving_areas import uncoupled
 from .program.assembled import most_pressed

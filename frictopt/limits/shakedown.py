@@ -43,9 +43,19 @@ from .answers.answered import answered
 from .answers.reasons import shakedown_reason
 from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
-from .between.cones import Cones, Point, check_known, check_options, cones_of, without_gap
-from .between.judged import judged, mechanism_of, record_of
-from .between.search import Method, margins, search
+from .between.cones import (
+    Cones,
+    Point,
+    check_known,
+    check_options,
+    cones_of,
+    judged,
+    margins,
+    mechanism_of,
+    record_of,
+    without_gap,
+)
+from .between.search import Method, search
 from .events.lift_off import LiftOff
 from .events.ordered import read_order, solved_order
 from .gross_slip import statics_alone

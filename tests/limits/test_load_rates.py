@@ -6,7 +6,7 @@ again.
 
 import numpy as np
 import pytest
-from hypothesis import Phase, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
@@ -16,9 +16,6 @@ from helpers.spatial import random_contact
 from helpers.systems import CYCLE, random_system
 
 STEP = 1e-6
-EXAMPLES = settings(phases=[Phase.explicit])  # alone
-# Those that are written, and a random one with all cases.
-WRITTEN = settings(max_examples=1, phases=None if ALL_CASES else [Phase.explicit])
 
 
 def agrees(rate, limit, limit_after, slack=1e-4):

@@ -3,6 +3,10 @@
 Each step takes one product with T and one with its transpose. The steps are reflected and anchored
 (Halpern), and begin anew from the last state if the error has fallen (restarts of PDLP, Applegate
 et al. 2021; Lu and Yang 2024). The number of steps is not proven, and matters to no proof.
+
+`FrictionBracket` finds the least friction with a safe slip at one load factor. For a friction, the
+room of the rows proves that it is enough or too little. Both narrow a bracket. A safe point needs
+no more friction than its largest ratio of shear to pressure.
 """
 
 from __future__ import annotations
@@ -12,9 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base import FLOOR, Array, progress_bar
+from ...base import FLOOR, Array, progress_bar, worst
 from ...contact.law import reach
-from .cones import Cones, Point, towards
+from ..program.question import Question
+from ..program.solution import Mechanism
+from .cones import Cones, Point, margins, mechanism_of, raised, towards, work_of_stress
 
 # A search for a better point begins at these shares of the way from the best point back to the
 # first one. At the best point itself, the rows that limit it may forbid every step.
@@ -64,11 +70,6 @@ class SafePoints:
             self.best = Point(point.load_factor + more, point.shear, point.rows + more * rate)
 
 
-def margins(rows: Array) -> Array:
-    """(K, R) distances of the sides (K, t + 1, R) of rows from their bounds, >= 0 if they obey."""
-    return np.asarray(rows[:, -1] - np.linalg.norm(rows[:, :-1], axis=1))
-
-
 def _reach(rows: Array, direction: Array) -> float:
     """How far one can go from sides that obey all rows in a direction; inf without an end."""
     q0, q1 = (np.moveaxis(sides[:, :-1], 1, -1) for sides in (rows, direction))
@@ -83,12 +84,6 @@ class Multipliers(NamedTuple):
 
     moves: Array
     bound: float
-
-
-def raised(moves: Array) -> Array:
-    """Moves (K, t + 1, R) whose lifts are at least the sizes of the slips, as a proof needs."""
-    lifts = np.maximum(moves[:, -1], np.linalg.norm(moves[:, :-1], axis=1))
-    return np.concatenate([moves[:, :-1], lifts[:, None]], axis=1)
 
 
 def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: float) -> Multipliers:
@@ -180,10 +175,10 @@ def most_room(cones: Cones) -> Method:
     """
     first = cones.at(0.0, cones.relaxed())
     least = float(margins(first.rows).min()) - 1.0
-    rate, raised = np.zeros_like(cones.rate), cones.start.copy()
+    rate, start = np.zeros_like(cones.rate), cones.start.copy()
     rate[:, -1] = -1.0
-    raised[:, -1] -= least
-    of_room = replace(cones, rate=rate, start=raised)
+    start[:, -1] -= least
+    of_room = replace(cones, rate=rate, start=start)
     return _run(Method(of_room, of_room.at(0.0, first.shear), 0.0, -least))
 
 
@@ -332,3 +327,105 @@ def _in_cones(rows: Array) -> Array:
     new = np.where(inside, bound, mean)
     share = np.where(inside, 1.0, mean / np.where(size > 0, size, 1.0))
     return np.concatenate([rows[:, :-1] * share[:, None], new[:, None]], axis=1)
+
+
+# Numbers of the search for the least friction.
+
+# Frictions that are tried until one is enough, or until neither proof is found.
+_FIRST = tuple(4.0**k for k in range(8))
+# Ratio of the two frictions that is assumed while no friction is known to be too little.
+_LOWER = 1 / 16
+# If the two frictions are within three gaps, the next friction is so close to `enough` that the
+# bracket is within the gap if this friction is too little: `enough` is usually the better of the
+# two. Its distance from `enough` is this share of the gap.
+_CLOSE, _SHARE = 3.0, 0.9
+
+
+class FrictionBracket:
+    """The largest friction that is proven too little, and the smallest that is proven enough.
+
+    Attributes
+    ----------
+    too_little, enough
+        The two frictions; at first 0, and the friction that the residual shear of a contact without
+        friction needs.
+    moves
+        Multipliers (K, t + 1, R) that prove that no slip is safe with `too_little`.
+    shear
+        (t, N) residual shear that is safe with `enough`.
+    steps
+        Number of steps of all searches.
+    """
+
+    def __init__(self, cones: Cones, load_factor: float) -> None:
+        """`cones` are those of friction 1 with all nodes closed."""
+        start = cones.start + load_factor * cones.rate
+        self._cones = replace(cones, start=start, rate=np.zeros_like(start))
+        self.shear = self._cones.relaxed()
+        self.too_little, self.enough = 0.0, self._enough_for(self.shear)
+        self.moves = np.zeros_like(start)
+        self.steps = 0
+
+    def _with_friction(self, friction: float) -> Cones:
+        """The cones at the load factor, with this friction."""
+        start = self._cones.start.copy()
+        start[:, -1] *= friction
+        return replace(self._cones, slope=friction * self._cones.slope, start=start)
+
+    def narrow(self, gap: float, smallest: float) -> None:
+        """Try frictions until the two are within a relative gap, or neither proof is found.
+
+        The search also ends if `smallest` is enough.
+        """
+        for friction in _FIRST:
+            if self.enough < np.inf or not self._try(friction):
+                break
+        while smallest < self.enough < np.inf and not self.is_within(gap):
+            ratio = self.too_little / self.enough or _LOWER
+            first = np.sqrt(ratio)
+            if ratio > 1 - _CLOSE * gap:
+                first = max(first, 1 - _SHARE * gap)
+            # Very close to the least friction neither proof is found; then one friction more is
+            # tried, nearer to `enough`.
+            if not any(self._try(self.enough * share) for share in (first, np.sqrt(first))):
+                break
+
+    def is_within(self, gap: float) -> bool:
+        """Whether the two frictions are within a relative gap."""
+        return self.enough - self.too_little <= gap * self.enough
+
+    def _try(self, friction: float) -> bool:
+        """Look for a proof that a friction is enough or too little; True if the bracket shrinks."""
+        before = self.too_little, self.enough
+        found = most_room(self._with_friction(friction))
+        self.steps += found.steps
+        assert found.safe.best is not None
+        shear = found.safe.best.shear
+        enough = self._enough_for(shear)
+        if enough < self.enough:
+            self.enough, self.shear = enough, shear
+        if found.multipliers.bound < found.enough and friction > self.too_little:
+            self.too_little, self.moves = friction, found.multipliers.moves
+        return before != (self.too_little, self.enough)
+
+    def proof(self, question: Question) -> tuple[Mechanism, float]:
+        """The mechanism that proves `too_little`, the friction of the question, and an error.
+
+        The error is the larger of two: the violation of a row by `shear`, and the work that the
+        multipliers do because they do not balance exactly, divided by the sum of their lifts.
+        """
+        rows = self._with_friction(self.enough).at(0.0, self.shear).rows
+        cones = self._with_friction(self.too_little)
+        moves = raised(self.moves)
+        work = work_of_stress(cones, moves, self.shear)
+        wrong = max(work, float((moves * cones.start).sum()) + work)
+        error = wrong / (float(moves[:, -1].sum()) or 1.0)
+        return mechanism_of(question, cones, moves), worst([-margins(rows).min(), error])
+
+    def _enough_for(self, shear: Array) -> float:
+        """The least friction with which residual shear (t, N) is safe; inf if it opens a node."""
+        rows = self._cones.at(0.0, shear).rows
+        pressure = rows[:, -1]
+        if pressure.min() <= 0:
+            return np.inf
+        return float((np.linalg.norm(rows[:, :-1], axis=1) / pressure).max())
