@@ -10,7 +10,7 @@ from ..base import ROUNDING, Array, Outcome, number_of
 from ..contact import ContactSystem
 from ..contact.diagnosis import counted
 from ..limits import GrossSlip, RequiredFriction
-from ..limits.balance.body_motions import MOVES
+from ..limits.balance.statics import MOVES
 from ..study.protocols import FrictionAfterProtocol
 from ..transients import SteadyState
 from .report_tables import (

@@ -20,9 +20,13 @@ from ..base import CONDENSATION, ROUNDING, Array, Booleans, progress_bar
 from ..contact import ContactState, ContactSystem, LoadCycle, joined, reactions
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip
-from ..limits.balance.body_motions import MOVES
-from ..limits.balance.corner_statics import drives
-from ..limits.balance.face_statics import FaceLoad, slides_in_full_at, without_lift
+from ..limits.balance.statics import (
+    MOVES,
+    FaceLoad,
+    drives,
+    slides_in_full_at,
+    without_lift,
+)
 from ..limits.program.question import outer_corners
 from ..transients import SteadyState, steady_state
 from ..transients.fretting import nodes_of_contacts, rows_of_corners

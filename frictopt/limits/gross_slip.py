@@ -1,9 +1,9 @@
 """The sliding-off load: above it no contact forces within friction balance the loads.
 
 The forces have to balance the loads in the rigid motions of the bodies that no support guides, at
-every corner of the cycle: one program for each corner (`corner_statics.py`). If contact forces can
+every corner of the cycle: one program for each corner (`balance/statics.py`). If contact forces can
 balance themselves, statics does not know how far they press, and transients answer
-(`self_stress.py`).
+(`balance/self_stress.py`).
 """
 
 from __future__ import annotations
@@ -46,15 +46,16 @@ from .answers.sentences import (
     STOPPED,
     UNBALANCED,
 )
-from .balance.body_motions import motion_table, motions_in_words
-from .balance.corner_statics import (
+from .balance.self_stress import sliding_off
+from .balance.statics import (
     CornerAnswer,
     CornerQuestion,
     corner_answer,
     drives,
     error_of_motion,
+    motion_table,
+    motions_in_words,
 )
-from .balance.self_stress import sliding_off
 from .program.question import Question, outer_corners, pose
 
 # One file because a reader follows the question to its answer in it.

@@ -1,7 +1,7 @@
 """Contact forces within friction that balance loads in rigid motions of the bodies.
 
 The functions here list the rows of forces [q, p] that obey the contact law. Three questions use
-them: the largest load that such forces balance (`limits/balance/corner_statics.py`), whether they
+them: the largest load that such forces balance (`limits/balance/statics.py`), whether they
 balance themselves, and the motion of negative work in which they cannot balance a load.
 """
 

@@ -25,7 +25,7 @@ from ...base import Array
 from ...contact import contact_law
 from ...solve.problem import Problem, set_no_optimum, set_optimal
 from ...solve.solvers import OPTIMAL
-from ..balance.corner_statics import CornerQuestion
+from ..balance.statics import CornerQuestion
 from ..events.lift_off import LiftOff
 from ..events.ordered import About, Forces, LaterSlips, forces_of_order, is_scaled
 from ..program.question import Question

@@ -14,7 +14,7 @@ program as arrays                                 listing in `models.py`
 `ordered_program` in `events/ordered.py`          `shakedown` or `safe_slip` with the rows
                                                   `ordered` and `events`
 `design_program` in `best_design/program.py`      `shakedown` with the rows of all scenarios
-`corner_answer` in `balance/corner_statics.py`    `gross_slip`
+`corner_answer` in `balance/statics.py`           `gross_slip`
 ================================================  ================================================
 
 `wedging`, `most_pressed`, and the programs of loose nodes and of fatigue parameters (`search`) have
