@@ -10,7 +10,14 @@ from skfem import Mesh
 from ..base import Array, Booleans, Integers, choice, finite_number, flag, place
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from
+from .elasticity import (
+    Kinematics,
+    boundary_forces,
+    facet_nodes,
+    node_areas,
+    parts_of,
+    points_from,
+)
 from .loads import Part
 
 # Share of its extent by which a section may leave its plane. Decks have few digits.
@@ -80,11 +87,7 @@ class BoltPreload(Part):
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         """Nodal forces of a uniform tension on both faces of a body that is cut."""
         facets = body.boundary(self.section, "section")
-
-        def unit(points: Array, _: Array) -> Array:
-            return np.ones((1, *points.shape[1:]))
-
-        area_of_both = boundary_forces(body.mesh, facets, unit, kinematics).sum()
+        area_of_both = node_areas(body.mesh, facets, kinematics).sum()
 
         def tension(_: Array, normals: Array) -> Array:
             return np.asarray(2 * self.force / area_of_both * normals)

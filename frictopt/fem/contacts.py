@@ -17,6 +17,7 @@ from ..errors import ModelError
 from .bodies import check_names
 from .coincidence import coincident
 from .elasticity import parts_of
+from .faces import unit_vectors
 from .loads import Part
 from .normals import SMOOTH
 from .supports import Place, checked_place
@@ -209,7 +210,7 @@ def independent_pairs(
     """
     n = len(nodes)
     kept = _independent(contacts, contact, nodes, partners, points, errors, inside)
-    unit = normals / np.linalg.norm(normals, axis=1)[:, None]
+    unit = unit_vectors(normals)
     body_2 = np.array([one_contact.body_2 for one_contact in contacts])[contact]
     heir = np.arange(n)  # the pair that represents each pair
     total = normals.copy()

@@ -19,6 +19,7 @@ from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, choice, plac
 from ..errors import ModelError
 from .bodies import Body, check_names
 from .elasticity import Kinematics
+from .faces import unit_vectors
 from .node_forces import (
     TINY,
     check_carried,
@@ -194,9 +195,7 @@ class DistributingCoupling(_Coupling):
         for load in np.eye(len(is_zero))[is_zero]:
             check_carried(self, around, forces, load)
         free = np.flatnonzero(~held[nodes].ravel())
-        constraints = forces[free][:, is_zero].T
-        sizes = np.linalg.norm(constraints, axis=1, keepdims=True)
-        constraints = constraints / np.maximum(sizes, TINY)
+        constraints = unit_vectors(forces[free][:, is_zero].T)
         followers = _independent(constraints)
         if len(followers) < len(constraints):
             raise ModelError(
@@ -204,7 +203,7 @@ class DistributingCoupling(_Coupling):
                 "node, or other supports hold them; name fewer directions and rotations"
             )
         leaders = np.setdiff1d(np.arange(len(free)), followers)
-        share = -np.linalg.solve(constraints[:, followers], constraints[:, leaders])
+        share = np.asarray(-np.linalg.solve(constraints[:, followers], constraints[:, leaders]))
         unknowns = (d * nodes[:, None] + np.arange(d)).ravel()[free]
         return Followers(unknowns[followers], unknowns[leaders], share)
 

@@ -228,6 +228,15 @@ def boundary_forces(
     return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=count) for part in forces])
 
 
+def node_areas(mesh: Mesh, facets: Integers, kinematics: Kinematics) -> Array:
+    """(nodes,) parts of the area of some facets, in the plane of their length."""
+
+    def one(_: Array, normals: Array) -> Array:
+        return np.ones_like(normals[:1])
+
+    return np.asarray(boundary_forces(mesh, facets, one, kinematics)[0])
+
+
 def integration_points(mesh: Mesh, facets: Integers) -> tuple[Array, Array, Array, Integers, Array]:
     """Points (d, m, q) on facets of the outline, outward unit normals, and sizes (m, q).
 

@@ -38,8 +38,7 @@ def facets_around(mesh: Mesh, facets: Integers) -> Integers:
 
 def normals_of(corners: Array) -> Array:
     """(facets, d) unit normals of facets (facets, corners, d), see `areas_of`."""
-    normals = areas_of(corners)
-    return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
+    return unit_vectors(areas_of(corners))
 
 
 def unit_vectors(vectors: Array) -> Array:

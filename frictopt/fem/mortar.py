@@ -152,7 +152,7 @@ def join_faces(
     P, widths = mortar_projection(replace(overlaps, weights=weights), nodes, len(face_2.points))
 
     points = face_1.points[nodes]
-    unit = inward / np.linalg.norm(inward, axis=1)[:, None]
+    unit = unit_vectors(inward)
     error = error_along(unit, face_1.errors[nodes] + abs(P) @ face_2.errors)
     distance = np.sum((points - P @ face_2.points) * unit, axis=1)
     distance[np.isin(nodes, touching)] = 0.0

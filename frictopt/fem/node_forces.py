@@ -10,8 +10,9 @@ import numpy as np
 from ..base import SAME_POINT, Array, Integers, finite_number, shown
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Amount, Kinematics, boundary_forces
+from .elasticity import Amount, Kinematics, node_areas
 from .loads import ForceLoad, components
+from .rigid import rigid_motions
 from .supports import Place, checked_place, checked_point, nodes_of
 
 # Smallest divisor of a vector that is scaled to one; zero vectors stay zero.
@@ -191,12 +192,7 @@ def _weights(where: Place, body: Body, nodes: Integers, kinematics: Kinematics) 
     """(n,) weights of nodes: their parts of the area of a boundary, or 1."""
     if not isinstance(where, str):
         return np.ones(len(nodes))
-    facets = body.boundary(where, "where")
-
-    def unit(points: Array, _: Array) -> Array:
-        return np.ones((1, *points.shape[1:]))
-
-    return np.asarray(boundary_forces(body.mesh, facets, unit, kinematics)[0, nodes])
+    return node_areas(body.mesh, body.boundary(where, "where"), kinematics)[nodes]
 
 
 def _point(part: Any, points: Array, weights: Array) -> Array:
@@ -220,12 +216,8 @@ def check_reference(part: Any) -> None:
 
 def motions_of_point(points: Array, about: Array) -> Array:
     """(n d, m) displacements of points (n, d) in unit displacements and rotations of a point."""
-    n, d = points.shape
-    arms = np.pad(points - about, ((0, 0), (0, 3 - d)))
-    axes = np.eye(3)[2:] if d == 2 else np.eye(3)
-    columns = [np.tile(direction, (n, 1)) for direction in np.eye(d)]
-    columns += [np.cross(axis, arms)[:, :d] for axis in axes]
-    return np.stack([column.ravel() for column in columns], axis=1)
+    motions = rigid_motions(points - about)
+    return motions.reshape(points.size, -1)
 
 
 def distribution(around: NodesAround, kinematics: Kinematics) -> Array:

@@ -278,7 +278,7 @@ def _surface_normals(
         return None
 
     surface = (outward - fit.x[5] * axis)[np.searchsorted(all_nodes, nodes)]
-    surface = surface / np.linalg.norm(surface, axis=1)[:, None]
+    surface = unit_vectors(surface)
     surface = surface * np.sign(np.sum(surface * normals, axis=1))[:, None]
     largest_lean = np.linalg.norm(surface - normals, axis=1).max(initial=0.0)
     return np.asarray(surface) if largest_lean > _LEANS * error else None
@@ -367,7 +367,7 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
         edges.vector[edge] / edges.length[edge, None] ** 2 for edge in (first, opposite)
     )
     tangents = np.where(through[:, None], inverse - inverse_opposite, edges.vector[first])
-    tangents = tangents / np.linalg.norm(tangents, axis=1)[:, None]
+    tangents = unit_vectors(tangents)
 
     normals = normals.copy()
     for _ in range(_PASSES):
@@ -398,8 +398,7 @@ def _with_cosines(normals: Array, tangents: Array, cosines: Array, node: Integer
         np.add.at(change, node, across * (cosines - present)[:, None])
         squares = _squares(across, node, normals.shape)
         inverse = np.linalg.pinv(squares, rcond=_SPANNED, hermitian=True)
-        normals = normals + np.einsum("nab,nb->na", inverse, change)
-        normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+        normals = unit_vectors(normals + np.einsum("nab,nb->na", inverse, change))
     return normals
 
 

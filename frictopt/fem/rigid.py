@@ -60,7 +60,7 @@ def free_motions(
     Arguments are those of `Glued` and `Interface`, and the (nodes,) number of the body of each
     node. Generalised coordinates follow without force.
     """
-    rigid = _rigid_motions(points, body)
+    rigid = _motions_of_bodies(points, body)
     listed = unknowns >= 0
     u = np.zeros((K.shape[0], rigid.shape[2]))
     u[unknowns[listed]] = rigid[listed]
@@ -183,7 +183,7 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
     d = points.shape[1]
     rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
     rows = rows[:, np.abs(rows).max(axis=0) > 0]
-    basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp))
+    basis = _motions_of_bodies(points, np.zeros(len(points), dtype=np.intp))
     # Unknowns marked -2 follow other unknowns, and their values are not available here.
     known = (unknowns > -2).ravel()
     parts = np.linalg.lstsq(basis.reshape(-1, basis.shape[2])[known], rows[known])[0]
@@ -195,8 +195,7 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
     if turns.shape[1] and d == 2:
         words.append("turn")
     elif turns.shape[1]:
-        # The basis turns in xy, xz and yz: about z, against y, and about x.
-        words.append(f"turn about {_axes(turns[::-1] * [[1.0], [-1.0], [1.0]])}")
+        words.append(f"turn about {_axes(turns)}")
     return " and ".join(words)
 
 
@@ -222,23 +221,26 @@ def _axes(basis: Array) -> str:
     return " and ".join(words)
 
 
-def _rigid_motions(points: Array, body: Integers) -> Array:
+def _motions_of_bodies(points: Array, body: Integers) -> Array:
     """(nodes, d, k) displacements in the translations and turns of each body, at most 1.
 
     Turns are about the middle of the body.
     """
     count = np.bincount(body)
-    d = points.shape[1]
     centre = np.column_stack([np.bincount(body, weights=column) / count for column in points.T])
     arm = points - centre[body]
     size = np.zeros(len(count))
     np.maximum.at(size, body, np.abs(arm).max(axis=1))
-    arm = arm / np.where(size > 0, size, 1.0)[body][:, None]
-    columns = [np.broadcast_to(direction, points.shape) for direction in np.eye(d)]
-    for a in range(d):
-        for b in range(a + 1, d):
-            turn = np.zeros(points.shape)
-            turn[:, a] = -arm[:, b]
-            turn[:, b] = arm[:, a]
-            columns.append(turn)
+    return rigid_motions(arm / np.where(size > 0, size, 1.0)[body][:, None])
+
+
+def rigid_motions(arms: Array) -> Array:
+    """(n, d, m) displacements at the ends of arms (n, d) from a point in its unit motions.
+
+    These are displacements, and then turns: about z in the plane, about x, y and z in space.
+    """
+    d = arms.shape[1]
+    arms_in_space = np.pad(arms, ((0, 0), (0, 3 - d)))
+    columns = [np.broadcast_to(direction, arms.shape) for direction in np.eye(d)]
+    columns += [np.cross(axis, arms_in_space)[:, :d] for axis in np.eye(3)[2 * (d == 2) :]]
     return np.stack(columns, axis=-1)

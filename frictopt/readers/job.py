@@ -13,8 +13,14 @@ from scipy.spatial import cKDTree
 from ..base import ROUNDING, Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ..errors import ModelError
 from ..fem.coincidence import coordinate_errors
-from ..fem.elasticity import Kinematics, boundary_forces, facet_nodes, midside_ties
-from ..fem.faces import facets_around, lines_along
+from ..fem.elasticity import (
+    Kinematics,
+    boundary_forces,
+    facet_nodes,
+    midside_ties,
+    node_areas,
+)
+from ..fem.faces import facets_around, lines_along, unit_vectors
 from ..fem.normals import Planes, node_normals
 from .element_types import SHAPES
 from .labelled import LabelledMatrix
@@ -197,7 +203,7 @@ class MatrixJob(LabelledMatrix):
         facets = facets_around(self.mesh, self._between(nodes, self._known.numbers))
         errors = coordinate_errors(self.points, self._known.corners)
         inward = node_normals(facets, self.mesh.p.T, errors, Planes(self._directions))[nodes]
-        return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
+        return frozen(-unit_vectors(inward))
 
     def areas(self, face: str | ArrayLike) -> Array:
         """(N,) area of each corner node on a face, in the plane length, for `width` of `condense`.
@@ -226,13 +232,7 @@ class MatrixJob(LabelledMatrix):
         """
         nodes = self._corners(face)
         facets = self._between(nodes, self._known.numbers)
-        (areas,) = boundary_forces(
-            self.mesh,
-            facets,
-            lambda points, _: np.ones((1, *points.shape[1:])),
-            self._kinematics,
-        )
-        return frozen(areas[nodes])
+        return frozen(node_areas(self.mesh, facets, self._kinematics)[nodes])
 
     def _corners(self, where: str | ArrayLike) -> Integers:
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
