@@ -8,10 +8,10 @@ import numpy as np
 
 from ..base import ROUNDING, Array
 from ..errors import ModelError
-from ..readers.constraints import CONSTRAINING, HELD_BY_NAME
 from ..readers.deck import Deck
 from ..readers.deck_text import Block, entries, number
 from ..readers.keywords import KEPT
+from ..readers.listing import CONSTRAINING, HELD_BY_NAME
 from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 

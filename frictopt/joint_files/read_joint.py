@@ -19,8 +19,7 @@ from ..fem.model import ContactModel
 from ..fem.sector import Cyclic
 from ..fem.supports import Support
 from ..fem.ties import Tie
-from ..readers.deck_text import blocks, text_of
-from ..readers.instances import flat
+from ..readers.deck_text import blocks, flat, text_of
 from ..readers.keywords import read_deck
 from ..readers.meshes import read_mesh
 from ..study.plans import named_distribution

@@ -6,9 +6,9 @@ direction), and a `Deck` of nodes, sets, elements and constraints.
 
 The readers, and the class that they return:
 
-- `meshes.py`: `read_mesh`. `groups.py` and `gmsh.py` find the named groups of mesh files,
-  `mixed_elements.py` makes meshes of elements of several shapes.
-- `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `user_element.py` reads substructures.
+- `meshes.py`: `read_mesh`. `groups.py` finds the named groups of mesh files, `mixed_elements.py`
+  makes meshes of elements of several shapes.
+- `calculix_abaqus.py`: `read_calculix`, `read_abaqus`, also substructures.
 - `ansys_nastran.py`: `read_ansys`, `read_nastran`. `bulk_data.py` finds the cards of Nastran and
   makes a deck of them, also for `read_mesh`.
 - `job.py`: `MatrixJob`, with faces, pairs and forces. Its base is `labelled.py`, with labels,
@@ -16,13 +16,12 @@ The readers, and the class that they return:
 
 Decks, from the text to the `Deck`:
 
-- `deck_text.py`: text to blocks of a keyword, its parameters and data lines.
-- `instances.py`: parts and instances to the blocks of one flat deck.
-- `keywords.py`: the tables of keywords that are kept and refused, and `read_deck`.
-- `keyword_blocks.py`, `constraints.py`: a function for each keyword that is kept.
-- `listing.py`: numbers and names that the blocks list, resolved to a `Deck`.
-- `deck.py`, `constraints.py`, `element_types.py`: the `Deck`, displacements that are held or that
-  follow other ones, and the types of elements.
+- `deck_text.py`: text to blocks of a keyword, its parameters and data lines, with the blocks of one
+  flat deck in place of parts and instances.
+- `keywords.py`: a function for each keyword that is kept, the keywords that are refused, and
+  `read_deck`.
+- `listing.py`: numbers and names that the blocks list, and constraints, resolved to a `Deck`.
+- `deck.py`: the `Deck`, and the types of elements.
 
 To add a keyword, see `keywords.py`. A new reader of matrices is one function that returns a
 `MatrixJob`. A new format of meshes is one function that returns a `Deck`, which `read_mesh` calls

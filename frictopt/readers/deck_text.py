@@ -1,9 +1,21 @@
-"""The text of decks of CalculiX and Abaqus: their blocks, and the entries of a line."""
+"""The text of decks of CalculiX and Abaqus: their blocks, and the entries of a line.
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+Decks of Abaqus/CAE have parts and their instances in an assembly. `flat` gives one flat deck in
+their place. Each instance gets the nodes and elements of its part, moved, under numbers of their
+own. A set or surface S of the part is the set I.S of an instance I, and also S if nothing else has
+that name. The elements of an instance are the element set I.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..base import Array
 from ..errors import ModelError
 
 # Most files that a deck may include. Twelve files that include each other could be 12^8.
@@ -144,3 +156,230 @@ def text_of(path: Path, what: str) -> str:
         raise ModelError(
             f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file"
         ) from error
+
+
+# Parameters of keywords that name a set or a surface.
+_NAMES = {
+    "NODE": ("NSET",),
+    "ELEMENT": ("ELSET",),
+    "NSET": ("NSET", "ELSET"),
+    "ELSET": ("ELSET",),
+    "SURFACE": ("NAME",),
+    "SOLIDSECTION": ("ELSET",),
+}
+# Parameter -> what its names are; element sets, node sets and surfaces may share a name.
+_KINDS = {"NSET": "NSET", "ELSET": "ELSET", "NAME": "SURFACE"}
+
+
+@dataclass(frozen=True)
+class _Instance:
+    """An instance: its name, blocks and place, and the offset of the numbers of its part."""
+
+    name: str
+    blocks: list[Block]
+    offset: int
+    move: Callable[[Array], Array]
+
+    def flat(self) -> Iterator[Block]:
+        """The blocks with numbers and names of their own."""
+        for block in self.blocks:
+            if block.keyword in _NAMES:
+                parameters = dict(block.parameters)
+                for name in _NAMES[block.keyword]:
+                    if parameters.get(name):
+                        parameters[name] = f"{self.name}.{parameters[name]}"
+                yield replace(block, parameters=parameters, lines=[*self._lines(block)])
+            else:
+                yield block
+
+    def _lines(self, block: Block) -> Iterator[str]:
+        for line in block.lines:
+            if block.keyword == "NODE":
+                yield self._moved(line)
+            elif block.keyword == "SOLIDSECTION":
+                yield line
+            elif "GENERATE" in block.parameters:
+                first, last, *step = fields(line)
+                yield ", ".join([self.member(first), self.member(last), *step])
+            elif block.keyword == "SURFACE" and "COMBINE" not in block.parameters:
+                where, *face = entries(line)
+                yield ", ".join([self.member(where), *face])
+            else:
+                # A comma at the end of a line continues the element.
+                yield ", ".join(self.member(entry) for entry in entries(line))
+
+    def _moved(self, line: str) -> str:
+        node, *place = entries(line)
+        point = np.zeros(3)
+        point[: len(place)] = [number(value or "0") for value in place]
+        moved = self.move(point)
+        return ", ".join([self.member(node), *(repr(float(value)) for value in moved)])
+
+    def short(self, kind: str, name: str) -> Iterator[Block]:
+        """Blocks that give a set or a surface of the part its short name, too."""
+        if kind != "SURFACE":
+            yield Block(kind, {kind: name}, [self.member(name)])
+            return
+        for block in self.flat():
+            if block.keyword == kind and block.parameters["NAME"] == self.member(name):
+                yield replace(block, parameters={**block.parameters, "NAME": name})
+
+    def member(self, entry: str) -> str:
+        """A number or the name of a set of the part, as it is called in the assembly."""
+        if entry.isdecimal():
+            return str(int(entry) + self.offset)
+        return f"{self.name}.{entry.upper()}" if entry else entry
+
+
+def flat(blocks: Iterable[Block]) -> Iterator[Block]:
+    """The blocks of a flat deck: nodes and elements of instances stand where the instances do.
+
+    ModelError: a part or an instance is not known, or has no end.
+    """
+    all_blocks = list(blocks)
+    if not any(block.keyword == "INSTANCE" for block in all_blocks):
+        yield from all_blocks
+        return
+    parts, outside = _parts(all_blocks)
+    largest = _largest(all_blocks)
+    # The numbers of the first instance are those of its part.
+    step = 10 ** len(str(largest))
+    used: set[tuple[str, str]] = set()
+    instances: dict[str, _Instance] = {}
+    inside: list[Block] | None = None
+    head = outside[0]
+    for block in outside:
+        if block.keyword == "INSTANCE":
+            head, inside = block, []
+        elif block.keyword == "ENDINSTANCE" and inside is not None:
+            instance = _instance(head, [*_part_of(head, parts), *inside], step * len(instances))
+            instances[instance.name] = instance
+            yield from instance.flat()
+            inside = None
+        elif inside is not None:
+            inside.append(block)
+        else:
+            used |= _names_used([block])
+            yield _of_assembly(block, instances)
+    if inside is not None:
+        _part_of(head, parts)
+        raise _without_end(head, "*END INSTANCE")
+    yield from _short_names(instances, used, largest)
+
+
+def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
+    """Name of a part -> its blocks; and all blocks outside of parts."""
+    parts: dict[str, list[Block]] = {}
+    outside: list[Block] = []
+    head: Block | None = None
+    into = outside
+    for block in blocks:
+        if block.keyword == "PART":
+            head = block
+            into = parts.setdefault(block.parameters.get("NAME", ""), [])
+        elif block.keyword == "ENDPART":
+            head = None
+            into = outside
+        elif head is not None and block.keyword in ("ASSEMBLY", "INSTANCE"):
+            raise _without_end(head, "*END PART")
+        else:
+            into.append(block)
+    return parts, outside
+
+
+def _without_end(head: Block, end: str) -> ModelError:
+    return ModelError(f"deck: the block {head} has no {end}, so that its content is unknown")
+
+
+def _part_of(head: Block, parts: dict[str, list[Block]]) -> list[Block]:
+    part = head.parameters.get("PART", "")
+    if part not in parts or not head.parameters.get("NAME"):
+        raise ModelError(
+            f"deck: the block {head} has no name, or its part {part!r} is not in this deck; "
+            "write the parts into it"
+        )
+    return parts[part]
+
+
+def _largest(blocks: list[Block]) -> int:
+    """The largest number of a node or an element."""
+    largest = 1
+    for block in blocks:
+        if block.keyword in ("NODE", "ELEMENT"):
+            firsts = (entries(line)[0] for line in block.lines)
+            largest = max([largest, *(int(first) for first in firsts if first.isdecimal())])
+    return largest
+
+
+def _instance(head: Block, blocks: list[Block], offset: int) -> _Instance:
+    """The instance of a block *INSTANCE: a line of its shift, and one of an axis and an angle."""
+    try:
+        values = [[number(entry) for entry in fields(line)] for line in head.lines]
+    except ValueError as error:
+        raise ModelError(f"deck: the block {head} cannot be read ({error}); repair it") from error
+    shift = np.zeros(3)
+    if values:
+        shift[: len(values[0])] = values[0]
+    if len(values) < 2:
+        return _Instance(head.parameters["NAME"], blocks, offset, lambda point: point + shift)
+    if len(values[1]) != 7:
+        raise ModelError(
+            f"deck: the block {head} turns by {len(values[1])} numbers; give two points of the "
+            "axis and an angle"
+        )
+    start = np.array(values[1][:3])
+    axis = np.array(values[1][3:6]) - start
+    # The shift comes first: the points of the axis are places in the assembly.
+    turn = Rotation.from_rotvec(np.radians(values[1][6]) * axis / np.linalg.norm(axis))
+
+    def move(point: Array) -> Array:
+        return np.asarray(start + turn.apply(point + shift - start))
+
+    return _Instance(head.parameters["NAME"], blocks, offset, move)
+
+
+def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
+    """A block of the assembly: its numbers are those of an instance that it or an entry names."""
+    if block.keyword in ("NSET", "ELSET") and "INSTANCE" in block.parameters:
+        instance = instances.get(block.parameters["INSTANCE"])
+        if instance is None:
+            raise ModelError(f"deck: the block {block} names an unknown instance; repair it")
+        # Only its lines belong to the instance, its name to the assembly.
+        (lines,) = replace(instance, blocks=[block]).flat()
+        return replace(block, lines=lines.lines)
+
+    def numbered(match: re.Match[str]) -> str:
+        owner = instances.get(match[1].upper())
+        return owner.member(match[2]) if owner else match[0]
+
+    return replace(block, lines=[_ENTRY.sub(numbered, line) for line in block.lines])
+
+
+# A node or element of an instance, such as Part-1-1.17.
+_ENTRY = re.compile(r"([^\s,.]+)\.(\d+)(?=\s*(?:,|$))")
+
+
+def _names_used(blocks: Iterable[Block]) -> set[tuple[str, str]]:
+    """Kind and name of each set and surface that the assembly itself names."""
+    return {
+        (_KINDS[parameter], block.parameters[parameter])
+        for block in blocks
+        for parameter in _NAMES.get(block.keyword, ())
+        if block.parameters.get(parameter)
+    }
+
+
+def _short_names(
+    instances: dict[str, _Instance], used: set[tuple[str, str]], largest: int
+) -> Iterator[Block]:
+    """Sets of the names that only one instance has, and the elements of each instance."""
+    owners: Counter[tuple[str, str]] = Counter()
+    for instance in instances.values():
+        owners.update(_names_used(instance.blocks))
+    for instance in instances.values():
+        for kind, name in sorted(_names_used(instance.blocks)):
+            if owners[kind, name] == 1 and (kind, name) not in used:
+                yield from instance.short(kind, name)
+        if ("ELSET", instance.name) not in used:
+            numbers = f"{instance.offset + 1}, {instance.offset + largest}"
+            yield Block("ELSET", {"ELSET": instance.name, "GENERATE": ""}, [numbers])

@@ -1,5 +1,9 @@
-"""Elements and named groups of mesh files, as meshio reads them."""
+"""Elements and named groups of mesh files, as meshio reads them.
 
+Of the physical groups of gmsh, meshio keeps a part only, so they are read here.
+"""
+
+import re
 from collections import defaultdict
 from contextlib import redirect_stdout
 from io import StringIO
@@ -12,7 +16,21 @@ from ..base import Integers
 from ..base.libraries import by_library, library
 from ..errors import ModelError
 from .deck import Deck, Elements
-from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
+
+GROUPED = (
+    "put the body beside it into a group too, and set Mesh.SaveAll = 0 "
+    "(gmsh saves only what is in a group)"
+)
+_VERSION = re.compile(rb"\$MeshFormat\s+([0-9.]+)")
+_FORMAT_4_1 = re.compile(rb"\$MeshFormat\s+4\.1 ([01]) (\d)\s")
+# Windows ends a line of text with two characters.
+_ENTITIES = re.compile(rb"\$Entities\r?\n")
+_NAME = re.compile(rb'^(\d)\s+(\d+)\s+"(.*)"\s*$', re.MULTILINE)
+
+# Name of a group -> numbers of its elements, part by part.
+Groups = dict[str, list[Integers]]
+# Dimension, and number of a group or an entity: gmsh counts each dimension separately.
+_Key = tuple[int, int]
 
 _SAVED = (
     "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group; "
@@ -136,3 +154,124 @@ def _node_sets(contents: Any) -> dict[str, Integers]:
         for name in names:
             families[name].append(np.flatnonzero(contents.point_data["point_tags"] == number))
     return sets | {name: np.concatenate(parts) for name, parts in families.items()}
+
+
+def check_version(file: Path) -> None:
+    """Check that a file of gmsh has a version of which all groups are known, and is in one part."""
+    contents = file.read_bytes() if file.is_file() else b""
+    version = _VERSION.match(contents)
+    if version and not version[1].startswith((b"2", b"4.1")):
+        raise ModelError(
+            f"mesh {file.name}: it has version {version[1].decode(errors='replace')} of gmsh's "
+            "format; save it in version 4.1 or 2.2 (gmsh: Mesh.MshFileVersion = 4.1)"
+        )
+    if b"$PartitionedEntities" in contents:
+        raise ModelError(
+            f"mesh {file.name}: it is partitioned; save the mesh before it is partitioned, or "
+            "after unpartition() of gmsh.model.mesh"
+        )
+
+
+def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
+    """Physical groups: by name, or by number if they have none.
+
+    `contents` are what meshio reads, `starts` the number of the first element of each block. meshio
+    keeps one dimension of each name, and one group of each entity, so both are read here again.
+    """
+    raw = file.read_bytes()
+    names = _names(raw)
+    entities = _groups_of_entities(file, raw)
+    groups: Groups = defaultdict(list)
+    numbered = set[_Key]()
+    for i, (start, block) in enumerate(zip(starts, contents.cells, strict=True)):
+        if entities:
+            # A block of version 4.1 has the elements of one entity.
+            entity = int(contents.cell_data["gmsh:geometrical"][i][0])
+            all_elements = np.arange(len(block.data))
+            members = dict.fromkeys(entities[block.dim, entity], all_elements)
+        elif "gmsh:physical" in contents.cell_data:
+            members = _members(contents.cell_data["gmsh:physical"][i])
+        else:
+            members = {}
+        for number, elements in members.items():
+            numbered.add((block.dim, number))
+            groups[names.get((block.dim, number), str(number))].append(start + elements)
+
+    _check_groups_have_elements(names, numbered, max(block.dim for block in contents.cells), file)
+    return groups
+
+
+def _names(raw: bytes) -> dict[_Key, str]:
+    """Names of groups; gmsh fills the names of a file of Salome with blanks."""
+    section = raw.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
+    return {
+        (int(dim), int(number)): name.decode(errors="replace").rstrip()
+        for dim, number, name in _NAME.findall(section)
+    }
+
+
+def _members(physical: Integers) -> dict[int, Integers]:
+    """Number of each group -> the elements of a block in it.
+
+    A group that has an entity reversed has its number with a minus there.
+    """
+    numbers = np.abs(physical)
+    return {
+        number: np.flatnonzero(numbers == number)
+        for number in np.unique(numbers[numbers > 0]).tolist()
+    }
+
+
+def _check_groups_have_elements(
+    names: dict[_Key, str], numbered: set[_Key], highest: int, file: Path
+) -> None:
+    """Check that each named body or boundary has elements; other groups may be empty."""
+    for (dim, number), name in names.items():
+        if dim < highest - 1 or (dim, number) in numbered:
+            continue
+        kind, members = ("boundary", "faces") if dim < highest else ("subdomain", "elements")
+        raise ModelError(f"mesh {file.name}: {kind} {name!r}: it names no {members}; {GROUPED}")
+
+
+def _groups_of_entities(file: Path, raw: bytes) -> dict[_Key, list[int]]:
+    """Numbers of all groups of each entity of a file of version 4.1; of another version none."""
+    head = _FORMAT_4_1.search(raw)
+    start = _ENTITIES.search(raw)
+    if head is None or start is None:
+        return {}
+    read = library("meshio.gmsh._gmsh41")._read_entities
+    with file.open("rb") as opened:
+        opened.seek(start.end())
+        by_dimension, _ = read(opened, head[1] == b"0", int(head[2]))
+    # A minus says that the group has the entity reversed.
+    return {
+        (dim, entity): list(dict.fromkeys(map(abs, numbers)))
+        for dim, entities in enumerate(by_dimension)
+        for entity, numbers in entities.items()
+    }
+
+
+def without_copies(elements: list[Elements], groups: Groups) -> tuple[list[Elements], Groups]:
+    """Elements and groups in which each element stands once.
+
+    Version 2.2 of the format repeats an element for each group that it is in.
+    """
+    # (elements,) number of the first element with the same nodes
+    same = np.arange(sum(len(block.numbers) for block in elements))
+    for kind in dict.fromkeys(block.kind for block in elements):
+        numbers = np.concatenate([block.numbers for block in elements if block.kind == kind])
+        nodes = np.concatenate([block.nodes for block in elements if block.kind == kind])
+        _, first, which = np.unique(
+            np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True
+        )
+        same[numbers] = numbers[first[which.ravel()]]
+    if (same == np.arange(len(same))).all():
+        return elements, groups
+
+    distinct = []
+    for kind, numbers, nodes in elements:
+        is_first = same[numbers] == numbers
+        if is_first.any():
+            distinct.append(Elements(kind, numbers[is_first], nodes[is_first]))
+    members = {name: [np.unique(same[np.concatenate(parts)])] for name, parts in groups.items()}
+    return distinct, members

@@ -22,7 +22,7 @@ from ..fem.elasticity import (
 )
 from ..fem.faces import facets_around, lines_along, unit_vectors
 from ..fem.normals import Planes, node_normals
-from .element_types import SHAPES
+from .deck import SHAPES
 from .labelled import LabelledMatrix
 
 

@@ -1,101 +1,253 @@
 """Keywords of decks that are read and keywords that are refused. All others have no effect.
 
-To keep one more keyword, write its function in `keyword_blocks.py` and add a row to `KEPT`. If it
-constrains nodes, its function and row are in `constraints.py`. To refuse a keyword, add a row
-to `REFUSED`. Then list it in `docs/formats.md`: `tests/readers/test_formats.py` reads that page and
-tries each row.
+To keep one more keyword, write its function and add a row to `KEPT`; constraints are in
+`listing.py`. To refuse a keyword, add it to `REFUSED`. Then list it in `docs/formats.md`:
+`tests/readers/test_formats.py` reads that page and tries each row.
 """
 
 import re
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
+import numpy as np
+
+from ..base import number_of
 from ..errors import ModelError, ModelWarning
-from . import keyword_blocks as read
-from .constraints import CONSTRAINING
-from .deck import Deck
-from .deck_text import Block, blocks
-from .instances import flat
-from .listing import DeckListing
+from .deck import FREE, Deck, node_count
+from .deck_text import Block, blocks, entries, fields, flat, number
+from .listing import CONSTRAINING, DeckListing, Sets
+
+FLAT = (
+    "write a flat deck, with all parts in place "
+    "(Abaqus/CAE: Model, Edit Attributes, do not use parts and assemblies in input files)"
+)
+
+
+def _nodes(listing: DeckListing, block: Block) -> None:
+    """*NODE: lines of a number and its coordinates, also if they repeat a node."""
+    numbers = []
+    for line in block.lines:
+        name, *listed = entries(line)
+        # Coordinates that are blank or left out are zero.
+        point = [number(value or "0") for value in (*listed, "", "", "")[:3]]
+        first = listing.nodes.setdefault(int(name), point)
+        if first != point:
+            raise ValueError(
+                f"node {name} is defined twice, at {tuple(first)} and at {tuple(point)}, as in "
+                f"parts and instances; {FLAT}"
+            )
+        numbers.append(name)
+    if "NSET" in block.parameters:
+        listing.node_sets.add(block.parameters["NSET"], numbers)
+
+
+def _elements(listing: DeckListing, block: Block) -> None:
+    """*ELEMENT: the number and the nodes of each element."""
+    kind = block.parameters["TYPE"]
+    count = node_count(kind)
+    rows = _rows_of_known_type(block, count) if count else _rows_of_unknown_type(block)
+    by_length: dict[int, list[list[int]]] = {}
+    for row in rows:
+        name, *corners = map(int, row)
+        if count and name in listing.elements:
+            raise ValueError(f"element {name} is defined twice, as in parts and instances; {FLAT}")
+        listing.elements.setdefault(name, corners)
+        by_length.setdefault(len(row), []).append([name, *corners])
+    listing.elements_by_type += [(kind, same_length) for same_length in by_length.values()]
+    if "ELSET" in block.parameters:
+        listing.element_sets.add(block.parameters["ELSET"], [row[0] for row in rows])
+
+
+def _rows_of_known_type(block: Block, count: int) -> list[list[str]]:
+    """Number and `count` nodes of each element, wherever lines end."""
+    flat = [entry for row in block.rows for entry in row]
+    size = 1 + count
+    if len(flat) % size:
+        raise ValueError(f"{number_of(len(flat), 'number')}, {size} an element")
+    return [flat[i : i + size] for i in range(0, len(flat), size)]
+
+
+def _rows_of_unknown_type(block: Block) -> list[list[str]]:
+    """Number and nodes of each element.
+
+    A line that ends with a comma continues on the next line.
+    """
+    rows: list[list[str]] = []
+    goes_on = False
+    for line in block.lines:
+        if goes_on:
+            rows[-1] += fields(line)
+        else:
+            rows.append(fields(line))
+        goes_on = line.endswith(",")
+    return rows
+
+
+def _node_set(listing: DeckListing, block: Block) -> None:
+    """*NSET: nodes and node sets, or first, last and step of ranges; or nodes of an element set."""
+    name = block.parameters.get("NSET")
+    if name and "ELSET" in block.parameters and "GENERATE" not in block.parameters:
+        listing.node_sets_of_elements.append((name, block.parameters["ELSET"]))
+    _add_members(listing.node_sets, name, block)
+
+
+def _element_set(listing: DeckListing, block: Block) -> None:
+    """*ELSET: elements and element sets, or first, last and step of ranges."""
+    _add_members(listing.element_sets, block.parameters.get("ELSET"), block)
+
+
+def _add_members(sets: Sets, name: str | None, block: Block) -> None:
+    if "GENERATE" in block.parameters:
+        members: list[str | range] = [_range(row) for row in block.rows]
+    else:
+        members = [member for row in block.rows for member in row]
+    if name:
+        sets.add(name, members)
+
+
+def _range(row: list[str]) -> range:
+    first, last, *steps = map(int, row)
+    step = steps[0] if steps else 1
+    numbers = range(first, last + 1, step)
+    if not numbers or step < 0:
+        raise ValueError(f"it goes from {first} to {last} by {step}, which does not increase")
+    return numbers
+
+
+def _surface(listing: DeckListing, block: Block) -> None:
+    """*SURFACE: nodes, or faces of elements, or surfaces that it combines."""
+    name = block.parameters["NAME"]
+    remedy = "name faces (S1, S2, ...) or nodes (TYPE=NODE), or remove the surface"
+    problem = _problem_of_surface(block)
+    if problem:
+        raise ModelError(f"deck: surface {name}: {problem}; {remedy}")
+    if not block.lines:
+        listing.empty_surfaces.append(name)
+        return
+    if "COMBINE" in block.parameters:
+        combined = [member.upper() for row in block.rows for member in row]
+        listing.unions.setdefault(name, []).extend(combined)
+    elif block.parameters.get("TYPE") == "NODE":
+        # A weight may follow the node.
+        first_entries = [node for line in block.lines for node in entries(line)[:1] if node]
+        listing.node_surfaces.setdefault(name, []).extend(first_entries)
+    else:
+        faces = [_face(line) for line in block.lines]
+        listing.faces.setdefault(name, []).extend(faces)
+
+
+# Parameters that take a part of the faces of a surface.
+_CUTTING = ("TRIM", "CROP", "CUTTINGSURFACE")
+
+
+def _problem_of_surface(block: Block) -> str:
+    """Why a surface is not read; empty if it is."""
+    parameters = block.parameters
+    kind = parameters.get("TYPE", "ELEMENT")
+    combine = parameters.get("COMBINE", "UNION")
+    if kind not in ("NODE", "ELEMENT"):
+        return f"TYPE={kind} is not read"
+    if combine != "UNION":
+        return f"COMBINE={combine} is not read"
+    for parameter in _CUTTING:
+        if parameters.get(parameter, "NO") != "NO":
+            return f"{parameter} is not read"
+    if kind == "NODE" or "COMBINE" in parameters:
+        return ""
+    return next(filter(None, map(_problem_of_face, block.lines)), "")
+
+
+def _problem_of_face(line: str) -> str:
+    where, *face = entries(line)
+    if not where:
+        return "a line without an element set means the whole model"
+    if face and not re.fullmatch("(S[1-6])?", face[0].upper()):
+        return f"{face[0].upper()} is no face of a solid"
+    return ""
+
+
+def _face(line: str) -> tuple[str, int]:
+    """Element or element set, and the number of its face; all free faces if the line names none."""
+    where, *face = entries(line)
+    if face and face[0]:
+        return where, int(face[0][1:])
+    return where, FREE
+
+
+def _solid_section(listing: DeckListing, block: Block) -> None:
+    """*SOLID SECTION: the first entry of the first line is the thickness of plane elements."""
+    thickness = 1.0
+    if block.lines and block.rows[0]:
+        try:
+            thickness = number(block.rows[0][0])
+        except ValueError:
+            thickness = np.nan
+    listing.thicknesses.append((block.parameters["ELSET"], thickness))
+
+
+def _nodal_thickness(listing: DeckListing, block: Block) -> None:
+    """*NODAL THICKNESS: a thickness that varies."""
+    listing.thicknesses.append((None, np.nan))
+
+
+def _constraint(listing: DeckListing, block: Block) -> None:
+    """A keyword of `CONSTRAINING`: it is read when all sets are known."""
+    listing.constraint_blocks.append(block)
+
 
 # Keyword -> the function that reads it. *INCLUDE is read with the text, see `deck_text.py`.
 KEPT: dict[str, Callable[[DeckListing, Block], None]] = {
-    "NODE": read.nodes,
-    "ELEMENT": read.elements,
-    "NSET": read.node_set,
-    "ELSET": read.element_set,
-    "SURFACE": read.surface,
-    "SOLIDSECTION": read.solid_section,
-    "NODALTHICKNESS": read.nodal_thickness,
-    **dict.fromkeys(CONSTRAINING, read.constraint),
+    "NODE": _nodes,
+    "ELEMENT": _elements,
+    "NSET": _node_set,
+    "ELSET": _element_set,
+    "SURFACE": _surface,
+    "SOLIDSECTION": _solid_section,
+    "NODALTHICKNESS": _nodal_thickness,
+    **dict.fromkeys(CONSTRAINING, _constraint),
 }
-
-
-class Refusal(NamedTuple):
-    """A keyword that is refused if `is_refused` holds for its block.
-
-    With `in_meshes` it is refused also if only a mesh is read.
-    """
-
-    keyword: str
-    is_refused: Callable[[Block], object]
-    reason: str
-    in_meshes: bool = True
-
-
-def _always(_: Block) -> bool:
-    return True
-
-
-def _has_lines(block: Block) -> bool:
-    return bool(block.lines)
-
-
-def _has_own_system(block: Block) -> bool:
-    return block.parameters.get("SYSTEM", "R") != "R"
-
-
-def _is_elsewhere(block: Block) -> bool:
-    return "INPUT" in block.parameters or "OFFSET" in block.parameters
-
-
-def _changes_elements(block: Block) -> bool:
-    return block.parameters.get("TYPE") == "ELEMENT"
 
 
 _DIRECTIONS = (
     "gives directions of its own; write coordinates, and the matrix, in the global directions"
 )
-_NOT_LISTED = f"makes or moves nodes or elements that are not listed; {read.FLAT}"
+_NOT_LISTED = f"makes or moves nodes or elements that are not listed; {FLAT}"
 _CHANGES = (
     "takes elements out or puts them back; list only elements that are there, and leave it out"
 )
 
-REFUSED = (
-    Refusal("NODE", _has_own_system, _DIRECTIONS),
-    Refusal("SYSTEM", _has_lines, _DIRECTIONS),
-    Refusal("TRANSFORM", _has_lines, _DIRECTIONS, in_meshes=False),
-    Refusal("NODE", _is_elsewhere, _NOT_LISTED),
-    Refusal("ELEMENT", _is_elsewhere, _NOT_LISTED),
-    *(
-        Refusal(keyword, _always, _NOT_LISTED)
-        for keyword in (
-            "NGEN",
-            "NFILL",
-            "NCOPY",
-            "NMAP",
-            "ELGEN",
-            "ELCOPY",
-            "IMPERFECTION",
-            "IMPORT",
-            "SYMMETRICMODELGENERATION",
-            "REFINEMESH",
-        )
-    ),
-    Refusal("MODELCHANGE", _changes_elements, _CHANGES),
+
+def ways_out(names_of: Mapping[str, str]) -> dict[str, str]:
+    """Names of refused blocks -> the way out.
+
+    Each way out has its names in one text: `KEYWORD`, `KEYWORD,PARAMETER` or
+    `KEYWORD,PARAMETER=VALUE`.
+    """
+    return {name: way for way, names in names_of.items() for name in names.split()}
+
+
+REFUSED = ways_out(
+    {
+        _DIRECTIONS: "NODE,SYSTEM=C NODE,SYSTEM=S SYSTEM TRANSFORM",
+        _NOT_LISTED: (
+            "NODE,INPUT NODE,OFFSET ELEMENT,INPUT ELEMENT,OFFSET NGEN NFILL NCOPY NMAP ELGEN "
+            "ELCOPY IMPERFECTION IMPORT SYMMETRICMODELGENERATION REFINEMESH"
+        ),
+        _CHANGES: "MODELCHANGE,TYPE=ELEMENT",
+    }
 )
+# Without lines these keywords end the directions of an earlier block.
+_ENDS = ("SYSTEM", "TRANSFORM")
+
+
+def way_out(block: Block, refused: Mapping[str, str]) -> str:
+    """Words for the way out if a block is refused, otherwise none."""
+    names = [block.keyword]
+    for parameter, value in block.parameters.items():
+        named = f"{block.keyword},{parameter}"
+        names += [named, f"{named}={''.join(value.split())}"]
+    return next((refused[name] for name in names if name in refused), "")
 
 
 def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
@@ -108,7 +260,11 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
     listing = DeckListing()
     for block in acting(flat(blocks(path))):
         where = f"deck {path.name}: the block {block}"
-        _check_not_refused(block, where, mesh_alone)
+        ends = not block.lines and block.keyword in _ENDS
+        only_directions = mesh_alone and block.keyword == "TRANSFORM"
+        reason = way_out(block, REFUSED)
+        if reason and not ends and not only_directions:
+            raise ModelError(f"{where} {reason}")
         if block.keyword not in KEPT:
             continue
         try:
@@ -135,13 +291,6 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
             stacklevel=3,
         )
     return listing.deck()
-
-
-def _check_not_refused(block: Block, where: str, mesh_alone: bool) -> None:
-    for refusal in REFUSED:
-        applies = refusal.keyword == block.keyword and (refusal.in_meshes or not mesh_alone)
-        if applies and refusal.is_refused(block):
-            raise ModelError(f"{where} {refusal.reason}")
 
 
 def acting(blocks: Iterable[Block]) -> list[Block]:

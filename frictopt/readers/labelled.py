@@ -26,8 +26,7 @@ from ..errors import ModelError
 from ..fem.elasticity import facet_nodes
 from ..fem.matrix_checks import NumberedPoints, checked_stiffness
 from ..fem.rigid import node_graph
-from .deck import Deck
-from .element_types import SHAPES, SLENDER
+from .deck import SHAPES, SLENDER, Deck
 from .listing import deck_of_points
 from .meshes import between, mesh_of, with_sets
 from .mixed_elements import with_midsides

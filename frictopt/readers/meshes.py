@@ -14,8 +14,7 @@ from ..base.libraries import file_path
 from ..errors import ModelError, ModelWarning
 from ..fem.mixed import MIXED, places_among
 from .bulk_data import bulk_deck
-from .deck import FREE, Deck
-from .element_types import LINES, PLANE_CORNERS, PLANES, THIN, corner_shape
+from .deck import FREE, LINES, PLANE_CORNERS, PLANES, THIN, Deck, corner_shape
 from .groups import deck_of_file
 from .keywords import read_deck
 from .mixed_elements import FACE_CORNERS, in_tetrahedra, mesh_through_corners, with_midsides

@@ -13,8 +13,7 @@ from ..base.libraries import library
 from ..errors import ModelError
 from ..fem.elasticity import QUADRATIC, corner_weights, functions_of
 from ..fem.mixed import COLLAPSED, HEXAHEDRON, MIXED, MeshMixed, MeshMixedPlane, places_among
-from .deck import Deck, Elements
-from .element_types import CORNERS, corner_shape, is_linear
+from .deck import CORNERS, Deck, Elements, corner_shape, is_linear
 
 # Corners of the faces S1, S2, ... of an element, as decks number them.
 FACE_CORNERS: dict[str, tuple[tuple[int, ...], ...]] = {
