@@ -279,37 +279,6 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     assert np.allclose(fields.p, p + system.B @ v, atol=1e-9)
 
 
-def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
-    """A column slides along a separate wall, and its node on the contact is held across.
-    Multipliers give the same result."""
-    upper, lower = box(MeshQuad, 0, 1, 0, 1, 2, 2), box(MeshQuad, 0, 1, -1, 0, 2, 2)
-    model = fo.fem.ContactModel(
-        {"upper": fo.fem.Body(upper), "lower": fo.fem.Body(lower)},
-        [fo.fem.Support("lower", "y0"), fo.fem.Support("upper", "x0", "x")],
-        {"P": [fo.fem.Traction("upper", "y1", y=-1.0)]},
-        [fo.fem.Contact("upper", "lower", "y0", "y1")],
-    )
-    S = glued_pairs(model, ("upper", 0, 0, 0), ("lower", 1, -1))
-    assert np.allclose(model.condense().S, S, rtol=0, atol=1e-9 * np.abs(S).max())
-
-
-def test_a_plate_that_is_moved_takes_the_shims_along():
-    """The plate moves as a whole, with everything that is glued to it. There are no forces, and the
-    displacement is the same everywhere."""
-    bodies, _, _, contacts = corner_block()
-    move = [
-        fo.fem.Displacement(body, side, x=0.25, y=-0.5)
-        for body, side in (("floor", "y0"), ("wall", "x0"))
-    ]
-    model = fo.fem.ContactModel(
-        bodies, [fo.fem.Support("floor", "y0"), fo.fem.Support("wall", "x0")], {"U": move}, contacts
-    )
-    assert np.abs(model.condense().reaction({"U": 1.0})).max() < 1e-12
-    fields = model.recover({"U": 1.0}, np.zeros(6))
-    for u in fields.displacement.values():
-        assert np.allclose(u.T, [0.25, -0.5], atol=1e-12)
-
-
 @pytest.mark.parametrize("exchanged", [(), (0,), (1,), (0, 1)])
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
@@ -422,29 +391,6 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
     q, p = system.bonded["P"]
     assert system.nodes == n and np.allclose(system.S, S, rtol=0, atol=1e-10 * np.abs(S).max())
     assert np.allclose(np.r_[q.T.ravel(), p], r.ravel(), rtol=0, atol=1e-10 * np.abs(r).max())
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_pictures_show_a_crack_to_its_tip(kind):
-    """They show all facets of its upper lip. The tip moves with the body and does not slip."""
-    model, _, lower = cracked(kind, fo.fem.Material(), y=-1.0)
-    mesh, n = model.bodies["plate"].mesh, len(lower)
-    fields = model.recover({"P": 1.0}, np.full((n, 2) if mesh.dim() == 3 else n, 0.1))
-    face = model.grids(fields)["contact"]
-    places = face.points[:, : mesh.dim()]
-    cells = face.cells.reshape(face.n_cells, -1)[:, 1:]
-    lip = mesh.p.T[mesh.facets[:, mesh.boundaries["above"]].T]
-    assert sorted(places[cells].mean(axis=1).round(9).tolist()) == sorted(
-        lip.mean(axis=1).round(9).tolist()
-    )
-    tips = nodes_at(mesh, places[n:].T)
-    assert len(tips)
-    assert np.all(mesh.p[0, tips] == 0.5)
-    assert np.allclose(mesh.p[:, tips].T, places[n:])
-    assert np.allclose(
-        face.point_data["displacement"][n:, : mesh.dim()], fields.displacement["plate"][:, tips].T
-    )
-    assert np.all(face.point_data["slip"][n:] == 0.0) and face.point_data["slip"][:n].any()
 
 
 @pytest.mark.parametrize("off", [1e-7, 1e-4, 0.1])

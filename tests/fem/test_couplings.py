@@ -176,19 +176,6 @@ def test_a_rigid_side_that_is_held_is_a_support(kind, quadratic):
         assert np.allclose(one, other, atol=1e-9)
 
 
-def test_nodes_of_a_rigid_coupling_move_as_one():
-    bodies = bodies_in(3)
-    loads = {"L": [fo.fem.RemoteForce("upper", "z+", x=1.0, moment=(0.3, 0.0, 2.0))]}
-    whole = model(bodies, [fo.fem.RigidCoupling("upper", "z+")], loads)
-    n = whole.condense().nodes
-    fields = whole.recover({"L": 1.0}, np.zeros((n, 2)), np.zeros(n))
-    top = bodies["upper"].mesh.p[2] == 1.0
-    u = fields.displacement["upper"][:, top].T
-    R = motions(bodies["upper"].mesh.p.T[top], np.zeros(3)).reshape(-1, 6)
-    fit = np.linalg.lstsq(R, u.ravel())[0]
-    assert np.abs(u).max() > 0.1 and np.allclose(R @ fit, u.ravel(), atol=1e-10)
-
-
 def test_forces_on_rings_of_an_axisymmetric_model_are_whole():
     x = np.linspace(1.0, 2.0, 5)
     bodies = {

@@ -3,9 +3,6 @@
 They are the bodies that were drawn, and errors name omitted parts.
 """
 
-import re
-from pathlib import Path
-
 import meshio
 import numpy as np
 import pytest
@@ -193,58 +190,6 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
             atol=1e-9,
         )
         assert np.allclose(systems[-1].S, systems[0].S, atol=1e-9) and not caplog.records
-
-
-def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_it(tmp_path):
-    """A bar with a slit from one side is under uniform pressure, without lateral strain. Each node
-    of the slit bears the pressure times its area."""
-    with gmsh_with(**{"Mesh.MeshSizeMax": 0.5}) as gmsh:
-        bar = gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2)
-        slit = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
-        gmsh.model.occ.fragment([(3, bar)], [(2, slit)])
-        gmsh.model.occ.synchronize()
-        near = {
-            name: gmsh.model.getEntitiesInBoundingBox(-1.1, -0.1, z - 0.1, 1.1, 1.1, z + 0.1, dim=2)
-            for name, z in (("low", -1), ("crack", 0), ("high", 1))
-        }
-        groups = {
-            name: gmsh.model.addPhysicalGroup(2, [tag for _, tag in found], name=name)
-            for name, found in near.items()
-        }
-        gmsh.model.addPhysicalGroup(3, [bar], name="shaft")
-        mouth = [
-            tag
-            for _, tag in gmsh.model.getBoundary(near["crack"], oriented=False)
-            if gmsh.model.occ.getCenterOfMass(1, tag)[0] > 0.1
-        ]
-        outside = gmsh.model.addPhysicalGroup(1, mouth)
-        gmsh.model.mesh.generate(3)
-        for name, value in (
-            ("Dimension", 2),
-            ("PhysicalGroup", groups["crack"]),
-            ("OpenBoundaryPhysicalGroup", outside),
-        ):
-            gmsh.plugin.setNumber("Crack", name, value)
-        gmsh.plugin.run("Crack")
-        gmsh.write(str(tmp_path / "a.msh"))
-    (code,) = re.findall(
-        r"```\w*\n(lips = .*?)```",
-        (Path(__file__).parents[2] / "docs" / "faq.md").read_text(encoding="utf-8"),
-        re.DOTALL,
-    )
-    known = {
-        "fo": fo,
-        "steel": fo.fem.Material(nu=0.0),
-        "supports": [fo.fem.Support("shaft", "low")],
-        "mesh": fo.readers.read_mesh(tmp_path / "a.msh"),
-    }
-    exec(code, known | {"loads": {"P": [fo.fem.Traction("shaft", "high", z=-3.0)]}}, known)
-    system = known["model"].condense()
-    q, p = system.bonded["P"]
-    assert np.allclose(p, 3.0 * system.width)
-    assert np.allclose(q, 0.0)
-    assert np.all(system.points[:, 0] > 0)
-    assert np.all(system.points[:, 2] == 0)
 
 
 LEFT_OUT = [

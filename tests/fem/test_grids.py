@@ -203,34 +203,6 @@ def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides():
         )
 
 
-def test_each_contact_has_its_facets():
-    """Two shims are side by side on a block. Their common corner belongs to three contacts, with
-    fewer pairs than that."""
-    x = np.array([0.0, 0.5, 1.0])
-    bodies = {
-        name: fo.fem.Body(box(MeshQuad, start + x, x))
-        for name, start in (("left", 0.0), ("right", 1.0))
-    }
-    joints = [
-        ("left", "base", "contact", "contact", "a"),
-        ("right", "base", "contact", "contact", "b"),
-        ("left", "right", "x+", "x-", "c"),
-    ]
-    model = fo.fem.ContactModel(
-        bodies | {"base": fo.fem.Body(box(MeshQuad, np.linspace(0, 2, 5), x - 1))},
-        [fo.fem.Support("base", "y-")],
-        {"P": [fo.fem.Traction(name, "y+", y=-1.0) for name in bodies]},
-        [fo.fem.Contact(*sides, name=name) for *sides, name in joints],
-    )
-    system = model.condense()
-    face = model.grids(model.recover({"P": 1.0}, np.zeros(system.nodes)))["contact"]
-    assert face["contact"].tolist() == [0, 0, 1, 1, 2, 2] and face.n_points == system.nodes
-    assert np.allclose(face.compute_cell_sizes()["Length"], 0.5)
-    middles = face.cell_centers().points
-    assert np.allclose(np.sort(middles[:4, 0]), [0.25, 0.75, 1.25, 1.75])
-    assert np.allclose(middles[4:, 0], 1.0)
-
-
 def test_what_has_no_grids_is_refused(punch, monkeypatch):
     model, steady = punch
     other = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.5).model()

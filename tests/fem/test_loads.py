@@ -1,7 +1,5 @@
 """Loads, plane stress and axisymmetry against closed forms."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from skfem import MeshQuad
@@ -425,28 +423,6 @@ def test_the_axis_may_be_rounded():
             assert rounded.bonded[case][1] == pytest.approx(exact.bonded[case][1], rel=1e-9)
         with pytest.raises(fo.ModelError, match=r"moves nodes by 0\.01 off the axis"):
             discs(axis, 0.01)
-
-
-def test_two_displacements_of_one_node_may_differ_by_rounding():
-    once = [fo.fem.Displacement("lower", "bottom", y=0.3)]
-    twice = [*once, fo.fem.Displacement("lower", (0.0, -1.0), y=0.1 * 3)]
-    one, two = (column(loads={"u": moved}, supports=TOP).condense() for moved in (once, twice))
-    assert two.bonded["u"][1] == pytest.approx(one.bonded["u"][1], rel=1e-12)
-
-
-def test_a_held_load_beside_one_that_is_felt_changes_nothing():
-    pull, held = fo.fem.Traction("upper", "side", x=1.0), fo.fem.Pressure("upper", "top")
-    upper = column().bodies["upper"]
-    sided = fo.fem.Body(upper.mesh.with_boundaries({"side": lambda x: x[0] == 1.0}), STEEL)
-    bonded = []
-    for parts in ([pull], [pull, held], [pull, fo.fem.Displacement("upper", "top", y=0.0)]):
-        model = column(supports=TOP, loads={"P": [fo.fem.BodyForce("upper", y=1.0)]})
-        bonded.append(
-            replace(model, bodies={**model.bodies, "upper": sided}, loads={"P": parts})
-            .condense()
-            .bonded["P"]
-        )
-    assert np.array_equal(bonded[0], bonded[1]) and np.array_equal(bonded[0], bonded[2])
 
 
 @pytest.mark.parametrize("grading", [1.0, 1e4])

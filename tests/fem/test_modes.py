@@ -1,26 +1,21 @@
 """Modes of models.
 
-They are compared with closed forms of bars and beams, dense matrices with merged nodes, loads of
-modes, and steps of CalculiX.
+They are compared with closed forms of bars, dense matrices with merged nodes, and loads of modes.
 """
 
-import re
 from dataclasses import replace
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from scipy.linalg import block_diag, eigh
 from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshQuad, MeshTet, MeshTri
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
-from frictopt.fem import modes as vibration
-from helpers.calculix import deck, equation, run
-from helpers.quadratic import dimensions, two_boxes
+from helpers.quadratic import dimensions
 
 matplotlib.use("Agg")
 E, RHO = 3.0, 2.0
@@ -120,30 +115,6 @@ def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
     assert (np.abs(modes.shapes["up"][:, 0]).max(axis=1) > 1e-3).tolist() == [False, *[nu > 0] * 2]
 
 
-def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
-    """It is in plane stress and 40 times as long as high. Shear and rotation take off some 0.1 %.
-    Finer linear elements approach the quadratic elements from above."""
-    height, root = 0.25, [fo.fem.Support("left", "end")]
-    roots = np.array([1.8751, 4.6941, 7.8548])  # of cos cosh = -1
-    beam = (roots / LENGTH) ** 2 * SPEED * height / np.sqrt(12) / (2 * np.pi)
-    fine = bars(
-        MeshQuad, 40, 2, height, element="quadratic", kinematics="plane_stress", supports=root
-    ).modes(3)
-    assert fine.frequency == pytest.approx(beam, rel=1e-2)
-    assert (fine.frequency < beam).all()
-    assert fine.frequency[0] == pytest.approx(beam[0], rel=2e-3)
-    errors = [
-        bars(MeshQuad, cells, cells // 40, height, kinematics="plane_stress", supports=root)
-        .modes(1)
-        .frequency[0]
-        / fine.frequency[0]
-        - 1
-        for cells in (80, 160)
-    ]
-    assert errors[0] > errors[1] > 0 and errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
-    assert fine.effective_mass[0, 1] / fine.mass == pytest.approx(0.6131, rel=5e-3)
-
-
 def test_a_free_body_has_its_rigid_motions_and_pairs_of_bending_modes():
     modes = bars(MeshHex, 12, 2, nu=0.3).modes(10)
     assert not modes.frequency[:6].any() and modes.frequency[6] > 0.1 * SPEED * HIGH / LENGTH**2
@@ -219,35 +190,6 @@ def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, op
     assert table["effective_mass_y"].tolist() == modes.effective_mass[:, 1].tolist()
     assert len(table) == 5
     assert (modes.open == open_nodes).all()
-
-
-def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
-    """All modes but one of 16 are compared with the projection of translations onto the motions of
-    free nodes, with the mass of dense matrices."""
-    model = bars(MeshQuad, 4, 1, nu=0.3, supports=[fo.fem.Support("left", "end")])
-    modes = model.modes(15)
-    _, _, M, along = dense(model.bodies, np.zeros((0, 2), dtype=int), np.zeros(0))
-    assert modes.mass == pytest.approx(along[:, 0] @ M @ along[:, 0])
-    points, number = np.unique(
-        np.hstack([body.mesh.p for body in model.bodies.values()]).T, axis=0, return_inverse=True
-    )
-    merge = np.kron(number[:, None] == np.flatnonzero(points[:, 0] > 0), np.eye(2))
-    pushed = merge.T @ M @ along
-    taken = np.sum(pushed * np.linalg.solve(merge.T @ M @ merge, pushed), axis=0)
-    assert modes.effective_mass.sum(axis=0) == pytest.approx(taken, rel=5e-3)
-    assert (taken < 0.95 * modes.mass).all()
-
-
-def test_bars_that_touch_nowhere_vibrate_by_themselves():
-    """One bar is free and has n c / L of its length L / 2; the other is clamped and has (n + 1/2) c
-    / L, but for the elements."""
-    model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.fem.Support("left", "end")])
-    apart = model.modes(5, open_nodes=[True, True])
-    steady = fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
-    waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
-    assert apart.frequency == pytest.approx(of_elements(waves, LENGTH / 20), rel=1e-9)
-    # A result knows its open nodes, too.
-    assert np.array_equal(model.modes(5, open_nodes=steady).frequency, apart.frequency)
 
 
 def test_surfaces_that_give_are_springs_between_heavy_ends():
@@ -438,108 +380,3 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
     (legend,) = panels[0].figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["as it was", *model.bodies]
     plt.close("all")
-
-
-def test_a_mode_in_space_stands_over_its_undeformed_faces():
-    model = bars(MeshTet, 4, 1, supports=[fo.fem.Support("left", "end")])
-    axes = model.modes(1).plot()
-    faces = [one for one in axes.collections if isinstance(one, Poly3DCollection)]
-    *at_rest, _ = faces
-    assert len(at_rest) == len(model.bodies)
-    for outline, body in zip(at_rest, model.bodies.values(), strict=True):
-        mesh = body.mesh
-        assert not outline.get_facecolor()[:, 3].any()
-        drawn = np.unique(np.concatenate(outline._faces).round(9), axis=0)
-        nodes = np.unique(mesh.facets[:, mesh.boundary_facets()])
-        assert np.allclose(drawn, np.unique(mesh.p[:, nodes].T.round(9), axis=0))
-    plt.close("all")
-
-
-def from_frequency(folder, text, count):
-    """Frequencies (count,) and effective masses (count, 3) that CalculiX prints.
-
-    They have five or more digits.
-    """
-    path, _ = run(folder, text, f"*FREQUENCY\n{count}\n", "modes")
-    parts = re.split(
-        r"P A R T I C I P A T I O N|E F F E C T I V E|T O T A L",
-        path.with_suffix(".dat").read_text(),
-    )
-    rows = [
-        [line.split() for line in part.splitlines() if re.match(r" +\d+ ", line)] for part in parts
-    ]
-    return np.array([float(row[3]) for row in rows[0]]), np.array(
-        [[float(value) for value in row[1:4]] for row in rows[2]]
-    )
-
-
-def midsides(body, nodes):
-    """Node amid an edge of the contact -> the corners of that edge."""
-    edges = body.mesh.dofs.edge_dofs[0] if body.mesh.dim() == 3 else body.mesh.dofs.facet_dofs[0]
-    ends = body.mesh.edges if body.mesh.dim() == 3 else body.mesh.facets
-    return {
-        int(node): pair.tolist() for node, pair in zip(edges, ends.T, strict=True) if node in nodes
-    }
-
-
-@pytest.mark.ccx
-@pytest.mark.parametrize("kind, tolerance", [("C3D10", 1e-6), ("C3D20", 2e-2)])
-def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkeypatch):
-    """Modes agree with a frequency step of CalculiX, glued by equations.
-
-    Its C3D10 are the tetrahedra of the package, if their mass is summed at CalculiX's four points.
-    Its C3D20 are the hexahedra of the package less some nodes.
-    """
-    bodies = two_boxes(
-        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.fem.Material(2.0, 0.3, 1.0), bulge=None
-    )
-    # The sides are different, because CalculiX may miss one of two modes of one frequency.
-    sizes = np.array([[1.0], [1.4], [1.0]])
-    bodies = {
-        name: replace(body, mesh=replace(body.mesh, doflocs=sizes * body.mesh.p))
-        for name, body in bodies.items()
-    }
-    text, first = deck(bodies, kind), {"upper": 1, "lower": 1001}
-    faces = {name: body.boundary_nodes("contact", "") for name, body in bodies.items()}
-    for name, body in bodies.items():
-        known = midsides(body, faces[name])
-        text += "".join(
-            equation((node + first[name], k, 2.0), *((end + first[name], k, -1.0) for end in ends))
-            for node, ends in known.items()
-            for k in (1, 2, 3)
-        )
-    for point, node in (
-        (body.mesh.p[:, n], n)
-        for body in (bodies["upper"],)
-        for n in faces["upper"]
-        if n < body.mesh.nvertices
-    ):
-        other = faces["lower"][
-            np.linalg.norm(bodies["lower"].mesh.p[:, faces["lower"]].T - point, axis=1).argmin()
-        ]
-        text += "".join(equation((node + 1, k, 1.0), (other + 1001, k, -1.0)) for k in (1, 2, 3))
-    frequencies, masses = from_frequency(tmp_path, text, 12)  # of five it leaves out the first
-    model = fo.fem.ContactModel(
-        bodies, [fo.fem.Support("lower", "far")], {"P": [fo.fem.Pressure("upper", "far")]}
-    )
-    exact = model.modes(5)
-    if kind == "C3D10":
-        monkeypatch.setattr(
-            vibration, "basis_of", lambda mesh: Basis(mesh, mesh.elem(), intorder=2)
-        )
-    modes = model.modes(5)
-    assert modes.frequency == pytest.approx(frequencies[:5], rel=tolerance)
-    assert exact.frequency == pytest.approx(modes.frequency, rel=5e-4)
-    moving = {
-        name: body.mesh.p[2] > body.mesh.p[2].min() * (name == "lower") - (name == "upper")
-        for name, body in bodies.items()
-    }
-    # CalculiX moves what is free.
-    sums = {
-        name: vibration.body_mass(name, body, "space") @ moving[name]
-        for name, body in bodies.items()
-    }
-    taken = sum(modes.shapes[name] @ sums[name] for name in bodies) ** 2
-    assert np.allclose(taken, masses[:5], rtol=0, atol=tolerance * modes.mass)
-    # Ours moves the support, too.
-    assert np.allclose(taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass)

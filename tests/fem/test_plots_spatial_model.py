@@ -8,11 +8,9 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib import colormaps
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from skfem import MeshHex
 
 import frictopt as fo
 from helpers.meshes import column
@@ -98,56 +96,6 @@ def test_marks_are_held_nodes_and_arrows_go_with_the_loads(drawn):
     assert not arrows
 
 
-def test_a_load_that_acts_on_no_surface_has_one_arrow_where_its_body_ends(drawn):
-    """The arrow goes along the sum of the forces. An expansion balances itself."""
-    *_, arrows = drawn
-    model = SCENE.model()
-    loads = {
-        "weight": [fo.fem.BodyForce("punch", z=-1.0)],
-        "spin": [fo.fem.Centrifugal("punch", 1.0, speed=2.0, centre=(0, -9, 0), axis=(0, 0, 1))],
-        "force": [fo.fem.PointForce("punch", (1.0, 1.0, 1.5), x=2.0)],
-        "heat": [fo.fem.Expansion("punch", 1e-3)],
-    }
-    # The punch fills -1 < x, y < 1 and 0 < z < 1.5.
-    wanted = {
-        "weight": ([0, 0, 0], [0, 0, -1]),
-        "spin": ([0, 1, 0.75], [0, 1, 0]),
-        "force": ([1, 1, 1.5], [1, 0, 0]),
-    }
-    for case, parts in loads.items():
-        arrows.clear()
-        fo.fem.ContactModel(model.bodies, model.supports, {case: parts}, model.contacts).plot()
-        (((begin, step),),) = arrows.values()
-        if case == "heat":
-            assert len(begin) == 0
-            continue
-        start, direction = wanted[case]
-        assert np.allclose(begin, [start], atol=1e-9)
-        assert np.allclose(step / np.linalg.norm(step), [direction], atol=1e-9)
-
-
-def test_bodies_fill_their_picture():
-    """There is room for arrows only in their directions: here along z."""
-    flat = [np.linspace(0, 100, 5), np.linspace(0, 20, 3)]
-    lower, upper = (MeshHex.init_tensor(*flat, np.array([z, z + 5.0])) for z in (0.0, 5.0))
-    steel = fo.fem.Material(E=210e3, nu=0.3)
-    ax = fo.fem.ContactModel(
-        {
-            "lower": fo.fem.Body(lower.with_boundaries({"up": lambda x: x[2] == 5}), steel),
-            "upper": fo.fem.Body(
-                upper.with_boundaries({"low": lambda x: x[2] == 5, "top": lambda x: x[2] == 10}),
-                steel,
-            ),
-        },
-        [fo.fem.Support("lower", (0.0, 0.0, 0.0))],
-        {"P": [fo.fem.Pressure("upper", "top")]},
-        [fo.fem.Contact("upper", "lower", "low", "up")],
-    ).plot()
-    low, high = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()]).T
-    assert np.allclose(low, [0, 0, 0], atol=2) and np.allclose(high, [100, 20, 22], atol=2)
-    plt.close("all")
-
-
 def test_everything_is_inside_and_has_a_name(drawn):
     axes, _, _ = drawn
     axes.figure.draw_without_rendering()
@@ -187,20 +135,6 @@ def test_fields_show_the_von_mises_stress_on_the_surfaces():
         line.get_label() for line in axes.lines
     }
     plt.close("all")
-
-
-def test_the_body_in_front_hides_the_other_one():
-    found = SCENE.model().recover({"P": 1.0}, np.zeros((25, 2)))
-    stress = {
-        name: np.full_like(values, 5.0) * np.eye(6)[:, :1] * (name == "punch")
-        for name, values in found.stress.items()
-    }
-    axes = replace(found, stress=stress).plot()
-    axes.figure.canvas.draw()
-    place = proj3d.proj_transform(0.2, 0.2, 1.5, axes.get_proj())[:2]  # on the top of the punch
-    x, y = axes.transData.transform(place).astype(int)
-    seen = np.asarray(axes.figure.canvas.buffer_rgba())[::-1][y, x] / 255
-    assert np.allclose(seen, colormaps["viridis"](1.0), atol=0.02)
 
 
 def test_the_moved_body_in_front_hides_the_other_one():

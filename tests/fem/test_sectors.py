@@ -6,7 +6,6 @@ not match, and wrong sectors that are refused.
 
 import re
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,14 +16,13 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from helpers.cases import ALL_CASES
-from helpers.meshes import around, extruded, turned
+from helpers.meshes import around, extruded
 
 STEEL, ALLOY = (
     fo.fem.Material(E=2.0, nu=0.3, density=0.5),
     fo.fem.Material(E=0.7, nu=0.2, density=0.2),
 )
 FRICTION = 0.2
-FILES = Path(__file__).parents[2] / "docs" / "tutorial"
 
 
 def cuts(count):
@@ -310,103 +308,6 @@ def test_modes_of_a_sector_are_those_of_the_whole_that_repeat(count):
     )
     assert count * modes.mass == pytest.approx(found.mass)
     assert modes.effective_mass.max() > 0.1 * modes.mass
-
-
-def repeated(whole, system, count, turn):
-    """The matrix of the slips and gaps of the whole by those of a sector.
-
-    Direction by direction the slips and gaps of the sector are turned again and again.
-    """
-    T = np.zeros((len(whole.S), len(system.S)))
-    for k in range(count):
-        step = np.linalg.matrix_power(turn, k)
-        to = [
-            int(np.linalg.norm(whole.points - step @ point, axis=1).argmin())
-            for point in system.points
-        ]
-        ways = np.einsum("nia,ab,njb->nij", whole.frames[to], step, system.frames)
-        for i, j in np.ndindex(*ways.shape[1:]):
-            T[i * whole.nodes + np.array(to), j * system.nodes + np.arange(system.nodes)] = ways[
-                :, i, j
-            ]
-    return T
-
-
-def flange(whole):
-    """The flange of the tutorial with its four bolts, the whole or a quarter.
-
-    It is twisted and pulled.
-    """
-    steel = fo.fem.Material(210e3, 0.3)
-    turn = Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round()
-    parts = fo.fem.split_bodies(
-        fo.readers.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel)
-    )
-    bodies = {name: parts[name] for name in ("upper", "lower")}
-    bolts = {"bolt": parts["bolt"]}
-    supports = [fo.fem.Support("lower", "bottom")]
-    if whole:
-        bodies = {
-            name: fo.fem.Body(around(body.mesh, 4, turn), steel) for name, body in bodies.items()
-        }
-        bolts = {
-            f"bolt {k}": fo.fem.Body(
-                turned(parts["bolt"].mesh, np.linalg.matrix_power(turn, k)), steel
-            )
-            for k in range(4)
-        }
-    else:
-        supports += [fo.fem.Cyclic(name, "low", "high") for name in bodies]
-    contacts = [fo.fem.Contact("upper", "lower", "lower", "upper", name="flange")]
-    contacts += [
-        fo.fem.Contact(bolt, side, side, "bolt", name=f"{bolt} {side}")
-        for bolt in bolts
-        for side in bodies
-    ]
-    loads = {
-        "bolts": [fo.fem.BoltPreload(bolt, "section", 25e3) for bolt in bolts],
-        "pull": [fo.fem.Traction("upper", "top", z=1.0)],
-        "twist": [
-            fo.fem.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)
-        ],
-    }
-    return fo.fem.ContactModel(bodies | bolts, supports, loads, contacts), turn
-
-
-def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
-    (one, turn), (part, _) = flange(True), flange(False)
-    whole, system = one.condense(), part.condense()
-    T = repeated(whole, system, 4, turn)
-    assert np.allclose(T.T @ T, 4 * np.eye(len(system.S)), atol=1e-12)
-    assert (
-        whole.nodes,
-        system.nodes,
-    ) == (564, 141)
-    assert np.allclose(T.T @ whole.S @ T, 4 * system.S, rtol=0, atol=1e-9 * np.abs(system.S).max())
-    assert np.allclose(
-        4 * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max()
-    )
-    for name, reactions in system.bonded.items():
-        r, s = (
-            np.concatenate([pair[0].T, pair[1][None]]).ravel()
-            for pair in (whole.bonded[name], reactions)
-        )
-        assert np.allclose(r, T @ s, rtol=0, atol=1e-9 * np.abs(r).max())
-    same = np.abs(T[-whole.nodes :, -system.nodes :]).argmax(axis=1)
-    assert np.allclose(whole.width, system.width[same], rtol=1e-9)
-    assert (system.contact == "flange").sum() == 93
-    cycle = fo.LoadCycle({"bolts": 1.0, "pull": 0.5}, [{"twist": 1.0}, {"twist": -1.0}])
-    states = [
-        fo.march(each, cycle, 0.15, load_factor=20.0, cycles=1, steps=1) for each in (whole, system)
-    ]
-    assert states[0].work[-1].sum() > 0
-    assert states[0].work[-1].sum() == pytest.approx(4 * states[1].work[-1].sum(), rel=1e-9)
-    opened = states[1].gap[-1] > 0
-    limits = [
-        fo.shakedown_limit(each, cycle, 0.15, open_nodes=nodes).load_factor
-        for each, nodes in ((whole, opened[same]), (system, opened))
-    ]
-    assert opened.any() and limits[0] > 0 and limits[0] == pytest.approx(limits[1], rel=1e-7)
 
 
 def standing(mesh, height):
