@@ -172,16 +172,6 @@ def test_limits_above_load_factors_that_are_not_safe_are_separate():
     assert "with other nodes open from 1.25 on" in limit.covers
 
 
-def test_the_answer_does_not_depend_on_units():
-    contact, cycle, friction = block(75)
-    limit = fo.shakedown_limit(contact, cycle, friction)
-    loads = {name: 1e6 * np.r_[r].ravel() for name, r in contact.bonded.items()}
-    other = fo.ContactSystem(contact.S * 1e9, contact.points * 1e-3, loads, gap=contact.gap * 1e-3)
-    again = fo.shakedown_limit(other, cycle, friction)
-    assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
-    assert np.array_equal(again.open, limit.open) and again.programs == limit.programs
-
-
 def test_a_set_that_is_given_is_compared_with_no_other():
     contact, cycle, friction = block(75)
     closed = fo.shakedown_limit(

@@ -4,8 +4,6 @@ It is also compared with plain programs over raw unknowns, and with the limit of
 which the design is built.
 """
 
-from dataclasses import replace
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -151,34 +149,6 @@ def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
     assert p.min() >= -1e-9
 
 
-def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
-    scene, ends = fo.scenes.PunchOnHalfPlane(elements=40), np.linspace(-1, 1, 6)
-    model = scene.model()
-    strips = {
-        f"P{i}": [
-            fo.fem.Traction(
-                "punch", "top", y=lambda x, _, i=i: -1.0 * ((ends[i] < x) & (x < ends[i + 1]))
-            )
-        ]
-        for i in range(5)
-    }
-    system = replace(model, loads={"sigma": model.loads["sigma"], **strips}).condense()
-    assert (
-        round(
-            fo.shakedown_limit(
-                system, replace(PULL, mean=dict.fromkeys(strips, 1.0)), 0.5
-            ).load_factor,
-            5,
-        )
-        == 0.98152
-    )
-    bolts = fo.DesignModel(system, replace(PULL, mean={}), preloads=list(strips))
-    force = np.array([system.bonded[name][1].sum() for name in strips])
-    design = bolts.solve(0.5, [bolts.preload >= 0, force @ bolts.preload == force.sum()])
-    assert round(design.load_factor, 5) == 0.99092
-    assert design.preload[["P1", "P2", "P3"]].abs().max() < 1e-9
-
-
 @pytest.mark.parametrize(
     ("cells", "limits"),
     few(
@@ -284,22 +254,6 @@ def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():
     assert least.bound == pytest.approx(least.objective, rel=1e-8)
 
 
-def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
-    contact = random_system(np.random.default_rng(4), 4)
-    cycle = fo.LoadCycle({}, CYCLE.corners)
-    model = fo.DesignModel(contact, cycle, preloads=["mean"])
-    most = cp.Parameter(nonneg=True)
-    limits = []
-    for most.value in (1.0, 2.5, 7.0):
-        limits.append(model.solve(0.5, [model.preload <= most]).load_factor / most.value)
-    assert limits == pytest.approx([limits[0]] * 3, rel=1e-9)
-    least = model.solve(0.5, [model.load_factor >= 3.0], objective=-model.preload[0])
-    assert least.preload["mean"] == pytest.approx(3.0 / limits[0], rel=1e-9)
-    assert least.objective == pytest.approx(-3.0 / limits[0], rel=1e-9)
-    assert least.bound == pytest.approx(least.objective, rel=1e-8)
-    assert least.prices["constraints[0]"] == pytest.approx(1 / limits[0], rel=1e-8)
-
-
 @pytest.mark.parametrize("mean", [1.0, 1e-12])
 @pytest.mark.filterwarnings("ignore:friction")
 def test_a_bolt_on_a_joint_that_hardly_carries(mean):
@@ -383,28 +337,3 @@ def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():
     assert table["profile"].tolist() == pytest.approx([0.05, -0.01, -0.03]) and "slip" in table
     printed = explained(design)
     assert "best design" in printed and "profile == [ 0.05 -0.01 -0.03]" in printed
-
-
-def test_more_friction_never_lowers_the_load_factor_and_a_fixed_part_and_a_slip_bound_count():
-    contact = random_system(np.random.default_rng(8), 3, loads=("mean", "cyclic", "one"))
-    cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"mean": -0.2}, {"mean": 0.3}])
-    model = fo.DesignModel(
-        contact,
-        cycle,
-        preloads=["one"],
-        profile=True,
-        slip_bound=0.1,
-        scenarios=[(cycle, 0.6), (CYCLE, 0.7)],
-    )
-    bounds = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.05]
-    last = 0.0
-    for f in sorted(few([0.3, 0.55, 0.4, 0.5])):
-        design = model.solve(f, bounds)
-        anew = [
-            fo.shakedown_limit(design.system, one, friction, slip_bound=0.1).load_factor
-            for one, friction in design.scenarios
-        ]
-        assert min(anew) == pytest.approx(design.load_factor, rel=1e-8)
-        assert design.load_factor >= last - 1e-9
-        assert len(design.slips) == 3 and all(np.abs(slip).max() <= 0.1 for slip in design.slips)
-        last = design.load_factor

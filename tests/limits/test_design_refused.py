@@ -11,7 +11,6 @@ import frictopt as fo
 from frictopt.limits import Question
 from helpers.liars import misread
 from helpers.refused import refused
-from helpers.spatial import cycle, random_contact
 from helpers.systems import CYCLE, random_system
 
 SHEAR = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
@@ -104,25 +103,6 @@ def test_a_load_case_of_the_name_of_an_overlap_is_refused():
     contact = random_system(np.random.default_rng(0), 2, loads=("mean", "cyclic", "profile"))
     with pytest.raises(fo.ModelError, match="profile: the system has a load case 'profile'"):
         fo.DesignModel(contact, CYCLE, profile=True)
-
-
-def test_designs_in_space_that_cannot_be_are_named():
-    contact = random_contact(np.random.default_rng(0), 2)
-    model = fo.DesignModel(contact, cycle(), preloads=["mean"])
-    with pytest.raises(fo.ModelError, match=r"preload\['mean'\] has no upper bound"):
-        model.solve(0.5)
-    with pytest.raises(fo.ModelError, match=r"^low, high: they contradict each other"):
-        model.solve(
-            0.5,
-            [
-                (cp.norm(model.preload) <= 1.0).set_label("low"),
-                (model.preload[0] >= 2.0).set_label("high"),
-            ],
-        )
-    shaped = fo.DesignModel(contact, cycle(), profile=True)
-    # Node 1 has no friction, and the cyclic load shears it.
-    none = shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])
-    assert max(none.load_factor, none.bound) < 1e-9 and none.residual <= 1e-9
 
 
 def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):

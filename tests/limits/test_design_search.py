@@ -11,9 +11,6 @@ import pytest
 import frictopt as fo
 from helpers.systems import CYCLE, random_system
 
-A = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, -0.5], [0.0, -0.5, 2.0]])
-B = 0.2 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-
 
 def with_a_bolt(seed, nodes):
     """A random contact whose mean load pulls one node open, and a friction."""
@@ -68,34 +65,6 @@ def test_a_design_that_would_open_other_nodes_counts_with_its_own_limit():
 
     assert wide.load_factor > 2 * narrow.load_factor
     assert built(wide.preload["cyclic"]) == pytest.approx(wide.load_factor, rel=1e-6)
-
-
-def test_without_a_bound_there_is_a_design_where_a_bounded_one_is():
-    """A design without bounds exists wherever a bounded one exists.
-
-    The expected value is the limit of the contact with the design built in, at the load factor that
-    the constraint prescribes.
-    """
-    loads = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0, 0])}
-    system = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], loads)
-    prescribed = 0.5 * fo.shakedown_limit(system, CYCLE, 0.6, slip_bound=10.0).load_factor
-    model = fo.DesignModel(system, CYCLE, preloads=["cyclic"], slip_bound=10.0)
-    found = []
-    for most in (20.0, 50.0, 1e4):
-        design = model.solve(
-            0.6,
-            [model.load_factor == prescribed, cp.abs(model.preload) <= most],
-            objective=model.preload[0],
-        )
-        found.append(design.preload["cyclic"])
-    assert found == sorted(found)
-    built = fo.shakedown_limit(
-        system,
-        fo.LoadCycle({"mean": 1.0, "cyclic": found[-1]}, CYCLE.corners),
-        0.6,
-        slip_bound=10.0,
-    )
-    assert built.load_factor == pytest.approx(prescribed, rel=1e-6)
 
 
 def test_the_multiplier_of_an_own_row_is_its_price():

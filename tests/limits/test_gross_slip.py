@@ -149,40 +149,6 @@ def test_of_two_blocks_the_one_that_is_pushed_slides():
         assert alone.load_factor == pytest.approx(hold, abs=1e-9)
 
 
-@pytest.mark.parametrize("axes", few([3, 2], 1))
-def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes):
-    """A plate between two flat faces slips at f P on each face.
-
-    The force P may come from a clamp or from rigid jaws, whose pressure statics cannot know.
-    """
-    n, frames, under = 3, np.eye(axes), np.arange(6) < 3
-    # The upper face presses downwards.
-    both = np.where(
-        under[:, None, None], frames, frames * np.r_[-1.0, np.ones(axes - 2), -1.0][:, None]
-    )
-    points = np.zeros((2 * n, axes))
-    points[:, 0], points[n:, -1] = np.tile([-1.0, 0.0, 1.0], 2), 1.0
-    along, up = (np.einsum("nak,k->an", both, axis) for axis in (frames[0], frames[-1]))
-    press = np.einsum("nak,nk->an", both, both[:, -1]).ravel() / n
-    for jaws, motions in ((True, (along, up)), (False, (along, up * under, up * ~under))):
-        free = np.column_stack([motion.ravel() for motion in motions])
-        S = np.eye(len(free)) - free @ np.linalg.pinv(free)
-        names = np.repeat(["under", "over"], n)
-        system = fo.ContactSystem(
-            S, points, {"P": press, "Q": -along.ravel() / (2 * n)}, frames=both, contact=names
-        )
-        # Transients find the load of jaws, which takes seconds; the faces mirror each other.
-        faces = ["over"] if jaws else ["under", "over"]
-        alone = [{"under": 0.0, "over": 0.0} | {face: 0.2} for face in faces]
-        for friction, hold in ((0.2, 2.0), *((of_face, 1.0) for of_face in alone)):
-            found = fo.gross_slip(system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), friction)
-            assert found.load_factor == pytest.approx(hold, rel=3e-4 if jaws else 1e-9), (
-                jaws,
-                friction,
-            )
-            assert (found.self_stress is not None) is jaws is (found.bound == np.inf)
-
-
 @pytest.mark.parametrize("angle", [20.0, 45.0, 70.0])
 @pytest.mark.parametrize("held", [True, False])
 def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_leave(angle, held):
@@ -488,19 +454,6 @@ def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
             for system in (PUNCH, solid)
         )
         assert again.load_factor == pytest.approx(one.load_factor, rel=1e-8)
-
-
-@pytest.mark.parametrize("friction", [0.3, 0.45])
-def test_a_punch_rests_just_below_it_and_has_no_state_just_above(friction):
-    cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
-    found = fo.gross_slip(PUNCH, cycle, friction)
-    # The limit is f P / Q.
-    assert found.load_factor == pytest.approx(
-        friction * PUNCH.bonded["P"][1].sum() / abs(PUNCH.bonded["Q"][0].sum()), rel=1e-9
-    )
-    assert fo.march(PUNCH, cycle, friction, 0.999 * found.load_factor, cycles=1).residual <= 1e-9
-    with pytest.raises(fo.NoContinuation):
-        fo.march(PUNCH, cycle, friction, 1.001 * found.load_factor, cycles=1)
 
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])

@@ -15,7 +15,6 @@ from helpers.cases import few
 from helpers.guaranteed import check
 from helpers.spatial import random_contact
 from studies.validation.followed import random_contact as centred
-from studies.validation.verify import verify
 
 # The cone programs of the comparison may be inaccurate.
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
@@ -129,24 +128,6 @@ def test_one_node_and_two_corners_in_closed_form(seed):
         assert critical >= limit.load_factor * (1 - 1e-8)
 
 
-@pytest.mark.parametrize("friction", few([0.5, 0.2, 1.0], 1))
-def test_a_square_punch_with_and_without_screening(friction):
-    punch = fo.scenes.SquarePunch(elements=3).condense()
-    turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
-    lean, full = (
-        fo.guaranteed_limit(punch, turning, friction, simplify=simplify)
-        for simplify in (True, False)
-    )
-    assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7)
-    assert [
-        any("cannot be critical" in text for text in limit.record.left_out)
-        for limit in (lean, full)
-    ] == [True, False]
-    assert (lean.to_frame()["load_factor"] <= full.to_frame()["load_factor"] * (1 + 1e-7)).all()
-    assert {"x", "y", "z", "slip1", "slip2"} <= set(lean.to_frame())
-    check(lean)
-
-
 @pytest.mark.parametrize("seed", [0, 3, 5])
 def test_a_slip_bound_and_constraints_of_your_own(seed):
     contact, loads, f = centred(seed, most=4)
@@ -166,23 +147,6 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
         min(least, constrained.shakedown.load_factor), rel=1e-6
     )
     assert constrained.constraints
-
-
-def test_it_is_verified_from_a_load_inside_the_cycle():
-    """The mean load is far outside of the cycle: from there the slip of the witness would change."""
-    contact, _, f = centred(2, most=3)
-    outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
-    found = verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)
-    assert found.dies_out
-    assert found.persists
-    assert found.starts.shape == (len(found.runs), contact.nodes, 2)
-    assert set(found.runs["start"]) == {
-        "witness",
-        "moved witness",
-        "vertex",
-        "beyond vertex",
-        "random",
-    }
 
 
 def test_what_a_limit_of_none_means_and_what_one_overload_leaves():

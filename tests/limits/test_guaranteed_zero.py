@@ -5,13 +5,9 @@ At load factor 0 such a node is on both its bounds, because the bounds coincide.
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 import frictopt as fo
-from helpers.cases import few
 from helpers.motions import about_its_middle
-from helpers.systems import random_system
 from studies.validation import oracles
 from studies.validation.verify import verify
 
@@ -86,58 +82,6 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
         fo.Outcome.SHAKEDOWN,
     ]
     assert verify(limit, starts=0, moved=0).persists
-
-
-@settings(max_examples=few(12))
-@given(
-    seed=st.integers(0, 10**6),
-    nodes=st.integers(2, 3),
-    f=st.floats(0.1, 0.8),
-    diagonal=st.booleans(),
-)
-def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagonal):
-    """Transients of random contacts agree with their guaranteed limits.
-
-    Below a limit above 0 all tried starts stop slipping. If the limit is 0, a slip on both bounds
-    goes on slipping at a small load.
-    """
-    rng = np.random.default_rng(seed)
-    contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=0.3)
-    if diagonal:
-        blocks = (np.diag(np.diag(block)) for block in (contact.A, contact.B, contact.C))
-        contact = fo.ContactSystem.from_blocks(*blocks, contact.x, dict(contact.bonded))
-    q, p = (part.copy() for part in contact.bonded["mean"])
-    q[0] = p[0] = 0.0
-    press = contact.bonded["a"][1].copy()
-    press[0] = rng.uniform(0.5, 3.0)
-    contact = contact.with_bonded({"mean": (q, p), "a": (contact.bonded["a"][0], press)})
-    cycle = fo.LoadCycle(
-        {"mean": 1.0}, [{"a": float(abs(a)), "b": float(b)} for a, b in rng.normal(size=(3, 2))]
-    )
-    limit, whole = (
-        fo.guaranteed_limit(contact, cycle, f, simplify=simplify) for simplify in (True, False)
-    )
-    assert whole.load_factor == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-9)
-    least = oracles.least_on_both_bounds(contact, cycle, np.full(nodes, f))
-    assume(least is not None)  # the plain solver of the oracle gives no answer
-    assert limit.load_factor == pytest.approx(
-        min(least, limit.shakedown.load_factor), rel=1e-6, abs=1e-8
-    )
-    if limit.load_factor > 0:
-        for share in (0.1, 0.5, 0.95):
-            slip = rng.normal(size=nodes) * 10 ** rng.uniform(-3, 0.5)
-            about = about_its_middle(cycle, share * min(limit.load_factor, 3.0))
-            steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
-            if steady.outcome is not fo.Outcome.SHAKEDOWN:
-                path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
-                assert path.gap[path.time > 3].max() > 1e-9  # a node lifts off in each cycle
-    elif limit.shakedown.load_factor > 1e-3:
-        at, slip = limit.witness_above_least(1.0)
-        outcomes = [
-            follow(contact, cycle, f, share * at / 2, (slip + limit.slip) / 2).outcome
-            for share in (0.9, 1.1)
-        ]
-        assert fo.Outcome.CYCLIC_SLIP in outcomes
 
 
 @pytest.mark.parametrize("coupling", [1e-5, 1e-6])

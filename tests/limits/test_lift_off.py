@@ -4,7 +4,6 @@ They are compared with plain programs for every order of events, closed forms, t
 contacts turned into space.
 """
 
-import pickle
 from dataclasses import replace
 from functools import cache
 
@@ -73,17 +72,6 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
     )
 
 
-def test_a_finer_pin_rests_so_too(pin):
-    """A finer pin rests, too: the last line of the same table."""
-    limit = fo.shakedown_limit(pin(32), PIN, 0.9, events=True)
-    assert (fo.shakedown_limit(pin(32), PIN, 0.9).load_factor, limit.load_factor) == pytest.approx(
-        (2.513, 3.547), abs=5e-4
-    )
-    assert len(limit.events) == 18
-    assert rests(pin(32), PIN, 0.9, 0.9999 * limit.load_factor, initial_slip=limit.slip)
-    assert not rests(pin(32), PIN, 0.9, 1.001 * limit.load_factor, initial_slip=limit.slip)
-
-
 def test_forces_at_the_last_corner_are_those_of_the_stiffness(pin):
     """The forces at the last corner are `r + S (slip, gap)`.
 
@@ -148,31 +136,6 @@ def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     assert fo.limit_after_protocol(limit, start=np.zeros(1), up_to=100.0).upper == np.inf
 
 
-def test_rates_of_a_limit_with_events_are_its_differences(pin):
-    contact, step = pin(8), 1e-5
-    limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
-
-    def rate(change):
-        lower, upper = (
-            fo.shakedown_limit(contact, *change(sign * step), events=True).load_factor
-            for sign in (-1, 1)
-        )
-        return (upper - lower) / (2 * step)
-
-    assert limit.friction_rate.sum() == pytest.approx(rate(lambda by: (PIN, 0.5 + by)), rel=1e-5)
-    table = limit.load_rates.set_index(["load", "part"])["rate"]
-    assert table["fit", "mean"] == pytest.approx(
-        rate(lambda by: (fo.LoadCycle({"fit": 1.0 + by}, PIN.corners), 0.5)), rel=1e-5
-    )
-    assert table["sigma", "mean"] == pytest.approx(
-        rate(lambda by: (fo.LoadCycle({"fit": 1.0, "sigma": by}, PIN.corners), 0.5)), rel=1e-4
-    )
-    last = [{"Fx": -1.0}, {"Fx": 1.0}]
-    assert table["Fx", "Fx = +1"] == pytest.approx(
-        rate(lambda by: (fo.LoadCycle({"fit": 1.0}, [last[0], {"Fx": 1.0 + by}]), 0.5)), rel=1e-5
-    )
-
-
 def test_rates_of_a_load_at_each_corner_count_the_events_between():
     """The shear and the pressure of the load are two load cases: at an event their rates balance."""
     rng = np.random.default_rng([41, 17])
@@ -220,27 +183,6 @@ def test_a_plane_contact_has_the_same_limit_in_space(seed):
     for limit, solid in found:
         assert solid.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
         assert solid.events["node"].tolist() == limit.events["node"].tolist()
-
-
-def test_which_corner_comes_first_units_and_copies_change_nothing(pin):
-    contact = pin(8)
-    limit = fo.shakedown_limit(contact, PIN, 0.8, events=True)
-    back = fo.shakedown_limit(contact, fo.LoadCycle(PIN.mean, PIN.corners[::-1]), 0.8, events=True)
-    assert back.load_factor == pytest.approx(limit.load_factor, rel=1e-9)
-    assert (1 - back.events["way"]).sort_values().to_numpy() == pytest.approx(
-        limit.events["way"].to_numpy(), abs=1e-7
-    )
-    small = pulled_system(np.random.default_rng(20), 3)
-    loads = {name: np.ravel(part) * 1e6 for name, part in small.bonded.items()}
-    scaled = fo.ContactSystem(small.S * 1e9, small.points, loads, gap=small.gap * 1e-3)
-    known = fo.shakedown_limit(small, CYCLE, 0.5, events=True)
-    assert not known.events.empty
-    assert fo.shakedown_limit(scaled, CYCLE, 0.5, events=True).load_factor == pytest.approx(
-        known.load_factor, rel=1e-7
-    )
-    copy = pickle.loads(pickle.dumps(limit))
-    assert copy.events.equals(limit.events)
-    assert copy.problem.value == pytest.approx(limit.load_factor, rel=1e-12)
 
 
 def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):

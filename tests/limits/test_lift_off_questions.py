@@ -11,7 +11,7 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
-from helpers.orders import every_order, largest_in_order
+from helpers.orders import largest_in_order
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system
 from studies.validation.fuzz.embedded import embedded
@@ -79,24 +79,6 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
     assert rests(pin, PIN, 0.8, load_factor, initial_slip=safe.slip)
 
 
-def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
-    for contact, friction, limit in opening(few(3, 1)):
-        below, above = (
-            fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True)
-            for share in (0.999, 1.001)
-        )
-        assert below.exists and below.margin < 0.05 and not above.exists
-        assert "none" not in below.reason and above.certificate is not None
-        order = (
-            below._question.order[:2]
-            if below._question.events
-            else (np.flatnonzero(below.open).tolist(), [])
-        )
-        assert below.margin == pytest.approx(margin_in_order(below, *order), abs=1e-7)
-        margins = [margin_in_order(above, *order) for order in every_order(contact.nodes)]
-        assert max(-1.0 if margin is None else margin for margin in margins) < 0
-
-
 def test_a_small_load_factor_may_need_another_order_than_the_limit():
     """With the order of the limit no slip is safe there. A plain program and a transient agree."""
     contact, friction = drawn(17)
@@ -162,28 +144,6 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
         )
         followed += 1
     assert followed == few(3)
-
-
-@pytest.mark.parametrize("load_factor", few([2.0, 3.0]))
-def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor, pin):
-    required = fo.required_friction(pin, PIN, load_factor, events=True)
-    closed = fo.required_friction(pin, PIN, load_factor)
-    reached = [
-        fo.shakedown_limit(pin, PIN, f, events=True).load_factor
-        for f in (required.required, required.bound)
-    ]
-    assert reached == pytest.approx([load_factor] * 2, rel=1e-5) and reached[0] > reached[1]
-    assert (
-        required.events.empty == (load_factor == 2.0) == ("open and close" not in required.reason)
-    )
-    assert (
-        required.required == pytest.approx(closed.required, rel=1e-6)
-        if load_factor == 2.0
-        else required.required < 0.4 * closed.required
-    )
-    assert rests(pin, PIN, required.required, load_factor, initial_slip=required.slip)
-    if load_factor > 2.0:  # the theory page
-        assert (required.required, closed.required) == pytest.approx((0.548, 1.689), abs=5e-4)
 
 
 def test_a_plane_contact_has_the_same_safe_slip_in_space():

@@ -18,7 +18,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits.printed import models
-from helpers.cases import ALL_CASES, few
+from helpers.cases import ALL_CASES
 from helpers.spatial import CORNERS, random_contact
 from helpers.systems import CYCLE, random_system
 
@@ -214,86 +214,12 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
     assert len(off) == 3 * 4 * len(some) and np.abs(off).max() <= 1e-6
 
 
-@pytest.mark.parametrize("tangents", few([2, 1], 1))
-def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tangents):
-    """This also holds in another process, where other unknowns may have the same numbers."""
-    model = fo.ShakedownModel(*small_contact(tangents), slip_bound=0.05)
-    right = model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02]).load_factor
-    script = "import cvxpy as cp, pickle, sys; own = [cp.Variable(3) for _ in range(20)]; model = pickle.load(sys.stdin.buffer);"
-    script += "print(model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02, *(one == 1.0 for one in own)]).load_factor)"
-    printed = subprocess.run(
-        [sys.executable, "-c", script], input=pickle.dumps(model), capture_output=True, check=True
-    ).stdout
-    assert float(printed) == pytest.approx(right, rel=1e-7)
-    for again in (copy.copy(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
-        assert again.slip.id != model.slip.id
-        assert again.solve(
-            0.5, [again.q[0] <= 0.3, again.slip <= 0.02]
-        ).load_factor == pytest.approx(right, rel=1e-9)
-        with pytest.raises(fo.ModelError, match="of another model"):
-            again.solve(0.5, [model.q[0] <= 0.3])
-
-
 def test_events_follow_each_other_on_their_leg():
     first, second = cp.Variable(), cp.Variable()
     rows = models.ordered([([first, second], 1.0)])
     for places in product([-0.1, 0.2, 0.8, 1.1], repeat=2):
         first.value, second.value = places
         assert all(row.value() for row in rows) == (0 <= places[0] <= places[1] <= 1)
-
-
-@BOTH
-@pytest.mark.parametrize("seed", few([0, 1], 1))
-def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_the_limit(
-    tangents, seed
-):
-    """The cyclic reactions of each corner are a load case. They are changed a little along a random
-    direction in which each entry has a part; with ALL_CASES also each entry by itself. The rates
-    are compared with differences of limits."""
-    contact, cycle = small_contact(tangents, seed)
-    by_corner = fo.LoadCycle(cycle.mean, [{f"corner {k}": 1.0} for k in range(len(cycle.corners))])
-    loads = {f"corner {k}": contact.reaction(corner) for k, corner in enumerate(cycle.corners)}
-    limit = fo.shakedown_limit(contact.with_bonded(loads), by_corner, 0.5)
-    table, n = limit.multipliers, contact.nodes
-    total = sum(
-        np.linalg.norm(
-            table[table.row == f"q[{k}]"].multiplier.to_numpy().reshape(n, -1), axis=1
-        ).sum()
-        for k in range(len(by_corner.corners))
-    )
-    for _, slip in limit.mechanism.iterrows():
-        rows = table[
-            (table.row == f"q[{slip.corner}]") & (table.node == slip.node)
-        ].multiplier.to_numpy()
-        along = [slip.direction] if tangents == 1 else [slip.slip1, slip.slip2]
-        assert rows / total == pytest.approx(slip.share * np.array(along), abs=1e-7)
-    step = 1e-5
-    for k in range(len(by_corner.corners)):
-        for part, name in enumerate("qp"):
-            rates = (
-                table[table.row == f"{name}[{k}]"]
-                .sort_values(["node", "component"])
-                .multiplier.to_numpy()
-            )
-            random = np.random.default_rng([seed, k, part]).normal(size=len(rates))
-            directions = [random, *np.eye(len(rates))] if ALL_CASES else [random]
-            for direction in directions:
-                limits = []
-                for sign in (1.0, -1.0):
-                    moved = [np.array(each) for each in loads[f"corner {k}"]]
-                    moved[part] += sign * step * direction.reshape(moved[part].shape)
-                    limits.append(
-                        fo.shakedown_limit(
-                            contact.with_bonded({**loads, f"corner {k}": tuple(moved)}),
-                            by_corner,
-                            0.5,
-                        ).load_factor
-                    )
-                slope = (limits[0] - limits[1]) / (2 * step)
-                # The row says q == q0 + load_factor q1 + q_r: what q1 adds to its right side counts
-                # by the load factor.
-                rate = limit.load_factor * direction @ rates
-                assert slope == pytest.approx(rate, rel=1e-4, abs=1e-6)
 
 
 def test_the_scenarios_of_a_design_are_names():

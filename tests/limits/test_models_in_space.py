@@ -136,36 +136,6 @@ def test_a_strip_in_plane_strain_has_the_contact_of_the_plane(element, x_block):
     assert set(solid.contact) == {"joint"} and solid.E_star == flat.E_star
 
 
-@STRIPS
-def test_a_strip_in_plane_strain_has_the_fields_of_the_plane(element, x_block):
-    plane, space = models(element, x_block)
-    flat, solid = plane.condense(), space.condense()
-    both, rng = onto_the_plane(flat.points, solid.points), np.random.default_rng(0)
-    v = rng.normal(size=4)
-    w = flat.gap + rng.random(4)
-    loads = {case: float(rng.normal()) for case in plane.loads}
-    one = plane.recover(loads, v)
-    two = space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]))
-    with pytest.warns(fo.ModelWarning, match="is open by"):  # any gap will do here
-        one = plane.recover(loads, v, w)
-        two = space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]), both.T @ w)
-    assert np.allclose(both @ two.q[:, 0], THICK * one.q)
-    assert np.allclose(both @ two.p, THICK * one.p)
-    for body in plane.bodies:
-        p, s = plane.bodies[body].mesh.p, space.bodies[body].mesh.p
-        place = np.array([np.linalg.norm(p - at[:, None], axis=0).argmin() for at in s[:2].T])
-        assert np.allclose(two.displacement[body][:2], one.displacement[body][:, place])
-        assert np.allclose(two.displacement[body][2], 0.0, atol=1e-12)
-        for field in ("stress", "strain"):
-            thick, thin = getattr(two, field)[body], getattr(one, field)[body]
-            assert thick.shape[0] == 6
-            assert np.allclose(thick[:4], thin[:, place])
-            assert np.allclose(thick[4:], 0.0, atol=1e-9 * np.abs(thin).max())
-    for side in (1, 2):
-        for thick, thin in zip(two.at_contact(side), one.at_contact(side), strict=True):
-            assert thick.shape == (8, 2, 2) and np.allclose(thick[:, 0, 0], both.T @ thin)
-
-
 @pytest.mark.parametrize(
     ("kind", "element"),
     {

@@ -215,18 +215,6 @@ def test_orders_round_a_cycle_against_a_plain_program_and_transients(kind):
     assert slips > 0.7 * few(12)
 
 
-def test_load_factors_below_a_limit_round_a_cycle_are_safe_from_the_least_one_on():
-    for system, cycle, friction, limit in with_events("static shear", few(9, 1, 9)):
-        for load_factor in np.linspace(limit.least, 0.999 * limit.load_factor, 4):
-            safe = fo.safe_slip(system, cycle, friction, load_factor, events=True)
-            if safe.exists:
-                assert rests(system, cycle, friction, load_factor, initial_state=safe.state)
-        assert safe.exists
-        assert not fo.safe_slip(
-            system, cycle, friction, 1.01 * limit.load_factor, events=True
-        ).exists
-
-
 def test_required_friction_round_a_cycle():
     """The required friction of a cycle with events is enough, and its lower bound is not.
 
@@ -341,48 +329,6 @@ def test_static_loads_have_no_events():
     limit = fo.shakedown_limit(system, static, 0.5, events=True)
     known = fo.shakedown_limit(system, static, 0.5)
     assert limit.load_factor == pytest.approx(known.load_factor, rel=1e-12, nan_ok=True)
-
-
-def test_a_limit_with_events_is_read_from_its_file(tmp_path):
-    cases = [with_events("there and back", 1)[0][-1]]
-    cases.append(fo.shakedown_limit(cylinder(20, 1.6, 0.1), IN_PHASE, F, events=True))
-    for number, limit in enumerate(cases):
-        path = tmp_path / f"{number}.npz"
-        limit.save(path)
-        copy = fo.results.load(path)
-        assert copy.events.equals(limit.events) and copy.reason == limit.reason
-        for one, other in zip(copy.reactions, limit.reactions, strict=True):
-            assert one == pytest.approx(other, abs=1e-12)
-
-
-def test_the_corner_that_comes_first_changes_nothing():
-    for system, cycle, friction, limit in with_events("there and back", few(3)):
-        turned = fo.LoadCycle(cycle.mean, [*cycle.corners[1:], cycle.corners[0]])
-        again = fo.shakedown_limit(system, turned, friction, events=True)
-        assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-8)
-        assert np.sort((again.events["way"] + 1) % 4) == pytest.approx(
-            np.sort(limit.events["way"] % 4), abs=1e-6
-        )
-        assert again.open_share == pytest.approx(limit.open_share, abs=1e-6)
-
-
-def test_rates_round_a_cycle_are_differences():
-    step = 1e-6
-    for system, cycle, friction, limit in with_events("there and back", few(3)):
-        lower, upper = (
-            fo.shakedown_limit(system, cycle, friction * (1 + by), events=True).load_factor
-            for by in (-step, step)
-        )
-        rate = float(limit.friction_rate @ friction)
-        assert rate == pytest.approx((upper - lower) / (2 * step), rel=1e-3)
-        lower, upper = (
-            fo.shakedown_limit(
-                system, fo.LoadCycle({"mean": 1.0 + by}, cycle.corners), friction, events=True
-            ).load_factor
-            for by in (-step, step)
-        )
-        table = limit.load_rates.set_index(["load", "part"])["rate"]
-        assert table["mean", "mean"] == pytest.approx((upper - lower) / (2 * step), rel=1e-3)
 
 
 def test_a_plane_contact_has_the_same_limit_round_a_cycle_in_space():

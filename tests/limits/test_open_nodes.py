@@ -4,8 +4,6 @@ They are compared with programs whose unknowns are all slips and gaps, with tran
 same question in other forms.
 """
 
-import warnings
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -138,19 +136,6 @@ def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_n
     assert least.of(slip, gap) >= least.bound - 1e-8 * (1 + np.abs(slip).max())
 
 
-@pytest.mark.parametrize("seed", few([3, 5, 11], 1))
-def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
-    contact, cycle, best = open_in_space(seed, nodes=4)
-    assert best.residual <= 1e-9
-    every = [
-        opened
-        for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T
-        if not opened.all()
-    ]
-    most = np.nanmax([Oracle(contact, cycle, 0.6, opened).largest() for opened in every])
-    assert best.load_factor == pytest.approx(most, rel=1e-6)
-
-
 def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     """Two nodes in space do not feel each other. The mean load opens the first node by 0.1; the
     second node, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the
@@ -174,23 +159,6 @@ def test_an_open_node_may_slip_farther_than_the_largest_slip():
     safe = fo.safe_slip(contact, CYCLE, 0.5, 0.3)
     assert safe.open.tolist() == [False, True] and safe.slip[1] == pytest.approx(-3.0)
     assert 0.2 <= safe.largest_slip == abs(safe.slip[0]) < 1.0
-
-
-def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
-    """Table, copy and picture of a rounded punch name its open nodes.
-
-    A bound on the slip lowers the limit.
-    """
-    contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
-    limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
-    assert limit.to_frame()["open"].tolist() == limit.open.tolist()
-    assert limit.open[[0, -1]].all()
-    assert not limit.open[4]
-    assert f"nodes: {int(limit.open.sum())} of 9 stay open" in limit.record.left_out
-    bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
-    assert 0 < bounded.load_factor < limit.load_factor
-    assert np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
-    assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
 
 
 @pytest.mark.parametrize("seed", [3, 8, 12, 19])
@@ -223,20 +191,6 @@ def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed
     assert limit.reason.endswith(
         "starts with nodes that open and close in every cycle may slip for ever below it"
     )
-
-
-@pytest.mark.parametrize("seed", few([1, 17], 1))
-def test_no_set_that_differs_by_one_node_is_better(seed):
-    contact, cycle, best = open_in_space(seed, nodes=9)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of solutions that are less accurate
-        assert best.load_factor == pytest.approx(
-            Oracle(contact, cycle, 0.6, best.open).largest(), rel=1e-4
-        )
-        for node in range(contact.nodes):
-            other = best.open.copy()
-            other[node] = ~other[node]
-            assert not Oracle(contact, cycle, 0.6, other).largest() > best.load_factor * (1 + 1e-4)
 
 
 @pytest.mark.parametrize("solver", ["CLARABEL", "INTERIOR_POINT"])

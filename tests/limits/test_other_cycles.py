@@ -1,12 +1,11 @@
 """One model under several load cycles: its limits are those of models of these load cycles."""
 
-import cvxpy as cp
 import numpy as np
 import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.separation import lifted_system, pulled_system
+from helpers.separation import lifted_system
 from helpers.spatial import CORNERS, random_contact
 from helpers.systems import CYCLE, NODE, random_system
 
@@ -68,25 +67,6 @@ def test_corners_within_the_hull_of_one_load_cycle_are_vertices_of_another():
     assert model.solve(0.5).load_factor == pytest.approx(0.5)
     # The slip moves the mean of the shear forces to zero: their range is 5 Q.
     assert model.solve(0.5, cycle=end).load_factor == pytest.approx(2 * 0.5 / 5)
-
-
-def test_rows_of_the_user_on_the_slip_of_open_nodes():
-    system = pulled_system(np.random.default_rng(9), 4)
-    opened = np.arange(4) == 0
-    model = fo.ShakedownModel(system, CYCLE)
-    bound = cp.Parameter()
-    rows = [model.slip[0] >= bound]
-    for scale in (1.0, 2.5):
-        cycle = fo.LoadCycle({"mean": scale}, CYCLE.corners)
-        own = fo.ShakedownModel(system, cycle)
-        free = own.solve(0.5, open_nodes=opened)
-        least = float(free.slip[0]) + 0.05
-        bound.value = least
-        found = model.solve(0.5, rows, cycle=cycle, open_nodes=opened)
-        other = own.solve(0.5, [own.slip[0] >= least], open_nodes=opened)
-        assert 0 < found.load_factor < free.load_factor
-        assert found.load_factor == pytest.approx(other.load_factor, rel=1e-7)
-        assert found.slip[0] >= least - 1e-9
 
 
 def test_another_number_of_corners_is_refused():

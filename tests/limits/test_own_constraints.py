@@ -165,52 +165,6 @@ def test_all_forms_of_a_constraint_say_the_same():
         assert limits[0] < 0.99 * model.solve(0.4).load_factor
 
 
-def test_dense_equations_say_the_same_however_they_are_scaled():
-    """Equations y = M slip in several forms give one limit.
-
-    The entries of y are bounded so that they limit the load.
-    """
-    rng, n = np.random.default_rng(3), 6
-    contact = random_system(rng, n)
-    M = rng.normal(size=(n, n))
-    shift = rng.normal(size=n)
-    twice = sp.diags_array(np.full(n, 2.0))
-    some = np.eye(n)[[4, 0, 2]]
-    model, y = fo.ShakedownModel(contact, CYCLE), cp.Variable(n, name="y")
-    free = model.solve(0.5)
-    most = 0.9 * np.abs(M @ free.slip)
-    same = [
-        [y == M @ model.slip],
-        [2 * y == 2 * M @ model.slip],
-        [2 * y == M @ (2 * model.slip)],
-        [twice @ y == (2 * M) @ model.slip],
-        [np.diag(np.arange(1.0, n + 1)) @ y == (np.arange(1.0, n + 1)[:, None] * M) @ model.slip],
-        [y == (M / 2) @ (twice @ model.slip)],
-        [y + shift == M @ model.slip + shift],
-        [some @ y == (some @ M) @ model.slip, y[[1, 3, 5]] == M[[1, 3, 5]] @ model.slip],
-        [np.eye(n)[::-1] @ y == M[::-1] @ model.slip],
-    ]
-    found = [model.solve(0.5, [*rows, cp.abs(y) <= most]).load_factor for rows in same]
-    assert found[0] < 0.999 * free.load_factor
-    assert np.ptp(found) <= 1e-9 * found[0]
-
-
-def test_units_do_not_matter_and_the_value_of_the_problem_is_the_load_factor():
-    contact, base = random_system(np.random.default_rng(5), 4), None
-    for stiff, load in ((1.0, 1.0), (1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
-        loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem.from_blocks(
-            stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads
-        )
-        model = fo.ShakedownModel(changed, CYCLE)
-        limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
-        base = base or limit.load_factor
-        assert limit.load_factor == pytest.approx(base, rel=1e-8)
-        assert np.abs(limit.slip).max() <= 0.05 * load / stiff * (1 + 1e-8)
-        assert limit.problem.value == pytest.approx(limit.load_factor, rel=1e-10)
-    assert base < fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 0.999
-
-
 def test_rates_under_constraints_are_the_slopes_of_a_sweep():
     contact = random_system(np.random.default_rng(1), 3)
     model = fo.ShakedownModel(contact, CYCLE)
@@ -415,77 +369,6 @@ def test_variables_with_a_sign_bounds_or_symmetry_bound_the_slip_as_their_rows_d
         assert np.array_equal(variable.value, variable.value.T)
 
 
-def test_a_parameter_that_loses_its_value_is_named():
-    model, most = fo.ShakedownModel(*TWO), cp.Parameter(name="most", value=0.1)
-    rows, goal = [model.slip <= most], most * model.load_factor
-    model.solve(0.4, rows), model.solve(0.4, objective=goal)
-    most.value = None
-    for arguments, place in (
-        ({"constraints": rows}, "constraints.0."),
-        ({"objective": goal}, "objective"),
-    ):
-        with pytest.raises(fo.ModelError, match=f"{place}: parameter most has no value"):
-            model.solve(0.4, **arguments)
-
-
-PULLED = fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])
-
-
-@pytest.mark.parametrize(
-    ("kind", "cycle", "tangents"),
-    few(
-        [
-            (fo.ShakedownModel, TURNS, 1),
-            (fo.ShakedownModel, PULLED, 2),
-            (fo.GuaranteedModel, TURNS, 2),
-            (fo.GuaranteedModel, PULLED, 1),
-            (fo.ShakedownModel, TURNS, 2),
-            (fo.ShakedownModel, PULLED, 1),
-            (fo.GuaranteedModel, TURNS, 1),
-            (fo.GuaranteedModel, PULLED, 2),
-        ],
-        4,
-    ),
-)
-def test_one_model_answers_questions_in_every_order(kind, cycle, tangents):
-    """One model answers questions in every order, also after an answer without a slip."""
-    contact = contact_of(np.random.default_rng(0), 2, tangents)
-
-    def answer(model, variable, name):
-        size = cp.norm(model.slip, axis=1) if tangents == 2 else cp.abs(model.slip)
-        rows = {
-            "plain": [],
-            "own": [size <= variable, variable <= 0.05],
-            "none": [model.slip == 1.0, model.slip == 0.0],
-        }
-        limit = model.solve(0.4, rows[name])
-        assert (model.slip.value is None) == bool(np.isnan(limit.slip).any())
-        return limit.kind, limit.load_factor
-
-    def answer_of_new_model(name):
-        return answer(kind(contact, cycle), cp.Variable(2), name)
-
-    right = {name: answer_of_new_model(name) for name in ("plain", "own", "none")}
-    model, variable = kind(contact, cycle), cp.Variable(2)
-    # Each question follows each question.
-    for name in (
-        "plain",
-        "plain",
-        "own",
-        "own",
-        "none",
-        "none",
-        "plain",
-        "none",
-        "own",
-        "plain",
-    ):
-        found, factor = answer(model, variable, name)
-        assert found is right[name][0] and factor == pytest.approx(
-            right[name][1], rel=1e-7, abs=1e-9, nan_ok=True
-        ), name
-
-
 @pytest.mark.parametrize(
     "ask",
     [lambda: fo.shakedown_limit(*TWO, 0.4), lambda: fo.safe_slip(*TWO, 0.4, 0.1)],
@@ -585,29 +468,6 @@ def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that
         assert model.p.value == pytest.approx(p, abs=1e-9)
 
 
-def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_node():
-    raised = 0
-    for seed in range(8):
-        contact = random_system(np.random.default_rng(seed), 3)
-        model = fo.GuaranteedModel(contact, CYCLE)
-        free = model.solve(0.6)
-        limit = model.solve(0.6, [cp.abs(model.slip) <= 0.5 * np.abs(free.slip).max()])
-        raised += limit.node is not None and limit.load_factor > 1.001 * free.load_factor
-        assert (
-            limit.load_factor >= free.load_factor
-            or limit.load_factor == limit.shakedown.load_factor
-        )
-        if limit.node is not None:
-            assert "slips obey constraints[0]" in limit.reason
-            printed = explained(limit)
-            assert printed.count("\n    critical_") == 2
-            with pytest.raises(
-                fo.ModelError, match=r"after_overload: the limit is under constraints\[0\]"
-            ):
-                fo.after_overload(limit)
-    assert raised > 2
-
-
 def test_the_rate_of_an_objective_is_its_slope():
     contact = random_system(np.random.default_rng(1), 3)
     model = fo.ShakedownModel(contact, CYCLE)
@@ -637,33 +497,6 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
     assert "1 of 2 rows bind" in printed
     with pytest.raises(fo.ModelError, match="PSD cone"):
         model.solve([0.5, 0.3], [cp.norm(model.slip, 2) <= 0.1])
-
-
-def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe():
-    """Constraints on a contact that nothing presses leave the limit at 0, whatever the solver."""
-    contact = random_contact(np.random.default_rng(0), 3)
-    alternating = fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}])
-    model = fo.ShakedownModel(contact, alternating)
-    one_solver = fo.ShakedownModel(contact, alternating, solver="CLARABEL")
-    assert model.solve(0.4).load_factor == 0.0
-    for solved in (model, one_solver):
-        for rows, objective in few(
-            [
-                ([], solved.load_factor - cp.norm1(solved.slip[0])),
-                ([solved.slip <= 1e-3], None),
-            ],
-            1,
-        ):
-            limit = solved.solve(0.4, rows, objective)
-            assert max(limit.load_factor, limit.bound, limit.largest_slip) < 1e-9
-    # Nothing is safe at load factor 0 either: this is an answer, as in the plane.
-    for rows in (
-        model.load_factor >= 1,
-        model.slip[0, 0] >= 0.1,
-    ):
-        limit = model.solve(0.4, [rows])
-        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
-        assert "obeys constraints[0]: drop or relax" in limit.reason
 
 
 @pytest.mark.parametrize("simplify", [True, False])

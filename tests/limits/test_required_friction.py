@@ -1,5 +1,3 @@
-from functools import cache
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -7,7 +5,6 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.stats import lognorm, norm, uniform
-from skfem import MeshQuad
 
 import frictopt as fo
 from helpers.cases import few
@@ -27,7 +24,6 @@ from helpers.systems import (
     stress_of,
     system,
 )
-from studies.lift_off import fir_tree
 
 
 def brute_force(contact, cycle, load_factor, bound=None):
@@ -153,179 +149,6 @@ def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
     misread(monkeypatch, more)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         ask()
-
-
-@cache
-def graded(which):
-    """A contact whose elements span decades, with its mean load and the loads that cycle."""
-    stiff, soft = fo.fem.Material(E=10.0, nu=0.3), fo.fem.Material(E=0.1, nu=0.3)
-    scene, *loads = [
-        (
-            fo.scenes.Dovetail(
-                angle=60, elements=24, grading=100, growth=1.8, blade_material=stiff
-            ),
-            "pull",
-            ("pull", "sway"),
-        ),
-        (
-            fo.scenes.Dovetail(
-                angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft
-            ),
-            "pull",
-            ("pull", "sway"),
-        ),
-        (
-            fo.scenes.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0),
-            "pull",
-            ("pull", "sway"),
-        ),
-        (
-            fo.scenes.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff),
-            "P",
-            ("Q", "sigma"),
-        ),
-        (
-            fo.scenes.RoundedPunch(
-                50.0, 0.5, fo.scenes.PunchOnHalfPlane(elements=20, grading=10, growth=1.6)
-            ),
-            "P",
-            ("Q", "sigma"),
-        ),
-        (fo.scenes.PinInPlate(elements=24, growth=1.5), "fit", ("Fx", "sigma")),
-    ][which]
-    return scene.condense(), *loads
-
-
-def straddles(contact, cycle, load_factor, required):
-    """Whether the load factor lies between limits with a little less and a little more friction.
-
-    Where the mean load alone has no safe slip, the safe load factors may begin above this load
-    factor.
-    """
-    friction = required.required * (1 - 2e-5)
-    less = fo.shakedown_limit(contact, cycle, friction).load_factor
-    more = fo.shakedown_limit(contact, cycle, required.required * (1 + 2e-6)).load_factor
-    too_little = not less >= load_factor or not fo.safe_slip(contact, cycle, friction, 0.0).exists
-    return too_little and more >= load_factor
-
-
-@pytest.fixture(scope="module")
-def fir():
-    return fir_tree()
-
-
-@pytest.mark.parametrize(
-    "load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)], 1, 9)
-)
-def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_factor, fir):
-    """At 0.944 the best set of open nodes is next to a set that the mean load opens with less
-    friction. It is not next to the best of these sets."""
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
-    required = fo.required_friction(fir, cycle, load_factor)
-    assert required.open.any()
-    assert required.required * (1 - 1e-5) < required.bound < required.required
-    below, above = (
-        fo.shakedown_limit(fir, cycle, required.required * share).load_factor
-        for share in (1 - 1e-4, 1 + 1e-6)
-    )
-    assert below < load_factor <= above
-
-
-def test_faces_of_strongly_graded_nodes():
-    """Two inclined faces have a hundredfold grading, and a stiff blade is in a soft disc. There B
-    hardly feels some slips."""
-    contact, load_factor = graded(0)[0], 0.05
-    cycle = fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}])
-    assert straddles(contact, cycle, load_factor, fo.required_friction(contact, cycle, load_factor))
-
-
-CORNERS = st.lists(
-    st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled_from([-0.3, 0.0, 0.2])),
-    min_size=2,
-    max_size=4,
-)
-FACTORS = st.sampled_from([0.1, 0.5, 0.9])
-
-
-@settings(max_examples=few(5))
-@given(which=st.integers(1, 5), corners=CORNERS, load_factor=FACTORS)
-def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
-    contact, mean, loads = graded(which)
-    unit = 0.01 if mean == "fit" else 1.0
-    cycle = fo.LoadCycle(
-        {mean: 1.0},
-        [
-            {load: unit * amplitude for load, amplitude in zip(loads, corner, strict=True)}
-            for corner in corners
-        ],
-    )
-    required = fo.required_friction(contact, cycle, load_factor)
-    if required.required == 0:
-        assert fo.shakedown_limit(contact, cycle, 1e-3).load_factor >= load_factor * (1 - 1e-9)
-    elif np.isinf(required.required):
-        assert not fo.shakedown_limit(contact, cycle, 10.0).load_factor >= load_factor
-    else:
-        assert straddles(contact, cycle, load_factor, required)
-
-
-def test_faces_that_lock_themselves_need_slips_without_bound():
-    """A dovetail that is pushed from below is held by friction alone, equal to the cotangent of its
-    angle. With this friction the slip has no bound."""
-    contact = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense()
-    cot = 1 / np.tan(np.radians(50))
-    cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
-    free = fo.required_friction(contact, cycle, 1.5)
-    assert free.required == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
-    held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e4)]
-    assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e4])
-    assert held[0].required > held[1].required > free.required
-    assert "within the slip bound" in held[0].reason
-    for required, most in few([*zip(held, (1e2, 1e4), strict=True)], 1):
-        less, more = (
-            fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor
-            for f in (required.bound, required.required)
-        )
-        assert less < 1.5 < more < 1.5001
-    assert (
-        "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
-    )
-    with pytest.raises(
-        fo.SolverError,
-        match=r"no slip is safe with 0\.838.*a slip of up to .* is safe with 0\.839.*give a smaller slip_bound",
-    ):
-        fo.required_friction(contact, cycle, 1.5, slip_bound=1e6)
-
-
-def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
-    """A pad that rolls on its flat needs a friction coefficient above one.
-
-    Hardly anything resists a roll. With all nodes closed, no program determines how far they are
-    pressed; the nodes at rest determine enough.
-    """
-    x, steel = np.linspace(-1.2, 1.2, 21), fo.fem.Material(E=115e3, nu=0.33)
-    block = MeshQuad.init_tensor(
-        np.r_[-6, -3, x, 3, 6], np.r_[-6, -3, -1, -0.3, 0]
-    ).with_boundaries(
-        {"contact": lambda x: (x[1] == 0) & (abs(x[0]) < 1.2), "bottom": lambda x: x[1] == -6}
-    )
-    square = MeshQuad.init_tensor(x, np.linspace(0, 1, 7))
-    arc = (50 - np.sqrt(2500 - square.p[0] ** 2)) * (1 - square.p[1])
-    pad = MeshQuad(np.array([square.p[0], arc + 4 * square.p[1]]), square.t).with_boundaries(
-        {"contact": lambda x: x[1] < 0.1, "top": lambda x: x[1] == 4}
-    )
-    upright = fo.fem.Pressure("pad", "top", lambda x, y: -48 * x / 2.4**3)
-    contact = fo.fem.ContactModel(
-        {"pad": fo.fem.Body(pad, steel), "block": fo.fem.Body(block, steel)},
-        supports=[fo.fem.Support("block", "bottom")],
-        loads={
-            "P": [fo.fem.Pressure("pad", "top", 500 / 2.4)],
-            "Q": [fo.fem.Traction("pad", "top", x=1 / 2.4), upright],
-        },
-        contacts=[fo.fem.Contact("pad", "block", gap="measured")],
-    ).condense()
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 100.0}, {"Q": -100.0}])
-    required = fo.required_friction(contact, cycle, 2.0)
-    assert required.required > 1 and straddles(contact, cycle, 2.0, required)
 
 
 def test_it_is_proven_from_both_sides(punch, paper_cycle):

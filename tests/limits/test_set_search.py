@@ -15,7 +15,7 @@ from frictopt.limits import pose
 from frictopt.limits.search.likely_sets import settled_sets
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
-from helpers.systems import CYCLE, NODE, all_closed, explained, random_system, system
+from helpers.systems import CYCLE, NODE, all_closed, random_system, system
 from studies.validation.blocks import block
 from studies.validation.open_sets import largest_with_open
 from studies.validation.stays_open import interval_of_set
@@ -197,68 +197,6 @@ def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
     assert rests(contact, cycle, 0.3, 0.05, initial_state=low.state)
     both = fo.safe_slip(contact, cycle, 0.3, 1.5)
     assert both.exists and not both.open.any()
-
-
-@pytest.mark.parametrize("seed", few([2, 5, 10], 1))
-def test_order_of_nodes_units_and_repeats_change_nothing(seed):
-    contact, friction = random_question(seed, 4, 6)
-    limit = fo.shakedown_limit(contact, CYCLE, friction)
-    n = contact.nodes
-    again = fo.shakedown_limit(contact, CYCLE, friction)
-    assert (again.load_factor, again.open.tolist(), again.slip.tolist()) == (
-        limit.load_factor,
-        limit.open.tolist(),
-        limit.slip.tolist(),
-    )
-    order = np.random.default_rng(seed).permutation(n)
-    both = np.r_[order, n + order]
-    loads = {name: np.r_[contact.bonded[name]].ravel() for name in contact.bonded}
-    mixed = fo.ContactSystem(
-        contact.S[np.ix_(both, both)],
-        contact.points,
-        {name: r[both] for name, r in loads.items()},
-        gap=contact.gap[order],
-    )
-    found = fo.shakedown_limit(mixed, CYCLE, friction)
-    assert limit.open.any() and found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
-    assert found.open.tolist() == limit.open[order].tolist()
-    for force, length in ((1e9, 1e-6), (1e-7, 1e5)):
-        scaled = {name: r * force for name, r in loads.items()}
-        other = fo.ContactSystem(
-            contact.S * force / length, contact.points * length, scaled, gap=contact.gap * length
-        )
-        found = fo.shakedown_limit(other, CYCLE, friction)
-        assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
-        assert found.open.tolist() == limit.open.tolist()
-
-
-def test_what_is_said_of_it(rounded):
-    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-    limit = fo.shakedown_limit(rounded, cycle, 0.6)
-    count = int(limit.open.sum())
-    assert limit.kind is fo.LimitKind.FINITE
-    assert limit.reason.startswith(f"with {count} of 25 nodes open: no")
-    assert f"{count} nodes open (`open`) and the others closed" in limit.covers
-    assert limit.reason in explained(limit)
-    table = limit.to_frame()
-    assert list(table.columns) == [
-        "node",
-        "x",
-        "slip",
-        "open",
-        "traction_ratio",
-    ]
-    assert np.array_equal(table["open"], limit.open)
-    settled = fo.march(rounded, cycle, 0.6, 0.0, cycles=1).slip[-1]
-    assert limit.apart == pytest.approx(np.abs(settled - limit.slip).max(), rel=1e-6)
-    assert limit.apart > 0
-    loads = {name: np.r_[r].ravel() for name, r in rounded.bonded.items()}
-    sides = ["left" if x < 0 else "right" for x in rounded.x]
-    named = fo.ContactSystem(rounded.S, rounded.points, loads, gap=rounded.gap, contact=sides)
-    assert (
-        f"nodes open (left {count // 2} of 12, right {count // 2} of 13): "
-        in fo.shakedown_limit(named, cycle, 0.6).reason
-    )
 
 
 def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
