@@ -15,8 +15,6 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 import frictopt as fo
 from helpers.meshes import (
     blocks,
-    extruded,
-    hung,
     ring,
     rotation,
     turned,
@@ -198,24 +196,6 @@ def test_arc_length_runs_on_from_contact_to_contact():
     assert np.allclose(system.width.reshape(2, 7), edge * np.r_[0.5, np.ones(5), 0.5])
 
 
-@pytest.mark.parametrize("x_block", [None, np.array([-1.0, -0.3, 0.4, 1.0])])
-def test_which_body_is_called_body_1_only_turns_the_nodes_round(x_block):
-    model = fo.fem.ContactModel(blocks(x_block=x_block), hung(), uniform_loads())
-    one = model.condense()
-    other = fo.fem.ContactModel(
-        model.bodies, model.supports, model.loads, [fo.fem.Contact("block", "punch")]
-    ).condense()
-    if x_block is None:
-        assert np.allclose(
-            other.S, one.S.reshape(2, 4, 2, 4)[:, ::-1, :, ::-1].reshape(8, 8), atol=1e-13
-        )
-        assert np.allclose(
-            reactions(other), reactions(one).reshape(-1, 4)[:, ::-1].ravel(), atol=1e-13
-        )
-    assert np.allclose(other.normals, [0.0, -1.0]) and np.allclose(other.x, -other.points[:, 0])
-    assert other.bonded["tau"][0].sum() == pytest.approx(one.bonded["tau"][0].sum(), rel=1e-12)
-
-
 def fitted(
     pin, plate, delta=0.01, bore=0.3, rim=4.0, hole=1.0, exchanged=False, start=0.0, gap=None
 ):
@@ -281,62 +261,6 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
     )
     assert bound == pytest.approx(gross, rel=5e-3)
     assert free == (np.inf if exchanged else pytest.approx(gross, rel=1e-3))
-
-
-@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
-def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
-    """Elements have uneven sizes, with diagonals or without. The normals go through the axis, and
-    the fit slides at friction times the sum of pressures."""
-    whole = ring([0.3, 0.6, 1.0, 1.6, 2.4], 24, "bore", "rim")
-    angle = np.arctan2(*whole.p[::-1])
-    radius, angle = np.hypot(*whole.p), angle + 0.3 * np.sin(angle)
-    whole = MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), whole.t)
-    mesh = {
-        MeshQuad: whole,
-        MeshTri: whole.to_meshtri(),
-        MeshHex: extruded(whole),
-        MeshTet: extruded(whole).to_meshtet(),
-    }[kind]
-    mesh = mesh.with_boundaries(
-        {"bore": lambda x: np.hypot(*x[:2]) < 0.31, "rim": lambda x: np.hypot(*x[:2]) > 2.3}
-    )
-    mesh = mesh.with_subdomains(
-        {"pin": lambda x: np.hypot(*x[:2]) < 0.99, "plate": lambda x: np.hypot(*x[:2]) > 0.99}
-    )
-    model = fo.fem.ContactModel(
-        fo.fem.split_bodies(mesh, dict.fromkeys(("pin", "plate"), fo.fem.Material(nu=0.0))),
-        contacts=[fo.fem.Contact("pin", "plate", "plate", "pin", name="fit")],
-        supports=[fo.fem.Support("plate", "rim")],
-        loads={
-            "fit": [fo.fem.Interference("fit", 0.01)],
-            "torque": [fo.fem.Traction("pin", "bore", x=lambda x, y, *_: -y, y=lambda x, *_: x)],
-        },
-    )
-    system = model.condense()
-    assert np.allclose(system.normals[:, :2], -system.points[:, :2])
-    assert np.allclose(system.normals[:, 2:], 0.0)
-    limit = fo.shakedown_limit(system, fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}]), 0.1)
-    x, y, *_ = np.array(
-        [
-            system.points.T,
-            np.einsum("nr,nra->an", np.column_stack(system.bonded["torque"]), system.frames),
-        ]
-    ).swapaxes(0, 1)
-    torque = abs(x[0] @ y[1] - y[0] @ x[1])
-    assert limit.load_factor == pytest.approx(
-        0.1 * system.bonded["fit"][1].sum() / torque, rel=5e-3
-    )
-    assert limit.largest_slip < 0.01
-
-
-@pytest.mark.parametrize("start", [0.0, 0.02, 0.06, 0.1])
-@pytest.mark.parametrize("exchanged", [False, True])
-def test_a_loose_pin_has_the_same_gap_all_round(start, exchanged):
-    """A loose pin has the same gap all round, but for the sagitta of the edges."""
-    system = fitted(60, 44, hole=1.01, exchanged=exchanged, start=start, gap="measured").condense()
-    assert np.abs(system.gap - 0.01).max() < 1 - np.cos(np.pi / 44) and system.gap.min() > 0
-    q, p = system.bonded["pull"]
-    assert np.hypot(q, p).max() < 3 * np.hypot(q, p).mean()
 
 
 def test_interference_is_a_negative_gap():

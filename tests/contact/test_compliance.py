@@ -108,21 +108,6 @@ def test_the_area_of_the_loop_is_the_work_of_friction(factor):
     )
 
 
-def test_in_space_the_area_is_the_work_to_the_error_of_the_increments():
-    system = fo.scenes.SquarePunch(elements=3).condense()
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": -1.0}, {"Qx": 1.0}])
-    steady = fo.steady_state(
-        system,
-        cycle,
-        0.5,
-        0.9 * fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}]), 0.5).load_factor,
-    )
-    assert steady.dissipation > 0
-    assert (
-        abs(steady.loop("Qx").area - steady.dissipation) <= steady.step_error * steady.dissipation
-    )
-
-
 def test_the_transient_knows_its_amplitudes_from_the_mean_load_on():
     system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     path = fo.march(system, PAPER, 0.5, 0.3, initial_slip=np.linspace(0, 0.01, 9), cycles=2)

@@ -4,7 +4,6 @@ They are compared with enumeration, scipy, closed forms, and a lower friction wh
 change.
 """
 
-import re
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -233,31 +232,6 @@ def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
         assert np.abs(path.slip[-1] - exact.slip[-1]).max() < 1e-9 * np.abs(exact.slip).max()
 
 
-@pytest.mark.parametrize("tangents", [1, 2])
-def test_slip_of_an_uncoupled_contact_ends_below_the_limit_from_random_starts(tangents):
-    """Its pressures change with the load. Friction governs at some corners, the strength at others."""
-    rng = np.random.default_rng(8)
-    bare, p = uncoupled(rng, 4, tangents)
-    pressing = joined(0.3 * rng.normal(size=bare.slip_shape), 0.5 * p)
-    contact = strong(bare.with_bonded({"cyclic": pressing}), *np.r_[0.3 * p[:3], np.inf])
-    limit = fo.shakedown_limit(contact, CYCLE, 0.4)
-    assert (
-        limit.load_factor
-        < 0.99 * fo.shakedown_limit(bare.with_bonded({"cyclic": pressing}), CYCLE, 0.4).load_factor
-    )
-    for size in (0.1, 1.0, 10.0):
-        ask = partial(
-            fo.steady_state,
-            contact,
-            CYCLE,
-            0.4,
-            initial_slip=size * rng.normal(size=contact.slip_shape),
-            steps=4,
-        )
-        assert ask(0.97 * limit.load_factor).outcome is fo.Outcome.SHAKEDOWN
-        assert ask(1.03 * limit.load_factor).outcome is not fo.Outcome.SHAKEDOWN
-
-
 def test_the_capped_rod_in_closed_form():
     """A rod on a foundation with a strength has its work in closed form.
 
@@ -343,45 +317,6 @@ def test_a_body_that_its_surface_does_not_hold_has_no_state():
     assert fo.march(body, cycle, 0.5, 0.4, cycles=1, steps=2).residual < 1e-9
 
 
-@pytest.mark.parametrize("axes", [2, 3])
-def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(axes):
-    """Motions against forces: the one from `gross_slip`, the other as transients tell it."""
-    rng, reasons = np.random.default_rng(axes), []
-    for _ in range(4):
-        body = block(rng, width=8.0, axes=axes)
-        n, f = body.nodes, rng.uniform(0.2, 0.9)
-        any_load = np.r_[rng.normal(size=(axes - 1) * n), 0.3 * rng.normal(size=n)]
-        strength = np.where(rng.random(n) < 0.3, np.inf, rng.uniform(0.02, 0.5, n))
-        body = replace(strong(body, *strength), bonded={**body.bonded, "any": any_load})
-        most = fo.gross_slip(body, fo.LoadCycle({"P": 4.0}, [{"any": 1.0}]), f).load_factor
-        for share in (0.999, 1.001):
-            mean = fo.LoadCycle({"P": 4.0, "any": share * most}, [{"Q": 0.1}])
-            reasons.append(fo.onset(body, mean, f).reason)
-            assert bool(re.search("as a whole|turns over", reasons[-1])) is (share > 1), reasons[-1]
-    assert sum("of friction and strength" in each for each in reasons) > 1
-
-
-def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rules():
-    """The pressure `P - C h` of one node falls as the depth h grows. The work is the work of the
-    strength while the strength is below `f p`."""
-    P, C, A, c, f, Q, width = 4.0, 2.0, 3.0, 0.5, 0.5, 2.0, 0.25
-    node = fo.ContactSystem.from_blocks(
-        [[A]], [[0.0]], [[C]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[width]
-    )
-    cycle, k = fo.LoadCycle({"P": P}, [{"Q": Q}, {"Q": -Q}]), 1e-6
-    rate = k / (f * width) * c * 4 * (Q - c) / A
-    until = (P - c / f) / C / rate
-    capped = strong(node, c)
-    history = fo.joints.wear(
-        capped, cycle, f, 1.0, coefficient=k, cycles=0.9 * until, steps=2, tolerance=1e-3
-    )
-    assert np.allclose(history.depth[:, 0], rate * history.cycles, rtol=1e-3)
-    late = fo.joints.wear(
-        capped, cycle, f, 1.0, coefficient=k, cycles=2 * until, steps=2, tolerance=1e-3
-    )
-    assert (P - c / f) / C < late.depth[-1, 0] < 2 * until * rate * 0.999
-
-
 def test_the_referee_sees_shear_beyond_the_strength():
     node = strong(
         fo.ContactSystem.from_blocks(
@@ -437,17 +372,6 @@ def test_a_study_does_not_take_runs_of_another_strength(tmp_path):
         weak = ask(ROD.with_shear_strength(0.05))["dissipation"].item()
     assert len({without, strong, weak}) == 3
     assert ask(ROD)["dissipation"].item() == without
-
-
-def test_a_report_leaves_out_what_does_not_know_it():
-    soft = ROD.with_shear_strength(0.1)
-    joint = fo.report(soft, PUSHES, 0.5, load_factors=[0.5], steps=2)
-    assert {
-        "guaranteed limit",
-        "required friction",
-        "friction as assembled",
-    } == joint.missing.keys()
-    assert joint.limit.load_factor < fo.shakedown_limit(ROD, PUSHES, 0.5).load_factor
 
 
 @refused(

@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from itertools import permutations, product
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -177,34 +176,6 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
         assert verify(guaranteed, starts=0, moved=1).persists
 
 
-@pytest.mark.parametrize("make", [fixed_contact, in_space])
-def test_equal_fixed_parts_are_a_mean_load(make):
-    contact, cycle, f = make(3)
-    (name, size), *_ = cycle.fixed[0].items()
-    moved = fo.LoadCycle({**cycle.mean, name: size}, cycle.corners)
-    equal = fo.LoadCycle(cycle.mean, cycle.corners, [{name: size}] * len(cycle.corners))
-    for ask in (fo.shakedown_limit, fo.guaranteed_limit):
-        known, found = ask(contact, moved, f), ask(contact, equal, f)
-        assert 0 < found.load_factor < np.inf
-        assert (found.load_factor, found.slip) == (known.load_factor, pytest.approx(known.slip))
-
-
-@settings(max_examples=few(5))
-@given(seeds)
-def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
-    contact, cycle, f = fixed_contact(seed)
-    assume(1e-3 < fo.shakedown_limit(contact, cycle, f).load_factor < np.inf)
-    model = fo.ShakedownModel(contact, cycle)
-    limit = model.solve(f, [model.q == model.q])
-    assert model.q.value == pytest.approx(limit.reactions[0], abs=1e-9)
-    assert model.p.value == pytest.approx(limit.reactions[1], abs=1e-9)
-    most = 0.5 * limit.largest_slip
-    bounded = model.solve(f, [cp.abs(model.slip) <= most])
-    assert bounded.load_factor == pytest.approx(
-        linprog_limit(contact, cycle, f, most)[1], rel=1e-7, nan_ok=True
-    )
-
-
 @settings(max_examples=few(3))
 @given(seeds)
 def test_open_nodes_stay_open_at_every_corner(seed):
@@ -227,43 +198,6 @@ def test_open_nodes_stay_open_at_every_corner(seed):
         fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome
         is fo.Outcome.SHAKEDOWN
     )
-
-
-@pytest.mark.parametrize("seed", few([None, 16, 19], 1))
-def test_which_corner_is_listed_first_is_no_matter(seed):
-    """This holds without a seed: the mean load and the first fixed part open other nodes than the
-    mean load and the second fixed part."""
-    rng, n = np.random.default_rng(seed), 2 if seed is None else 3
-    if seed is None:
-        S = np.array(
-            [
-                [2.33, 0.77, 1.25, -0.19],
-                [0.77, 1.19, 1.26, -0.1],
-                [1.25, 1.26, 2.59, -0.02],
-                [-0.19, -0.1, -0.02, 0.4],
-            ]
-        )
-        loads = {"m": [0, 0, -0.18, 0.4], "a": [1.4, -0.4, -1.2, 0.7], "b": [-0.5, 0.4, -1.9, -1.2]}
-        f, corners, fixed = 0.6, [{"a": 1.0}, {"a": -1.0}], [{"b": 0.2}, {"b": -0.2}]
-    else:
-        G = rng.normal(size=(2 * n, 2 * n))
-        S = G @ G.T + 0.5 * np.eye(2 * n)
-        loads = {name: 0.5 * rng.normal(size=2 * n) for name in "abcdef"}
-        loads |= {"m": np.r_[0.2 * rng.normal(size=n), 0.4 + 0.5 * rng.normal(size=n)]}
-        f = 0.6
-        corners = [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}]
-        fixed = [{"d": 0.5}, {"e": 0.5}, {"f": 0.5}]
-    contact = fo.ContactSystem(S, [[k, 0] for k in range(n)], loads)
-    found = list[list[float]]()
-    for k in range(2):
-        cycle = fo.LoadCycle({"m": 1.0}, corners[k:] + corners[:k], fixed[k:] + fixed[:k])
-        limit = fo.shakedown_limit(contact, cycle, f)
-        load_factor = 0.7 * (found[0][0] if found else limit.load_factor)
-        safe = fo.safe_slip(contact, cycle, f, load_factor)
-        required = fo.required_friction(contact, cycle, load_factor)
-        found.append([limit.load_factor, safe.margin, required.required])
-        assert limit.open.any() and safe.exists and required.required < f
-    assert np.array(found) == pytest.approx(np.array(found[:1] * len(found)), rel=1e-8, abs=1e-9)
 
 
 def test_a_limit_with_open_nodes_counts_what_is_fixed_at_each_corner():

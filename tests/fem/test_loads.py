@@ -280,50 +280,6 @@ def test_a_spinning_disc():
         assert np.abs(axial[inside]).max() < 4e-3 * pull * b**2
 
 
-def test_lames_press_fit():
-    """A press fit of a long shaft has the pressure by Lame.
-
-    A long solid shaft is in a long collar of the same material. The pressure is taken away from the
-    ends, without the shear of the contact.
-    """
-    scene = fo.scenes.PressFit(
-        collar_length=16.0,
-        shaft_length=16.2,
-        elements=120,
-        grading=2.0,
-        growth=1.1,
-        collar_radius=1.8,
-        shaft_material=STEEL,
-        collar_material=STEEL,
-    )
-    system = scene.condense()
-    q, _ = system.bonded["fit"]
-    slip = -np.linalg.lstsq(system.A, q, rcond=1e-10)[0]
-    a, c, interference = 1.0, 1.8, 0.01
-    fields = scene.model().recover(
-        {"fit": interference}, interference * slip, np.zeros(system.nodes)
-    )
-    lame = STEEL.E * interference * (c**2 - a**2) / (2 * a * c**2)
-    middle = system.nodes // 2
-    assert (fields.p / system.width)[middle] == pytest.approx(lame, rel=5e-3)
-    assert np.abs(fields.q).max() < 1e-9 * np.abs(fields.p).max()
-    collar, shaft = (scene.model().bodies[body].mesh.p for body in ("collar", "shaft"))
-    row = np.abs(collar[1]) < 1e-9
-    r, hoop = collar[0, row], fields.stress["collar"][3, row]
-    inside = (r > 1.1) & (r < 1.7)
-    assert np.allclose(
-        hoop[inside], (lame * a**2 / (c**2 - a**2) * (1 + (c / r) ** 2))[inside], rtol=0.02
-    )
-    row = (np.abs(shaft[1]) < 1e-9) & (shaft[0] < 0.8) & (shaft[0] > 0.2)
-    assert np.allclose(fields.stress["shaft"][[0, 3]][:, row], -lame, rtol=0.02)
-
-
-def test_a_press_fit_carries_the_push():
-    system = fo.scenes.PressFit(elements=8, growth=1.5, bore_radius=0.4).condense()
-    assert system.bonded["push"][0].sum() == pytest.approx(1.0, abs=1e-9)
-    assert system.bonded["tension"][0].sum() == pytest.approx(0.0, abs=1e-9)
-
-
 def test_loads_add_up_to_their_integrals():
     mesh = MeshQuad.init_tensor(np.linspace(1, 3, 4), np.linspace(0, 1, 3)).with_boundaries(
         {"top": lambda x: x[1] == 1.0}
@@ -388,41 +344,6 @@ def test_loads_add_up_to_their_integrals():
 )
 def test_bad_loads_are_refused(make):
     make()
-
-
-def test_the_axis_may_be_rounded():
-    """A mesher may write 1e-17 or -1e-17 for the radius of a node on the axis, which is held."""
-
-    def discs(axis, moved=0.0):
-        radii = np.array([axis, 0.25, 0.5, 0.75, 1.0])
-        face = {"contact": lambda x: x[1] == 0.0}
-        upper = MeshQuad.init_tensor(radii, np.linspace(0.0, 1.0, 4)).with_boundaries(
-            {**face, "top": lambda x: x[1] == 1.0}
-        )
-        lower = MeshQuad.init_tensor(radii, np.linspace(-1.0, 0.0, 4)).with_boundaries(
-            {**face, "bottom": lambda x: x[1] == -1.0}
-        )
-        return fo.fem.ContactModel(
-            {
-                "upper": fo.fem.Body(upper, STEEL),
-                "lower": fo.fem.Body(lower, fo.fem.Material(E=1.0, nu=0.2)),
-            },
-            [fo.fem.Support("lower", "bottom")],
-            {
-                "P": [fo.fem.Traction("upper", "top", y=-1.0)],
-                "u": [fo.fem.Displacement("lower", "bottom", x=lambda x, y: 0.01 * x + moved)],
-            },
-            kinematics="axisymmetric",
-        ).condense()
-
-    exact = discs(0.0)
-    for axis in (1e-17, -1e-17):
-        rounded = discs(axis)
-        assert rounded.S == pytest.approx(exact.S, rel=1e-9, abs=1e-9 * abs(exact.S).max())
-        for case in ("P", "u"):
-            assert rounded.bonded[case][1] == pytest.approx(exact.bonded[case][1], rel=1e-9)
-        with pytest.raises(fo.ModelError, match=r"moves nodes by 0\.01 off the axis"):
-            discs(axis, 0.01)
 
 
 @pytest.mark.parametrize("grading", [1.0, 1e4])

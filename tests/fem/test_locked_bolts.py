@@ -260,24 +260,6 @@ def clamped(force=(5.0, 8.0)):
     return fo.fem.ContactModel(bodies, [fo.fem.Support("lower", "middle")], loads, contacts)
 
 
-@pytest.mark.parametrize(
-    ("shares", "pull", "friction"),
-    [((1.0, 1.0), 0.0, 0.4), ((1.0, 0.3), 4.0, 0.2), ((0.5, 2.0), 1.5, 0.8)],
-)
-def test_several_bolts_have_their_forces_together(shares, pull, friction):
-    system = clamped().condense()
-    cycle = fo.LoadCycle(
-        {"left": shares[0], "right": shares[1], "pull": pull, "shear": 0.1},
-        [{"shear": 0.1}, {"pull": 0.5}],
-    )
-    tight = fo.joints.tightened(system, cycle, friction)
-    states = fo.march(system, tight, friction, 1.0, cycles=1)
-    found = [states.tension(name)[0] for name in ("left", "right")]
-    assert np.allclose(found, np.array(shares) * [5.0, 8.0], rtol=1e-9)
-    assert (states.gap[0] > 0).any()
-    assert (states.slip[0] != 0).any()
-
-
 def tighten(system=None, mean=None, friction=0.3):
     system = clamped().condense() if system is None else system
     return fo.joints.tightened(

@@ -85,33 +85,6 @@ def test_faces_of_triangles_and_quadrilaterals_pass_pressure_on(mixed):
     assert np.allclose(q, 0.0, atol=1e-9)
 
 
-def quarter(x):
-    """A box of 3 by 1.5 as a quarter of a hollow cylinder around z."""
-    angle, radius = x[0] * np.pi / 8, 2.0 + x[1]
-    return np.array([radius * np.cos(angle), radius * np.sin(angle), x[2]])
-
-
-def test_normals_of_triangles_beside_quadrilaterals_are_those_of_the_cylinder(tmp_path):
-    points, elements = box(["wedge", "hexahedron", "pyramid", "tetra"], LINES, bent=quarter)
-    mesh = mesh_of(tmp_path, points, elements)
-
-    def on_hole(x):
-        return (abs(np.hypot(x[0], x[1]) - 2.0) < 0.1) & (x[2] > 0.0) & (x[2] < 1.5)
-
-    mesh = mesh.with_boundaries({"hole": on_hole, "ends": lambda x: x[1] < 1e-9})
-    pin = MeshHex.init_tensor(np.linspace(0, 4, 9), np.linspace(-1.0, 0, 3), np.array(LINES[2]))
-    pin = MeshHex(np.array([quarter(x) for x in pin.p.T]).T, pin.t)
-    pin = pin.with_boundaries({"surface": on_hole, "ends": lambda x: x[1] < 1e-9})
-    system = fo.fem.ContactModel(
-        {"ring": fo.fem.Body(mesh), "pin": fo.fem.Body(pin)},
-        [fo.fem.Support("ring", "ends"), fo.fem.Support("pin", "ends")],
-        {"g": [fo.fem.BodyForce("ring", x=1.0)]},
-        [fo.fem.Contact("ring", "pin", "hole", "surface", gap="measured")],
-    ).condense()
-    radial = system.points * [1.0, 1.0, 0.0] / 2.0
-    assert np.allclose(np.abs(np.sum(system.normals * radial, axis=1)), 1.0, atol=1e-7)
-
-
 def on_spheres(x):
     """A box of 4 by 1.5 by 1.5 whose face z = 0 becomes a part of a sphere of radius 5."""
     arm = np.array([x[0] - 2.0, x[1] - 0.75, -5.0])

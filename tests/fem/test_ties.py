@@ -8,7 +8,6 @@ import frictopt as fo
 from helpers.meshes import box, ring
 
 STEEL = fo.fem.Material(E=200.0, nu=0.3)
-SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def layer(kind, count, low, high, material=STEEL, **more):
@@ -119,47 +118,6 @@ def test_a_round_tie_passes_the_whole_torque():
     assert (x * forces[:, 1] - y * forces[:, 0]).sum() == pytest.approx(-4.0, rel=1e-9)
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9)
     assert [note.split(":")[0] for note in model.notes] == ["adjust, body 'disc'"]
-
-
-def test_a_heated_column_presses_with_the_force_of_a_bar():
-    """N = E alpha dT A of a bar between rigid walls; a tied column is one body as it slides."""
-    bar = fo.fem.Material(E=210e3, nu=0.0)
-    bodies = {
-        "foot": layer(MeshHex, 3, -1.0, 0.0, bar),
-        "head": layer(MeshHex, 2, 0.0, 1.0, bar),
-        "wall": layer(MeshHex, 2, 1.0, 2.0, bar),
-    }
-    model = fo.fem.ContactModel(
-        bodies,
-        contacts=[fo.fem.Contact("head", "wall", "high", "low")],
-        supports=[fo.fem.Support("foot", "low"), fo.fem.Support("wall", lambda x, y, z: z >= 1.0)],
-        loads={"hot": [fo.fem.Expansion(body, 1.2e-5 * 40.0) for body in ("foot", "head")]},
-        ties=[fo.fem.Tie("head", "foot", "low", "high")],
-    )
-    p = model.condense(progress=False).bonded["hot"][1]
-    assert p.sum() == pytest.approx(210e3 * 1.2e-5 * 40.0, rel=1e-9)
-
-    bodies = {
-        "foot": layer(MeshQuad, 3, -1.0, 0.0),
-        "head": layer(MeshQuad, 4, 0.0, 1.0),
-        "floor": layer(MeshQuad, 3, -2.0, -1.0),
-    }
-    system = fo.fem.ContactModel(
-        bodies,
-        contacts=[fo.fem.Contact("foot", "floor", "low", "high")],
-        supports=[fo.fem.Support("floor", "low")],
-        loads={
-            "P": [fo.fem.Pressure("head", "high", 10.0)],
-            "Q": [
-                fo.fem.Traction("head", "x=0", x=0.5),
-                fo.fem.Traction("foot", "x=0", x=0.5),
-            ],
-        },
-        ties=[fo.fem.Tie("head", "foot", "low", "high")],
-    ).condense(progress=False)
-    slides = fo.gross_slip(system, SHEAR, friction=0.3, progress=False)
-    assert slides.load_factor == pytest.approx(0.3 * 10.0, rel=1e-9)
-    assert slides.motion["contact"].tolist() == ["low"]
 
 
 def side_by_side(tied, joint=False):

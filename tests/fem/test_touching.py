@@ -62,49 +62,6 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
         assert left < x < right and abs(y) < 1e-4
 
 
-def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
-    """A block is in a corner. Its corner node belongs to the floor, and the contact of the wall
-    begins one edge above it."""
-    x = np.array([0.0, 1.0, 2.0])
-    block = MeshQuad.init_tensor(x, x).with_boundaries(
-        {
-            "below": lambda x: x[1] == 0,
-            "left": lambda x: (x[0] == 0) & (x[1] > 1),
-            "top": lambda x: x[1] == 2,
-        }
-    )
-    corner = MeshQuad.init_tensor(np.array([-1.0, 0.0, 1.0, 2.0]), np.array([-1.0, 0.0, 1.0, 2.0]))
-    inside = corner.p[:, corner.t].mean(axis=1)
-    corner = corner.remove_elements(np.flatnonzero((inside[0] > 0) & (inside[1] > 0)))
-    corner = corner.with_boundaries(
-        {
-            "floor": lambda x: (x[1] == 0) & (x[0] > 0),
-            "wall": lambda x: (x[0] == 0) & (x[1] > 0),
-            "base": lambda x: x[1] == -1,
-        }
-    )
-    bodies = {"block": fo.fem.Body(block), "corner": fo.fem.Body(corner)}
-    load = {"P": [fo.fem.Traction("block", "top", y=-1.0)]}
-    floor = fo.fem.Contact("block", "corner", "below", "floor")
-    wall = fo.fem.Contact("block", "corner", "left", "wall")
-    assert (
-        fo.fem.ContactModel(bodies, [fo.fem.Support("corner", "base")], load, [floor, wall])
-        .condense()
-        .nodes
-        == 5
-    )
-    whole = block.with_boundaries({"left": lambda x: x[0] == 0})
-    system = fo.fem.ContactModel(
-        {**bodies, "block": fo.fem.Body(whole)},
-        [fo.fem.Support("corner", "base")],
-        load,
-        [floor, wall],
-    ).condense()
-    assert system.width == pytest.approx([0.5, 1.0, 0.5, 0.5, 1.5])
-    with pytest.raises(fo.ModelError, match=r"touch around \(0, [.0-9]+\)"):
-        fo.fem.ContactModel(bodies, [fo.fem.Support("corner", "base")], load, [floor])
-
-
 def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
     square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
     # The last: two bodies in one place.

@@ -7,7 +7,6 @@ spheres, and Masing's rule.
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.linalg import eigh
 from skfem import MeshQuad
@@ -347,56 +346,6 @@ TWO = fo.ContactSystem(
 )
 
 
-def by_hand(load, f):
-    """Slip ranges, and work of friction per cycle, of both nodes."""
-    slip_length = 2 * (load - f * FORCES).clip(0.0)
-    return slip_length, 2 * f * FORCES * slip_length
-
-
-def test_two_sliders_in_space_contact_by_contact():
-    loads, f = [0.4, 0.75, 1.4, 2.0], 0.5
-    curve = fo.joints.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
-    slip_range, work = (
-        np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
-    )
-    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3)
-    assert curve.slipping.tolist() == [
-        0.0,
-        0.25,
-        0.25,
-        1.0,
-    ]
-    assert curve.work == pytest.approx(work.sum(axis=1))
-    assert curve.slip_range == pytest.approx(slip_range.max(axis=1))
-    table = curve.by_contact
-    assert table["contact"].tolist() == NAMES * 4
-    assert np.array(table["load_factor"]) == pytest.approx(np.repeat(loads, 2))
-    assert np.array(table["work"]) == pytest.approx(work.ravel())
-    assert np.array(table["slip_range"]) == pytest.approx(slip_range.ravel())
-    assert np.array(table["slipping"]) == pytest.approx((slip_range > 0).ravel().astype(float))
-    assert curve.displacement == pytest.approx(np.array(loads) + (slip_range / 2).sum(axis=1))
-    assert curve.gross_slip == np.inf
-    assert np.isnan(
-        [*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]
-    ).all()
-    # The work of the first slider alone is 2 at a load factor of 1.5, where the second one begins.
-    two = curve.load_at(work=2.0, progress=False)
-    assert 1.5 <= two.load_factor < 1.5 * 1.01
-    assert two.dissipation == pytest.approx(by_hand(two.load_factor, f)[1].sum())
-    assert two.dissipation >= 2.0
-    assert 0.75 * 0.99 < curve.load_at(work=curve.work[1]).load_factor <= 0.75
-    third = curve.load_at(slipping=1 / 3)
-    assert 1.5 < third.load_factor < 1.5 * 1.01
-    assert third.slipping_share == 1.0  # from a quarter on, no share is less
-    turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
-    other = fo.joints.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
-    assert other.work == pytest.approx(curve.work)
-    assert np.isnan([other.displacement, other.stiffness, other.damping]).all()
-    assert "two opposed corners" in other.note
-    assert "two opposed corners" in repr(other)
-    assert other.to_frame().attrs["note"] == other.note
-
-
 def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
     """The curve of a rod is known in closed form.
 
@@ -486,54 +435,6 @@ def test_a_contact_that_ratchets_has_work_and_no_displacement():
     assert np.isnan(curve.displacement[1])
     assert np.isnan(curve.damping[1])
     assert f"load factor {factor:g}: the contact ratchets" in curve.note
-
-
-def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_count():
-    """A load case that the cycle does not use may have any softness. Small corners with large load
-    factors are the same cycle."""
-    system, stuck = oscillator()
-    option_sets = {"natural_frequency": stuck}, {}
-    right = [
-        fo.joints.backbone_curve(
-            system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each
-        )
-        for each in option_sets
-    ]
-    assert np.isfinite(right[0].frequency).all() and np.isfinite(right[1].damping).all()
-    none, soft = (np.zeros(2), np.zeros(2)), np.diag([0.0, 0.0, 1e20])
-    soft[:2, :2] = system.compliance
-    heated = replace(system, bonded={**system.bonded, "heat": none}, compliance=soft)
-    tiny = fo.LoadCycle({"static": 1.0}, [{"mode": 1e-9}, {"mode": -1e-9}])
-    for options, curve in zip(option_sets, right, strict=True):
-        other = fo.joints.backbone_curve(
-            heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **options
-        )
-        assert other.damping == pytest.approx(curve.damping, rel=1e-12)
-        assert other.displacement == pytest.approx(curve.displacement, rel=1e-12)
-    small = fo.joints.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
-    assert small.damping == pytest.approx(right[1].damping, rel=1e-9)
-    assert small.displacement == pytest.approx(right[1].displacement * 1e-9)
-    # The corners of this history, -0.3 and 0.3 around 0.4, differ by rounding.
-    history = pd.DataFrame({"static": [1.0, 1.0], "mode": [0.1, 0.7]})
-    of_history = fo.LoadCycle.from_history(history)
-    assert of_history.corners[0]["mode"] != -of_history.corners[1]["mode"]
-    exact = fo.LoadCycle({"static": 1.0}, [{"mode": -0.3}, {"mode": 0.3}])
-    around = replace(of_history, mean={"static": 1.0})
-    one, two = (
-        fo.joints.backbone_curve(system, each, 0.9, [700.0, 2500.0]) for each in (exact, around)
-    )
-    assert two.damping == pytest.approx(one.damping, rel=1e-9)
-    assert two.displacement == pytest.approx(one.displacement, rel=1e-9)
-    pulled = replace(
-        system,
-        bonded={**system.bonded, "back": system.bonded["mode"]},
-        compliance=system.compliance[[0, 1, 1]][:, [0, 1, 1]],
-    )
-    cancelled = fo.LoadCycle(
-        {"static": 1.0}, [{"mode": 1.0, "back": -1.0}, {"mode": -1.0, "back": 1.0}]
-    )
-    with pytest.raises(fo.ModelError, match="the load does no work on the glued bodies"):
-        fo.joints.backbone_curve(pulled, cancelled, 0.9, [1.0], natural_frequency=1.0)
 
 
 def test_what_is_finished_is_kept_when_a_curve_is_interrupted():

@@ -17,8 +17,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize_scalar
 
 import frictopt as fo
-from studies.validation.jointed_mass import JointedMass, random_mass
-from studies.validation.vibrations import Structure, Vibration, rocking, slider, wedges
+from studies.validation.jointed_mass import JointedMass
+from studies.validation.vibrations import Vibration, rocking, slider, wedges
 
 matplotlib.use("Agg")
 pytestmark = pytest.mark.usefixtures("few_starts", "no_figures_stay_open")
@@ -258,38 +258,6 @@ def test_an_amplitude_beyond_the_curve_is_told(light):
     assert rows["branch"].tolist()[-1] == "beyond" and rows["amplitude"].iloc[-1] == np.inf
 
 
-def scaled(b, mass, length, time):
-    """The structure in other units: numbers of masses, lengths and times are multiplied."""
-    spring, force = mass / time**2, mass * length / time**2
-    return Structure(
-        mass * b.mass,
-        spring * b.bodies,
-        b.along,
-        b.against,
-        spring * b.tangential,
-        spring * b.normal,
-        b.friction,
-        force * b.static,
-    )
-
-
-def test_other_units_give_the_same_answer():
-    mass, length, time = 1e-3, 1e3, 60.0
-    factors = np.geomspace(100, 1500, 12)
-    curve = wedges().curve(2, factors)
-    modal_force = np.sqrt(mass) * length / time**2
-    other = scaled(wedges(), mass, length, time).curve(2, modal_force * factors)
-    forces = np.array([15.0, 30.0])
-    first = curve.response(forces, damping=2e-3, other_modes=["mode 0", "mode 1", "mode 3"])
-    second = other.response(
-        modal_force * forces, damping=2e-3, other_modes=["mode 0", "mode 1", "mode 3"]
-    )
-    units = {"peak": np.sqrt(mass) * length, "resonance": 1 / time}
-    for name in ("peak", "resonance", "lag", "sensitivity", "interaction"):
-        expected = units.get(name, 1.0) * getattr(first, name)
-        assert getattr(second, name) == pytest.approx(expected, rel=1e-6), name
-
-
 def test_the_band_over_residual_slips_encloses_the_curve():
     curve = wedges().curve(2, [300.0, 500.0, 700.0, 900.0], with_range=True)
     extremes = curve.extremes
@@ -386,17 +354,6 @@ def test_the_interaction_is_what_other_modes_answer_at_multiples_of_the_frequenc
     assert "without other_modes" not in answer.note and 0.01 < expected < 0.2
     still = b.curve(k, [1.0, 2.0, 3.0])
     assert still.response([1e-3], damping=0.01, other_modes=["mode 0"]).interaction == 0.0
-
-
-def test_the_interaction_tells_a_heavy_block_from_a_light_one(light):
-    """Time integration is 3 % from the light block, and 28 and 39 % from the heavy one."""
-    names = ["mode 1", "mode 2", "mode 3"]
-    good = light.response([0.33], damping=5e-3, other_modes=names)
-    heavy = rocking(4.0, 1.5).curve(0, np.geomspace(10, 300, 40))
-    bad = heavy.response([0.81, 1.66], damping=5e-3, other_modes=names)
-    assert (good.interaction < 0.05).all() and "interaction is not below" not in good.note
-    assert (bad.interaction > 0.2).all()
-    assert "force 0.81, 1.66: the interaction is not below 0.05" in bad.note
 
 
 def test_the_largest_force_keeps_each_limit(light):
@@ -602,18 +559,3 @@ def test_time_integration_from_rest_meets_the_peak(
     peak, at = Vibration(structure, mode, ratio, 600).sweep(force, frequencies)
     assert answer.peak[0] == pytest.approx(peak, rel=error)
     assert answer.resonance[0] == pytest.approx(at, rel=shift)
-
-
-@pytest.mark.parametrize("number", [0, 2, 3, 5])
-def test_time_integration_of_a_random_joint_meets_the_peak_or_the_note_says_why(number):
-    """The second joint is 16 % off, because harmonics move its mass."""
-    joint = random_mass(np.random.default_rng(number))
-    force = 1.1 * joint.first_slip
-    curve = joint.curve(joint.first_slip * np.geomspace(0.2, 12.0, 20))
-    answer = curve.response([force], damping=0.005, other_modes=["far"])
-    seen, frequency = joint.peak(force, 0.005)
-    is_doubtful = "interaction is not below" in answer.note
-    assert is_doubtful == (number == 2) and not answer.beyond[0]
-    if not is_doubtful:
-        assert answer.peak[0] == pytest.approx(seen, rel=0.07)
-        assert answer.resonance[0] == pytest.approx(frequency, rel=0.02)

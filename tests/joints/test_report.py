@@ -12,13 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 
 import frictopt as fo
 from helpers.cases import few
 from helpers.screens import soon
-from helpers.spatial import cycle as spatial_cycle
-from helpers.spatial import random_contact
 from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system
 
 
@@ -99,31 +96,6 @@ def test_the_limit_as_assembled_lies_between_rest_and_slip(seed):
     for coefficient in (friction.required, friction.lower):
         ends = fo.steady_state(contact, CYCLE, coefficient, 1.0).outcome
         assert (ends is fo.Outcome.SHAKEDOWN) == (coefficient == friction.required)
-
-
-def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_the_mesh():
-    rng = np.random.default_rng(3)
-    contact = random_contact(rng, 5).with_gap(np.r_[10.0, 0, 0, 0, 0])
-    report = fo.report(contact, spatial_cycle(), 0.4, [0.5], mesh_limits=True)
-    assert report.mean_state.open.tolist() == [True, *[False] * 4]
-    assert report.required is None
-    assert report.guaranteed is None
-    assert (
-        value(report, "shakedown limit with these nodes open")
-        == fo.shakedown_limit(
-            contact, spatial_cycle(), 0.4, open_nodes=report.mean_state.open
-        ).load_factor
-    )
-    assert "leaves 1 of 5 nodes open" in report.kind
-    assert "change with the mesh" in report.kind
-    assert "1 of 5 nodes open" in report.limit.reason
-    assert (
-        report.numbers.set_index("number").loc["shakedown limit with these nodes open", "converges"]
-        == "no"
-    )
-    missing = {"guaranteed limit", "required friction", "friction as assembled"}
-    assert missing == set(report.missing)
-    assert "Quote" in report.advice[-1]
 
 
 def test_an_interrupt_keeps_what_is_known():
@@ -232,39 +204,6 @@ def test_load_factors_that_do_not_rise_are_refused(factors):
         fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, factors)
 
 
-# Free along both axes.
-PAIR = fo.ContactSystem.from_blocks(
-    [[1, -1], [-1, 1]],
-    np.zeros((2, 2)),
-    [[1, -1], [-1, 1]],
-    [0, 1],
-    {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
-)
-
-
-@pytest.mark.parametrize(
-    ("mean", "corners", "friction", "sentence"),
-    [
-        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.0, "no state of rest exists, bodies slide off"),
-        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.6, "no state of rest exists, bodies slide off"),
-        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 1.0, "Your load is 100.0%"),
-        (
-            {"P": 1.0, "Q": 3.0},
-            [{"Q": -1.0}, {"Q": -0.9}],
-            0.5,
-            "below load factor 2.778 the mean load slides",
-        ),
-        ({"P": 1.0, "Q": 0.2}, [{"R": 0.8}, {"R": -0.8}], 0.3, "It ratchets"),
-        ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.3, "no state of rest exists, bodies lift off"),
-    ],
-)
-def test_advice_where_bodies_are_free(mean, corners, friction, sentence):
-    """Two nodes of a body that slides off at load factor friction * P / Q, by hand."""
-    report = fo.report(PAIR, fo.LoadCycle(mean, corners), friction)
-    assert sentence in " ".join(report.advice), report.advice
-    assert (report.steady is not None) == (friction in (1.0, 0.3) and mean["P"] > 0)
-
-
 def test_without_friction_nodes_slide_and_no_start_is_warned_of():
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
@@ -283,36 +222,6 @@ def test_a_mean_load_that_opens_all_nodes_in_space_leaves_a_report():
     assert report.limit is None
     assert "closed nodes" in report.missing["shakedown limit"]
     assert report.kind == "The mean load opens all nodes."
-
-
-def test_a_press_fit_is_said_to_be_one():
-    """Report, table and chart say that a joint is a press fit.
-
-    Statics cannot know the pressure of the fit. They give the load at which the transient slides
-    off.
-    """
-    system = replace(fo.scenes.PressFit(elements=12).condense(), units="N, mm")
-    joint = fo.report(
-        system,
-        fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]),
-        friction=0.3,
-        load_factors=[0.5, 1.0],
-    )
-    assert (
-        value(joint, "gross-slip load") == joint.curve.gross_slip == pytest.approx(1.374, rel=3e-3)
-    )
-    assert "equilibrium does not determine the pressure of the fit" in joint.gross_slip.reason
-    assert joint.curve.self_stress
-    assert (
-        "in a transient from no slip: equilibrium does not determine the pressure of the fit"
-        in " ".join(joint.advice)
-    )
-    assert (
-        joint.numbers.set_index("number").loc["gross-slip load", "converges"]
-        == "if the pressure of the fit converges"
-    )
-    labels = [text.get_text() for text in joint.curve.plot()[0].figure.findobj(Text)]
-    assert any(text.startswith("bodies slide off, from no slip = 1.37") for text in labels)
 
 
 def test_all_numbers_of_a_report_have_units():

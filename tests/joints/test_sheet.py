@@ -100,23 +100,6 @@ def test_against_slip_the_corners_are_followed():
     assert joint.safety["nominal"][0] == np.inf and len(joint.safety) == 3
 
 
-@pytest.mark.parametrize("seed", few(range(4)))
-def test_at_other_loads_a_report_has_the_states_from_no_slip(seed):
-    """They begin at the mean load, which all loads share, and end at the end of their own
-    transient."""
-    contact = random_contact(np.random.default_rng(seed), 4)
-    question = contact, spatial_cycle(), 0.4
-    joint = fo.report(*question, [0.6, 1.0, 1.4], pages=2)
-    for k, factor in enumerate(joint.curve.load_factor):
-        from_no_slip = fo.steady_state(*question, factor, steps=2)
-        assert joint.curve.work[k] == pytest.approx(from_no_slip.dissipation, rel=1e-7, abs=1e-12)
-        assert joint.curve.steady_states[k].slip == pytest.approx(from_no_slip.slip, abs=1e-7)
-    at_load = joint.steady.step_error
-    assert joint.curve.step_error == pytest.approx([np.nan, at_load, np.nan], nan_ok=True)
-    assert at_load == fo.steady_state(*question, 1.0, steps=2).step_error
-    assert "nan" not in str(joint)
-
-
 def test_each_corner_has_a_mean_state_of_its_own():
     """The mean load alone makes this contact slip, by a length that depends on friction."""
     contact = random_contact(np.random.default_rng(1), 4)
@@ -219,32 +202,6 @@ def test_increments_count_against_a_work():
 
 def _scatter():
     return safety.Scatter(PUSHED_AND_PULLED, np.array([0.5]))
-
-
-@pytest.mark.parametrize("seed", few(range(3)))
-def test_units_change_no_verdict(seed):
-    """Forces in thousandths, lengths in thousands: factors and margins stay."""
-    system = random_system(np.random.default_rng(seed), 4)
-    force, length = 1e-3, 1e3
-    other = fo.ContactSystem(
-        system.S * force / length,
-        system.points * length,
-        {name: np.concatenate([q, p]) * force for name, (q, p) in system.bonded.items()},
-        gap=system.gap * length,
-        frames=system.frames,
-    )
-    limits = {"slip range": 0.1, "work": 0.2, "slipping share": 0.3}
-    scaled = {
-        **limits,
-        "slip range": limits["slip range"] * length,
-        "work": limits["work"] * force * length,
-    }
-    first = fo.report(system, CYCLE, (0.3, 0.4, 0.5), [1.0], limits=limits, pages=2)
-    second = fo.report(other, CYCLE, (0.3, 0.4, 0.5), [1.0], limits=scaled, pages=2)
-    columns = ["nominal", "worst"]
-    assert np.allclose(first.safety[columns], second.safety[columns], rtol=1e-3)
-    assert np.allclose(first.verdicts["margin"], second.verdicts["margin"], rtol=1e-6)
-    assert first.verdicts["passed"].tolist() == second.verdicts["passed"].tolist()
 
 
 # Input
@@ -679,22 +636,6 @@ def two_faces(*names):
         np.eye(2), np.zeros((2, 2)), np.eye(2), np.arange(2.0), loads, contact=names
     )
     return system, fo.LoadCycle({"P": 2.0}, [{"Q": 0.4}, {"Q": -0.4}])
-
-
-def test_random_friction_of_a_face_and_random_load_are_those_of_an_integral():
-    law, load = lognorm(0.2, scale=0.22), uniform(0.8, 0.4)
-    joint = fo.report(*two_faces("head", "lap"), {"head": law, "lap": 0.5}, [1.0], load=load)
-    exact = quad(lambda factor: law.sf(0.2 * factor) * load.pdf(factor), 0.8, 1.2)[0]
-    (_, value, _, method), (_, from_no_slip, _, _) = joint.probability.itertuples(index=False)
-    assert (
-        from_no_slip == value == pytest.approx(exact, abs=0.03)
-        and "corrected by 200 draws" in method
-    )
-    assert joint.friction == pytest.approx([0.22, 0.5])
-    least, most = law.ppf([0.025, 0.975])
-    head = f"friction of head of {least:g} to {most:g} in 95 % of all joints (lognorm"
-    assert joint.scatter.startswith(head) and "lap" not in joint.scatter
-    assert "load factor of 0.81 to 1.19 in 95 % of all joints (uniform" in joint.scatter
 
 
 def test_the_name_of_the_only_contact_has_the_exact_probability():

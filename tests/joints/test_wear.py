@@ -12,7 +12,6 @@ from helpers.interrupts import interrupted
 from helpers.refused import refused
 from helpers.systems import PULL
 from helpers.worn import F, cylinder, driven_punch, plain_rate
-from studies.validation.fuzz.embedded import embedded
 
 COARSE = cylinder(32)
 SWAY = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
@@ -168,31 +167,6 @@ def test_a_node_without_wear_keeps_its_profile():
     k = np.where(COARSE[0].x < 0, 0.0, 1e-3)
     history = fo.joints.wear(*COARSE, coefficient=k, cycles=3e3)
     assert not history.depth[-1][:16].any() and history.depth[-1][16:].max() > 0
-
-
-def test_the_plane_contact_in_space_wears_alike():
-    flat, cycle, f, load_factor = cylinder(8)
-    solid = embedded(flat, np.random.default_rng(1))[0]
-    solid = fo.ContactSystem(solid.S, solid.points, solid.bonded, gap=solid.gap, width=flat.width)
-    options = {"coefficient": 1e-3, "cycles": 2e3, "tolerance": 0.05}
-    plane = fo.joints.wear(flat, cycle, f, load_factor, **options)
-    space = fo.joints.wear(solid, cycle, f, load_factor, steps=1, **options)
-    assert np.allclose(space.depth[-1], plane.depth[-1], rtol=0, atol=1e-6 * plane.depth[-1].max())
-    assert np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"])
-    assert len(space.depth) > 4
-
-
-def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump():
-    contact, *question = cylinder(8)
-    options = {"coefficient": 1e-3, "cycles": 3e2, "tolerance": 0.05, "steps": 2}
-    done = fo.joints.wear(contact, *question, **options)
-    assert 0 < done.steady.step_error < 1
-    assert done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0
-    jumps = len(done.depth) - 2
-    with interrupted("wear", jumps) as caught:
-        fo.joints.wear(contact, *question, **options)
-    assert np.array_equal(caught.value.history.depth, done.depth[: jumps + 1])
-    assert caught.value.history.steady.step_error == np.inf
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])

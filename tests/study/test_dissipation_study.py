@@ -104,23 +104,6 @@ def test_processes_threads_and_foreign_executors_give_the_same_table(
             same(other, table)
 
 
-def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors, starts, table):
-    dask, distributed = (pytest.importorskip(name) for name in ("dask", "distributed"))
-    # Machines may be busy.
-    patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}
-    with (
-        dask.config.set(patient),
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address=None
-        ) as cluster,
-        distributed.Client(cluster, timeout="300s") as client,
-    ):
-        other = fo.dissipation_study(
-            contact, CYCLE, 0.4, factors, starts, executor=client.get_executor()
-        )
-    same(other, table)
-
-
 def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
     """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990). Pushed on from its backward bound by 5,
     the node jumps; pushed by 1 it stays."""

@@ -10,7 +10,6 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.systems import BLOCK, CYCLE, FIRST_PAIR, PULL, random_system, system
-from studies.validation.fuzz.embedded import embedded
 
 UNLOADED = [fo.starts.LoadStep({"P": 0.2})]
 AT_CORNER = [
@@ -87,28 +86,6 @@ def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_lim
     assert safe.ratio > 0.9998
     assert fo.steady_state(contact, PULL, 0.7, none.load_factor).outcome is fo.Outcome.SHAKEDOWN
     assert fo.steady_state(contact, PULL, 0.7, none.upper).outcome is fo.Outcome.CYCLIC_SLIP
-
-
-def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
-    """Under a load that grows in proportion from zero every node slips in one sense only, and one
-    increment is exact."""
-    slipped = 0
-    for seed in range(12):
-        contact = random_system(np.random.default_rng(seed), 4, coupling=1.0)
-        q, p = contact.bonded["mean"]
-        contact = contact.with_bonded({"mean": (7 * q, p)})
-        slip = fo.starts.assembled_slip(contact, CYCLE, 0.4)
-        one = fo.increments.NewtonIncrement(contact, 0.4).solve(
-            np.zeros(4), contact.reaction({"mean": 1.0})
-        )
-        assert slip == pytest.approx(np.asarray(one.slip), abs=1e-5)
-        if seed < 3:  # in space
-            solid, along = embedded(contact, np.random.default_rng(seed))
-            assert fo.starts.assembled_slip(solid, CYCLE, 0.4) == pytest.approx(
-                slip[:, None] * along, abs=1e-7 * np.abs(slip).max()
-            )
-        slipped += bool(slip.any())
-    assert slipped > 6
 
 
 def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.meshes import column, rotation, traction, wedge
+from helpers.meshes import rotation, traction, wedge
 from helpers.paths import ASKED, ROUND
 
 
@@ -55,20 +55,6 @@ def test_the_forces_on_both_flanks_of_a_wedge_balance_its_loads(angle):
     assert steady.slipping_share == pytest.approx(
         table["slipping"] @ table["area"] / table["area"].sum()
     )
-
-
-def test_the_forces_on_a_cube_in_space_balance_its_loads():
-    loads = {
-        "P": [fo.fem.Pressure("a", "top")],
-        "X": [fo.fem.Traction("a", "top", x=1.0)],
-        "Y": [fo.fem.Traction("a", "top", y=1.0)],
-    }
-    system = column(loads=loads).condense()
-    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 0.3, "Y": 0.4}, {"X": -0.3, "P": 0.2}])
-    (row,) = fo.steady_state(system, cycle, 0.6, 1.0, steps=2).by_contact().to_dict("records")
-    found = [row[name] for name in ("P_0", "Q_0", "fP_0", "P_1", "Q_1", "fP_1")]
-    assert row["area"] == pytest.approx(1.0)
-    assert found == pytest.approx([1.0, 0.5, 0.6, 1.2, 0.3, 0.72])
 
 
 def test_shear_around_a_pin_has_the_resultant_of_its_directions():

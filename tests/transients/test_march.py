@@ -1,25 +1,8 @@
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import frictopt as fo
 from helpers.systems import CYCLE, system
-
-IN_THREADS = """
-from concurrent.futures import ThreadPoolExecutor
-import numpy as np
-import frictopt as fo
-from helpers.systems import CYCLE, random_system
-contact = random_system(np.random.default_rng(3), 3)
-with ThreadPoolExecutor(4) as threads:
-    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=2, steps=5, progress=False) for _ in range(8)]
-    assert len({path.result().slip.tobytes() for path in made}) == 1
-print("said afterwards", flush=True)
-"""
 
 
 def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
@@ -98,18 +81,6 @@ def test_a_node_that_slips_only_while_it_is_open_does_no_work(steps):
     assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2))
     assert path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
     assert not path.work.any()
-
-
-def test_increments_in_threads_leave_the_output_of_the_process_alone():
-    folder = Path(__file__).parents[1]
-    paths = os.pathsep.join([str(folder.parent), str(folder)])
-    done = subprocess.run(
-        [sys.executable, "-c", IN_THREADS],
-        env={**os.environ, "PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (0, "said afterwards\n", "")
 
 
 def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():

@@ -5,7 +5,6 @@ They show the right numbers, on axes with the right labels.
 
 import gc
 import io
-import itertools
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
@@ -14,8 +13,8 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.spatial import cycle, random_contact
-from helpers.systems import CYCLE, random_system
+from helpers.spatial import random_contact
+from helpers.systems import random_system
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
@@ -28,12 +27,6 @@ PLANE = replace(
 SPACE = random_contact(np.random.default_rng(4), 6)
 
 
-def slipping(contact, loads, **options):
-    return fo.steady_state(
-        contact, loads, F, 1.5 * fo.shakedown_limit(contact, loads, F).load_factor, **options
-    ).states()
-
-
 def test_a_contact_at_rest_shows_no_slip_and_no_rounding():
     punch = fo.scenes.PunchOnHalfPlane(elements=20).condense()
     strain = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
@@ -41,23 +34,6 @@ def test_a_contact_at_rest_shows_no_slip_and_no_rounding():
     assert steady.outcome.name == "SHAKEDOWN" and steady.slip.any()
     drawn = [line.get_ydata() for line in steady.plot()[0].get_lines() if line.get_marker() == "."]
     assert len(drawn) == 1 and not np.any(drawn)
-
-
-@pytest.mark.parametrize("in_space", [False, True])
-def test_numbers_of_small_slips_do_not_run_into_each_other(in_space):
-    contact, loads, options = (SPACE, cycle(), {"steps": 4}) if in_space else (PLANE, CYCLE, {})
-    stiffer = np.abs(slipping(contact, loads, **options).slip).max() / 1e-4
-    figure = slipping(replace(contact, S=stiffer * contact.S), loads, **options).plot()[0].figure
-    figure.canvas.draw()
-    for axes in figure.axes:
-        low, high = axes.get_xlim()
-        texts = [
-            text
-            for text in axes.get_xticklabels()
-            if text.get_text() and low <= text.get_position()[0] <= high
-        ]
-        boxes = [text.get_window_extent() for text in texts]
-        assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(boxes))
 
 
 def test_a_system_shows_its_points_normals_and_bonded_pressure():

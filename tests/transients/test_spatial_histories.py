@@ -4,18 +4,14 @@ They are compared with the plane, closed forms of one node, and finite differenc
 """
 
 from copy import copy
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import pose
 from frictopt.study.ascent import _tangents, increment_map
-from frictopt.study.range_search import Search
 from frictopt.study.starts import smooth_modes
 from frictopt.transients.march import path_of
-from helpers.cases import few
 from helpers.paths import settled
 from helpers.spatial import cycle, random_contact, single
 from helpers.systems import CYCLE, FIRST_PAIR, system
@@ -115,70 +111,6 @@ def test_the_range_is_that_of_the_plane():
     assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
 
 
-@pytest.mark.parametrize("seed", few(range(4)))
-def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
-    """Its last cycle is taken for the steady cycle when later cycles change the work by a
-    thousandth; it needs fewer cycles."""
-    rng = np.random.default_rng(seed)
-    contact = random_contact(rng, 6)
-    question = (
-        pose(contact, cycle(), 0.5),
-        (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor,
-    )
-    start = rng.normal(size=(6, 2))
-    rough, settled = (
-        Search(*question, 5, rough=how).follow("random", start).state for how in (True, False)
-    )
-    assert settled.dissipation > 0 and rough.cycles < settled.cycles
-    assert rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3)
-    assert 0 < rough.work_error < 1e-3
-
-
-@pytest.fixture(scope="module")
-def free(few_starts):
-    """The arguments and the range of all starts of a contact of two nodes."""
-    contact, loads = random_contact(np.random.default_rng(7), 2), cycle(2)
-    problem = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
-    return problem, fo.dissipation_range(*problem, steps=2)
-
-
-def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free):
-    rng, (problem, span) = np.random.default_rng(6), free
-    table = span.to_frame()
-    assert span.most > table.loc[table["end"] == "followed", "dissipation"].max()
-    for number in range(8):
-        start = 10.0 ** rng.uniform(-1, 1) * rng.normal(size=(2, 2))
-        state = fo.steady_state(*problem, initial_slip=start, steps=2)
-        assert span.least * (1 - 1e-3) <= state.dissipation <= span.most * (1 + 1e-3), number
-
-
-def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
-    problem, span = free
-    bound = fo.dissipation_range(*problem, slip_bound=0.2, steps=2)
-    assert (
-        np.linalg.norm(bound.worst_start, axis=1).max()
-        <= 0.2 * (1 + 1e-9)
-        < np.linalg.norm(span.worst_start, axis=1).max()
-    )
-    assert bound.most <= span.most
-
-
-def test_a_backbone_curve_has_the_range_of_the_plane():
-    mode = {"natural_frequency": 10.0**-0.5 / (2 * np.pi), "steps": 2, "with_range": True}
-    curves = [
-        fo.joints.backbone_curve(
-            replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.8], **mode
-        )
-        for contact in (PAIR, SOLID)
-    ]
-    plane, space = (
-        curve.to_frame().drop(columns=["exponent", "outcome"]).to_numpy() for curve in curves
-    )
-    # The motion is not known.
-    assert space == pytest.approx(plane, rel=2e-3, abs=1e-12, nan_ok=True)
-    assert curves[1].guaranteed_limit == pytest.approx(curves[0].guaranteed_limit, rel=1e-7)
-
-
 def test_random_slips_are_smooth_and_rough_without_a_slide():
     grid = np.stack(
         np.meshgrid(np.linspace(0, 3, 12), np.linspace(-1, 1, 12), [1e-17]), axis=-1
@@ -237,18 +169,3 @@ def test_the_least_slip_is_that_of_the_plane():
     assert table["alone"].to_numpy() == pytest.approx(
         plane.to_frame()["alone"].to_numpy(), rel=1e-6
     )
-
-
-def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
-    """A start beyond the size that rounding leaves fails. In space work is force times length, so
-    that W E*/P^2 has a dimension."""
-    solid = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0)
-    loads = cycle(2)
-    slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])
-    table = fo.dissipation_study(
-        solid, loads, 0.5, [1.3 * fo.shakedown_limit(solid, loads, 0.5).load_factor], slips
-    )
-    single = fo.steady_state(solid, loads, 0.5, table.load_factor[0], initial_slip=slips[0])
-    assert table.outcome.tolist() == [single.outcome.name, "FAILED"]
-    assert table.dissipation[0] == single.dissipation > 0
-    assert table.engine.tolist() == [single.engine] * 2 and table.dissipation_scaled.isna().all()

@@ -83,23 +83,6 @@ def test_increments_go_on_from_a_state(rounded, paper_cycle, whole):
     )
 
 
-def test_a_steady_state_begins_from_the_end_of_another(rounded, paper_cycle):
-    above, below = (fo.steady_state(rounded, paper_cycle, 0.6, factor) for factor in (1.5, 0.5))
-    again = fo.steady_state(rounded, paper_cycle, 0.6, 1.5, initial_state=above.state)
-    assert again.dissipation == pytest.approx(above.dissipation, rel=1e-9) and again.dissipation > 0
-    assert np.allclose(again.slip, above.slip, rtol=0, atol=1e-9)
-    assert above.state.open.sum() == 8 and (above.state.gap[above.state.open] > 0).all()
-    # the history counts: after the larger load the contact rests at another slip than from no slip
-    rests = fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=above.state)
-    assert rests.outcome is fo.Outcome.SHAKEDOWN and np.abs(rests.slip - below.slip).max() > 1e-3
-    assert np.allclose(
-        fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=rests.state).slip,
-        rests.slip,
-        rtol=0,
-        atol=1e-12,
-    )
-
-
 def test_a_study_begins_from_a_state(rounded, paper_cycle, tmp_path):
     above = fo.steady_state(rounded, paper_cycle, 0.6, 1.5)
     starts = [

@@ -3,8 +3,6 @@
 The true work is extrapolated from many more increments, or known in closed form.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,8 +12,6 @@ from helpers.spatial import cycle, random_contact, single
 from helpers.systems import random_system
 
 ABOVE = [1.05, 1.15, 1.3, 1.6, 2.0]
-JUST_ABOVE = [1.0005, 1.001, 1.003, 1.01]
-LAP = Path(__file__).parents[2] / "docs" / "tutorial" / "lap.msh"
 # Slow decay, nodes that slip only in the first cycles, errors that cancel, slip close to a corner.
 HARD = [1, 11, 14, 16, 23, 29, 31, 35, 36, 38]
 
@@ -51,17 +47,6 @@ def estimated_over_true_errors(question, numbers, many):
     return np.where(true > 1e-9 * work, estimated / np.maximum(true, 1e-9 * work), np.inf)
 
 
-@pytest.mark.parametrize("seed", [5032, 5036])
-def test_the_error_of_a_slowly_growing_difference_is_not_below_the_true_error(seed):
-    """In finer increments the slips differ a little more after every cycle, and the work too.
-
-    The steady state depends on these differences. After three cycles they are a small part of what
-    they become.
-    """
-    question = problem(seed, most_nodes=3, most_corners=4, ratios=JUST_ABOVE)
-    assert min(estimated_over_true_errors(question, [1, 2, 4], 32)) >= 1
-
-
 @pytest.mark.parametrize("seed", few(HARD))
 def test_the_estimated_error_is_not_below_the_true_error(seed):
     assert min(estimated_over_true_errors(problem(seed), [1, 2, 4], 16)) >= 1
@@ -72,28 +57,6 @@ def test_the_estimated_errors_of_random_contacts_are_two_to_three_times_the_true
         [estimated_over_true_errors(problem(seed), [1, 2, 4], 16) for seed in range(10)]
     )
     assert ratios.min() >= 1 and (np.median(ratios, axis=0) <= 3).all()
-
-
-def test_the_estimated_error_of_the_bolted_lap_joint_is_not_below_the_true_error():
-    steel, plates = fo.fem.Material(E=210e3, nu=0.3), ("upper", "lower")
-    bodies = fo.fem.split_bodies(fo.readers.read_mesh(LAP), dict.fromkeys([*plates, "bolt"], steel))
-    pairs = {"lap": plates, "head": ("bolt", "upper"), "nut": ("bolt", "lower")}
-    model = fo.fem.ContactModel(
-        bodies,
-        contacts=[
-            fo.fem.Contact(one, two, two, one, name=name) for name, (one, two) in pairs.items()
-        ],
-        supports=[fo.fem.Support("lower", "left")],
-        loads={
-            "preload": [fo.fem.BoltPreload("bolt", "section", 20e3)],
-            "pull": [fo.fem.Traction("upper", "right", x=5.0)],
-            "side": [fo.fem.Traction("upper", "right", y=0.5)],
-        },
-    )
-    loads = fo.LoadCycle(
-        {"preload": 1.0}, [{"pull": 1.0, "side": 1.0}, {"pull": -1.0, "side": -1.0}]
-    )
-    assert min(estimated_over_true_errors((model.condense(), loads, 0.3, 1.0), [2, 4], 8)) >= 1
 
 
 def work_of_a_rope(corners, cycles=20000):
