@@ -9,9 +9,10 @@ from functools import partial
 import cvxpy as cp
 import numpy as np
 import pytest
+from matplotlib.quiver import Quiver
 
 import frictopt as fo
-from helpers.components import joined
+from helpers.components import joined, parted
 from helpers.refused import refused
 from helpers.spatial import random_contact
 from helpers.systems import TO_AND_FRO, uncoupled
@@ -174,6 +175,31 @@ def test_searches_and_regions_see_the_same_ellipse():
     assert best[0] == pytest.approx(best[1], rel=1e-6) and best[0] > lam
 
 
+def test_the_shear_through_a_contact_is_that_of_the_loads():
+    """A block cannot turn under its load. The sum of its shear forces is the push along the second
+    tangent, in a table."""
+    points = np.array([[x, y, 0.0] for x in (-4.0, 0.0, 4.0) for y in (-1.0, 1.0)])
+    n = len(points)
+    push = {
+        "P": np.r_[np.zeros(2 * n), np.full(n, 1 / n)],
+        "Y": np.r_[np.zeros(n), np.full(n, 1 / n), np.zeros(n)],
+    }
+    slides = np.kron(np.eye(2), np.full((n, n), 1 / n))
+    S = np.zeros((3 * n, 3 * n))
+    S[: 2 * n, : 2 * n], S[2 * n :, 2 * n :] = np.eye(2 * n) - slides, np.eye(n)
+    body = fo.ContactSystem(S, points, push).with_orthotropic_friction(0.5)
+    cycle = fo.LoadCycle({"P": 6.0}, [{"Y": 1.0}, {"Y": -1.0}])
+    steady = fo.steady_state(body, cycle, F, 1.0, steps=2)
+    table = steady.by_contact()
+    assert table["Q_0"].item() == pytest.approx(1.0, rel=1e-9)
+    assert table["fP_0"].item() == pytest.approx(6 * F)
+    with pytest.raises(
+        fo.NoContinuation, match=r"shear force 1.3 along \(0, .?1, 0\), above f P = 1.2"
+    ):
+        fo.steady_state(body, cycle, F, 1.3, steps=2)
+    assert fo.shakedown_limit(body, cycle, F).load_factor == pytest.approx(1.2, rel=1e-8)
+
+
 def test_a_strength_is_an_ellipse_too():
     """Where nothing changes a pressure, the strength lowers friction, with the same ratio."""
     bare, p = uncoupled(np.random.default_rng(3), 4, 2)
@@ -190,6 +216,24 @@ def test_a_strength_is_an_ellipse_too():
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
 
 
+def test_bodies_are_recovered_with_slips_as_they_are():
+    model = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
+    rolled = model.condense().with_orthotropic_friction(0.4)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.05, "Qy": 0.15}, {"Qx": -0.05, "Qy": -0.15}])
+    steady = fo.steady_state(rolled, cycle, 0.5, 1.0, steps=4)
+    assert steady.dissipation > 0
+    fields = model.recover(steady)
+    again = model.recover(cycle.at(1.0)[-1], steady.slip / rolled.stretch, steady.gap)
+    q, p = parted(
+        joined(*rolled.reaction(cycle.at(1.0)[-1]))
+        + rolled.S @ joined(steady.slip, steady.gap - rolled.gap),
+        3,
+    )
+    assert np.abs(fields.q - q * rolled.stretch).max() < 1e-9 and np.abs(fields.p - p).max() < 1e-9
+    shear = fields.q.sum(axis=0)
+    assert np.array_equal(fields.q, again.q) and shear[1] / shear[0] == pytest.approx(3.0, rel=1e-8)
+
+
 def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
     bare = random_contact(np.random.default_rng(4), 3)
     assert not bare.with_orthotropic_friction(1.0).orthotropic
@@ -201,6 +245,16 @@ def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
     assert np.array_equal(again.S, system.S)
     assert "orthotropic=True" in repr(again)
     assert np.array_equal(system.with_gap([0.1] * 3).stretch, system.stretch)
+
+
+@pytest.mark.usefixtures("no_figures_stay_open")
+def test_arrows_of_a_picture_are_slips_as_they_are():
+    limit = fo.shakedown_limit(
+        random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F
+    )
+    (arrows,) = [one for one in limit.plot().collections if isinstance(one, Quiver)]
+    drawn, slips = np.column_stack([arrows.U, arrows.V]), limit.slip / [1.0, 0.5]
+    assert drawn / np.abs(drawn).max() == pytest.approx(slips / np.abs(slips).max())
 
 
 ROUND = partial(random_contact, nodes=3)

@@ -346,6 +346,56 @@ TWO = fo.ContactSystem(
 )
 
 
+def by_hand(load, f):
+    """Slip ranges, and work of friction per cycle, of both nodes."""
+    slip_length = 2 * (load - f * FORCES).clip(0.0)
+    return slip_length, 2 * f * FORCES * slip_length
+
+
+def test_two_sliders_in_space_contact_by_contact():
+    loads, f = [0.4, 0.75, 1.4, 2.0], 0.5
+    curve = fo.joints.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
+    slip_range, work = (
+        np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
+    )
+    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3)
+    assert curve.slipping.tolist() == [
+        0.0,
+        0.25,
+        0.25,
+        1.0,
+    ]
+    assert curve.work == pytest.approx(work.sum(axis=1))
+    assert curve.slip_range == pytest.approx(slip_range.max(axis=1))
+    table = curve.by_contact
+    assert table["contact"].tolist() == NAMES * 4
+    assert np.array(table["load_factor"]) == pytest.approx(np.repeat(loads, 2))
+    assert np.array(table["work"]) == pytest.approx(work.ravel())
+    assert np.array(table["slip_range"]) == pytest.approx(slip_range.ravel())
+    assert np.array(table["slipping"]) == pytest.approx((slip_range > 0).ravel().astype(float))
+    assert curve.displacement == pytest.approx(np.array(loads) + (slip_range / 2).sum(axis=1))
+    assert curve.gross_slip == np.inf
+    assert np.isnan(
+        [*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]
+    ).all()
+    # The work of the first slider alone is 2 at a load factor of 1.5, where the second one begins.
+    two = curve.load_at(work=2.0, progress=False)
+    assert 1.5 <= two.load_factor < 1.5 * 1.01
+    assert two.dissipation == pytest.approx(by_hand(two.load_factor, f)[1].sum())
+    assert two.dissipation >= 2.0
+    assert 0.75 * 0.99 < curve.load_at(work=curve.work[1]).load_factor <= 0.75
+    third = curve.load_at(slipping=1 / 3)
+    assert 1.5 < third.load_factor < 1.5 * 1.01
+    assert third.slipping_share == 1.0  # from a quarter on, no share is less
+    turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
+    other = fo.joints.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
+    assert other.work == pytest.approx(curve.work)
+    assert np.isnan([other.displacement, other.stiffness, other.damping]).all()
+    assert "two opposed corners" in other.note
+    assert "two opposed corners" in repr(other)
+    assert other.to_frame().attrs["note"] == other.note
+
+
 def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
     """The curve of a rod is known in closed form.
 

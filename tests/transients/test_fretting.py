@@ -1,9 +1,11 @@
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
 import frictopt as fo
+from helpers.components import joined
 from helpers.paths import ROCKING, WALKING
 from helpers.refused import refused
 from helpers.spatial import thick
@@ -156,6 +158,47 @@ def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
     assert slips.any()
     assert np.allclose(two["F2"] / 0.7, one["F2"], rtol=0, atol=1e-6 * one["F2"].max())
     assert np.allclose(two["SWT"][slips], one["SWT"][slips], rtol=1e-5, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5, 2.0])
+def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
+    """Of two nodes without coupling one slips: to and fro along one direction, and on a closed
+    curve, where each two states are compared."""
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    across = np.array([-np.sin(angle), np.cos(angle)])
+    q = np.array([[2.0], [0.1]])
+    loads = {
+        "P": np.r_[np.zeros(4), 1.0, 1.0],
+        "a": joined(q * direction, np.zeros(2)),
+        "b": joined(0.5 * q * across, np.zeros(2)),
+    }
+    contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
+    stress = np.array(
+        [
+            [3.0 * np.outer(direction, direction) - 7.0 * np.outer(across, across)] * 2,
+            [np.outer(across, across) - np.outer(direction, direction)] * 2,
+        ]
+    )
+    strain = np.array(
+        [
+            [0.2 * np.outer(direction, direction)] * 2,
+            [9.0 * np.outer(across, across) - 0.1 * np.outer(direction, direction)] * 2,
+        ]
+    )
+    for corners in ([{"a": 1.0}, {"a": -1.0}], [{"a": 1.0}, {"b": 1.0}, {"a": -1.0}, {"b": -1.0}]):
+        steady = fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, corners), 0.5, 1.0, steps=4)
+        table = steady.fretting_table(stress=stress, strain=strain)
+        slip = steady.states().slip[:, 0]
+        one, other = max(combinations(slip, 2), key=lambda pair: np.linalg.norm(pair[0] - pair[1]))
+        size = np.linalg.norm(one - other)
+        along = direction if len(corners) == 2 else (one - other) / size
+        tension, extent = ((part[:, 0] @ along) @ along for part in (stress, strain))
+        assert size > 1.5 and table["slip_range"].to_numpy() == pytest.approx([size, 0.0], rel=1e-9)
+        assert table["SWT"][0] == pytest.approx(max(tension) * np.ptp(extent) / 2, rel=1e-6)
+        assert np.isnan(table["SWT"][1])
+        assert table["F2_force"].to_numpy() == pytest.approx(
+            [max(tension) * table["F1_force"][0], 0.0], rel=1e-6
+        )
 
 
 def test_in_space_stress_along_one_tangent_is_not_enough():

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from frictopt.transients.increments import by_newton
 from frictopt.transients.increments.newton import State, newton
-from frictopt.transients.increments.sweeps import sweep
+from frictopt.transients.increments.sweeps import increment, sweep
 from helpers.cases import few
 from helpers.components import joined, parted
 from helpers.enumeration import random_increment
@@ -63,6 +64,53 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
     return fo.increments.NewtonIncrement(
         contact, friction
     ), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
+
+
+@settings(max_examples=few(40))
+@given(
+    seed=SEEDS,
+    nodes=st.integers(1, 8),
+    in_space=st.booleans(),
+    friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]),
+    unlike=st.sampled_from([0.0, 1.0]),
+)
+# Friction that does not oppose the slip is the largest part of the residual.
+@example(seed=228, nodes=3, in_space=False, friction=0.5, unlike=1.0)
+@example(seed=1175, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # the same in space
+@example(seed=11, nodes=1, in_space=False, friction=0.2, unlike=1.0)  # a shear above its bound
+# A node that is pulled slips; its shear is twice its missing pressure.
+@example(seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0)
+def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction, unlike):
+    """This also holds where the sweeps end far from any state, because they swing with such a small
+    tangential stiffness."""
+    engine, drawn = random_problem(seed, nodes, in_space, friction, unlike)
+    law, contact = engine.law, engine.system
+    for share in (1.0, 0.6, 0.3):
+        u, r = np.zeros(len(law.S)), drawn()
+        load = r.copy()
+        forces = np.empty_like(r)
+        status = np.empty(nodes, dtype=np.int8)
+        residual = increment(
+            law.S,
+            law.slopes,
+            law.constants,
+            law.augmentation,
+            share * law.augmentation,
+            u,
+            r,
+            forces,
+            status,
+        )
+        if not np.abs(u).max() < 1e6:
+            assert residual > 1e-9
+            continue
+        axes, scale = contact.tangents + 1, contact.stiffness_scale
+        (v, w), (q, p), bonded = parted(u / scale, axes), parted(forces, axes), parted(load, axes)
+        shut = contact.with_gap(np.zeros(nodes))
+        verdict = fo.reference.check_contact_law(
+            shut, bonded, friction, v=v, w=w, q=q, p=p, previous_slip=0 * v, force_scale=1.0
+        )
+        assert verdict.residual == pytest.approx(residual, rel=1e-6, abs=1e-11)
 
 
 @settings(max_examples=few(30))
@@ -204,6 +252,30 @@ def test_a_punch_that_tips_onto_open_nodes_has_states_of_its_law():
         previous_slip=path.slip[:-1],
     )
     assert verdict.residual < 1e-9 and (path.gap > 0).any()
+
+
+def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
+    """A punch rocks to and fro and keeps lifting off at other nodes. Each node is eliminated once
+    at most."""
+    punch = fo.scenes.SquarePunch(elements=5).condense()
+    made = []
+    honest = by_newton._Rest.__init__
+    monkeypatch.setattr(
+        by_newton._Rest,
+        "__init__",
+        lambda rest, *arguments: made.append(arguments) or honest(rest, *arguments),
+    )
+    monkeypatch.setattr(
+        fo.increments.NewtonIncrement,
+        "_swept",
+        lambda engine, u, r, law: State(u, r, np.zeros(36, np.int8), 0, np.inf),
+    )
+    around = fo.LoadCycle(
+        {"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")]
+    )
+    load_factor = 1.5 * fo.shakedown_limit(punch, around, 0.5).load_factor
+    path = fo.march(punch, around, 0.5, load_factor, cycles=6, steps=4, progress=False)
+    assert 0 < len(made) <= punch.nodes < 2 * (path.gap > 0).any(axis=0).sum()
 
 
 @pytest.mark.parametrize("in_space", [False, True])
