@@ -1,10 +1,6 @@
 """Command lines of the studies and the figures: what cannot be done is said before anything is
 computed."""
 
-import errno
-import os
-import subprocess
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -67,40 +63,6 @@ def test_a_folder_that_cannot_be_written_in_is_refused_before_anything_is_comput
     assert not computed
 
 
-def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeypatch, capsys):
-    def full(*_args, **_options):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(pd.DataFrame, "to_parquet", full)
-    assert studies.main(["small", "--data", str(tmp_path / "data")]) == 1
-    assert "No space left" in capsys.readouterr().err and computed
-
-
-@pytest.mark.parametrize("arguments", [["studies", "--help"], ["paper_figures", "--list"]])
-def test_a_reader_that_stops_early_hears_no_complaint(arguments):
-    read, write = os.pipe()
-    os.close(read)
-    done = subprocess.run(
-        [sys.executable, "-m", *arguments],
-        stdout=write,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
-    os.close(write)
-    assert (done.returncode, done.stderr) == (141, "")
-
-
-@pytest.mark.parametrize("workers", ["0", "x"])
-def test_workers_that_are_no_number_of_processes_are_refused(workers, tmp_path, capsys):
-    with pytest.raises(SystemExit) as end:
-        studies.main(["dissipation", "--quick", "--data", str(tmp_path), f"--workers={workers}"])
-    assert (
-        end.value.code == 2
-        and f"--workers: {workers!r}; give a whole number of at least 1" in capsys.readouterr().err
-    )
-
-
 NO_NUMBERS = ["--seed=-1", "--seed=" + "9" * 5000, "--cases=0", "--cases=9999999"]
 
 
@@ -113,17 +75,6 @@ def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(
     name, _, value = option.partition("=")
     assert end.value.code == 2 and f"{name}: {value!r}" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("option", ["--store=", "--store={}"])
-def test_what_the_study_refuses_is_said_without_a_traceback(option, file, tmp_path, capsys):
-    assert (
-        studies.main(["dissipation", "--quick", "--data", str(tmp_path), option.format(file)]) == 1
-    )
-    assert (
-        f"error: {option[2:].partition('=')[0]}: " in capsys.readouterr().err
-        and file.read_text() == "text"
-    )
 
 
 def interrupted(*_args, **_options):
@@ -177,18 +128,3 @@ def test_a_page_holds_what_is_printed_and_its_origin(computed, tmp_path, monkeyp
         1
     ].endswith(f" s on {machine()}.*\n")
     assert str(tmp_path) not in page[1] and computed == [1]
-
-
-def test_figures_say_how_many_are_done(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(figures, "make", lambda name, **_options: [f"{name}.pdf"])
-    assert (
-        figures.main(
-            ["scene", "onset", "--workers", "1", "--data", str(tmp_path), "--output", str(tmp_path)]
-        )
-        == 0
-    )
-    said = capsys.readouterr()
-    assert said.err.splitlines() == [
-        "figure 1 of 2: scene",
-        "figure 2 of 2: onset",
-    ] and said.out.split() == ["scene.pdf", "onset.pdf"]

@@ -2,21 +2,15 @@
 to see."""
 
 from contextlib import redirect_stdout
-from dataclasses import replace
 from io import StringIO
 
 import numpy as np
-import pandas as pd
 import pytest
 from matplotlib.image import imread
 from matplotlib.text import Text
 
-import frictopt as fo
 from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
-from paper_figures.prepare import prepare
-from studies import dissipation, guaranteed, limits
-from studies.validation.error_vs_time.study import ERROR
 
 NAMES = list(FIGURES)
 
@@ -95,24 +89,6 @@ def test_second_call_does_not_compute_again(data, tmp_path):
     assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in before} == before
 
 
-def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alone(tmp_path):
-    prepare([limits.REACTIONS, guaranteed.PLANE, ERROR], True, tmp_path, workers=2)
-    assert sorted(path.stem for path in tmp_path.iterdir()) == [
-        "guaranteed_plane",
-        "limits_reactions",
-    ]
-    for table in (limits.REACTIONS, guaranteed.PLANE):
-        pd.testing.assert_frame_equal(
-            table.stored(table.quick, tmp_path), table.frame(table.quick), rtol=1e-9, atol=1e-12
-        )
-
-
-def test_an_error_in_another_process_arrives(tmp_path):
-    wrong = replace(limits.REACTIONS, quick=replace(limits.QUICK, reaction_frictions=(-1.0,)))
-    with pytest.raises(fo.ModelError, match="friction"):
-        prepare([wrong], True, tmp_path, workers=2)
-
-
 def test_unknown_name_is_refused_before_anything_is_drawn(data, tmp_path, capsys):
     assert main(["scene", "figure9", *options(data, tmp_path)]) == 2
     said = capsys.readouterr()
@@ -165,43 +141,3 @@ def test_legends_cover_no_data(figures, name):
             points = line.get_transform().transform(line.get_xydata())
             assert not any(box.contains(x, y) for x, y in points)
     assert legends or figures[name].legends
-
-
-def test_scene_shows_both_bodies_to_scale(figures):
-    whole, corner = figures["scene"].axes
-    for axes in (whole, corner):
-        assert axes.get_aspect() == 1
-    (left, right), (bottom, top) = whole.get_xlim(), whole.get_ylim()
-    assert left < -12 and right > 12 and bottom < -12 and top > 2
-    assert corner.get_xlim()[0] < 1 < corner.get_xlim()[1]
-
-
-def test_shaded_range_ends_where_the_mean_load_sticks(figures, data):
-    table = limits.FRICTION.stored(limits.QUICK, data)
-    finest = table[table["elements"] == table["elements"].max()]
-    (span,) = figures["onset"].axes[0].patches
-    end = span.get_x() + span.get_width()
-    assert (
-        finest.loc[finest["mean_slips"] > 0, "friction"].max()
-        < end
-        <= finest.loc[finest["mean_slips"] == 0, "friction"].min()
-    )
-
-
-def test_every_run_of_the_study_is_a_mark(figures, data):
-    runs = dissipation.RUNS.stored(dissipation.QUICK, data)
-    marks = [
-        line
-        for axes in figures["dissipation"].axes
-        for line in axes.get_lines()
-        if line.get_marker() not in ("None", None)
-    ]
-    assert sum(len(line.get_xdata()) for line in marks) == len(runs) == 108
-    upper = [axes for axes in figures["dissipation"].axes if axes.get_yscale() == "log"]
-    drawn = np.concatenate(
-        [line.get_ydata() for axes in upper for line in axes.get_lines() if line in marks]
-    )
-    assert sorted(drawn) == sorted(runs.loc[runs["dissipation"] > 0, "dissipation_scaled"])
-    assert all(
-        (axes.get_ylim()[0] < drawn.min()) and (drawn.max() < axes.get_ylim()[1]) for axes in upper
-    )

@@ -8,12 +8,7 @@ import pytest
 
 from studies import clock
 from studies.clock import timed
-from studies.origin import machine
 from studies.validation.error_vs_time.methods import Method, Question, measured, not_dominated
-from studies.validation.error_vs_time.report import fronts
-from studies.validation.error_vs_time.study import STUDY
-
-QUESTION = ["computation", "quantity", "scene"]
 
 
 @pytest.fixture
@@ -120,49 +115,3 @@ def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
     assert rows(table, "limit after protocol, 3-D")["error"].max() < 1e-3
     ends = rows(table, "range of dissipation, 3-D")
     assert ends["error"].is_monotonic_decreasing and ends["error"].iloc[-1] < 2e-3
-
-
-def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
-    for _, part in table[table["rival"] != ""].groupby(QUESTION):
-        assert part.loc[part["rival"] == "cvxpy", "error"].lt(1e-6).all()
-        tolerances = part[part["knob"] == "tolerance"]
-        assert (tolerances["error"] < 1e3 * tolerances["setting"].astype(float)).all()
-        for _, method in tolerances[~tolerances["method"].eq("OSQP")].groupby(
-            "method"
-        ):  # polished linear programs are exact at any tolerance
-            assert (
-                method["error"].is_monotonic_decreasing
-                and method["error"].iloc[-1] < 0.01 * method["error"].iloc[0]
-            )
-        assert (
-            part.loc[part["rival"].eq("highspy") | part["knob"].isin(["ordering", "none"]), "error"]
-            .lt(1e-9)
-            .all()
-        )
-
-
-def test_error_falls_with_the_square_of_the_increment(table):
-    """Events fall anywhere within an increment, so the order is that of a fit, not of each
-    doubling."""
-    made = rows(table, "transient", method="frictopt, increments")
-    steps = made["setting"].astype(int)
-    assert len(made) == 4 and steps.max() == 8 * steps.min()
-    assert 1 < -np.polyfit(np.log(steps), np.log(made["error"]), 1)[0] < 3
-
-
-def test_printed_tables_name_machine_rivals_and_who_is_ahead(table, quick):
-    printed = STUDY.summary(quick([*STUDY.tables, *STUDY.needs]))
-    assert machine() in printed and all(name in printed for name in table.attrs["rivals"])
-    assert "skipped: " + (", ".join(table.attrs["absent"]) or "none") in printed
-    lines = fronts(table).splitlines()
-    assert len(lines) == 2 + table.groupby(QUESTION).ngroups
-    for _, part in table.groupby(QUESTION):
-        scene = (
-            part["scene"].iloc[0] if part["nodes"].iloc[0] == 0 else f"N = {part['nodes'].iloc[0]} "
-        )
-        (line,) = (
-            line
-            for line in lines
-            if f"{part['computation'].iloc[0]}: {part['quantity'].iloc[0]}, {scene}" in line
-        )
-        assert all(method in line.split("|")[4] for method in part.loc[part["ahead"], "method"])

@@ -40,35 +40,6 @@ def test_refusals_say_what_to_do(table):
         )
 
 
-def test_what_theory_says_of_the_extremes(table):
-    near = table[
-        (table["extreme"] == "load factor over lambda_2, less 1")
-        & (table["question"] == "safe slip")
-    ]
-    assert list(near["number"]) == [1, 1, 0, 0]
-    poisson = table[table["extreme"] == "Poisson's ratio"].pivot(
-        index="value", columns="question", values="error"
-    )
-    assert poisson.loc["0.4999", "shakedown limit, element linear"] > 0.5
-    assert poisson["shakedown limit, element mean_dilatation"].max() < 0.1
-    limits = table[
-        table["extreme"].isin(
-            ["friction", "grading of the contact", "stiffness of the punch over that of the block"]
-        )
-    ]
-    limits = limits.pivot(index=["extreme", "value"], columns="question", values="number").dropna(
-        subset="guaranteed limit"
-    )
-    guaranteed, shakedown = limits["guaranteed limit"], limits["shakedown limit"]
-    assert (
-        len(limits) == 8
-        and (guaranteed <= shakedown * (1 + 1e-9)).all()
-        and (guaranteed < 0.9 * shakedown).any()
-    )
-    sliding = table[table["question"] == "steady state beyond gross slip"]
-    assert set(sliding["verdict"]) == {"refused"}
-
-
 def probe(number, expected, tolerance=1e-7):
     return Probe(
         "e",

@@ -49,18 +49,6 @@ def test_tables_say_where_they_come_from(quick):
         assert origin["seconds"] > 0
 
 
-def test_contact_stiffness_makes_the_limit_settle(tables):
-    """The limit of the hard contact falls with the corner element; that of soft surfaces changes
-    ever less."""
-    limits = (
-        tables["limits_surface"]
-        .pivot(index="corner_size", columns="surface", values="load_factor")
-        .sort_index(ascending=False)
-    )
-    hard, soft = -np.diff(limits[0.0]), np.diff(limits[0.1])
-    assert (hard > 0.02).all() and (soft > 0).all() and soft[1] < 0.5 * soft[0]
-
-
 def test_limit_goes_with_the_power_of_the_corner_element_that_theory_gives(tables):
     law = limits.corner_law(tables["limits_corner"])
     assert (
@@ -82,16 +70,6 @@ def test_the_guaranteed_limit_is_not_above_the_shakedown_limit(tables, name):
     )
 
 
-def slacks(contact, factor, slip):
-    """(corners, senses, nodes) slack of each friction bound."""
-    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
-    q, p = (
-        mean + factor * np.array([[-1.0], [1.0]]) * rate
-        for mean, rate in ((q0 + contact.A @ slip, q1), (p0 + contact.B @ slip, p1))
-    )
-    return np.stack([0.6 * p + q, 0.6 * p - q], axis=1)
-
-
 def test_the_plane_shows_the_limits_of_the_pair(tables):
     table, contact = tables["guaranteed_plane"], guaranteed.pair()
     lower, upper = two_node_limits(
@@ -101,23 +79,6 @@ def test_the_plane_shows_the_limits_of_the_pair(tables):
     assert by_name["guaranteed limit"] == pytest.approx(lower, rel=1e-9)
     assert by_name["shakedown limit"] == pytest.approx(upper, rel=1e-9)
     assert table["load_factor"].nunique() == 4
-
-
-def test_lines_are_where_a_bound_is_met_and_vertices_of_the_safe_slips_on_two_of_them(tables):
-    table, contact = tables["guaranteed_plane"], guaranteed.pair()
-    for (what, factor, node, sense), rows in table[
-        table["what"].isin(["line", "mean line"])
-    ].groupby(["what", "load_factor", "node", "sense"]):
-        assert len(rows) == 2
-        for slip in rows[["v1", "v2"]].to_numpy():
-            here = slacks(contact, factor if what == "line" else 0.0, slip)[
-                :, 0 if sense == "forward" else 1, node
-            ]
-            assert here.min() == pytest.approx(0, abs=1e-9)
-    for factor, rows in table[table["what"] == "safe"].groupby("load_factor"):
-        for slip in rows[["v1", "v2"]].to_numpy():
-            here = slacks(contact, factor, slip)
-            assert here.min() > -1e-8 and (here.min(axis=0) < 1e-8).sum() >= 2
 
 
 def mesh(*limits):
@@ -132,25 +93,3 @@ def test_the_jump_is_the_rise_above_all_before():
     assert (
         validity.jump(mesh(0.4, 0.5, 0.1, 0.5, 0.7)) is None
     )  # rises most from 0.1 to 0.5, and not above what was there before
-
-
-@pytest.fixture
-def of_scenes(tables):
-    return tables["scenes_limits"]
-
-
-def test_flanks_lock_beyond_the_cotangent_alone(of_scenes):
-    rows = of_scenes[of_scenes["scene"] == "dovetail"]
-    locks = rows["friction"] * np.tan(np.radians(rows["parameter"])) > 1
-    assert (
-        locks.sum() == 6
-        and np.isinf(rows["load_factor"][locks]).all()
-        and np.isfinite(rows["load_factor"][~locks]).all()
-    )
-
-
-def test_a_rotating_force_is_the_worse_one(of_scenes):
-    limits = of_scenes[of_scenes["scene"] == "pin"].pivot(
-        index="friction", columns="case", values="load_factor"
-    )
-    assert (limits["rotating"] < limits["to and fro"]).all()

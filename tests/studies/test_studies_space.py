@@ -5,26 +5,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from studies import lift_off, separation, spatial
+from studies import lift_off, spatial
 from studies.space import LOADS
-
-
-def test_the_sphere_is_uncoupled_and_its_limit_belongs_to_the_mesh(tables):
-    sphere = tables["space_mesh"].query("scene == 'sphere'")
-    assert sphere["guaranteed"].to_numpy() == pytest.approx(
-        sphere["shakedown"].to_numpy(), rel=1e-9
-    )
-    coarse, fine = (rows["shakedown"].max() for _, rows in sphere.groupby("nodes"))
-    assert fine < 0.7 * coarse
-
-
-def test_work_begins_between_the_limits(tables):
-    work = tables["space_work"]
-    assert (work["least"] <= work["work"]).all() and (work["work"] <= work["most"]).all()
-    assert (work.query("ratio > 1")["least"] > 0).all() and not work.query("ratio < guaranteed")[
-        "most"
-    ].any()
-    assert work.query("guaranteed < ratio < 1")["most"].any()
 
 
 def test_the_map_is_that_of_the_limit(tables):
@@ -52,23 +34,6 @@ def test_limits_are_proven_and_the_same_in_all_units(tables):
         assert np.ptp(rows["load_factor"]) <= 1e-8 * rows["load_factor"].max()
     means = proofs[proofs["ratio"] == 1].groupby("mesh")["load_factor"].mean()
     assert means["even"] != pytest.approx(means["uneven"], rel=1e-3)  # the meshes are two
-
-
-def test_the_limit_of_the_cylinder_falls_with_its_cells(tables):
-    table = tables["separation_cylinder"]
-    assert separation.exponent(table["size"], table["shakedown"]) == pytest.approx(1.0, abs=0.05)
-    assert (table["shakedown"] < 1 - (1 - table["size"]) ** 2).all()
-    assert (table["open"] > 0).all()
-
-
-def test_opening_adds_to_the_pin(tables):
-    pin = tables["separation_closed"].query("scene == 'pin' and friction == 0.5")
-    assert (
-        np.all(pin["shakedown"] > 1.15 * pin["all_closed"])
-        and np.all(pin["open"] == 0)
-        and np.all(pin["opening"] > 0)
-    )
-    assert pin["rests"].to_numpy() == pytest.approx(pin["shakedown"], rel=0.01)
 
 
 def test_joints_lift_off_and_what_theory_says_of_it_holds(tables):

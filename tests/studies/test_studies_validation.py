@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from studies import size
 from studies.validation import all_sets, campaign, followed
 
 
@@ -75,45 +74,6 @@ def test_the_counts_tell_slip_from_what_is_within_its_error():
         [1, 1, 0, 0],
     ]
     assert "6 contacts, of which 1 have a limit of about 0" in printed
-
-
-def test_the_answers_are_the_same(tables):
-    table = tables["left_out"]
-    assert len(table) == 12 and table["difference"].max() < 1e-9 and table["residual"].max() < 1e-9
-    assert (table["saved"] > 0).all()
-
-
-def test_nodes_unknowns_and_memory(tables):
-    for (scene, elements), rows in tables["sizes"].groupby(["scene", "elements"]):
-        assert (rows["nodes"] == (elements + 1 if scene == "plane" else (elements + 1) ** 2)).all()
-        assert rows["memory"].is_monotonic_increasing and rows["memory"].between(0.05, 4.0).all()
-        bodies = (
-            (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(
-                elements=elements
-            )
-            .model()
-            .bodies.values()
-        )
-        assert (rows["unknowns"] == sum(body.mesh.p.size for body in bodies)).all()
-
-
-def test_exponents_are_those_of_powers():
-    powers = size.SIZES.columns.keys()
-    rows = [
-        {
-            **dict.fromkeys(powers, 1),
-            "scene": "plane",
-            "nodes": n,
-            "unknowns": n,
-            "question": "condense",
-            "seconds": n**2.5,
-        }
-        for n in (64, 128, 256)
-    ]
-    page = size.STUDY.summary({size.SIZES.name: pd.DataFrame(rows)})
-    assert page.splitlines()[-1] == "| exponent of N |  | 2.5 |" and all(
-        f"| {n} | {n} |" in page for n in (64, 128, 256)
-    )
 
 
 def test_a_campaign_loses_nothing_when_a_worker_is_killed(tables):
