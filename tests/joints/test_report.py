@@ -204,6 +204,38 @@ def test_load_factors_that_do_not_rise_are_refused(factors):
         fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, factors)
 
 
+PAIR = fo.ContactSystem.from_blocks(
+    [[1, -1], [-1, 1]],
+    np.zeros((2, 2)),
+    [[1, -1], [-1, 1]],
+    [0, 1],
+    {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
+)
+
+
+@pytest.mark.parametrize(
+    ("mean", "corners", "friction", "sentence"),
+    [
+        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.0, "no state of rest exists, bodies slide off"),
+        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.6, "no state of rest exists, bodies slide off"),
+        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 1.0, "Your load is 100.0%"),
+        (
+            {"P": 1.0, "Q": 3.0},
+            [{"Q": -1.0}, {"Q": -0.9}],
+            0.5,
+            "below load factor 2.778 the mean load slides",
+        ),
+        ({"P": 1.0, "Q": 0.2}, [{"R": 0.8}, {"R": -0.8}], 0.3, "It ratchets"),
+        ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.3, "no state of rest exists, bodies lift off"),
+    ],
+)
+def test_advice_where_bodies_are_free(mean, corners, friction, sentence):
+    """Two nodes of a body that slides off at load factor friction * P / Q, by hand."""
+    report = fo.report(PAIR, fo.LoadCycle(mean, corners), friction)
+    assert sentence in " ".join(report.advice), report.advice
+    assert (report.steady is not None) == (friction in (1.0, 0.3) and mean["P"] > 0)
+
+
 def test_without_friction_nodes_slide_and_no_start_is_warned_of():
     node = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}

@@ -8,7 +8,6 @@ They are of one contact and of several contacts. Errors say where there is nothi
 import subprocess
 import sys
 from functools import cache, partial
-from io import BytesIO
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -27,7 +26,6 @@ from helpers.pictures import (
     ALL,
     FIVE,
     FOUR_CORNERS,
-    JOINT,
     PAIR,
     F,
     check_mechanism,
@@ -270,21 +268,6 @@ def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, c
     )
 
 
-def test_several_contacts_are_named_above_and_not_joined():
-    ax = fo.shakedown_limit(JOINT, CYCLE, F).plot()
-    ax.figure.draw_without_rendering()
-    (above,) = ax.child_axes
-    assert [text.get_text() for text in above.get_xticklabels()] == ["left", "right"]
-    assert ax.get_xlabel() == "position along the contacts, one after the other, $x$ (length)"
-    assert above.get_xticks().tolist() == [0.5, 3.0]
-    assert [
-        line.get_xdata()[0]
-        for line in ax.get_lines()
-        if line.get_xdata()[0] == line.get_xdata()[-1] == 1.5
-    ] == [1.5]
-    assert not any(set(line.get_xdata()) >= {1.0, 2.0} for line in ax.get_lines())
-
-
 def study():
     starts = fo.starts.no_slip() + fo.starts.overloads([1.5]) + fo.starts.given_slips([[0.3, -0.2]])
     return fo.dissipation_study(
@@ -324,29 +307,6 @@ def test_a_study_of_one_load_factor_has_the_friction_below():
     assert ax.get_xlabel() == "friction"
     assert labelled(ax)["no slip"].get_xdata().tolist() == [0.3, F, 0.7]
     assert fo.plot_study(table, x="load_factor").get_xlabel() == r"load factor $\lambda$"
-
-
-def test_a_study_of_many_frictions_names_each_and_gives_each_its_colour():
-    frictions = np.linspace(0.2, 1.1, 10).round(2)
-    table = fo.dissipation_study(PAIR, CYCLE, frictions, [1.5], progress=False)
-    ax = fo.plot_study(table, x="load_factor")
-    legend = ax.get_legend()
-    names = [text.get_text() for text in legend.get_texts()]
-    assert names == ["no slip", *(f"{friction:g}" for friction in frictions)]
-    of_legend = [to_hex(line.get_color()) for line in legend.get_lines()[1:]]
-    assert len(set(of_legend)) == len(frictions)
-    marks = [line for line in ax.get_lines() if line.get_marker() == "o" and len(line.get_xdata())]
-    assert [to_hex(line.get_color()) for line in marks] == of_legend
-    ax.figure.draw_without_rendering()
-    assert legend.get_window_extent().y0 > 0, "all names are in the picture"
-
-
-def test_a_picture_file_is_sharp_without_an_option():
-    figure = fo.plot_study(study()).figure
-    file = BytesIO()
-    figure.savefig(file, format="png")
-    height, width, _ = plt.imread(BytesIO(file.getvalue())).shape
-    assert np.allclose([width, height], 150 * figure.get_size_inches(), atol=1)
 
 
 def split_study():
@@ -437,23 +397,6 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
     assert [text.get_text() for text in ax.texts] == (numbers if several else [])
     names = {f"{number}: {contact.name}" for number, contact in enumerate(model.contacts, start=1)}
     assert names <= set(named) or not several
-
-
-def test_arrows_press_on_the_boundary_or_begin_there():
-    scene = SCENES["punch"]
-    top = scene.punch_height
-    arrows = [one for one in scene.plot().collections if isinstance(one, Quiver)]
-    begin, step = (
-        np.concatenate(rows)
-        for rows in zip(*((one.XY, np.column_stack([one.U, one.V])) for one in arrows), strict=True)
-    )
-    steps = {(tuple(tail), tuple(tail + arrow)) for tail, arrow in zip(begin, step, strict=True)}
-    pressing = [(tail, tip) for tail, tip in steps if tail[0] == tip[0]]
-    assert len(pressing) == 4 and all(tip[1] == top < tail[1] for tail, tip in pressing)
-    side = scene.block_half_width
-    pulling = [(tail, tip) for tail, tip in steps if abs(tail[0]) == side and tail[1] <= 0]
-    assert pulling
-    assert all(abs(tip[0]) > side and tip[1] == pytest.approx(tail[1]) for tail, tip in pulling)
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])

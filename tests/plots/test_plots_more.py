@@ -193,50 +193,6 @@ def test_a_backbone_curve_of_two_contacts_has_a_line_for_each_and_ends_where_the
     )
 
 
-@pytest.mark.parametrize("factors", [[0.3, 1.0, 4.0], [2000.0, 4000.0, 7000.0], [0.001, 10.0]])
-def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on_each_other(
-    factors,
-):
-    loads = fo.LoadCycle(
-        PULL.mean,
-        [
-            {case: amplitude / factors[-1] for case, amplitude in corner.items()}
-            for corner in PULL.corners
-        ],
-    )
-    ax = fo.joints.backbone_curve(PUNCH, loads, F, factors).plot()[-1]
-    ax.figure.canvas.draw()
-    shown = [
-        label.get_window_extent()
-        for label in [*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)]
-        if label.get_text()
-    ]
-    shown = sorted(
-        (box.x0, box.x1) for box in shown if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1
-    )
-    assert len(shown) >= 3
-    assert all(end < begin for (_, end), (begin, _) in itertools.pairwise(shown))
-
-
-def test_a_curve_over_amplitudes_says_that_its_limits_are_load_factors():
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1e-6}, {"Q": -1e-6}])
-    slides = fo.gross_slip(PUNCH, cycle, F).load_factor
-    curve = fo.joints.backbone_curve(
-        PUNCH, cycle, F, slides * np.array([0.1, 0.5, 0.9]), progress=False
-    )
-    work, *_, damping = curve.plot(scale=2.0)
-    assert damping.get_xlabel() == "amplitude at the point (length)"
-    names = [text.get_text() for text in work.get_legend().get_texts()]
-    assert f"bodies slide off or pry: load factor = {slides:.5g}" in names
-    work, _, stiffness, _ = curve.plot()
-    names = [text.get_text() for text in work.get_legend().get_texts()]
-    assert f"bodies slide off or pry = {slides:.5g}" in names
-    # The force over the mean motion of the loaded surface.
-    assert stiffness.get_ylabel() == "stiffness\n(force per length per depth)"
-    force = 1e-6 * PUNCH.load_size["Q"] * curve.load_factor
-    assert np.allclose(stiffness.get_lines()[0].get_ydata(), force / curve.motion, rtol=1e-9)
-
-
 def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():
     model = fo.DesignModel(PUNCH, PULL, preloads=["Q"], profile=True)
     design = model.solve(F, [model.profile == 0.01 * PUNCH.x**2, model.preload == 0.1])
@@ -355,15 +311,3 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     assert not ax.get_title()
     assert ax.get_xlabel() == r"load factor $\lambda$"
     assert ax.get_xlim()[0] == 0
-
-
-def test_a_friction_after_a_protocol_shows_what_became_of_the_contact_with_each_friction():
-    required = fo.required_friction(PAIR, CYCLE, 0.3)
-    answer = fo.friction_after_protocol(required, start="worst", scan=5)
-    ax = answer.plot()
-    drawn = rows(ax)
-    for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
-        tried = answer.tried.loc[answer.tried["outcome"] == outcome, "friction"]
-        assert drawn[name].tolist() == tried.tolist()
-    assert at(ax, "required friction") == answer.least
-    assert ax.get_title().startswith("some values") and not answer.monotonic

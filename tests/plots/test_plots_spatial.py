@@ -366,8 +366,3 @@ def test_a_guaranteed_limit_circles_its_node():
     limit = fo.guaranteed_limit(FLAT, cycle(), F)
     ax, node = limit.plot(), limit.node
     assert node > 0 and np.allclose(marks(ax)[1].get_offsets(), FLAT.points[[node], :2], atol=1e-14)
-
-
-def test_the_work_of_a_study_in_space_is_not_per_depth():
-    axes = fo.plot_study(fo.dissipation_study(UNCOUPLED, cycle(2), F, [0.1, 2.0], progress=False))
-    assert axes.get_ylabel().endswith("\n(force times length)")

@@ -293,27 +293,6 @@ def free_block(cells=(3, 3), graded=1.0, turn=TURN):
     return good | {"pairs": np.array(pairs), "normals": np.tile(turn[:, -1], (len(one), 1))}
 
 
-@pytest.mark.parametrize(
-    ("held", "free"),
-    [
-        (0, "move along x and y and z and turn about x and y and z"),
-        (1, "turn about x and y and z"),
-        (2, ""),
-    ],
-)
-def test_rigid_motions_in_space(held, free):
-    """Two nodes that are held leave the turn about the line through them."""
-    good = free_block()
-    nodes = np.flatnonzero(np.isin(good["unknowns"][:, 0], good["held"]))[:held]
-    if not free:
-        one, two = good["points"][nodes]
-        axis = (two - one) / np.linalg.norm(two - one)
-        axis *= np.sign(axis[np.abs(axis).argmax()])
-        free = f"turn about ({', '.join(f'{value:g}' for value in axis.round(6))})"
-    with pytest.raises(fo.ModelError, match=re.escape(f"can still {free}; add")):
-        fo.condense(**good | {"held": good["unknowns"][nodes].ravel()})
-
-
 @pytest.mark.parametrize(("cells", "graded"), [((3, 3), 1.0), ((4, 2), 2.5), ((1, 1), 1.0)])
 def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
     good = free_block(cells, graded)

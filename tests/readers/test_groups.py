@@ -62,21 +62,6 @@ def test_reversed_curves_and_entities_of_two_groups_are_kept(tmp_path, version, 
     fo.fem.Body(mesh)
 
 
-@pytest.mark.parametrize("version", [4.1, 2.2])
-def test_files_of_windows_have_the_same_groups(tmp_path, version):
-    """A line of text may end with two characters; a curve in two groups stays in both."""
-    groups = """
-    Physical Surface("plate") = {1}; Physical Curve("bottom") = {1};
-    Physical Curve("held") = {1, 2, -5};
-    """
-    plate(tmp_path, groups, version)
-    text = (tmp_path / "plate.msh").read_bytes()
-    (tmp_path / "windows.msh").write_bytes(text.replace(b"\n", b"\r\n"))
-    mesh = fo.readers.read_mesh(tmp_path / "windows.msh")
-    assert lengths(mesh) == {"bottom": 4.0, "held": 6.0}
-    assert area(mesh) == pytest.approx(4.0)
-
-
 @pytest.mark.parametrize(("version", "binary"), FORMATS)
 def test_one_name_in_two_dimensions_is_a_body_and_a_boundary(tmp_path, version, binary):
     mesh = plate(
@@ -86,14 +71,6 @@ def test_one_name_in_two_dimensions_is_a_body_and_a_boundary(tmp_path, version, 
         binary,
     )
     assert lengths(mesh) == {"pad": 1.0, "low": 4.0} and list(mesh.subdomains) == ["pad"]
-
-
-@pytest.mark.parametrize(("version", "binary"), FORMATS)
-def test_a_body_whose_name_is_the_number_of_a_curve(tmp_path, version, binary):
-    mesh = plate(
-        tmp_path, 'Physical Surface("3", 1) = {1}; Physical Curve(3) = {1};', version, binary
-    )
-    assert lengths(mesh) == {"3": 4.0} and list(mesh.subdomains) == ["3"]
 
 
 def test_what_is_in_no_group_needs_another_option_of_gmsh(tmp_path):
@@ -447,37 +424,6 @@ def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
     with pytest.raises(fo.ModelError, match=r"plate\.msh: it is partitioned; save the mesh before"):
         fo.readers.read_mesh(tmp_path / "plate.msh")
     assert area(fo.readers.read_mesh(tmp_path / "whole.msh")) == pytest.approx(4.0)
-
-
-def test_other_files_are_read_after_gmsh_has_saved_them(tmp_path):
-    """The remedies for files that are not read lead to the same groups.
-
-    A file of I-deas (`.unv`), one of Salome, and one with parameters of nodes are opened in gmsh
-    and saved as `.msh`.
-    """
-    groups = 'Physical Surface("plate") = {1}; Physical Curve("bottom") = {1};'
-    plate(tmp_path, groups)
-    with gmsh_with(**{"Mesh.SaveParametric": 1}) as gmsh:
-        gmsh.open(str(tmp_path / "plate.geo"))
-        gmsh.model.mesh.generate(2)
-        for name in ("a.unv", "a.bdf", "a.med", "a.msh"):
-            gmsh.write(str(tmp_path / name))
-    remedies = {
-        "a.unv": "not read; open it in gmsh and save it as .msh",
-        "old.med": "older versions may be unreadable: open it in gmsh and save it as .msh",
-        "a.msh": "SaveParametric = 0",
-    }
-    (tmp_path / "old.med").write_bytes((tmp_path / "a.med").read_bytes()[:-1000])
-    for name, remedy in remedies.items():
-        with pytest.raises(fo.ModelError, match=rf"{name}.*{remedy}"):
-            fo.readers.read_mesh(tmp_path / name)
-    for name in ("a.unv", "a.med"):
-        with gmsh_with() as gmsh:
-            gmsh.open(str(tmp_path / name))
-            gmsh.write(str(tmp_path / "b.msh"))
-        mesh = fo.readers.read_mesh(tmp_path / "b.msh")
-        assert list(mesh.subdomains) == ["plate"] and lengths(mesh) == {"bottom": 4.0}
-    assert area(fo.readers.read_mesh(tmp_path / "a.bdf")) == pytest.approx(4.0, rel=1e-5)
 
 
 TRIED = {  # rows of the page of formats, and the tests that try them

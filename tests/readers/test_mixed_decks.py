@@ -95,41 +95,6 @@ def test_forces_on_triangles_and_quadrilaterals_are_those_of_calculix(tmp_path, 
             assert np.allclose(row, theirs[int(number)], rtol=2e-5, atol=2e-6 * np.abs(ours).max())
 
 
-@pytest.mark.ccx
-@pytest.mark.parametrize("order", [1, 2])
-def test_contacts_of_wedges_and_hexahedra_pass_pressure_on(tmp_path, order):
-    """Two bodies of nu = 0: each corner of the contact carries the pressure on its area."""
-    text = ""
-    for name, z, first in (("LOW", 0.0, 1), ("UP", 1.0, 5001)):
-        points, elements = box(["hexahedron", "wedge"], [*LINES[:2], [z, z + 1.0]], order)
-        text += deck(points, elements, name, first)
-        text += node_set(f"{name}0", points, lambda x, z=z: x[2] == z, first)
-        text += node_set(f"{name}1", points, lambda x, z=z: x[2] == z + 1, first)
-        text += f"*SOLID SECTION, ELSET={name}, MATERIAL=M\n"
-    # A beam far from the contact.
-    text += "*NODE\n9001, 0., 0., 9.\n9002, 0., 0., 10.\n*ELEMENT, TYPE=B31, ELSET=BEAM\n9001, 9001, 9002\n"
-    text += "*BEAM SECTION, ELSET=BEAM, MATERIAL=M, SECTION=RECT\n0.1, 0.1\n0., 1., 0.\n*BOUNDARY\n9001, 1, 6\n"
-    text += "*MATERIAL, NAME=M\n*ELASTIC\n2.1, 0.\n*DENSITY\n1.\n*BOUNDARY\nLOW0, 1, 3\n"
-    job = fo.readers.read_calculix(run(tmp_path, text)[0])
-    assert len(job.generalised) > 0
-    assert (job.unknowns[np.isin(job.deck.numbers, (9001, 9002))] < 0).all()
-    if order == 2:
-        with pytest.raises(
-            fo.ModelError, match=r"does not follow its corners; name both faces in job\.with_linear"
-        ):
-            job.pairs("LOW1", "UP0")
-        job = job.with_linear_faces("LOW1", "UP0")
-    pairs = job.pairs("LOW1", "UP0")
-    assert len(pairs) == 9
-    areas = job.areas(pairs[:, 1])
-    assert areas.sum() == pytest.approx(2.5 * 1.5, rel=1e-12)
-    system = fo.condense(
-        job.K, loads={"P": job.force("UP1", pressure=1.0)}, pairs=pairs[:, ::-1], width=areas,
-        normals=job.normals(pairs[:, 0]), unknowns=job.unknowns, points=job.points, generalised=job.generalised,
-    )  # fmt: skip
-    assert np.allclose(system.bonded["P"][1], areas, rtol=1e-8)
-
-
 def test_elements_of_unknown_kind_disturb_only_their_own_faces(tmp_path):
     points, elements = box(["hexahedron"], [[0.0, 1.0]] * 3)
     text = deck(points, elements) + node_set("LOW", points, lambda x: x[2] == 0)

@@ -190,34 +190,6 @@ def test_scenes_that_cannot_be_are_refused(kind, fields):
     kind(**fields)
 
 
-def test_a_dovetail_that_is_reduced_to_its_contacts_and_its_top():
-    """Of the nodes that are left, those of the blade lie behind its flanks, and the disc has no
-    others."""
-    model = fo.scenes.Dovetail(elements=6, growth=1.6, neck_half_width=0.5, neck_height=4.0).model()
-    given, whole = matrices_of(model), model.condense()
-    nodes = np.union1d(
-        given["pairs"], model.bodies["blade"].boundary_nodes("top", "loads")
-    )  # the blade comes first
-    kept, free = given["unknowns"][nodes], np.unique(given["unknowns"][given["unknowns"] >= 0])
-    K, rest = given["K"].toarray(), np.setdiff1d(free, kept)
-    rows = kept.ravel()
-    reduced = K[np.ix_(rows, rows)] - K[np.ix_(rows, rest)] @ np.linalg.solve(
-        K[np.ix_(rest, rest)], K[np.ix_(rest, rows)]
-    )
-    own = np.sqrt(np.diag(reduced))
-    reduced[np.abs(reduced) < 1e-12 * np.outer(own, own)] = 0.0  # of bodies that nothing joins
-    system = fo.condense(
-        (reduced + reduced.T) / 2,
-        {name: force[rows] for name, force in given["loads"].items()},
-        np.searchsorted(nodes, given["pairs"]),
-        given["normals"],
-        np.arange(len(rows)).reshape(kept.shape),
-        given["points"][nodes],
-        contact=given["contact"],
-    )
-    assert np.allclose(system.S, whole.S, rtol=0, atol=1e-10 * np.abs(whole.S).max())
-
-
 @pytest.mark.parametrize(
     "scene",
     [
