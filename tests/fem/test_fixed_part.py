@@ -108,45 +108,6 @@ def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(
     assert path.bonded_p[-1] == pytest.approx(loads[1])
 
 
-@settings(max_examples=few(5))
-@given(seeds)
-def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
-    contact, cycle, f = fixed_contact(seed, most_nodes=3)
-    plain, share = fo.LoadCycle(cycle.mean, cycle.corners[:2]), 0.1
-    limit = fo.shakedown_limit(contact, plain, f)
-    assume(share < 0.5 * limit.load_factor < np.inf and limit.least == 0)
-    moved = fo.LoadCycle(
-        cycle.mean,
-        plain.corners,
-        [{name: share * size for name, size in corner.items()} for corner in plain.corners],
-    )
-    assert fo.shakedown_limit(contact, moved, f).load_factor == pytest.approx(
-        limit.load_factor - share, rel=1e-7
-    )
-    low, also = (fo.guaranteed_limit(contact, loads, f) for loads in (plain, moved))
-    if low.load_factor > share:
-        assert also.load_factor == pytest.approx(low.load_factor - share, rel=1e-6)
-    events, later = (fo.onset(contact, loads, f).slips for loads in (plain, moved))
-    for event, after in zip(events, later, strict=True):
-        assert after.load_factor == pytest.approx(
-            max(event.load_factor - share, 0.0), rel=1e-8, abs=1e-12
-        )
-        assert event.load_factor <= share or (event.node, event.sense) == (after.node, after.sense)
-    for question in (fo.safe_slip, fo.march, fo.steady_state):
-        known = question(contact, plain, f, 0.8 * limit.load_factor)
-        found = question(contact, moved, f, 0.8 * limit.load_factor - share)
-        assert np.asarray(found.slip)[-1] == pytest.approx(
-            np.asarray(known.slip)[-1], rel=1e-6, abs=1e-8
-        )
-    over = [
-        fo.steady_state(
-            contact, loads, f, 0.5 * limit.load_factor - by, overload=1.5 * limit.load_factor - by
-        )
-        for loads, by in ((plain, 0), (moved, share))
-    ]
-    assert over[0].slip == pytest.approx(over[1].slip, rel=1e-6, abs=1e-8)
-
-
 @settings(max_examples=few(6))
 @given(seeds)
 def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bounds_at_any_two_corners(

@@ -163,39 +163,6 @@ def test_a_contact_that_reaches_a_tie_keeps_its_own_forces(hangs):
     assert found == pytest.approx([-0.05, 0.2, 0.1, 0.05, 0.2, 0.1], abs=1e-9)
 
 
-@pytest.mark.parametrize("order", [1, -1])
-def test_a_tie_carries_what_the_next_tie_brings(order):
-    """A side hangs on a head, which is tied to a foot, twice, and touches a lid."""
-    foot, head, lid = (
-        layer(MeshQuad, count, low) for count, low in ((2, -1.0), (3, 0.0), (3, 1.0))
-    )
-    side = block(np.linspace(-1.0, 0.0, 4), np.linspace(0.0, 1.0, 5))
-    ties = [fo.fem.Tie("head", "foot", "y-", "y+"), fo.fem.Tie("side", "head", "x+", "x-")]
-    model = fo.fem.ContactModel(
-        {"foot": foot, "head": head, "lid": lid, "side": side},
-        [fo.fem.Support("foot", "y-"), fo.fem.Support("lid", "x-", "x")],
-        {
-            "P": [fo.fem.Pressure("lid", "y+", 1.0)],
-            "pull": [fo.fem.Traction("side", "x-", x=-0.3, y=-0.2)],
-        },
-        [fo.fem.Contact("lid", "head", "y-", "y+", "lid")],
-        ties=[*ties[::order], ties[0]],
-    )
-    cycle = fo.LoadCycle({"P": 1.0}, [{"pull": 1.0}, {"P": 0.5}])
-    system = model.condense(progress=False)
-    table = fo.steady_state(system, cycle, 0.3, 1.0, progress=False).by_contact(model)
-    assert len(table) == 3
-    table = table.set_index("contact")[["P_0", "Q_0", "M_0", "P_1", "Q_1", "M_1"]]
-    # Of the side: force (-0.3, -0.2) in (-1, 0.5), about (0, 0.5). Of the foot: about (0.5, 0),
-    # with the lid's weight of 1 in the middle.
-    of_side, of_foot = table.loc["tie x+-x- (side, head)"], table.loc["tie y--y+ (head, foot)"]
-    assert of_side.tolist() == pytest.approx([-0.3, 0.2, 0.2, 0, 0, 0], abs=1e-9)
-    lean = table.loc["lid", "P_0"] - 1.0
-    assert lean == pytest.approx(0.0, abs=1e-9)
-    assert of_foot["P_0"] == pytest.approx(1.2, rel=1e-9)
-    assert of_foot["P_1"] == pytest.approx(1.5, rel=1e-9)
-
-
 def test_two_ties_of_the_same_faces_have_a_row_each():
     """Half of a face is .05 above the other one: each tie carries a part of a pressure of 1."""
     foot, head, lid = (

@@ -169,40 +169,6 @@ def test_cells_are_right_handed_however_the_mesh_counts(kind, element, mirror):
     assert d == 2 or np.allclose(facing(face), face["normal"][0])
 
 
-def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides():
-    """Two nodes of body 1 are at one place. Each facet has the nodes of its own side, here as the
-    slit opens."""
-    whole = box(MeshHex, [-1, 0, 1], [0, 1], [0, 0.5, 1])
-    mouth = np.flatnonzero((whole.p[0] == 0) & (whole.p[2] == 0))
-    copies = np.arange(whole.p.shape[1])
-    copies[mouth] = len(copies) + np.arange(len(mouth))
-    t = np.where(whole.p[0, whole.t].mean(axis=0) > 0, copies[whole.t], whole.t)
-    slit = MeshHex(np.hstack([whole.p, whole.p[:, mouth]]), t).with_boundaries(
-        {"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1}
-    )
-    bodies = {
-        "slit": fo.fem.Body(slit),
-        "base": fo.fem.Body(box(MeshHex, [-1, 0, 1], [0, 1], [-1, 0])),
-    }
-    model = fo.fem.ContactModel(
-        bodies,
-        [fo.fem.Support("base", "z-")],
-        {"P": [fo.fem.Traction("slit", "top", z=-1.0)]},
-        [fo.fem.Contact("slit", "base")],
-    )
-    fields = model.recover({"P": 1.0}, np.random.default_rng(0).normal(size=(8, 2)))
-    face = model.grids(fields)["contact"]
-    facets = slit.facets[:, slit.boundaries["contact"]]
-    for facet in facets.T:
-        cell = (
-            np.abs(face.cell_centers().points - slit.p[:, facet].mean(axis=1)).max(axis=1).argmin()
-        )
-        assert np.allclose(
-            face["displacement"][face.get_cell(cell).point_ids].sum(axis=0),
-            fields.displacement["slit"][:, facet].sum(axis=1),
-        )
-
-
 def test_what_has_no_grids_is_refused(punch, monkeypatch):
     model, steady = punch
     other = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.5).model()

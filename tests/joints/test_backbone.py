@@ -15,7 +15,6 @@ import frictopt as fo
 from helpers.interrupts import interrupted
 from helpers.paths import WALKING
 from helpers.systems import linprog_limit
-from helpers.worn import sphere
 
 pytestmark = pytest.mark.usefixtures("few_starts")
 
@@ -246,38 +245,6 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
     assert curve.work == pytest.approx(exact, rel=0.02)
     assert curve.exponent == pytest.approx(np.gradient(np.log(exact), np.log(x)), rel=0.02)
     assert 3 < curve.exponent[0] < 3.6  # 3 at small amplitude
-
-
-def test_the_sphere_of_mindlin_and_deresiewicz():
-    """A sphere agrees with the closed form of Mindlin and Deresiewicz.
-
-    The far end of the sphere is free. The glued end is the whole grid, and the compliance is that
-    of this end.
-    """
-    system, cycle, f, _ = sphere(16, 1.1)
-    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=f)
-    S = fo.reference.half_space_contact(16, 1.1, R=1.0, E=1.0, nu=0.0)["S"]
-    far = np.kron(np.eye(3), np.ones((system.nodes, 1)))
-    glued = np.linalg.inv(far.T @ S @ far)[[2, 0]][:, [2, 0]]  # displacements under P and Q
-    held = fo.ContactSystem(
-        system.S,
-        system.points,
-        dict(system.bonded),
-        gap=system.gap,
-        width=system.width,
-        compliance=glued,
-    )
-    x = np.array([0.6, 0.9])
-    curve = fo.joints.backbone_curve(held, cycle, f, x * f * ball.P)
-    exact = np.array([ball.dissipation(Q) for Q in x * f * ball.P])
-    shear_modulus = ball.E / 2
-    assert curve.work == pytest.approx(exact, rel=0.04)
-    assert curve.displacement == pytest.approx(
-        3 * f * ball.P / (4 * shear_modulus * ball.half_width) * (1 - (1 - x) ** (2 / 3)), rel=2e-3
-    )
-    assert curve.damping == pytest.approx(
-        exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04
-    )
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")

@@ -129,26 +129,6 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
     assert found >= few(12, 4) // 2
 
 
-def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
-    system = fo.scenes.PunchOnHalfPlane(elements=64).condense()
-    model = fo.DesignModel(system, PULL, profile=True)
-    design = model.solve(0.5, [model.profile <= 0.1, model.profile >= -0.1])
-    assert round(fo.shakedown_limit(system, PULL, 0.5).load_factor, 3) == 0.970
-    assert round(design.load_factor, 3) == 1.508
-    shapes, c = system.x[:, None] ** [2, 4, 6], cp.Variable(3)
-    design = model.solve(0.5, [model.profile == shapes @ c, cp.abs(model.profile) <= 1.0])
-    assert round(design.load_factor, 3) == 1.686
-    assert design.profile == pytest.approx(shapes @ c.value, abs=1e-9)
-    assert np.abs(design.profile).max() == pytest.approx(1.0, abs=1e-9)
-    assert model.profile.value == pytest.approx(design.profile, abs=1e-12)
-    again = fo.shakedown_limit(design.system, design.cycle, 0.5)
-    assert again.load_factor == pytest.approx(design.load_factor, rel=1e-10)
-    q, p = design.reactions
-    assert model.q.value == pytest.approx(q, abs=1e-9)
-    assert model.p.value == pytest.approx(p, abs=1e-9)
-    assert p.min() >= -1e-9
-
-
 @pytest.mark.parametrize(
     ("cells", "limits"),
     few(

@@ -288,34 +288,6 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     assert mean[3] < 1.2 * S[3, 3]
 
 
-def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
-    """On a glued contact the mean load presses the nodes by 0.29 and 0.08. With a friction of 0.1
-    node 0 slips open, so that only node 1 rests; with 0.3 both nodes are closed."""
-    S = np.array(
-        [
-            [0.67, -0.19, 0.1, -0.35],
-            [-0.19, 0.43, 0.12, -0.26],
-            [0.1, 0.12, 0.32, -0.13],
-            [-0.35, -0.26, -0.13, 0.87],
-        ]
-    )
-    mean = np.array([1.53, 0.36, 0.29, 0.08])
-    corners = np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]])
-    contact = fo.ContactSystem(
-        S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}
-    )
-    required = fo.required_friction(
-        contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05
-    )
-    assert required.required == pytest.approx(
-        by_slips(S, mean + 0.05 * corners, 1, np.linspace(-4, 4, 800_001)), rel=1e-3
-    )
-    assert required.open.tolist() == [True, False]
-    assert required.reason.startswith(
-        "no residual slip is safe with less, 1 node open and the others closed: see the mechanism"
-    )
-
-
 def test_as_assembled_a_joint_slips_with_more_friction_than_it_needs():
     """The reason says so, and names the question that answers it. Without coupling it does not."""
     joint = fo.scenes.Dovetail(angle=45, elements=6, edge_radius=2.0).condense()

@@ -12,7 +12,7 @@ from helpers.cases import few
 from helpers.refused import refused
 from helpers.separation import open_in_space
 from helpers.spatial import random_contact
-from helpers.systems import NODE, lifts, linprog_limit, random_system, stress_of
+from helpers.systems import lifts, linprog_limit, random_system, stress_of
 from studies.validation.polygons import polygon_limit
 
 MEAN = {"mean": 1.0}
@@ -262,17 +262,3 @@ def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
     monkeypatch.setattr(rays, "_limit", loose)
     with pytest.raises(fo.SolverError, match=r"its sides and vertices differ by 1\.0e-06"):
         fo.safe_region(contact, {"P": 1.0}, [other, "Q"], 0.5)
-
-
-def test_the_mean_load_is_in_each_domain_so_that_it_is_safe_where_anything_is():
-    """Corners that only press do not help a mean load that pulls: the loads come back to it."""
-    region = fo.safe_region(NODE, {"P": -1.0}, [[{"N": 2.0}], "Q"], 0.5)
-    assert not len(region.vertices) and "the mean load pulls the bodies apart" in region.reason
-    assert fo.shakedown_limit(
-        NODE, fo.LoadCycle({"P": -1.0}, [{"N": 2.0}]), 0.5
-    ).least == pytest.approx(0.5)
-    for domain in (
-        region.cycle(1.0, 1.0),
-        fo.safe_region(NODE, {"P": 1.0}, [[{"N": 2.0}], "Q"], 0.5).cycle(0.3, 0.1),
-    ):
-        assert not fo.shakedown_limit(NODE, domain, 0.5).least > 0

@@ -119,47 +119,6 @@ def test_a_steady_state_outside_its_bounds_is_refused():
         replace(steady, friction=np.full(2, 0.5)).states()
 
 
-def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
-    """Increments in space and in the plane give the same table, and the exact path of the plane
-    agrees within the error of the increments."""
-    flat, solid = (
-        replace(contact, width=np.linspace(0.1, 0.3, flat.nodes))
-        for flat in [thick(0.7)[0]]
-        for contact in thick(0.7)
-    )
-    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    at = 1.15 * fo.shakedown_limit(flat, loads, 0.4).load_factor
-    exact, plane, space = (
-        fo.steady_state(contact, loads, 0.4, at, steps=steps)
-        for contact, steps in ((flat, None), (flat, 16), (solid, 16))
-    )
-    tables = [steady.fretting_table() for steady in (exact, plane, space)]
-    assert space.period == 1
-    assert space.states().time[-1] == 2.0
-    assert {"x", "y", "z"} < set(tables[2].columns)
-    for name, size in {
-        "slip_range": 1.0,
-        "tau_amplitude": 0.7,
-        "pressure_amplitude": 0.7,
-        "pressure_mean": 0.7,
-        "work": 0.7,
-        "F1": 0.7,
-    }.items():
-        most = tables[0][name].abs().max()
-        assert np.allclose(tables[2][name] / size, tables[1][name], rtol=0, atol=1e-6 * most)
-        assert np.allclose(tables[1][name], tables[0][name], rtol=0, atol=0.02 * most)
-    assert np.allclose(tables[2]["tau_mean1"] / 0.7, tables[1]["tau_mean"], atol=1e-6)
-    assert np.allclose(tables[2]["tau_mean2"], 0, atol=1e-9)
-    # Across the plane and in shear whatever there is.
-    tensors, extent = np.random.default_rng(0).normal(size=(2, 3, flat.nodes, 2, 2))
-    one = plane.fretting_table(stress=tensors[:, :, 0, 0], strain=extent[:, :, 0, 0])
-    two = space.fretting_table(stress=tensors, strain=extent)
-    slips = one["slip_range"] > 1e-3 * one["slip_range"].max()
-    assert slips.any()
-    assert np.allclose(two["F2"] / 0.7, one["F2"], rtol=0, atol=1e-6 * one["F2"].max())
-    assert np.allclose(two["SWT"][slips], one["SWT"][slips], rtol=1e-5, atol=1e-9)
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.5, 2.0])
 def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
     """Of two nodes without coupling one slips: to and fro along one direction, and on a closed

@@ -67,26 +67,6 @@ def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
     assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
 
 
-@pytest.mark.parametrize(
-    ("start", "steps"),
-    [("worst", ()), ("worst", [fo.starts.LoadStep({"mean": 0.2})]), ("assembled", ())],
-)
-def test_limits_after_protocols_are_those_of_the_plane(start, steps):
-    plane, space = (
-        fo.limit_after_protocol(
-            fo.shakedown_limit(contact, CYCLE, 0.6),
-            start=start,
-            protocol=steps,
-            scan=2,
-            tolerance=0.05,
-            **options,
-        )
-        for contact, options in ((PAIR, {}), (SOLID, {"steps": 2}))
-    )
-    assert space.load_factor == pytest.approx(plane.load_factor, abs=0.06 * plane.shakedown_limit)
-    assert space.starts.shape[1:] == (2, 2) and space.residual <= 1e-9
-
-
 def test_the_range_is_that_of_the_plane():
     """In the plane the exact path and increments give it. In space slips across the plane have no
     part in the least and the most work."""
