@@ -8,7 +8,7 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.refused import refused
-from helpers.systems import linprog_limit, random_system
+from helpers.systems import random_system
 
 
 @refused(
@@ -191,23 +191,6 @@ def test_an_index_of_times_is_the_time(index):
         7,
     )
     assert all(name.startswith("t = ") for name in cycle.corner_names)
-
-
-def test_no_answer_changes_by_the_points_left_out():
-    """The limit of all points comes from a program of all rows by another solver, and the steady
-    state from a transient through all points."""
-    contact = random_system(np.random.default_rng(5), 4, loads=("mean", "a", "b"))
-    history, _ = random_history(np.random.default_rng(4), 6)
-    whole = fo.LoadCycle({"mean": 1.0}, history[["a", "b"]].to_dict("records"))
-    cycle = fo.LoadCycle.from_history(history, mean={"mean": 1.0})
-    limit = fo.shakedown_limit(contact, cycle, 0.6).load_factor
-    assert limit == pytest.approx(linprog_limit(contact, whole, 0.6)[1], rel=1e-9)
-    for factor in (0.8, 1.5):
-        one, other = (fo.steady_state(contact, c, 0.6, factor * limit) for c in (cycle, whole))
-        assert one.outcome is other.outcome
-        assert np.allclose(
-            one.dissipation_per_node, other.dissipation_per_node, rtol=1e-8, atol=1e-9
-        )
 
 
 @refused(

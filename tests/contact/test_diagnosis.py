@@ -1,13 +1,12 @@
 """What the mean load does to a contact, in words, against enumeration of all sets of open nodes."""
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.diagnosis import counted, in_contact, open_nodes, pressing
+from frictopt.contact.diagnosis import open_nodes, pressing
 from frictopt.transients.statics import mean_load_diagnosis
 from helpers.systems import system
 
@@ -104,25 +103,6 @@ def test_a_shear_load_alone_does_not_press(punch):
     assert "does not press the bodies together" in mean_load_diagnosis(punch(16), mean(Q=-1.0), 0.5)
 
 
-def test_units_do_not_matter(punch):
-    contact = punch(16).with_gap(0.1 * punch(16).x ** 2)
-    diagnosis = mean_load_diagnosis(contact, mean(P=1.0), 0.5)
-    for stiff, load in ((1e12, 1.0), (1.0, 1e-9)):
-        bonded = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem.from_blocks(
-            stiff * contact.A,
-            stiff * contact.B,
-            stiff * contact.C,
-            contact.x,
-            bonded,
-            contact.gap * load / stiff,
-        )
-        assert mean_load_diagnosis(changed, mean(P=1.0), 0.5) == diagnosis
-    assert "open" in mean_load_diagnosis(
-        punch(16).with_gap(10 * (punch(16).x > 0)), mean(P=1.0), 0.5
-    )
-
-
 def test_the_forces_of_a_state_are_those_of_each_contact():
     contact = fo.ContactSystem.from_blocks(
         np.eye(4),
@@ -179,40 +159,3 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces():
         fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4)
     held = fo.ContactSystem(free.S + np.eye(6), free.points, loads)
     assert fo.march(held, cycle, 0.5, 0.75, cycles=1, steps=4).slip.any()
-
-
-def test_nodes_are_told_with_their_contacts_where_there_are_two():
-    """The names are in a reason, in the message of a transient that ends, and in the tables."""
-    loads = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}
-    names = ["head", "nut", "nut"]
-    joint = fo.ContactSystem.from_blocks(
-        np.eye(3), np.zeros((3, 3)), np.eye(3), range(3), loads, contact=names
-    )
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    friction = [0.0, 0.5, 0.5]
-    assert counted(joint, np.array([True, False, True])) == "2 of 3 nodes (head 1 of 1, nut 1 of 2)"
-    assert in_contact(joint, [2, 1]) == " (nut)"
-    assert in_contact(replace(joint, contact=["nut"] * 3), 0) == ""
-    reason = fo.shakedown_limit(joint, cycle, friction).reason
-    assert reason.startswith("with 1 of 3 nodes open (nut 1 of 2): ")
-    assert "node 0 (head) has no friction" in reason
-    assert mean_load_diagnosis(joint, cycle, 0.5).startswith(
-        "1 of 3 nodes (nut 1 of 2) are open under the mean load alone"
-    )
-    slider = fo.ContactSystem.from_blocks(
-        np.diag([0.0, 1.0]),
-        np.zeros((2, 2)),
-        np.eye(2),
-        [0, 1],
-        {"P": ([0, 0], [1, 1]), "Q": ([1, 0], [0, 0])},
-    )
-    with pytest.raises(fo.NoContinuation, match=r"nodes \[0\] \(head\)"):
-        fo.steady_state(
-            replace(slider, contact=["head", "nut"]),
-            fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]),
-            0.5,
-            1.0,
-        )
-    steady = fo.steady_state(joint, cycle, 0.5, 0.1)
-    assert steady.to_frame()["contact"].tolist() == names
-    assert steady.states().to_frame()["contact"].tolist()[:3] == names

@@ -96,25 +96,6 @@ def test_increments_are_those_that_trying_all_statuses_finds():
     assert sum(slid) > 8 and len(slid) - sum(slid) > 20, "nodes slide at either bound"
 
 
-def test_newtons_method_alone_finds_them_too():
-    """Newton's method without sweeps finds the states, too, where sweeps do not reach them."""
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        system = strong(random_system(rng, 3), 0.1, 0.4, np.inf)
-        slip = np.zeros(3)
-        load = np.r_[rng.normal(size=3), rng.normal(size=3) + 1.0]
-        engine = fo.increments.NewtonIncrement(system, 0.4)
-        state = engine.solve(slip, parted(load, 2))
-        swept = engine._swept
-        engine._swept = lambda u, r, law, swept=swept: replace(
-            swept(0 * u, r, law), u=0 * u, error=np.inf
-        )
-        again = engine.solve(slip, parted(load, 2))
-        assert again.record.solver == "NEWTON" and state.record.solver == "SWEEPS"
-        assert np.abs(again.slip - state.slip).max() < 1e-9
-        assert np.abs(again.q - state.q).max() < 1e-9
-
-
 def test_the_limit_is_that_of_raw_rows_by_scipy():
     """Pressures change with slip and load. Corners, mechanism and bound belong to the same contact."""
     rng, ruled = np.random.default_rng(2), 0
@@ -277,19 +258,6 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
         assert slide.bound == pytest.approx(slide.load_factor, rel=1e-7)
         assert slide.load_factor < 0.99 * fo.gross_slip(system, cycle, 0.5).load_factor
         assert "strength: " in str(slide.problem) and slide.residual < 1e-9
-
-
-def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
-    """The strengths on either side of the push are equal, so that the block does not turn."""
-    c = np.repeat([0.05, 0.1, 0.12, 0.07, 0.08], 3)
-    system = strong(block(np.random.default_rng(6), width=8.0, axes=3), *c)
-    slide = fo.gross_slip(system, fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5)
-    assert slide.load_factor == pytest.approx(c.sum(), rel=1e-8)
-    assert slide.bound == pytest.approx(c.sum(), rel=1e-8)
-    *along, lift = slide.phi
-    assert np.abs(lift).max() < 1e-6 and np.ptp(along[0]) < 1e-6, (
-        "it slides without lift, where friction alone would make it rise"
-    )
 
 
 def test_a_coupled_node_in_space_in_closed_form():

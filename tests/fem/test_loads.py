@@ -344,13 +344,3 @@ def test_loads_add_up_to_their_integrals():
 )
 def test_bad_loads_are_refused(make):
     make()
-
-
-@pytest.mark.parametrize("grading", [1.0, 1e4])
-def test_a_traction_on_very_thin_elements_has_its_whole_force(grading):
-    model = fo.scenes.PunchOnHalfPlane(elements=64, grading=grading).model()
-    for load in [part for parts in model.loads.values() for part in parts]:
-        force = load._forces(model.bodies[load.body], "plane_strain")
-        assert force.shape[0] == 2 and np.isfinite(force).all()
-        if load in model.loads["P"]:
-            assert np.allclose(force.sum(axis=1), [2 * load.x, 2 * load.y], rtol=1e-12)

@@ -196,22 +196,6 @@ def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kin
         assert np.abs(half - whole).max() < 1e-12 * np.abs(whole).max()
 
 
-def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
-    """All nodes of body 2 are beside the plane for the pair on it. They follow in the pair at the
-    other end, whose node of body 1 is held along the vertical."""
-    found = []
-    for half in (True, False):
-        model = beside(MeshQuad, 1, half, 0.0)
-        ends = [fo.fem.Support("lower", side, "y") for side in (["x+"] if half else ["x+", "x-"])]
-        swapped = [fo.fem.Contact("lower", "upper")]
-        system = fo.fem.ContactModel(
-            model.bodies, [*model.supports, *ends], model.loads, swapped
-        ).condense()
-        (i,) = np.flatnonzero(system.points[:, 0] > 1e-9)
-        found.append([value[i] for pair in system.bonded.values() for value in pair])
-    assert np.allclose(*found, rtol=1e-12, atol=0)
-
-
 def test_a_plane_of_symmetry_of_unlike_meshes_moves_with_both_bodies_or_not_at_all():
     model = beside(MeshHex, 9, True, 4e-3)
     one, two = (fo.fem.Displacement(body, "x-", x=0.1) for body in ("upper", "lower"))

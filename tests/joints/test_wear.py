@@ -11,7 +11,7 @@ import frictopt as fo
 from helpers.interrupts import interrupted
 from helpers.refused import refused
 from helpers.systems import PULL
-from helpers.worn import F, cylinder, driven_punch, plain_rate
+from helpers.worn import F, cylinder, plain_rate
 
 COARSE = cylinder(32)
 SWAY = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
@@ -55,22 +55,6 @@ def test_wear_that_takes_off_no_pressure_is_coefficient_times_work_over_friction
     assert len(endless.depth) == 1
     assert "constant rates, which do not change any pressure" in endless.reason
     assert not endless.worn_in
-
-
-def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
-    punch = driven_punch(24)
-    cycle = fo.LoadCycle({"P": 2.0}, [{"motion": 1.0}, {"motion": -1.0}])
-    history = fo.joints.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3)
-    assert history.pressure[0].max() > 1.9 and np.abs(history.pressure[-1] - 1.0).max() < 0.02
-    assert "constant rates, which do not change any pressure" in history.reason
-    assert not history.worn_in
-    assert history.steady.slipping.all()
-    late = fo.joints.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3, cycles=1e6)
-    assert np.abs(late.pressure[-1] - 1.0).max() < 1e-4
-    ways = late.steady.sliding_distance
-    rate = np.diff(late.to_frame()["volume"].iloc[-2:]) / np.diff(late.cycles[-2:])
-    assert np.ptp(ways) < 1e-4 * ways.max()
-    assert rate == pytest.approx(1e-3 * 2.0 * ways.mean(), rel=1e-4)
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")

@@ -483,43 +483,6 @@ def test_a_safe_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(mon
     assert found < 1e-9 and moved > 1e-3
 
 
-@pytest.mark.parametrize("friction", [1e-12, 1e-10, 1e-9, 1e-8, 1e-3, 0.5])
-def test_a_node_that_one_corner_pulls_whatever_the_load_has_no_infinite_limit(friction):
-    """Corner b changes no pressure, so that the pull of the mean load is left there."""
-    loads = {"P": ([0.0], [-1.0]), "a": ([1.0], [-1.0]), "b": ([-1.0], [0.0])}
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
-    try:
-        limit = fo.shakedown_limit(
-            node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), friction, open_nodes=[False]
-        )
-    except fo.SolverError:
-        assert friction < 1e-9
-    else:
-        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
-
-
-@pytest.mark.parametrize("friction", [1e-7, 1e-6, 1e-4])
-@pytest.mark.parametrize("coupling", [-0.4, 0.3])
-def test_little_friction_in_space_has_the_limit_by_hand(friction, coupling):
-    """A node with little friction in space has its limit in closed form.
-
-    Both senses of the shear meet at the slip that takes the mean shear away: |+-lam + d| <= f P
-    with d = f lam p1.
-    """
-    q0, p1 = 0.7, 0.2
-    S = [[1.0, 0.0, coupling], [0.0, 1.0, 0.0], [coupling, 0.0, 1.0]]
-    loads = {"P": [q0, 0.3, 1.5], "A": [1.0, 0.0, p1], "B": [-1.0, 0.0, -p1]}
-    node = fo.ContactSystem(
-        S, [[0.0, 0.0, 0.0]], {name: np.array(load) for name, load in loads.items()}
-    )
-    limit = fo.shakedown_limit(
-        node, fo.LoadCycle({"P": 1.0}, [{"A": 1.0}, {"B": 1.0}]), friction, open_nodes=[False]
-    )
-    assert limit.load_factor == pytest.approx(
-        friction * (1.5 - coupling * q0) / (1 - friction**2 * coupling * p1), rel=1e-8
-    )
-
-
 @pytest.mark.parametrize("friction", [0.3, 0.7])
 def test_a_bound_with_its_error_is_not_below_what_it_bounds(friction):
     punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()

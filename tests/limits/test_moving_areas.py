@@ -3,7 +3,6 @@
 The limits are compared with closed forms, plain programs, and transients from several starts.
 """
 
-import pickle
 from dataclasses import replace
 from itertools import pairwise
 
@@ -215,37 +214,6 @@ def test_with_a_scaled_normal_load_the_states_of_rest_need_not_be_an_interval(lo
         assert (steady.outcome is fo.Outcome.SHAKEDOWN) is bool(rests)
     limit = fo.shakedown_limit(node, cycle, 0.5)
     assert limit.load_factor == pytest.approx(1 / 2.2) and not limit.proven
-
-
-def test_more_corners_on_the_same_path_change_nothing():
-    case = contact(9000)
-    halves = []
-    for loads in (case.cycle.corners, case.cycle.fixed):
-        cases = sorted({name for load in loads for name in load})
-        values = np.array([[load.get(name, 0.0) for name in cases] for load in loads])
-        split = np.stack([values, (values + np.roll(values, -1, axis=0)) / 2], axis=1)
-        halves.append([dict(zip(cases, row, strict=True)) for row in split.reshape(-1, len(cases))])
-    cycle = fo.LoadCycle(case.cycle.mean, halves[0], fixed=halves[1])
-    twice = fo.shakedown_limit(case.system, cycle, case.friction)
-    once = fo.shakedown_limit(case.system, case.cycle, case.friction)
-    assert twice.load_factor == pytest.approx(once.load_factor, rel=1e-9)
-    assert len(twice.events) == len(once.events)
-
-
-def test_its_state_rests_and_its_tables_speak_of_nodes_that_come_and_go():
-    system, cycle = cylinder(20, 1.6), harmonic(0.0)
-    limit = fo.shakedown_limit(system, cycle, F)
-    steady = fo.steady_state(system, cycle, F, limit.load_factor, initial_state=limit.state)
-    assert steady.outcome is fo.Outcome.SHAKEDOWN
-    partly = (limit.open_share > 0) & (limit.open_share < 1)
-    assert set(np.flatnonzero(partly)) == set(limit.events["node"])
-    assert limit.open.sum() == (limit.open_share == 1).sum() > 0
-    assert limit.load_rates["rate"].isna().all()
-    q, p = limit.reactions
-    assert q.shape == p.shape == (8, 20) and (np.abs(q) <= F * p + 1e-12).all()
-    assert "nodes 3 and 16" in limit.explain()
-    again = pickle.loads(pickle.dumps(limit))
-    assert again.reason == limit.reason and again.events.equals(limit.events)
 
 
 def test_a_file_keeps_the_limit(tmp_path):

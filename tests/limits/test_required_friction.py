@@ -1,4 +1,3 @@
-import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
@@ -10,8 +9,6 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
 from helpers.separation import open_contact, rests
-from helpers.spatial import cycle as spatial_cycle
-from helpers.spatial import random_contact
 from helpers.systems import (
     BLOCK,
     CYCLE,
@@ -98,41 +95,6 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
     assert enough.least <= factor <= enough.load_factor
     assert not less.least <= factor <= less.load_factor
     assert required.reactions[1].min() >= -1e-9
-
-
-@pytest.mark.parametrize(
-    ("make", "cycle"),
-    [(random_system, CYCLE), (random_contact, spatial_cycle())],
-    ids=["plane", "space"],
-)
-@settings(max_examples=few(6))
-@given(
-    seed=st.integers(0, 10**6),
-    nodes=st.integers(1, 5),
-    factor=st.floats(0.01, 4.0),
-    most=st.none() | st.floats(0.0, 2.0),
-)
-def test_no_friction_is_enough_where_no_slip_presses_all_nodes(
-    make, cycle, seed, nodes, factor, most
-):
-    """The least normal reaction that a slip can give, by another program, decides."""
-    contact = make(np.random.default_rng(seed), nodes, coupling=1.0)
-    least = cp.Variable()
-    bound = None if most is None else np.full(nodes, most)
-    v = cp.Variable((nodes, contact.tangents))
-    p0, p1 = cycle.mean_reaction(contact)[1], cycle.corner_reactions(contact)[1]
-    rows = [p0 + factor * p + contact.B @ cp.vec(v, order="F") >= p0.mean() * least for p in p1]
-    rows += [least <= 1.0, *([] if most is None else [cp.norm(v, 2, axis=1) <= bound])]
-    value = cp.Problem(cp.Maximize(least), rows).solve(
-        solver="CLARABEL", tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9
-    )
-    assume(abs(value) > 1e-6)
-    answer = fo.required_friction(contact, cycle, factor, slip_bound=bound)
-    assert answer.residual <= 1e-9
-    if value < 0 and not answer.open.any():
-        assert answer.required == np.inf and len(answer.mechanism)
-    if most is None and value > 0:
-        assert np.isfinite(answer.required)
 
 
 def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):

@@ -38,22 +38,3 @@ def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
     assert answer.mechanism[["node", "corner", "slip1", "slip2"]].to_numpy().tolist() == [
         [0, 0, 0, 0]
     ]
-
-
-@pytest.mark.parametrize(
-    "corners", [[(-1, 0), (0, 0), (1, 0)], [(-1, 0), (1, 0)], [(1, 0), (-0.5, 0.75), (-0.5, -0.75)]]
-)
-def test_a_rigid_body_has_no_normal_stiffness_beyond_rounding(corners):
-    """Statics determines the forces on three nodes, or on two. Sheared evenly by 0.1 and pressed by
-    1, they need a friction of 0.1."""
-    points = np.column_stack([np.array(corners, float), np.zeros(len(corners))])
-    n = len(corners)
-    axes = [(axis, np.zeros(3)) for axis in np.eye(3)] + [(np.zeros(3), axis) for axis in np.eye(3)]
-    motions = np.array([(shift + np.cross(turn, points)).T.ravel() for shift, turn in axes]).T
-    basis, size, _ = np.linalg.svd(motions, full_matrices=False)
-    basis = basis[:, size > 1e-9]
-    loads = {"P": np.r_[np.zeros(2 * n), np.ones(n)], "Q": np.r_[np.ones(n), np.zeros(2 * n)]}
-    body = fo.ContactSystem(np.eye(3 * n) - basis @ basis.T, points, loads)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    assert fo.safe_slip(body, cycle, 0.3, 0.1).margin == pytest.approx((0.3 - 0.1) / 0.3)
-    assert fo.required_friction(body, cycle, 0.1).required == pytest.approx(0.1, rel=1e-5)

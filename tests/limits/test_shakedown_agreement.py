@@ -3,8 +3,6 @@ import pytest
 
 import frictopt as fo
 from helpers.liars import is_excess, lying, misread, sloppy, unpolished
-from helpers.spatial import cycle as space_cycle
-from helpers.spatial import random_contact
 from helpers.systems import at_corners, explained, linprog_limit, random_system, stress_of
 
 
@@ -150,24 +148,6 @@ def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeyp
     lying(monkeypatch, lambda program, *_: None if is_excess(program) else "infeasible")
     with pytest.raises(fo.SolverError, match="HIGHS: infeasible, residual inf; CLARABEL"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-
-
-def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(punch, paper_cycle):
-    printed = explained(fo.shakedown_limit(punch(16), paper_cycle, 0.7))
-    expected_texts = (
-        "maximize load_factor",
-        "q_r == A @ slip",
-        "stuck[k]: abs(q[k]) <= f * p[k]  for k = 0, 1",
-        "(DPP) yes",
-        "rows bind",
-        "mechanism",
-        "\nparameters\n",
-        "17, convex",
-    )
-    assert all(part in printed for part in expected_texts), printed
-    assert "norm(q[k]) <= f * p[k]  for k = 0, 1, 2" in explained(
-        fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4)
-    )
 
 
 def test_a_sweep_has_the_limit_of_each_friction(punch, paper_cycle):

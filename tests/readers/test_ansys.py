@@ -32,16 +32,6 @@ def forces(job, u):
     return found
 
 
-def test_the_bar_is_held_at_its_foot_and_one_body(bar):
-    foot = bar.points[:, 2] == 0
-    assert bar.points.shape == (321, 3) and np.array_equal((bar.unknowns == -1).all(axis=1), foot)
-    assert np.array_equal(bar.bodies, np.where(foot, -1, 0))
-    assert bar.nodes("ncomp2").size > 90
-    assert bar.deck.elements[0][0] == "C3D20"
-    assert bar.deck.elements[0][2].shape == (40, 20)
-    assert fo.readers.read_ansys(FULL).deck is None
-
-
 def test_rigid_motions_and_uniform_tension_need_no_forces_inside(bar):
     """Elements that pass the patch test behave so. With E = 16.9e6 and nu = 0.31 only the end
     carries a force, E times strain."""

@@ -9,44 +9,12 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.transients.increments import by_newton
-from frictopt.transients.increments.newton import State, newton
-from frictopt.transients.increments.sweeps import increment, sweep
+from frictopt.transients.increments.newton import State
+from frictopt.transients.increments.sweeps import increment
 from helpers.cases import few
 from helpers.components import joined, parted
-from helpers.enumeration import random_increment
 from helpers.spatial import random_contact
 from helpers.systems import SEEDS, random_system
-
-
-@settings(max_examples=few(30))
-@given(
-    seed=SEEDS,
-    nodes=st.integers(1, 8),
-    in_space=st.booleans(),
-    lift=st.booleans(),
-    relax=st.sampled_from([1.0, 1.2]),
-)
-def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift, relax):
-    """Friction is far below its critical value, so that there is only one state. Nodes stick, slip,
-    and open."""
-    rng = np.random.default_rng(seed)
-    contact = (
-        random_contact(rng, nodes, coupling=0.2)
-        if in_space
-        else random_system(rng, nodes, coupling=0.2)
-    )
-    law = fo.increments.NewtonIncrement(contact, 0.2).law
-    loads = list(contact.bonded)
-    trial = joined(
-        *contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})
-    ) + 0.3 * rng.normal(size=len(law.S))
-    u, r = np.zeros_like(trial), trial.copy()
-    sweep(law.S, law.slopes, law.constants, law.augmentation, u, r, 20_000, 1e-14, relax)
-    state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
-    assert state.error < 1e-9 * scale
-    assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale)
-    assert np.allclose(u, state.u, atol=1e-9 * scale)
-    assert ((u != 0) == (state.u != 0)).all()
 
 
 def random_problem(seed, nodes, in_space, friction, unlike=0.0):
@@ -344,34 +312,6 @@ def test_increments_of_the_paper_s_scene_are_those_of_plain_cvxpy(punch, element
         )
         assert verdict.residual == pytest.approx(one.residual, abs=1e-15)
         slip = one.slip
-
-
-@settings(max_examples=few(8))
-@given(
-    seed=SEEDS,
-    stiffness=st.sampled_from([1e-15, 1e-4, 1e15]),
-    force=st.sampled_from([1e-12, 1e3, 1e12]),
-)
-def test_units_do_not_matter(seed, stiffness, force):
-    contact, friction, slip, (q, p) = random_increment(np.random.default_rng(seed), 3, 0.6)
-    length = force / stiffness
-    scaled = fo.ContactSystem.from_blocks(
-        stiffness * contact.A,
-        stiffness * contact.B,
-        stiffness * contact.C,
-        contact.x,
-        {"load": (force * q, force * p)},
-        length * contact.gap,
-    )
-    base = fo.increments.NewtonIncrement(contact, friction).solve(slip, (q, p))
-    other = fo.increments.NewtonIncrement(scaled, friction).solve(
-        length * slip, (force * q, force * p)
-    )
-    assert other.slip / length == pytest.approx(base.slip, abs=1e-9)
-    assert other.gap / length == pytest.approx(base.gap, abs=1e-9)
-    assert other.q / force == pytest.approx(base.q, abs=1e-9)
-    assert other.p / force == pytest.approx(base.p, abs=1e-9)
-    assert (other.status == base.status).all()
 
 
 def test_a_body_that_slides_away_has_no_state(punch):

@@ -122,45 +122,6 @@ def test_unknown_loads_are_refused(punch):
         fo.onset(punch(16), fo.LoadCycle({"P": 1.0}, [{"tau": 1.0}]), 0.5)
 
 
-@pytest.mark.parametrize(
-    ("q", "p", "friction", "texts"),
-    [
-        (0.3, 1.0, 0.5, ["presses all nodes and none slips"]),
-        (
-            0.6,
-            1.0,
-            0.5,
-            ["2 of 2 nodes", "more friction", "its onset is undefined and reported as 0"],
-        ),
-        (
-            0.0,
-            -1.0,
-            0.5,
-            ["pulls the bodies apart", "change the sign of the load", "settled, with 2 nodes open"],
-        ),
-        (
-            [0.0, 0.0],
-            [1.0, -0.2],
-            0.5,
-            ["1 of 2 nodes", "open under the mean load alone", "settled, with 1 node open"],
-        ),
-    ],
-)
-def test_the_reason_says_what_the_mean_load_does_in_the_plane_and_in_space(q, p, friction, texts):
-    q, p = np.broadcast_to(q, 2), np.broadcast_to(p, 2)
-    plane = fo.onset(system(np.eye(2), np.zeros((2, 2)), q, p, 0.1, 0.0), ONE_WAY, friction)
-    turned = np.r_[0.6 * q, 0.8 * q, p]  # the same shear, along both tangents
-    contact = fo.ContactSystem(
-        np.eye(6), [[0, 0, 0], [1, 0, 0]], {"mean": turned, "cyclic": [0.1, 0.1, 0, 0, 0, 0]}
-    )
-    for found in (plane, fo.onset(contact, ONE_WAY, friction)):
-        assert all(text in found.reason for text in texts), found.reason
-        assert found.mean_admissible == (len(texts) == 1)
-        assert (found.slip.load_factor > 0) == (texts[0] != "2 of 2 nodes")
-        assert found.reason.split(":")[0] in repr(found)
-        assert found.reason.split("'")[0] in found._repr_html_()
-
-
 def test_the_line_of_an_onset_counts_nodes():
     contact = system(np.eye(200), np.zeros((200, 200)), 0.9, 1.0, 0.1, 0.0)
     line = repr(fo.onset(contact, ONE_WAY, 0.5))

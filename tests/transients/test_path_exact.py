@@ -54,50 +54,6 @@ def test_an_admissible_slip_stays_as_it_is(punch, paper_cycle):
     assert np.array_equal(path.state.u[:17], safe) and not path.state.work.any()
 
 
-def test_a_thousand_cycles_do_not_drift(punch, paper_cycle):
-    path = followed(punch(16), paper_cycle, 0.7, 2.5, cycles=1000)
-    n, state = path.nodes, path.state
-    drift = state.r - path.bonded - path.system.S @ state.u
-    assert np.abs(drift).max() < 1e-11 * path.force
-    closed = path.corners[-1]
-    verdict = fo.reference.check_contact_law(
-        path.system,
-        (closed[:n], closed[n:]),
-        0.7,
-        v=state.u[:n],
-        w=state.u[n:],
-        q=state.r[:n],
-        p=state.r[n:],
-        force_scale=path.force,
-    )
-    assert verdict.residual < 1e-11
-
-
-def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):
-    contact = punch(16)
-    ends = {"result": 0, "reason": 0}
-    rng = np.random.default_rng(2)
-    for friction in (1.5, 3.0, 10.0):
-        limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
-        for ratio in (0.5, 1.05, 3.0):
-            try:
-                steady = fo.steady_state(
-                    contact,
-                    paper_cycle,
-                    friction,
-                    ratio * limit,
-                    initial_slip=0.3 * rng.normal(size=17),
-                )
-                assert steady.residual < 1e-9
-                ends["result"] += 1
-            except fo.NoContinuation as reason:
-                assert "obey the law" in str(reason)
-                assert "nodes [" in str(reason)
-                assert "critical value" in str(reason)
-                ends["reason"] += 1
-    assert min(ends.values()) > 0
-
-
 def test_wedging_has_no_or_two_continuations():
     """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990). At its backward bound, a node that
     is pushed on jumps; a node that is released may stick or slip."""

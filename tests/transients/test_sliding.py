@@ -79,31 +79,6 @@ def contact(rng, motions):
     ), rigid
 
 
-@pytest.mark.parametrize("softer", [1e-6, 1e-13, 1e-18])
-def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
-    """Two contacts have nothing in common; one is on its supports and softer."""
-    rng = np.random.default_rng(5)
-    free, rigid = contact(rng, MOTIONS[1])
-    n, held = free.nodes, np.eye(6) + 0.1
-    both = np.zeros((3, n + 2, 3, n + 2))
-    both[:, :n, :, :n] = free.S.reshape(3, n, 3, n)
-    both[:, n:, :, n:] = softer * held.reshape(3, 2, 3, 2)
-    points = np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]])
-    frames = np.concatenate([free.frames, [np.eye(3)] * 2])
-    system = fo.ContactSystem(
-        both.reshape(3 * n + 6, -1), points, {"P": np.ones(3 * n + 6)}, frames=frames
-    )
-    found = rigid_motions(system.S, system.own_stiffness).reshape(3, n + 2, -1)
-    assert found.shape[2] == rigid.shape[1] and np.abs(found[:, n:]).max() < 1e-12
-    assert (
-        np.abs(
-            found[:, :n].reshape(3 * n, -1)
-            - rigid @ (np.linalg.pinv(rigid) @ found[:, :n].reshape(3 * n, -1))
-        ).max()
-        < 1e-9
-    )
-
-
 def balance(system, rigid, friction, load):
     """Status of the cone program for the smallest contact forces in balance with a load.
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.components import parted
-from helpers.spatial import cycle, random_contact, vectors
+from helpers.spatial import random_contact
 from helpers.systems import all_closed
 from studies.validation.fuzz.embedded import embedded
 
@@ -89,53 +88,3 @@ def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
         contact = random_contact(np.random.default_rng(seed), 6)
         q, p = fo.shakedown_limit(contact, loads, 0.5).reactions
         assert not (np.linalg.norm(q, axis=-1) - 0.5 * p).max() > 1e-11
-
-
-def graded(rng, nodes):
-    """A random contact, and (3N,) by which the root of each direction's stiffness is multiplied."""
-    contact = random_contact(rng, nodes, 1.0)
-    size = 10.0 ** rng.uniform(-2, 2, 3 * nodes)
-    return fo.ContactSystem(
-        contact.S * np.outer(size, size), contact.points, dict(contact.bonded)
-    ), size
-
-
-@pytest.mark.parametrize("seed", [4, 9, 20, 22])
-def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
-    """Each tangent and normal has its own stiffness, over eight decades. The entries of S judge the
-    safe slip and the mechanism."""
-    rng = np.random.default_rng(seed)
-    contact, size = graded(rng, int(rng.integers(4, 13)))
-    f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes
-    closed = np.zeros(contact.nodes, dtype=bool)
-    limit = fo.shakedown_limit(contact, cycle(), f, open_nodes=closed)
-    loads = vectors(contact)
-    finite = np.isfinite(limit.load_factor)
-    if finite:
-        at, slip = limit.load_factor, limit.slip
-    else:
-        at = 1e3
-        slip = fo.safe_slip(contact, cycle(), f, at).slip
-    r = np.array(
-        [
-            loads["mean"] + at * sum(by * loads[name] for name, by in corner.items())
-            for corner in cycle().corners
-        ]
-    )
-    q, p = parted(r + contact.S[:, : 2 * n] @ slip.T.ravel(), 3)
-    assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * max(at, 1.0) * np.abs(
-        loads["mean"][2 * n :]
-    ).mean()
-    if finite:
-        motion = limit._motion
-        d, lift = np.split(motion.moves.sum(axis=0).ravel(), [2 * n])
-        assert (
-            np.abs((contact.A @ d + contact.B.T @ lift) / size[: 2 * n]).max()
-            <= 1e-8 * np.abs(lift * size[2 * n :]).max()
-        )
-        moves = motion.moves.reshape(len(motion.moves), -1)
-        by_corner = [sum(by * loads[name] for name, by in each.items()) for each in cycle().corners]
-        drive = -np.sum(moves * by_corner)
-        assert moves.sum(axis=0) @ loads["mean"] / drive == pytest.approx(
-            limit.load_factor, rel=1e-8
-        )
