@@ -50,21 +50,6 @@ def test_the_displacement_is_that_of_the_whole_model():
     assert system.displacements(amplitudes, slip, gap) == pytest.approx(expected, rel=1e-10)
 
 
-def test_interference_given_later_is_the_same():
-    system = plain = springs()[2]
-    later = fo.ContactSystem(
-        plain.S,
-        plain.points,
-        {"a": joined(*plain.bonded["a"])},
-        compliance=plain.compliance[:1, :1],
-    )
-    later = later.with_interference({"fit": 0.1})
-    at = [0, 2]
-    assert np.allclose(later.compliance, system.compliance[np.ix_(at, at)], rtol=1e-12)
-    again = later.with_interference({"fit": 0.2})
-    assert np.allclose(again.compliance, later.compliance * np.outer([1, 3], [1, 3]), rtol=1e-12)
-
-
 def test_moved_supports_are_those_of_their_force():
     """A block on rigid ground is pulled down by its top. The force at the top follows from the
     stress of a column."""

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 from scipy.stats import special_ortho_group
-from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from helpers.cases import ALL_CASES
@@ -614,36 +614,6 @@ def test_displacements_of_supports_may_repeat():
     )
 
 
-def test_a_bolt_is_not_cut_where_its_sector_is():
-    grid = MeshHex.init_tensor([1.0, 1.5, 2.0], np.linspace(0, np.pi / 2, 4), [0.0, 0.5, 1.0])
-    sleeve = MeshHex(
-        np.array([grid.p[0] * np.cos(grid.p[1]), grid.p[0] * np.sin(grid.p[1]), grid.p[2]]), grid.t
-    )
-    sleeve = sleeve.with_boundaries(
-        cuts(4) | {"contact": lambda x: x[2] == 0, "end": lambda x: x[2] == 1}
-    )
-    bodies = {
-        "sleeve": sleeve.with_boundaries({"section": lambda x: x[2] == 0.5}, boundaries_only=False)
-    }
-    bodies["base"] = MeshHex(sleeve.p * [[1], [1], [-1]], sleeve.t).with_boundaries(
-        sleeve.boundaries
-    )
-    supports = [
-        *(fo.fem.Support(name, "end") for name in bodies),
-        *(fo.fem.Cyclic(name, "low", "high") for name in bodies),
-    ]
-    with pytest.raises(
-        fo.ModelError, match=r"bolt 'sleeve': its section at .* has nodes on a cut of a sector"
-    ):
-        loads = {"bolt": [fo.fem.BoltPreload("sleeve", "section")]}
-        fo.fem.ContactModel(
-            {name: fo.fem.Body(mesh) for name, mesh in bodies.items()},
-            supports,
-            loads,
-            [fo.fem.Contact("sleeve", "base")],
-        )
-
-
 def test_either_cut_face_may_be_named_first():
     assert "sector      1 of 3" in str(refused())
     assert np.array_equal(
@@ -672,61 +642,6 @@ def test_a_ring_that_nothing_holds_turns():
             {"fit": [fo.fem.Interference("contact", 0.02)]},
         )
         part.condense()
-
-
-def stacked(count, whole, element="linear"):
-    """A cylinder on another cylinder, both on the axis.
-
-    They are pressed, and spread by an expansion. Only the contact holds the upper cylinder.
-    """
-    flat = discs(count, 4, 0.0)["shaft"]
-    upper = standing(flat, 0.5).with_boundaries(
-        cuts(count) | {"contact": lambda x: x[2] == 0, "top": lambda x: np.abs(x[2] - 0.5) < 1e-9}
-    )
-    faces = {"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] < -0.49}
-    lower = MeshTet(upper.p * [[1], [1], [-1]], upper.t).with_boundaries(cuts(count) | faces)
-    loads = {
-        "fit": [fo.fem.Pressure("upper", "top", 0.1)],
-        "waves": [fo.fem.Expansion("lower", 0.1)],
-    }
-    loads["squeeze"] = [
-        fo.fem.Traction("upper", "top", x=lambda x, y, z: -0.05 * y, y=lambda x, y, z: 0.05 * x)
-    ]
-    held = [fo.fem.Support("lower", "bottom")]
-    return joined(
-        {"upper": upper, "lower": lower},
-        count,
-        whole,
-        np.eye(3),
-        (0, 0, 0),
-        (0, 0, 1),
-        held,
-        loads,
-        element,
-    )
-
-
-@pytest.mark.parametrize(("count", "element"), [(4, "linear"), (3, "quadratic")])
-def test_a_contact_may_reach_the_axis(count, element):
-    one, part = (stacked(count, whole, element) for whole in (True, False))
-    whole, system = one.condense(), part.condense()
-    middle = np.flatnonzero(np.hypot(*system.points[:, :2].T) < 1e-9)
-    assert len(middle) == 1
-    assert whole.nodes == count * (system.nodes - 1) + 1
-    assert system.normals[middle[0]].tolist() == [0.0, 0.0, 1.0]
-    assert np.allclose(
-        count * system.compliance,
-        whole.compliance,
-        rtol=0,
-        atol=1e-9 * np.abs(whole.compliance).max(),
-    )
-    limits = [fo.shakedown_limit(each, CYCLE, FRICTION).load_factor for each in (whole, system)]
-    assert limits[0] == pytest.approx(limits[1], rel=1e-7)
-    work = [
-        fo.steady_state(each, CYCLE, FRICTION, 1.5 * limits[0], steps=4).dissipation
-        for each in (whole, system)
-    ]
-    assert work[0] > 0 and work[0] == pytest.approx(count * work[1], rel=1e-9)
 
 
 def test_a_picture_of_a_model_marks_its_cuts_and_what_is_held():

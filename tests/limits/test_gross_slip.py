@@ -107,48 +107,6 @@ def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
         assert row["turn"] == 0
 
 
-def two_blocks(rng, **more):
-    """Two blocks side by side, each with its own weight; the push acts on the second block."""
-    one, other = block(rng), block(rng)
-    n = one.nodes
-    S = np.zeros((2, 2 * n, 2, 2 * n))
-    loads = {name: np.zeros((2, 2 * n)) for name in ("P1", "P2", "Q")}
-    for at, system, names in (
-        (slice(n), one, {"P1": "P"}),
-        (slice(n, None), other, {"P2": "P", "Q": "Q"}),
-    ):
-        S[:, at, :, at] = system.S.reshape(2, n, 2, n)
-        for name, of in names.items():
-            loads[name][:, at] = joined(*system.bonded[of]).reshape(2, n)
-    points = np.vstack([one.points, other.points + [5.0, 0.0]])
-    names = np.repeat(["left", "right"], n)
-    return fo.ContactSystem(
-        S.reshape(4 * n, -1),
-        points,
-        {name: load.ravel() for name, load in loads.items()},
-        contact=names,
-        **more,
-    )
-
-
-def test_of_two_blocks_the_one_that_is_pushed_slides():
-    system = two_blocks(np.random.default_rng(1))
-    found = fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3)
-    assert found.load_factor == pytest.approx(2.1)
-    assert found.motion["contact"].tolist() == ["right"]
-    assert found.motion["nodes"].tolist() == [5]
-    assert "body 1 moves at right along (1, 0)" in found.reason
-    assert np.abs(found.phi[:, :5]).max() < 1e-9
-    assert found.to_frame().equals(found.motion)
-    for left, right, hold in ((0.0, 0.3, 2.1), (0.3, 0.0, 0.0)):
-        alone = fo.gross_slip(
-            system,
-            fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO),
-            {"left": left, "right": right},
-        )
-        assert alone.load_factor == pytest.approx(hold, abs=1e-9)
-
-
 @pytest.mark.parametrize("angle", [20.0, 45.0, 70.0])
 @pytest.mark.parametrize("held", [True, False])
 def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_leave(angle, held):

@@ -22,7 +22,6 @@ from helpers.systems import (
     on_both_bounds,
     random_system,
 )
-from studies.validation.fuzz.embedded import embedded
 from studies.validation.verify import verify
 
 Z = [0.0, 0.0]
@@ -330,25 +329,6 @@ def test_one_node_by_the_smallest_circle_around_its_corners():
         fo.steady_state(node, cycle, 0.5, share * limit.least).outcome for share in (0.95, 1.05)
     )
     assert below is not fo.Outcome.SHAKEDOWN and within is fo.Outcome.SHAKEDOWN
-
-
-@pytest.mark.parametrize("seed", few(range(24)))
-def test_in_space_it_is_that_of_the_plane(seed):
-    rng = np.random.default_rng(seed)
-    flat, cycle = pressing_cycle(rng, int(rng.integers(1, 5)), 1 + seed % 2)
-    shear, press = flat.bonded["mean"]
-    # The contact mostly slips on the way to the mean load, and often settles.
-    flat = flat.with_bonded({**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])})
-    least, largest = oracle(flat, cycle, 0.4)
-    limit = fo.shakedown_limit(
-        embedded(flat, rng, across=flat.A)[0],
-        cycle,
-        0.4,
-        open_nodes=np.zeros(flat.nodes, dtype=bool),
-    )
-    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
-    assert limit.residual <= 1e-9
-    assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
 def test_a_mean_load_that_settles_is_safe(punch):

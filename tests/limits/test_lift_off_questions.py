@@ -14,7 +14,6 @@ from helpers.liars import misread
 from helpers.orders import largest_in_order
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system
-from studies.validation.fuzz.embedded import embedded
 
 PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
 
@@ -144,17 +143,6 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
         )
         followed += 1
     assert followed == few(3)
-
-
-def test_a_plane_contact_has_the_same_safe_slip_in_space():
-    for number, (contact, friction, limit) in enumerate(opening(few(3, 1))):
-        solid = embedded(contact, np.random.default_rng(number))[0]
-        load_factor = 0.99 * limit.load_factor
-        plane, space = (
-            fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid)
-        )
-        assert bool(plane._question.events) == bool(space._question.events)
-        assert plane.margin == pytest.approx(space.margin, abs=1e-6)
 
 
 def test_questions_without_events_are_refused(pin):

@@ -4,7 +4,6 @@ Copies and other processes solve it, and its multipliers are motions. `test_prin
 compares it with its answer.
 """
 
-import copy
 import pickle
 import re
 import subprocess
@@ -159,37 +158,6 @@ def test_a_listing_is_a_few_lines_of_names(name):
     assert "..." not in printed.replace("k = 0, 1, ..., 23", ""), printed
     assert answer.problem.value == pytest.approx(getattr(answer, quantity), rel=1e-12, abs=1e-12)
     assert answer.problem.status == "optimal"
-
-
-@EACH
-@pytest.mark.parametrize(
-    "way",
-    [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))],
-    ids=["copy", "deepcopy", "pickle"],
-)
-def test_a_copy_has_a_problem_of_its_own_with_the_same_values(way, name):
-    answer = answer_of(name)
-    again = way(answer).problem
-    assert str(again) == str(answer.problem)
-    assert (again.value, again.status) == (
-        answer.problem.value,
-        "optimal",
-    )
-    for mine, other in zip(answer.problem.variables(), again.variables(), strict=True):
-        assert np.array_equal(mine.value, other.value) and mine is not other
-    for mine, other in zip(answer.problem.constraints, again.constraints, strict=True):
-        assert all(
-            np.array_equal(*pair)
-            for pair in zip(
-                (one.value for one in mine.dual_variables),
-                (one.value for one in other.dual_variables),
-                strict=True,
-            )
-        )
-    if "f" in again.param_dict:
-        before = again.param_dict["f"].value.copy()
-        again.param_dict["f"].value = 0.9 * before
-        assert np.array_equal(answer.problem.param_dict["f"].value, before)
 
 
 def test_a_plain_copy_of_a_problem_is_solved_whatever_solver_has_had_it():

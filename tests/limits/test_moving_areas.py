@@ -14,7 +14,7 @@ import frictopt as fo
 from frictopt.limits import NoPath, moving_areas, normal_path, pose
 from helpers.cases import few
 from studies.validation.fuzz.embedded import embedded
-from studies.validation.moving_areas import compared, contact, works
+from studies.validation.moving_areas import compared, contact
 
 F = 0.35
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
@@ -137,17 +137,6 @@ def test_a_contact_in_the_plane_has_its_limit_in_space(seed):
     space = fo.shakedown_limit(turned, case.cycle, case.friction)
     assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
     assert len(space.events) == len(plane.events) and space.kind is plane.kind
-
-
-@pytest.mark.parametrize("seed", few([3, 13, 25, 30]))
-def test_in_space_the_work_of_small_increments_ends_at_the_limit(seed):
-    """The work of increments just below falls with the square of their length, just above it stays."""
-    case = contact(seed, tangents=2)
-    limit = fo.shakedown_limit(case.system, case.cycle, case.friction)
-    assert len(limit.events) and 0 < limit.load_factor < np.inf and of_all_states(limit)
-    below = works(case, 0.98 * limit.load_factor, steps=(4, 16))
-    above = works(case, 1.02 * limit.load_factor, steps=(4, 16))
-    assert below[1] < 0.3 * below[0] + 1e-12 and above[1] > 3 * below[1]
 
 
 def test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none():

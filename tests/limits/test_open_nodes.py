@@ -17,7 +17,6 @@ from helpers.interrupts import interrupted
 from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE, all_closed, system
-from studies.validation.fuzz.embedded import embedded
 from studies.validation.open_sets import largest_with_open
 from studies.validation.verify import verify
 
@@ -57,23 +56,6 @@ def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
     q, p = limit.reactions
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
-
-
-@settings(max_examples=few(3, 1))
-@given(st.integers(0, 10**6))
-def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
-    contact, friction, limit = open_contact(seed, most_nodes=4)
-    solid, _ = embedded(contact, np.random.default_rng(seed))
-    found = fo.shakedown_limit(solid, CYCLE, friction)
-    assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
-    assert found.open.tolist() == limit.open.tolist()
-    plane, space = (
-        fo.safe_slip(system, CYCLE, friction, 3 * limit.load_factor) for system in (contact, solid)
-    )
-    assert space.margin == pytest.approx(plane.margin, rel=1e-6)
-    plane, space = (fo.guaranteed_limit(system, CYCLE, friction) for system in (contact, solid))
-    assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8)
-    assert (space.to_frame()["how"][space.open] == "open").all()
 
 
 @settings(max_examples=few(5))

@@ -4,15 +4,21 @@ These nodes touch, are pressed, or are opened by the mean load. The search is co
 set of open nodes, by linear programs of scipy.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits.search import likely_sets
 from helpers.cases import few
 from helpers.separation import lifted_system, pulled_system, rests
 from helpers.systems import CYCLE, all_closed, among_others
 from studies.validation.fuzz.cases import random_case
 from studies.validation.open_sets import largest_with_open
+
+TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
+
 
 MOST = 30.0  # load factor up to which sets are compared
 # Random contacts whose best set the search missed while it opened nodes without pressure alone.
@@ -112,3 +118,29 @@ def test_a_closed_contact_of_more_nodes_asks_one_program(elements):
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     limit = fo.shakedown_limit(contact, cycle, 0.6)
     assert not limit.open.any() and len(limit.record.attempts) == 1
+
+
+def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
+    """Node 6 is open and touches. It has half a percent of the largest motion, because the motion
+    of an open node is in the unit of its gap."""
+    steel = dict.fromkeys(("upper", "lower", "bolt"), fo.fem.Material(E=210e3, nu=0.3))
+    bodies = fo.fem.split_bodies(fo.readers.read_mesh(TUTORIAL / "flange.msh"), steel)
+    contacts = [
+        fo.fem.Contact("upper", "lower", "lower", "upper", name="flange"),
+        fo.fem.Contact("bolt", "upper", "upper", "bolt", name="head"),
+        fo.fem.Contact("bolt", "lower", "lower", "bolt", name="nut"),
+    ]
+    supports = [fo.fem.Support("lower", "bottom")]
+    supports += [fo.fem.Cyclic(body, "low", "high") for body in ("upper", "lower")]
+    turn = fo.fem.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)
+    loads = {"bolt": [fo.fem.BoltPreload("bolt", "section", 25e3)], "twist": [turn]}
+    quarter = fo.fem.ContactModel(bodies, supports, loads, contacts).condense()
+    cycle = fo.LoadCycle({"bolt": 1.0}, [{"twist": 1.0}, {"twist": -1.0}])
+    limit = fo.shakedown_limit(quarter, cycle, 0.15)
+    steady = fo.steady_state(
+        quarter, cycle, 0.15, 0.99 * limit.load_factor, initial_state=limit.state, most_cycles=200
+    )
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
+    monkeypatch.setattr(likely_sets, "GOVERNS_TOUCHING", likely_sets._GOVERNS)
+    few_nodes = fo.shakedown_limit(quarter, cycle, 0.15)
+    assert few_nodes.load_factor < 0.96 * limit.load_factor

@@ -15,14 +15,12 @@ import frictopt as fo
 from helpers.pictures import (
     ALL,
     FIVE,
-    JOINT,
     PAIR,
     F,
     check_mechanism,
     check_ratio,
     joined,
     labelled,
-    parts,
 )
 from helpers.systems import CYCLE, PULL, at_corners, linprog_limit
 
@@ -63,34 +61,6 @@ def test_a_limit_with_open_nodes_shows_the_corners_of_the_path_from_its_state_an
     assert always.any() and marks(ax, "open").tolist() == [[x, 0.0] for x in ROUNDED.x[always]]
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
     assert limit.system is ROUNDED and np.array_equal(limit.friction, np.full(5, F))
-
-
-@pytest.mark.parametrize("contact", [PAIR, JOINT], ids=["pair", "two contacts"])
-def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
-    factor = 1.3 * fo.shakedown_limit(contact, CYCLE, F).load_factor
-    found = fo.dissipation_range(contact, CYCLE, F, factor)
-    slip, work = found.plot()
-    for name, state, start in (
-        ("least", found.least_state, found.least_start),
-        ("most", found.most_state, found.worst_start),
-    ):
-        x, drawn = joined(work, f"{name} work found", parts(contact))
-        assert np.array_equal(x, contact.x) and np.array_equal(drawn, state.dissipation_per_node)
-        assert np.isclose(drawn.sum(), getattr(found, name))
-        # Another way to the steady cycle.
-        path = fo.march(contact, CYCLE, F, factor, initial_slip=start, cycles=300)
-        last = path.slip[path.time >= 299 * 2]
-        assert np.allclose(
-            joined(slip, f"{name} work found", parts(contact))[1], np.ptp(last, axis=0), atol=1e-6
-        )
-    assert found.most >= found.least
-    assert (
-        f"from {found.least:.4g} to {found.most:.4g} (force times length per depth) per cycle"
-        in slip.get_title()
-    )
-    assert f"{factor:.4g}" in slip.get_title()
-    assert slip.get_ylabel() == "slip range (length)"
-    assert work.get_xlabel().endswith("(length)")
 
 
 def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():

@@ -210,41 +210,6 @@ def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_
     assert [one.get_text() for one in ax.get_legend().get_texts()] == ["node that slips first"]
 
 
-@pytest.mark.parametrize("contact", [FLAT, CURVED], ids=["flat", "curved"])
-def test_a_trajectory_shows_loops_along_both_tangents_and_the_size_of_the_slip(contact):
-    path = fo.march(
-        contact,
-        cycle(),
-        F,
-        1.2 * fo.shakedown_limit(contact, cycle(), F).load_factor,
-        cycles=2,
-        steps=4,
-    )
-    *sides, below = path.plot()
-    work = path.to_frame().query(f"state == {len(path.time) - 1}")["work"]
-    nodes = sorted(range(6), key=lambda node: -work.iloc[node])[:3]
-    table = path.to_frame()
-    for axis, ax in enumerate(sides, start=1):
-        for number, node in enumerate(nodes):
-            rows, line = table[table["node"] == node], ax.get_lines()[number]
-            assert np.array_equal(line.get_data(), rows[[f"slip{axis}", f"q{axis}"]].to_numpy().T)
-            lower = below.get_lines()[number]
-            assert np.array_equal(lower.get_xdata(), rows["time"])
-            sizes = np.hypot(rows["slip1"], rows["slip2"])
-            assert np.allclose(lower.get_ydata(), sizes, rtol=1e-12, atol=1e-15)
-            assert lower.get_color() == line.get_color()
-            assert (
-                line.get_label()
-                == f"node {node} at ({', '.join(f'{place:.3g}' for place in contact.points[node])})"
-            )
-        assert ax.get_xlabel() == f"slip $v_{axis}$ (length)"
-        assert ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
-    assert below.get_xlabel() == "corners visited (0: mean load)"
-    assert below.get_ylabel() == "size of the slip $v$ (length)"
-    assert sides[0].get_title() == "nodes with the most work of friction"
-    assert sides[0].get_legend() is not None
-
-
 def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip():
     loads = {"mean": [0, 0, 0, 0, 0, 0, 1.0, -1.0, 0.0], "shear": [1.0, 0, 0, 0, 0, 0, 0, 0, 0]}
     three = fo.ContactSystem(np.eye(9), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], loads)

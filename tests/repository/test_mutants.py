@@ -157,30 +157,6 @@ def test_a_test_that_computes_nothing_has_no_end_by_the_clock(ground, monkeypatc
     assert [failure.how for failure in failures] == ["no end"]
 
 
-def test_a_failing_example_is_not_made_smaller(ground):
-    """The test fails for numbers above 5, and writes down each number that it is asked for."""
-    test = ground.copy / "tests" / "test_examples.py"
-    numbers = ground.copy / "numbers"
-    test.write_text(
-        f"""
-from hypothesis import given, strategies as st
-
-
-@given(st.integers(0, 10**6))
-def test_small(number):
-    with open({str(numbers)!r}, "a") as file:
-        print(number, file=file)
-    assert number <= 5
-"""
-    )
-    assert ground.failures(["tests/test_examples.py"]) == [
-        Failure("tests/test_examples.py::test_small")
-    ]
-    tried = list(map(int, numbers.read_text().split()))
-    failing = {number for number in tried if number > 5}
-    assert len(failing) == 1
-
-
 @pytest.mark.parametrize(
     ("limit", "killer"),
     [

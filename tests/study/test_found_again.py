@@ -60,22 +60,6 @@ def test_a_contact_of_other_rounding_is_the_same_contact(tmp_path):
     assert followed(CONTACT, tmp_path / "a", starts=starts, load_factors=[0.5 + 1e-13]).empty
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        rounded(CONTACT, 1e-7),
-        CONTACT.with_gap([0.0, 1e-7, 0.0]),
-        replace(CONTACT, width=np.ones(3)).with_shear_strength([np.inf, np.inf, 1e6]),
-        replace(CONTACT, bonded={name: (q, p * 1.001) for name, (q, p) in CONTACT.bonded.items()}),
-    ],
-    ids=["stiffness", "gap", "strength", "loads"],
-)
-def test_another_contact_is_named_and_finds_nothing(tmp_path, other):
-    study(CONTACT, tmp_path / "a")
-    with pytest.warns(fo.results.OtherRows, match="has runs of other contacts or load cycles only"):
-        assert len(followed(other, tmp_path / "a")) == 20
-
-
 def in_units(contact, stiffness, force):
     """The numbers of a contact in units of stiffness and force."""
     bonded = {name: (q * force, p * force) for name, (q, p) in contact.bonded.items()}
