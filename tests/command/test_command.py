@@ -266,10 +266,7 @@ def test_errors_are_said_without_a_traceback(arguments, code, message, capsys):
 
 @pytest.mark.parametrize(
     "arguments",
-    [
-        ["study", "study.toml", "--shard", "three"],
-        ["study", "study.toml", "--workers", "many"],
-    ],
+    [["study", "study.toml", "--shard", "three"], ["study", "study.toml", "--workers", "many"]],
 )
 def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
     with pytest.raises(SystemExit) as end:

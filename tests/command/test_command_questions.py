@@ -84,10 +84,7 @@ ASKED = {
         [*PULL, "--load-factor", "1"],
         lambda: fo.required_friction(PUNCH, SIGMA, 1.0),
     ),
-    "report": (
-        [*PULL, *F, "--load-factors", ".5"],
-        lambda: fo.report(PUNCH, SIGMA, 0.5, [0.5]),
-    ),
+    "report": ([*PULL, *F, "--load-factors", ".5"], lambda: fo.report(PUNCH, SIGMA, 0.5, [0.5])),
 }
 
 

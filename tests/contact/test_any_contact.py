@@ -13,15 +13,7 @@ import pytest
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from helpers.meshes import (
-    blocks,
-    ring,
-    rotation,
-    turned,
-    two_blocks,
-    uniform_loads,
-    wedge,
-)
+from helpers.meshes import blocks, ring, rotation, turned, two_blocks, uniform_loads, wedge
 
 FLAT, SOLID = (
     list(product(kinds, repeat=2)) for kinds in ((MeshQuad, MeshTri), (MeshTet, MeshHex))

@@ -185,11 +185,7 @@ def test_an_index_of_times_is_the_time(index):
     assert cycle.times == ((0.0, 0.5, 2.0) if index is SECONDS else tuple(index))
     assert cycle == fo.LoadCycle.from_history(history.reset_index(drop=True))
     # A column of that name comes first.
-    assert fo.LoadCycle.from_history(history.assign(time=[5, 6, 7])).times == (
-        5,
-        6,
-        7,
-    )
+    assert fo.LoadCycle.from_history(history.assign(time=[5, 6, 7])).times == (5, 6, 7)
     assert all(name.startswith("t = ") for name in cycle.corner_names)
 
 

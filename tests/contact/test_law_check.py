@@ -61,17 +61,9 @@ STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
         ("equilibrium", 0.1, {"v": [[-0.2, 0.0]]}),
         ("bound", 0.3, {"v": [[0.0, 0.0]], "q": [[0.8, 0.0]]}),
         # It slips along +x, and friction pushes it on.
-        (
-            "direction",
-            0.3,
-            {"v": [[-0.3, 0.0]], "previous_slip": [[-0.6, 0.0]]},
-        ),
+        ("direction", 0.3, {"v": [[-0.3, 0.0]], "previous_slip": [[-0.6, 0.0]]}),
         # Friction on its bound, but across the slip.
-        (
-            "direction",
-            0.1,
-            {"previous_slip": [[-0.3, 0.1]]},
-        ),
+        ("direction", 0.1, {"previous_slip": [[-0.3, 0.1]]}),
         ("contact", 0.2, {"w": [-0.2], "p": [0.8]}),
         ("contact", 0.2, {"p": [-0.2]}),
         ("contact", 0.1, {"w": [0.1]}),

@@ -189,9 +189,6 @@ def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
     table = placed.to_frame()
     assert list(table) == ["node", "x", "gap", "contact", *PLACES, "width"]
     assert table["normal_y"].tolist() == [0.0, 0.8]
-    assert table["contact"].tolist() == [
-        "left",
-        "right",
-    ]
+    assert table["contact"].tolist() == ["left", "right"]
     with pytest.raises(fo.ModelError, match="contact: 'a' begins again at node 2"):
         replace(random_system(np.random.default_rng(0), 3), contact=["a", "b", "a"])

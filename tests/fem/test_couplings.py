@@ -127,10 +127,7 @@ def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
         is_zero[0] = True
     names = [
         "".join(np.array(list(axes))[flags])
-        for axes, flags in (
-            ("xyz"[:d], is_zero[:d]),
-            (ROTATIONS[d], is_zero[d:]),
-        )
+        for axes, flags in (("xyz"[:d], is_zero[:d]), (ROTATIONS[d], is_zero[d:]))
     ]
     load = np.where(is_zero, 0.0, rng.normal(size=len(is_zero)))
     if not load.any():

@@ -119,10 +119,7 @@ def sixth(written):
         points = grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])])
         bodies[name] = fo.fem.Body(MeshQuad(written(points), grid.t, grid.boundaries))
     shear = fo.fem.Traction(
-        "rim",
-        "outer",
-        x=lambda x, y: -np.sin(around(x, y)),
-        y=lambda x, y: np.cos(around(x, y)),
+        "rim", "outer", x=lambda x, y: -np.sin(around(x, y)), y=lambda x, y: np.cos(around(x, y))
     )
     model = fo.fem.ContactModel(
         bodies,

@@ -163,10 +163,7 @@ def test_the_files_of_pyyeti(tmp_path, limit):
         for n, node_directions in zip(nodes, directions, strict=True)
         for k in node_directions
         if n < 9000
-    ] + [
-        (9001, 0),
-        (9002, 0),
-    ]
+    ] + [(9001, 0), (9002, 0)]
     bulk.wtdmig(
         str(tmp_path / "a.pch"), {"KAAX": frame(whole, labels), "MAAX": frame(np.eye(69), labels)}
     )
@@ -292,11 +289,7 @@ def test_other_files_of_nastran_are_refused(tmp_path):
         ("bad.pch", {}, "pyyeti cannot read .*bad.pch.*could not convert"),
         ("bad.op4", {}, "as OUTPUT4, pyyeti cannot read .*bad.op4"),
         ("gone.pch", {}, r"stiffness: there is no file '.*gone\.pch'"),
-        (
-            "a.op4",
-            {},
-            r"labels: none, and a\.op4 has 66 rows, not six for each of 0 grid points",
-        ),
+        ("a.op4", {}, r"labels: none, and a\.op4 has 66 rows, not six for each of 0 grid points"),
         ("a.op4", {"deck": bdf}, "not six for each of 32 grid points"),
         ("a.op4", {"labels": LABELS[:5]}, "of the size of the labels, 5"),
         ("a.op4", {"deck": tmp_path / "a.op4"}, "pyyeti cannot read .*a.op4|no GRID"),

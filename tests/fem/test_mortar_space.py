@@ -84,11 +84,7 @@ def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
 @pytest.mark.parametrize(
     ("n", "m", "start", "hole", "near"),
     # Elements that are no parallelograms are integrated otherwise.
-    [
-        (12, 12, 0.0, 1.0, 5e-4),
-        (28, 22, 0.1, 1.0, 2e-3),
-        (28, 22, 0.1, 1.02, 2e-2),
-    ],
+    [(12, 12, 0.0, 1.0, 5e-4), (28, 22, 0.1, 1.0, 2e-3), (28, 22, 0.1, 1.02, 2e-2)],
 )
 def test_concentric_cylinders_have_the_contact_of_the_plane(n, m, start, hole, near, exchanged):
     """The plane projects from node to edge, and space along the normal of each facet. Over a gap

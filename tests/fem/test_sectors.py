@@ -299,10 +299,7 @@ def test_modes_of_a_sector_are_those_of_the_whole_that_repeat(count):
     same = [int(np.abs(found.frequency - frequency).argmin()) for frequency in modes.frequency]
     # Four between them do not repeat.
     assert np.allclose(found.frequency[same], modes.frequency, rtol=1e-9)
-    assert same[:2] == [
-        0,
-        5,
-    ]
+    assert same[:2] == [0, 5]
     assert np.allclose(
         count * modes.effective_mass, found.effective_mass[same], rtol=0, atol=1e-8 * found.mass
     )

@@ -13,9 +13,7 @@ MODELS = {
     "plane": PUNCH.model,
     "with springs": lambda: replace(
         PUNCH.model(),
-        contacts=[
-            fo.fem.Contact("punch", "block", tangential_stiffness=5.0, normal_stiffness=9.0),
-        ],
+        contacts=[fo.fem.Contact("punch", "block", tangential_stiffness=5.0, normal_stiffness=9.0)],
     ),
     "axisymmetric": fo.scenes.PressFit(elements=4, growth=2.0).model,
     "space": fo.scenes.SquarePunch(elements=2, growth=3.0).model,

@@ -65,12 +65,7 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
 def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
     square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
     # The last: two bodies in one place.
-    for by in (
-        [2.0, 2.0],
-        [0.0, 2.0 + 1e-6],
-        [3.0, 0.0],
-        [0.0, 0.0],
-    ):
+    for by in ([2.0, 2.0], [0.0, 2.0 + 1e-6], [3.0, 0.0], [0.0, 0.0]):
         check_touching({"one": fo.fem.Body(square), "two": fo.fem.Body(square.translated(by))}, {})
     with pytest.raises(fo.ModelError, match=r"around \(2, 1.5\)"):
         check_touching(

@@ -99,11 +99,7 @@ def test_a_delay_shifts_the_times_of_an_amplitude(tmp_path, time):
     table = f"*AMPLITUDE, NAME=W, TIME={time}\n0., 0., .5, 1., 1., 0.\n"
     late = "*CLOAD, AMPLITUDE=W, TIME DELAY=.25\nNTOP, 1, 8.\n"
     forces = of_states(joint_of(tmp_path, deck(late, more=table)))
-    assert forces == {
-        "STEP 1@0.25": [0, 0],
-        "STEP 1@0.75": [24, 0],
-        "STEP 1": [12, 0],
-    }
+    assert forces == {"STEP 1@0.25": [0, 0], "STEP 1@0.75": [24, 0], "STEP 1": [12, 0]}
     late = late.replace(".25", "1.25")
     forces = of_states(joint_of(tmp_path, deck(PRESS, late, more=table)))
     first = {"STEP 1": [0, -40]}

@@ -30,10 +30,7 @@ def test_the_element_of_jenkins():
     """
     k0, kt, mu, N, m = 3.0, 5.0, 0.4, 2.0, 0.7
     # The mode is 1 / sqrt(m), its load m times that.
-    one = {
-        "N": ([0.0], [1.0]),
-        "mode": ([-np.sqrt(m)], [0.0]),
-    }
+    one = {"N": ([0.0], [1.0]), "mode": ([-np.sqrt(m)], [0.0])}
     hard = fo.ContactSystem.from_blocks(
         [[k0]], [[0.0]], [[1.0]], [0.0], one, width=[1.0], compliance=np.zeros((2, 2))
     )
@@ -326,12 +323,7 @@ def test_two_sliders_in_space_contact_by_contact():
         np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
     )
     assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3)
-    assert curve.slipping.tolist() == [
-        0.0,
-        0.25,
-        0.25,
-        1.0,
-    ]
+    assert curve.slipping.tolist() == [0.0, 0.25, 0.25, 1.0]
     assert curve.work == pytest.approx(work.sum(axis=1))
     assert curve.slip_range == pytest.approx(slip_range.max(axis=1))
     table = curve.by_contact
@@ -428,11 +420,7 @@ def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
     )
     curve = fo.joints.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [1.0, 1.9, 2.1])
     assert curve.gross_slip == pytest.approx(2.0)
-    assert curve.outcome == (
-        "SHAKEDOWN",
-        "SHAKEDOWN",
-        "SLIDES_OFF",
-    )
+    assert curve.outcome == ("SHAKEDOWN", "SHAKEDOWN", "SLIDES_OFF")
     assert curve.work.tolist()[:2] == [0.0, 0.0]
     assert np.isnan(
         [getattr(curve, name)[2] for name in ("work", "slipping", "displacement")]
@@ -541,10 +529,7 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
     system.save(tmp_path / "pads.npz")
     assert fo.ContactSystem.load(tmp_path / "pads.npz").load_size == system.load_size
     # 5 MPa on 20 mm.
-    assert system.load_size == {
-        "P": pytest.approx(2000.0),
-        "Q": pytest.approx(100.0),
-    }
+    assert system.load_size == {"P": pytest.approx(2000.0), "Q": pytest.approx(100.0)}
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}])
     curve = fo.joints.backbone_curve(system, cycle, 0.9, load_factors=[0.5, 1.0])
     assert curve.outcome == ("SHAKEDOWN", "SHAKEDOWN")

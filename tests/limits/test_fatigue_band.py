@@ -222,10 +222,7 @@ def test_the_face_is_marked_and_a_depth_is_not(tmp_path):
         ),
         "initial_slip: not with a slip_bound",
     ),
-    (
-        lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1).life(5.0, 1e6, 0.0),
-        "SD: 0.0",
-    ),
+    (lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1).life(5.0, 1e6, 0.0), "SD: 0.0"),
     (lambda: fo.fatigue_band(uncoupled().system, TO_FRO, 0.5, 0.1), "stress_map: .*give the"),
     (lambda: fo.fatigue_band(uncoupled(), TO_FRO, 0.5, 0.1, "Ruiz"), "parameter: 'Ruiz'"),
     (

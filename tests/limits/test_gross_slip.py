@@ -63,10 +63,7 @@ def test_a_motion_is_free_with_the_digits_of_any_matrix_job(digits, nodes):
     root -= basis @ (basis.T @ root)
     root = np.vectorize(lambda entry: float(f"{entry:.{digits - 1}e}"))(root @ root.T)
     pressure = np.full(2 * nodes, 1.0 / nodes)
-    loads = {
-        "T": np.r_[still, pressure],
-        "pull": np.r_[np.where(at_head, 0.0, pressure), still],
-    }
+    loads = {"T": np.r_[still, pressure], "pull": np.r_[np.where(at_head, 0.0, pressure), still]}
     system = fo.ContactSystem(
         (root + root.T) / 2,
         np.column_stack([x, height]),

@@ -77,10 +77,7 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
     outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
     # A smaller load is worse if the load presses.
-    assert outcomes == [
-        fo.Outcome.CYCLIC_SLIP,
-        fo.Outcome.SHAKEDOWN,
-    ]
+    assert outcomes == [fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN]
     assert verify(limit, starts=0, moved=0).persists
 
 

@@ -13,15 +13,7 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
 from helpers.motions import about_its_middle
-from helpers.systems import (
-    CYCLE,
-    NODE,
-    SEEDS,
-    excess,
-    linprog_limit,
-    on_both_bounds,
-    random_system,
-)
+from helpers.systems import CYCLE, NODE, SEEDS, excess, linprog_limit, on_both_bounds, random_system
 from studies.validation.verify import verify
 
 Z = [0.0, 0.0]

@@ -17,14 +17,7 @@ from frictopt.limits.guarantee.critical_search import load_factor_bounds
 from frictopt.solve import solvers as policy
 from helpers.cases import few
 from helpers.guaranteed import least_by_node, random_cycle
-from helpers.liars import (
-    is_excess,
-    lying,
-    lying_by_cvxpy,
-    misread,
-    persuasive,
-    unpolished,
-)
+from helpers.liars import is_excess, lying, lying_by_cvxpy, misread, persuasive, unpolished
 from helpers.spatial import CORNERS, random_contact, single
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 

@@ -128,10 +128,7 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
     assert np.isnan(limit.load_factor)
     assert np.isnan(limit.slip).all()
     assert "obeys service load:" in limit.reason
-    assert limit.constraints == (
-        "constraints[0]",
-        "service load",
-    )
+    assert limit.constraints == ("constraints[0]", "service load")
     limit = model.solve(0.4, [harmless, model.load_factor >= 0.98 * above])
     printed = explained(limit)
     assert all(
@@ -412,11 +409,7 @@ def test_rows_of_your_own_are_printed_by_the_names_of_the_model_and_have_multipl
         (model.p[1] >= 0.0).set_label("q[all]"),
     ]
     limit = model.solve(0.4, rows)
-    assert [str(model.q), str(model.p), str(model.p[1, 2])] == [
-        "q",
-        "p",
-        "p[1, 2]",
-    ]
+    assert [str(model.q), str(model.p), str(model.p[1, 2])] == ["q", "p", "p[1, 2]"]
     assert "Concatenate" not in limit.explain()
     # The empty row is printed as slip[0], too.
     assert {"q[0, 0:3]", "p", "constraints[3]", "q[all]"} <= set(limit.multipliers.row)

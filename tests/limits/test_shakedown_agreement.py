@@ -11,10 +11,7 @@ def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(
 ):
     lying(monkeypatch, sloppy(1e-5))
     limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
-    assert [attempt.outcome for attempt in limit.record.attempts] == [
-        "optimal",
-        "refined",
-    ]
+    assert [attempt.outcome for attempt in limit.record.attempts] == ["optimal", "refined"]
     assert limit.record.attempts[0].residual > 1e-7 and limit.residual < 1e-10
 
 
@@ -101,10 +98,7 @@ def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycl
     lying(monkeypatch, lambda _, name, x, y: "stopped" if name == "HIGHS" else None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL"
-    assert [a.outcome for a in limit.record.attempts] == [
-        "stopped",
-        "optimal",
-    ]
+    assert [a.outcome for a in limit.record.attempts] == ["stopped", "optimal"]
     with pytest.raises(
         fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"
     ):

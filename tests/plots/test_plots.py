@@ -99,10 +99,7 @@ def test_a_guaranteed_limit_circles_the_node_on_both_its_bounds():
     ax = limit.plot()
     check_ratio(ax, PAIR, *limit.reactions, CYCLE.corner_names)
     assert limit.node == 0
-    assert sorted(map(tuple, circles(ax)[:, :2].round(9))) == [
-        (0.0, -1.0),
-        (0.0, 1.0),
-    ]
+    assert sorted(map(tuple, circles(ax)[:, :2].round(9))) == [(0.0, -1.0), (0.0, 1.0)]
     # The circle is on the line of its colour.
     for line in (labelled(ax)[name] for name in CYCLE.corner_names):
         (marks,) = [
@@ -262,10 +259,7 @@ def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, c
     assert upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)"
     assert upper.get_ylabel() == "shear force $q$ (force per depth)"
     # Without the artificial load before the mean load.
-    assert lower.get_xlim() == (
-        0,
-        2 * len(cycle.corners),
-    )
+    assert lower.get_xlim() == (0, 2 * len(cycle.corners))
 
 
 def study():

@@ -12,16 +12,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.patches import Polygon
 
 import frictopt as fo
-from helpers.pictures import (
-    ALL,
-    FIVE,
-    PAIR,
-    F,
-    check_mechanism,
-    check_ratio,
-    joined,
-    labelled,
-)
+from helpers.pictures import ALL, FIVE, PAIR, F, check_mechanism, check_ratio, joined, labelled
 from helpers.systems import CYCLE, PULL, at_corners, linprog_limit
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")

@@ -136,10 +136,7 @@ def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
     """It is not the corner of the least p - |q|, of the largest ratio, of the least shear in one
     direction, or of the node with the largest reserve."""
     # The shear 0.4 is along the second tangent, all others along the first.
-    reserves = {
-        0: [0.5 - 0.4, 1.0 - 0.5],
-        1: [0.5 - 0.3, 1.0 - 0.85],
-    }
+    reserves = {0: [0.5 - 0.4, 1.0 - 0.5], 1: [0.5 - 0.3, 1.0 - 0.85]}
     loads = {
         "mean": [0, 0, 0, 0, 5.0, 1.0],
         "first": [0, 0.5, 0.4, 0, 0, 0],
@@ -223,10 +220,7 @@ def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_s
     assert limit.open.tolist() == [False, True, False]
     assert rings.get_offsets().tolist() == [[1.0, 0.0]]
     assert arrows.U.tolist() == [0.1, 0.5]
-    assert arrows.get_offsets().tolist() == [
-        [0.0, 0.0],
-        [2.0, 0.0],
-    ]
+    assert arrows.get_offsets().tolist() == [[0.0, 0.0], [2.0, 0.0]]
     slips = fo.steady_state(three, shearing, F, 2.0, steps=2).plot()
     (rings,) = [one for one in slips.collections if one.get_label() == "open node"]
     assert rings.get_offsets().tolist() == [[1.0, 0.0]]

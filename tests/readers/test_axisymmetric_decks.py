@@ -71,9 +71,6 @@ def test_a_negative_radius_is_named(tmp_path):
     (tmp_path / "job.inp").write_text(DECK.replace("\n4, 1, 0.7\n", "\n4, -0.25, 0.7\n"))
     job = fo.readers.read_abaqus(tmp_path / "job.mtx", deck=tmp_path / "job.inp")
     radius = r"x = -0.25 at node 4 of an axisymmetric element; x is its radius, >= 0"
-    for question in (
-        lambda: job.areas("TOP"),
-        lambda: job.force("TOP", pressure=1.0),
-    ):
+    for question in (lambda: job.areas("TOP"), lambda: job.force("TOP", pressure=1.0)):
         with pytest.raises(fo.ModelError, match=radius):
             question()

@@ -9,15 +9,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
-from helpers.calculix import (
-    Block,
-    displacements,
-    equation,
-    glued,
-    lines,
-    node_set,
-    run,
-)
+from helpers.calculix import Block, displacements, equation, glued, lines, node_set, run
 from helpers.components import joined
 
 pytestmark = pytest.mark.ccx

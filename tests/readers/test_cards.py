@@ -192,7 +192,6 @@ def test_elements_of_ansys_that_are_not_known_make_no_pairs(tmp_path):
     bar = fo.readers.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
     end, middle = (np.flatnonzero(np.isclose(bar.points[:, 2], z)) for z in (5.0, 4.0))
     with pytest.raises(
-        fo.ModelError,
-        match="an element 226 of 20 nodes, whose midside nodes are unknown; mesh",
+        fo.ModelError, match="an element 226 of 20 nodes, whose midside nodes are unknown; mesh"
     ):
         bar.pairs(end, middle)

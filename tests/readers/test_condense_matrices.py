@@ -123,12 +123,7 @@ def test_names_and_widths_are_kept():
     system = fo.condense(
         **matched(), contact=["left", "left", "right", "right"], width=[1, 2, 3, 4]
     )
-    assert system.contact.tolist() == [
-        "left",
-        "left",
-        "right",
-        "right",
-    ]
+    assert system.contact.tolist() == ["left", "left", "right", "right"]
     assert system.width.tolist() == [1, 2, 3, 4]
     halves = fo.condense(**matched(), contact=["left", "left", "right", "right"])
     assert np.allclose(halves.width, 1 / 3) and np.allclose(np.diff(halves.x), 2 / 3)

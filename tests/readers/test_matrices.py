@@ -186,11 +186,7 @@ def test_surfaces_name_their_nodes(squares):
     job = fo.readers.read_calculix(squares / "job")
     assert {
         name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")
-    } == {
-        "side": [10, 20],
-        "NODES": [50, 60, 10],
-        "RIGHT": [50, 60],
-    }
+    } == {"side": [10, 20], "NODES": [50, 60, 10], "RIGHT": [50, 60]}
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
     # The end at x = 2.
     with pytest.raises(fo.ModelError, match="'AROUND': its nodes also span other facets"):

@@ -41,12 +41,7 @@ def elements(mesh):
 def test_a_file_of_gmsh_names_only_the_groups_of_its_author_and_is_read_in_silence(capfd):
     mesh = fo.readers.read_mesh("docs/tutorial/foot.msh")
     assert sorted(mesh.subdomains) == ["block", "foot"]
-    assert sorted(mesh.boundaries) == [
-        "bottom",
-        "left",
-        "right",
-        "top",
-    ]
+    assert sorted(mesh.boundaries) == ["bottom", "left", "right", "top"]
     assert capfd.readouterr() == ("", "")
 
 
@@ -145,13 +140,7 @@ UNIT = {
     ),
     "C3D6": (
         "000 100 010 001 101 011",
-        [
-            (1 / 3, 1 / 3, 0),
-            (1 / 3, 1 / 3, 1),
-            (0.5, 0, 0.5),
-            (0.5, 0.5, 0.5),
-            (0, 0.5, 0.5),
-        ],
+        [(1 / 3, 1 / 3, 0), (1 / 3, 1 / 3, 1), (0.5, 0, 0.5), (0.5, 0.5, 0.5), (0, 0.5, 0.5)],
     ),
     "C3D5": (
         "000 100 110 010 001",
@@ -292,18 +281,12 @@ def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, versi
         mesh.write(tmp_path / "a.vtu")  # which has no names
         numbered = fo.readers.read_mesh(tmp_path / "a.vtu")
         assert middles(numbered) == {"1": [[0.5, 0]], "2": [[1, 0.5]]}
-        assert elements(numbered) == {
-            "1": [0],
-            "2": [1],
-        }
+        assert elements(numbered) == {"1": [0], "2": [1]}
     else:
         shutil.copy(DATA / "curves.msh", tmp_path / "a.msh")
     mesh = fo.readers.read_mesh(tmp_path / "a.msh")
     # The node of no element is left out.
     assert isinstance(mesh, MeshQuad)
-    assert mesh.p.shape == (
-        2,
-        6,
-    )
+    assert mesh.p.shape == (2, 6)
     assert middles(mesh) == {"bottom": [[0.5, 0]], "between": [[1, 0.5]]}
     assert elements(mesh) == {"first": [0], "second": [1]}

@@ -285,11 +285,6 @@ def test_commands_on_files_run_as_they_are_typed(typed, tmp_path):
     for command in [command for name in FILES for command in FOUND[name]]:
         if command != "frictopt --help" and not command.endswith(" --help"):
             typed(command, tmp_path)
-    assert {
-        "punch.png",
-        "limit.csv",
-        "limit.png",
-        "runs.csv",
-        "runs.png",
-        "runs.sqlite",
-    } <= {path.name for path in tmp_path.iterdir()}
+    assert {"punch.png", "limit.csv", "limit.png", "runs.csv", "runs.png", "runs.sqlite"} <= {
+        path.name for path in tmp_path.iterdir()
+    }

@@ -134,8 +134,7 @@ def test_few_tests_know_the_inside_of_a_room():
 
 
 @pytest.mark.parametrize(
-    ("file", "line"),
-    [("CITATION.cff", r"version: (\S+)"), ("CHANGELOG.md", r"## (\S+) - ")],
+    ("file", "line"), [("CITATION.cff", r"version: (\S+)"), ("CHANGELOG.md", r"## (\S+) - ")]
 )
 def test_the_version_is_the_same_everywhere(file, line):
     found = re.search(f"^{line}", (PACKAGE.parent / file).read_text(encoding="utf-8"), re.MULTILINE)

@@ -239,14 +239,8 @@ def test_the_oracles_see_a_wrong_answer(check):
 
 
 MOVING = {
-    "shakedown limit": (
-        "shakedown_limit",
-        changed(load_factor=lambda value: 1.05 * value),
-    ),
-    "guaranteed limit": (
-        "guaranteed_limit",
-        changed(load_factor=lambda value: 0.99 * value),
-    ),
+    "shakedown limit": ("shakedown_limit", changed(load_factor=lambda value: 1.05 * value)),
+    "guaranteed limit": ("guaranteed_limit", changed(load_factor=lambda value: 0.99 * value)),
     "safe slip": ("safe_slip", lambda safe: replace(safe, margin=-safe.margin)),
 }
 
@@ -261,22 +255,13 @@ def test_wrong_answers_are_seen_where_nodes_come_and_go(check):
 
 
 IN_SPACE = {
-    "limit, 3-D": (
-        "shakedown_limit",
-        changed(load_factor=lambda value: 1.001 * value),
-    ),
+    "limit, 3-D": ("shakedown_limit", changed(load_factor=lambda value: 1.001 * value)),
     "least safe load, 3-D": (
         "shakedown_limit",
         lambda limit: replace(limit, least=1.001 * limit.least),
     ),
-    "limit, plane in 3-D": (
-        "shakedown_limit",
-        changed(load_factor=lambda value: 1.001 * value),
-    ),
-    "guaranteed limit, 3-D": (
-        "guaranteed_limit",
-        changed(load_factor=lambda value: 1.001 * value),
-    ),
+    "limit, plane in 3-D": ("shakedown_limit", changed(load_factor=lambda value: 1.001 * value)),
+    "guaranteed limit, 3-D": ("guaranteed_limit", changed(load_factor=lambda value: 1.001 * value)),
     "safe region, plane in 3-D": (
         "safe_region",
         lambda region: replace(region, vertices=1.02 * region.vertices),

@@ -5,13 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from studies.datasets.study import (
-    DATASETS,
-    dundurs,
-    numbers,
-    pressed_cylinder,
-    total_of_half,
-)
+from studies.datasets.study import DATASETS, dundurs, numbers, pressed_cylinder, total_of_half
 
 
 def test_the_integral_of_half_a_roof_is_that_of_the_whole_roof():

@@ -63,10 +63,7 @@ def test_one_node_has_the_closed_form_dissipation_from_every_start():
     )
     assert table.load_ratio.to_numpy() == pytest.approx(3 * [1.2], rel=1e-9)
     assert (table.shakedown_limit == limit).all()
-    assert table.attrs == {
-        "missing": 0,
-        "per_depth": True,
-    }
+    assert table.attrs == {"missing": 0, "per_depth": True}
     assert (table.slipping == 1).all()
     assert (table.largest_share == 1.0).all()
     assert (table.open == 0).all()
@@ -226,26 +223,8 @@ def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factor
     )
     draws = np.random.default_rng(5)
     # As the distribution is defined.
-    fields = [
-        0.4,
-        field,
-        0.3 + 0.2 * draws.random(4),
-        0.3 + 0.2 * draws.random(4),
-    ]
-    assert table.friction_number.tolist() == [
-        0,
-        0,
-        0,
-        1,
-        1,
-        1,
-        2,
-        2,
-        2,
-        3,
-        3,
-        3,
-    ]
+    fields = [0.4, field, 0.3 + 0.2 * draws.random(4), 0.3 + 0.2 * draws.random(4)]
+    assert table.friction_number.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3]
     assert table.load_factor.tolist() == 4 * list(factors)
     for number, f in enumerate(fields):
         rows = table[table.friction_number == number]
@@ -470,10 +449,7 @@ def test_a_store_knows_the_load_cycles_by_label_and_content(contact, factors, bo
     assert fo.results.merge_stores(tmp_path / "whole", parts) == len(both)
     kept = fo.results.read_store(tmp_path / "whole")
     assert kept.groupby("cycle").size().to_dict() == {"slow": 6, "fast": 6}
-    assert kept.groupby("cycle")["loads"].nunique().to_dict() == {
-        "slow": 1,
-        "fast": 1,
-    }
+    assert kept.groupby("cycle")["loads"].nunique().to_dict() == {"slow": 1, "fast": 1}
     again = fo.dissipation_study(
         contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=tmp_path / "whole"
     )

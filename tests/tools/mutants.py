@@ -371,10 +371,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 said = f"killed by {failures[0]}"
             place = f"{chosen.index(fault) + 1} of {len(chosen)}"
             seconds = perf_counter() - begin
-            print(
-                f"[{place}, {seconds:.0f} s] {fault.file}: {fault.meaning}: {said}",
-                flush=True,
-            )
+            print(f"[{place}, {seconds:.0f} s] {fault.file}: {fault.meaning}: {said}", flush=True)
             return failures
 
         results = dict(zip(chosen, threads.map(plant, chosen), strict=True))
@@ -392,12 +389,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         file = options.page / "mutants.md"
         made = f"Made by `python tests/tools/mutants.py --page docs/tables`, all rooms or one by one, on {machine()}."
         file.write_text(
-            page(
-                file.read_text(encoding="utf-8") if file.is_file() else "",
-                fates,
-                commit(),
-                made,
-            ),
+            page(file.read_text(encoding="utf-8") if file.is_file() else "", fates, commit(), made),
             encoding="utf-8",
         )
     return sum(not fate.killed for fate in fates.values())

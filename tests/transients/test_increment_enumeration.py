@@ -49,11 +49,7 @@ def test_one_of_several_states_is_found():
     assert several >= 3 and one >= 30
 
 
-@pytest.mark.parametrize(
-    ("rigid", "count"),
-    [(LIFTING, 40), (FREE, 40)],
-    ids=["lifting", "free"],
-)
+@pytest.mark.parametrize(("rigid", "count"), [(LIFTING, 40), (FREE, 40)], ids=["lifting", "free"])
 def test_bodies_that_only_their_load_holds(rigid, count):
     """Where there is a state, it is found; where there is none, none is found."""
     found = none = 0

@@ -13,9 +13,7 @@ import frictopt as fo
 from frictopt.base import SolveRecord
 from frictopt.solve import by_cvxpy
 from frictopt.solve import solvers as policy
-from frictopt.transients.increments import (
-    programs as listings,
-)
+from frictopt.transients.increments import programs as listings
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
 from helpers.enumeration import admissible_states, random_increment

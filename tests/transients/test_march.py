@@ -71,12 +71,7 @@ def test_a_node_that_slips_only_while_it_is_open_does_no_work(steps):
     by B w = -A v, until it closes again."""
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
     path = fo.march(
-        contact,
-        fo.LoadCycle({"P": 1.0}, [{"P": -2.0}, {}]),
-        0.5,
-        1.0,
-        cycles=2,
-        steps=steps,
+        contact, fo.LoadCycle({"P": 1.0}, [{"P": -2.0}, {}]), 0.5, 1.0, cycles=2, steps=steps
     )
     assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2))
     assert path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
@@ -91,11 +86,6 @@ def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
         np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
     )
     path = fo.march(
-        contact,
-        fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]),
-        0.5,
-        1.0,
-        cycles=2,
-        steps=1,
+        contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.5, 1.0, cycles=2, steps=1
     )
     assert path.cycle_work[-1] == pytest.approx([2 * 0.5 * 0.4, 0.0], rel=1e-6)

@@ -90,11 +90,7 @@ def test_an_inadmissible_mean_load_is_said():
     found = fo.onset(contact, ONE_WAY, 0.5)
     assert found.mean_slips == (0, 2) and found.mean_opens == (2,) and not found.mean_admissible
     # It is on its bound once the mean load has settled.
-    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (
-        0.0,
-        0,
-        -1,
-    )
+    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (0.0, 0, -1)
     assert found.separation.load_factor == np.inf
     assert found.residual < 1e-12
     assert found.state.open.tolist() == [False, False, True]
@@ -218,24 +214,12 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
         (1.0, 2.0, 0.5, -1.0, 0.0),
         (0.0, 4.0, 0.0, -8.0, 0.5),
         # Without pressure: pulled off, and sheared less than by its bound, or more.
-        (
-            0.0,
-            0.0,
-            0.3,
-            -1.0,
-            0.0,
-        ),
+        (0.0, 0.0, 0.3, -1.0, 0.0),
         (0.0, 0.0, 0.8, -1.0, 0.0),
         (0.0, 0.0, 0.3, 0.4, 0.0),
         (0.0, 0.0, 0.3, 1.0, np.inf),
         # At its bound, which the load relieves: it waits for the other one.
-        (
-            -1.0,
-            2.0,
-            1.0,
-            0.0,
-            2.0,
-        ),
+        (-1.0, 2.0, 1.0, 0.0, 2.0),
         (-1.0, 2.0, -0.5, 1.0, np.inf),  # or leaves there
     ],
 )

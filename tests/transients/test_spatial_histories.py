@@ -72,11 +72,7 @@ def test_the_range_is_that_of_the_plane():
     part in the least and the most work."""
     question = CYCLE, 0.6, 0.65
     # Of twelve increments the search makes five.
-    ways = (
-        (PAIR, {}),
-        (PAIR, {"steps": 12}),
-        (SOLID, {"steps": 6}),
-    )
+    ways = ((PAIR, {}), (PAIR, {"steps": 12}), (SOLID, {"steps": 6}))
     plane, many, space = (fo.dissipation_range(contact, *question, **how) for contact, how in ways)
     for found in (many, space):
         assert found.most == pytest.approx(plane.most, rel=0.03)

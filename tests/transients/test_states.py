@@ -46,10 +46,7 @@ def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean
         assert again.time[-1] == 2 * (3 - done) + 2 * (state.next_corner > 0)
         assert again.residual < 1e-9 and same_end(whole, again, size)
         assert np.array_equal(again.slip[0], whole.slip[row])
-        assert again.cycle_work.shape == (
-            3 - done,
-            25,
-        )
+        assert again.cycle_work.shape == (3 - done, 25)
         # Only the rest of that cycle is followed.
         part = int(row in inside and state.next_corner == 0)
         assert np.allclose(
