@@ -246,76 +246,44 @@ def test_what_says_nothing_of_the_mesh_is_passed_over(squares, old, new):
 
 # file, text, what stands in its place (None: of the whole file; no text: at its end; nothing: it is
 # missing), message
-DAMAGED = [
-    (
-        "job.inp",
+# Messages, and lines that are added to the deck, texts that are changed in it, and files.
+ADDED = {
+    "block \\*SYSTEM .*in the global directions": "*SYSTEM\n1., 0., 0., 1., 1., 0.\n",
+    "block \\*TRANSFORM NSET=LEFT .*in the global directions": "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n",
+    r"\*ELGEN ELSET=FIRST makes or moves .* not listed": "*ELGEN, ELSET=first\n1, 2, 20\n",
+    r"\*NODE INPUT=MORE.NOD makes or moves .* not listed": "*NODE, INPUT=more.nod\n",
+    r"\*INSTANCE NAME=I, PART=P has no name, or its part 'P' is not in this deck": "*INSTANCE, NAME=i, PART=p\n1., 0.\n",
+}
+CHANGED = {
+    r"node 10 is defined twice, at \(0.0, 0.0, 0.0\) and at \(0.0, 1.0, 0.0\), as in .*flat deck": (
         "20, 0., 1.D0",
         "10, 0., 1.",
-        r"node 10 is defined twice, at \(0.0, 0.0, 0.0\) and at \(0.0, 1.0, 0.0\), as in .*flat deck",
     ),
-    ("job.inp", "20, 0., 1.D0", "20, 0., one", "cannot be read"),
-    ("job.inp", "40, 20\n", "40, 21\n", "elements CPS4R names node 21"),
-    ("job.inp", "Left, 30", "Both, 30", "'BOTH' names 'BOTH'"),
-    (
-        "job.inp",
-        "*HEADING",
-        "*SYSTEM\n1., 0., 0., 1., 1., 0.\n*HEADING",
-        "block \\*SYSTEM .*in the global directions",
-    ),
-    (
-        "job.inp",
-        "*HEADING",
-        "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n*HEADING",
-        "block \\*TRANSFORM NSET=LEFT .*in the global directions",
-    ),
-    (
-        "job.inp",
+    "cannot be read": ("20, 0., 1.D0", "20, 0., one"),
+    "elements CPS4R names node 21": ("40, 20\n", "40, 21\n"),
+    "'BOTH' names 'BOTH'": ("Left, 30", "Both, 30"),
+    r"element 1 is defined twice.*flat deck.* \(Abaqus/CAE: ": (
         "7, 30, 50, 60, 40",
         "1, 30, 50, 60, 40",
-        r"element 1 is defined twice.*flat deck.* \(Abaqus/CAE: ",
     ),
-    (
-        "job.inp",
+    r"it goes from 40 to 30 by 10, which does not increase": (
         "*NSET, NSET=Both\nLeft, 30\n40,",
         "*NSET, NSET=Both, GENERATE\n10, 20\n40, 30, 10",
-        r"it goes from 40 to 30 by 10, which does not increase",
     ),
-    (
-        "job.inp",
+    r"it goes from 40 to 10 by -10, which does not increase": (
         "*NSET, NSET=Both\nLeft, 30\n40,",
         "*NSET, NSET=Both, GENERATE\n40, 10, -10",
-        r"it goes from 40 to 10 by -10, which does not increase",
     ),
-    (
-        "job.inp",
+    "node set 'LEFT' names 'NONE', which is no other set": (
         "*NSET, NSET=LEFT",
         "*NSET, NSET=LEFT, ELSET=NONE",
-        "node set 'LEFT' names 'NONE', which is no other set",
     ),
-    (
-        "job.inp",
-        "*NSET, NSET=Both",
-        "*ELGEN, ELSET=first\n1, 2, 20\n*NSET, NSET=Both",
-        r"\*ELGEN ELSET=FIRST makes or moves .* not listed",
-    ),
-    (
-        "job.inp",
-        "*NSET, NSET=Both",
-        "*NODE, INPUT=more.nod\n*NSET, NSET=Both",
-        r"\*NODE INPUT=MORE.NOD makes or moves .* not listed",
-    ),
-    (
-        "job.inp",
-        "*NSET, NSET=Both",
-        "*INSTANCE, NAME=i, PART=p\n1., 0.\n*NSET, NSET=Both",
-        r"\*INSTANCE NAME=I, PART=P has no name, or its part 'P' is not in this deck",
-    ),
-    (
-        "job.inp",
-        "TYPE=CPS4R, ELSET=second",
-        "ELSET=second",
-        "block \\*ELEMENT ELSET=SECOND cannot be read",
-    ),
+    "block \\*ELEMENT ELSET=SECOND cannot be read": ("TYPE=CPS4R, ELSET=second", "ELSET=second"),
+}
+ABOVE = "*NSET, NSET=Both"
+DAMAGED = [
+    *(("job.inp", ABOVE, lines + ABOVE, message) for message, lines in ADDED.items()),
+    *(("job.inp", *texts, message) for message, texts in CHANGED.items()),
     ("job.inp", None, "*HEADING\n", "no nodes"),
     ("more.nod", None, "*INCLUDE, INPUT=more.nod\n", "includes itself"),
     ("job.sti", None, None, "job.sti"),
