@@ -195,111 +195,79 @@ def worn(**options):
 # the call; the bar that stops it, after so many of what it counts; what is kept, with what has to
 # hold for it; and what a bar says in the end
 CALLS = {
+    "shakedown": lambda **o: fo.shakedown_limit(PULLED, CYCLE, 0.5, **o),
+    "sweep": swept,
+    "required friction": lambda **o: fo.required_friction(PAIR, CYCLE, 0.3, **o),
+    "safe region": lambda **o: fo.safe_region(ROLLED, {"P": 1.0}, ["Q", "R"], 0.5, **o),
+    "guaranteed": lambda **o: fo.guaranteed_limit(PAIR, CYCLE, 0.6, **o),
+    "after an overload": lambda **o: fo.after_overload(guaranteed(), **o),
+    "design": designed,
+    "protocol": lambda **o: fo.limit_after_protocol(guaranteed().shakedown, scan=5, **o),
+    "range": lambda **o: fo.dissipation_range(PAIR, CYCLE, 0.6, 0.5, **o),
+    "wear": worn,
+    "worn in": lambda **o: fo.joints.worn_in(*WORN, **o),
+    "steady state": lambda **o: fo.steady_state(PAIR, CYCLE, 0.6, 0.9, **o),
+}
+# The bar, the number of steps after which the call is interrupted, and what a terminal shows.
+SHOWN = {
     "shakedown": (
-        lambda **o: fo.shakedown_limit(PULLED, CYCLE, 0.5, **o),
         "open nodes",
         1,
-        "limit",
-        lambda limit: limit.kind.name == "NO_SAFE_SLIP",
         r"open nodes: 6 programs, 00:\d\d, at least 1.75, at most 1.75 so far",
     ),
-    "sweep": (
-        swept,
-        "sweep",
-        2,
-        "table",
-        lambda table: table["friction"].tolist() == [0.3, 0.5],
-        "sweep: 100%",
-    ),
+    "sweep": ("sweep", 2, "sweep: 100%"),
     "required friction": (
-        lambda **o: fo.required_friction(PAIR, CYCLE, 0.3, **o),
         "required friction",
         3,
-        "table",
-        lambda table: len(table) == 2 and table["safe"].all(),
         r"required friction: \d+ programs, 00:\d\d, between 0\.\d+ and 0\.\d+ so far",
     ),
-    "safe region": (
-        lambda **o: fo.safe_region(ROLLED, {"P": 1.0}, ["Q", "R"], 0.5, **o),
-        "safe region",
-        2,
-        "table",
-        lambda table: table.to_numpy().round(9).tolist() == [[1.0, 0.0]],
-        r"safe region: [2-9] rays, 00:\d\d",
+    "safe region": ("safe region", 2, r"safe region: [2-9] rays, 00:\d\d"),
+    "guaranteed": ("critical nodes", 1, "critical nodes: 100%"),
+    "after an overload": ("critical nodes", 1, r"after an overload: 00:\d\d"),
+    "design": ("design", 2, r"design: \d+ programs, 00:\d\d, load factor 0.5521 so far"),
+    "protocol": (
+        "limit after a protocol",
+        3,
+        r"limit after a protocol: \d+ transients, 00:\d\d, rest at load factor \d",
     ),
+    "range": (
+        "dissipation range",
+        9,
+        r"dissipation range: \d+ transients, 00:\d\d, work from 0 to 0\.04",
+    ),
+    "wear": ("wear", 3, r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far"),
+    "worn in": ("steady state", 2, r"worn in: 00:\d\d"),
+    "steady state": ("steady state", 2, r"steady state: \d+ cycles, 00:\d\d"),
+}
+# The attribute of the interrupt, and what holds of it.
+KEPT = {
+    "shakedown": ("limit", lambda limit: limit.kind.name == "NO_SAFE_SLIP"),
+    "sweep": ("table", lambda table: table["friction"].tolist() == [0.3, 0.5]),
+    "required friction": ("table", lambda table: len(table) == 2 and table["safe"].all()),
+    "safe region": ("table", lambda table: table.to_numpy().round(9).tolist() == [[1.0, 0.0]]),
     "guaranteed": (
-        lambda **o: fo.guaranteed_limit(PAIR, CYCLE, 0.6, **o),
-        "critical nodes",
-        1,
         "table",
         lambda table: (
             len(table) == 1
             and table["load_factor"].min() >= fo.guaranteed_limit(PAIR, CYCLE, 0.6).load_factor
         ),
-        "critical nodes: 100%",
     ),
-    "after an overload": (
-        lambda **o: fo.after_overload(guaranteed(), **o),
-        "critical nodes",
-        1,
-        "table",
-        lambda table: len(table) == 1,
-        r"after an overload: 00:\d\d",
-    ),
-    "design": (
-        designed,
-        "design",
-        2,
-        "design",
-        lambda design: round(design.load_factor, 4) == 0.1712,
-        r"design: \d+ programs, 00:\d\d, load factor 0.5521 so far",
-    ),
+    "after an overload": ("table", lambda table: len(table) == 1),
+    "design": ("design", lambda design: round(design.load_factor, 4) == 0.1712),
     "protocol": (
-        lambda **o: fo.limit_after_protocol(guaranteed().shakedown, scan=5, **o),
-        "limit after a protocol",
-        3,
         "table",
         lambda table: len(table) == 2 and set(table) == {"load_factor", "outcome"},
-        r"limit after a protocol: \d+ transients, 00:\d\d, rest at load factor \d",
     ),
-    "range": (
-        lambda **o: fo.dissipation_range(PAIR, CYCLE, 0.6, 0.5, **o),
-        "dissipation range",
-        9,
-        "range",
-        lambda span: span.least <= span.most and span.transients <= 9,
-        r"dissipation range: \d+ transients, 00:\d\d, work from 0 to 0\.04",
-    ),
-    "wear": (
-        worn,
-        "wear",
-        3,
-        "history",
-        lambda history: len(history.depth) == 4,
-        r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far",
-    ),
-    "worn in": (
-        lambda **o: fo.joints.worn_in(*WORN, **o),
-        "steady state",
-        2,
-        "depth",
-        lambda h: (h == fo.joints.worn_in(*WORN).depth).all(),
-        r"worn in: 00:\d\d",
-    ),
-    "steady state": (
-        lambda **o: fo.steady_state(PAIR, CYCLE, 0.6, 0.9, **o),
-        "steady state",
-        2,
-        "work",
-        lambda work: len(work) >= 1,
-        r"steady state: \d+ cycles, 00:\d\d",
-    ),
+    "range": ("range", lambda span: span.least <= span.most and span.transients <= 9),
+    "wear": ("history", lambda history: len(history.depth) == 4),
+    "worn in": ("depth", lambda h: (h == fo.joints.worn_in(*WORN).depth).all()),
+    "steady state": ("work", lambda work: len(work) >= 1),
 }
 
 
 @pytest.mark.parametrize("call", CALLS)
 def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call):
-    ask, what, most, name, holds, said = CALLS[call]
+    ask, (what, most, said), (name, holds) = CALLS[call], SHOWN[call], KEPT[call]
     with interrupted(what, most) as stopped:
         ask(progress=False)
     assert holds(getattr(stopped.value, name)) and len(stopped.value.__notes__) == 1
