@@ -62,6 +62,21 @@ def test_reversed_curves_and_entities_of_two_groups_are_kept(tmp_path, version, 
     fo.fem.Body(mesh)
 
 
+@pytest.mark.parametrize("version", [4.1, 2.2])
+def test_files_of_windows_have_the_same_groups(tmp_path, version):
+    """A line of text may end with two characters; a curve in two groups stays in both."""
+    groups = """
+    Physical Surface("plate") = {1}; Physical Curve("bottom") = {1};
+    Physical Curve("held") = {1, 2, -5};
+    """
+    plate(tmp_path, groups, version)
+    text = (tmp_path / "plate.msh").read_bytes()
+    (tmp_path / "windows.msh").write_bytes(text.replace(b"\n", b"\r\n"))
+    mesh = fo.readers.read_mesh(tmp_path / "windows.msh")
+    assert lengths(mesh) == {"bottom": 4.0, "held": 6.0}
+    assert area(mesh) == pytest.approx(4.0)
+
+
 @pytest.mark.parametrize(("version", "binary"), FORMATS)
 def test_one_name_in_two_dimensions_is_a_body_and_a_boundary(tmp_path, version, binary):
     mesh = plate(

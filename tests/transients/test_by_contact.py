@@ -10,6 +10,27 @@ import frictopt as fo
 from helpers.paths import ASKED, ROUND
 
 
+def test_shear_around_a_pin_has_the_resultant_of_its_directions():
+    """Twist of a pin in a hole has no resultant, though each node carries shear along its own
+    tangent."""
+    turns = 2 * np.pi * np.arange(8) / 8
+    normals = np.column_stack([np.cos(turns), np.sin(turns)])
+    frames = np.stack([np.column_stack([normals[:, 1], -normals[:, 0]]), normals], axis=1)
+    loads = {
+        "P": (np.zeros(8), np.ones(8)),
+        "twist": (np.full(8, 0.1), np.zeros(8)),
+        "Q": (0.1 * frames[:, 0, 0], np.zeros(8)),
+    }
+    pin = fo.ContactSystem(np.eye(16), normals, loads, frames=frames)
+    for case, resultant in (("twist", 0.0), ("Q", 0.4)):
+        table = fo.steady_state(pin, fo.LoadCycle({"P": 1.0}, [{case: 1.0}]), 0.5, 1.0).by_contact()
+        assert table["Q_0"][0] == pytest.approx(resultant, abs=1e-12)
+        assert table["P_0"][0] == pytest.approx(8.0)
+        assert table["contact"][0] == "the contact"
+        assert "area" not in table
+        assert "no width" in table.attrs["note"]
+
+
 def test_of_a_period_of_two_cycles_the_last_one_counts():
     """The cycle written down twice has the forces of both cycles. Its last three corners are the
     corners of the cycle that ends in the last slip."""
