@@ -118,3 +118,35 @@ def test_motions_on_each_stretch_keep_the_law():
             opens = opens + (status == 2).any()
         assert last == pytest.approx(np.asarray(one.derivative), abs=1e-12)
     assert stretches > 30 and opens > 5
+
+
+def symmetric_contact(rng, nodes):
+    """A random contact that is its own mirror image; its loads are symmetric, too."""
+    contact = random_system(rng, nodes, ("mean", "one", "other"), coupling=rng.uniform(0.2, 1.0))
+    reversed_order = np.eye(nodes)[::-1]
+    none = np.zeros((nodes, nodes))
+    mirror = np.block([[-reversed_order, none], [none, reversed_order]])
+    loads = {}
+    for name, (q, p) in contact.bonded.items():
+        r = np.concatenate([q, p])
+        loads[name] = tuple(np.split((r + mirror @ r) / 2, 2))
+    return fo.ContactSystem((contact.S + mirror @ contact.S @ mirror.T) / 2, contact.points, loads)
+
+
+def test_a_closed_node_has_no_gap_that_could_change_also_if_two_close_at_once():
+    """In a symmetric contact twin nodes open and close at the same time."""
+    twins_that_close = 0
+    for seed in range(0, 100, 2):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(3, 7))
+        contact = symmetric_contact(rng, n)
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}])
+        try:
+            one = return_map(at_last_corner(contact, cycle, 0.4, rng.uniform(0.5, 3), np.zeros(n)))
+        except fo.NoContinuation:
+            continue
+        twins_that_close += int(((one.status[:-1] == 2) & (one.status[1:] != 2)).sum())
+        for number, status in enumerate(one.status):
+            gaps = one.motions[number][n:]
+            assert np.abs(gaps[status != 2]).max(initial=0.0) < 1e-9
+    assert twins_that_close > 10
