@@ -122,6 +122,26 @@ def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(se
     assert 1e-9 < abs(steady.dissipation / works[-1] - 1) <= steady.work_error < 1e-5
 
 
+@pytest.mark.parametrize(("seed", "share", "steps"), [(464, 0.95, 2), (166, 2.5, 8)])
+def test_nodes_that_stop_before_the_limit_or_have_stopped_leave_no_error_untold(seed, share, steps):
+    rng = np.random.default_rng([29, seed])
+    nodes = int(rng.integers(3, 13))
+    contact = random_contact(rng, nodes, coupling=float(rng.choice([0.2, 0.5, 0.8, 1.0])))
+    friction = rng.uniform(0.2, 0.8, nodes) if seed % 4 else float(rng.uniform(0.2, 0.8))
+    if steps == 2:
+        contact = contact.with_gap(np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0))
+    problem = (
+        contact,
+        cycle(2),
+        friction,
+        share * fo.shakedown_limit(contact, cycle(2), friction).load_factor,
+    )
+    steady = fo.steady_state(*problem, steps=steps)
+    works = fo.march(*problem, steps=steps, cycles=500).cycle_work.sum(axis=1)
+    assert works[-1] == pytest.approx(works[-20], rel=1e-9)
+    assert abs(steady.dissipation / works[-1] - 1) <= max(1e-9, steady.work_error) < 1e-5
+
+
 @pytest.mark.parametrize(
     ("seed", "steps"), [(30, 2), (30, 20), (19, 4), (19, 20), (29, 20), (4, 10), (6, 20), (64, 4)]
 )
