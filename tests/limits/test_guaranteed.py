@@ -129,11 +129,11 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
 @pytest.mark.parametrize("solver", ["HIGHS", "CLARABEL", "HIGHS_IPM"])
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_each_solver_alone_is_named(punch, paper_cycle, ask, solver):
-    limit = ask(punch(16), paper_cycle, 0.5, solver=solver)
+    limit = ask(punch(12), paper_cycle, 0.5, solver=solver)
     assert limit.record.solver == solver
     assert {attempt.solver for attempt in limit.record.attempts} == {solver}
     assert limit.load_factor == pytest.approx(
-        ask(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8
+        ask(punch(12), paper_cycle, 0.5).load_factor, rel=1e-8
     )
 
 

@@ -96,20 +96,20 @@ def test_explain_does_not_mix_two_solves(punch, paper_cycle):
 
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
     lying(monkeypatch, lambda _, name, x, y: "stopped" if name == "HIGHS" else None)
-    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    limit = fo.shakedown_limit(punch(12), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL"
     assert [a.outcome for a in limit.record.attempts] == ["stopped", "optimal"]
     with pytest.raises(
         fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"
     ):
-        fo.shakedown_limit(punch(16), paper_cycle, 0.7, solver="HIGHS")
+        fo.shakedown_limit(punch(12), paper_cycle, 0.7, solver="HIGHS")
 
 
 def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
     lying(monkeypatch, lambda _, name, x, y: ((1 + 1e-7) * x, y) if name == "HIGHS" else None)
     with monkeypatch.context() as patch:
         unpolished(patch)
-        limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+        limit = fo.shakedown_limit(punch(12), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL" and limit.record.attempts[0].residual > 1e-8
 
 
