@@ -114,15 +114,9 @@ class _NormalProblem:
         """
         pressure, gap = now
         touching = (pressure == 0) & (gap == 0)
-        reactions = np.stack([first, change])
-        force, length = _rounding(self._C, change)
-        # Usually each node whose pressure or gap comes to zero opens or closes.
-        opened = opened ^ touching
-        pressures, gaps = states(self._C, reactions, opened)
-        if (np.where(opened, gaps[1] > length, pressures[1] > force) | ~touching).all():
-            return opened, pressures, gaps
-        opened = self._open_by_rates(gap > 0, touching, change)
-        return opened, *states(self._C, reactions, opened)
+        if touching.any():
+            opened = self._open_by_rates(gap > 0, touching, change)
+        return opened, *states(self._C, np.stack([first, change]), opened)
 
     def _open_by_rates(self, opened: Booleans, touching: Booleans, change: Array) -> Booleans:
         """The open nodes if the reactions change, of given open nodes and touching ones.
