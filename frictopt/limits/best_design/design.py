@@ -26,8 +26,9 @@ from ..answers.sentences import (
     START_UNKNOWN,
     UNSAFE_BELOW,
 )
-from ..program.mean_load import TOUCHES, is_safe_at_mean_load
+from ..program.mean_load import is_safe_at_mean_load
 from ..program.question import Question, with_open
+from ..search.likely_sets import touching
 from ..search.loose_nodes import Branches, LooseNodes
 from ..search.set_search import MOST_COMPARED
 from ..shakedown import ShakedownLimit, limit_of_any_set, limit_of_set
@@ -129,10 +130,9 @@ class Design(Answered, Explained):
     def touches(self) -> bool:
         """Whether a closed node has no pressure at a corner, or is pulled by the mean load."""
         for question, slip in zip(self._questions, self.slips, strict=True):
-            _, r = question.states(self.load_factor, slip)
-            without_pressure = r[:, -1].min(axis=0) <= TOUCHES * question.force
+            bare, _ = touching(question, self.load_factor, slip)
             pulled = question.r0[:, -1].max(axis=0) < 0
-            if ((without_pressure | pulled) & ~question.open_nodes).any():
+            if ((bare | pulled) & ~question.open_nodes).any():
                 return True
         return False
 

@@ -125,8 +125,9 @@ class DesignModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
         self._choice = checked_choice(system, preloads, flag("profile", profile))
-        self.preload = self._choice.preload
-        self.profile = self._choice.profile
+        variables = {name: variable for variable, name in self._choice.variables.items()}
+        self.preload = variables.get("preload")
+        self.profile = variables.get("profile")
         question = self._question
         self._others = [
             checked_scenario(f"scenarios[{number}]", scenario, self._choice, question)
@@ -292,7 +293,7 @@ class DesignModel(SafeModel):
         bound is checked by the multipliers of all rows.
         """
         load_factor = solution.load_factor
-        values = {name: solution.values(name) for name in self._choice.components}
+        values = {name: solution.values(name) for name in self._choice.parts}
         built = self._choice.built(scenarios, values)
         slips: list[Array] = []
         violations: list[float] = []

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import cvxpy as cp
@@ -160,64 +159,50 @@ class Built(NamedTuple):
     questions: tuple[Question, ...]
 
 
+class Part(NamedTuple):
+    """An unknown of a design, with the names and the effects of its n components."""
+
+    variable: cp.Variable  # (n,)
+    components: Sequence[Any]
+    reactions: Array  # (n, M) bonded reactions due to a unit of each component
+    sizes: Array  # (n,) sizes of the forces that a unit of each component causes
+
+
 @dataclass(frozen=True, eq=False)
 class Choice:
     """The unknowns of a design: amplitudes of load cases in the mean load, and a profile."""
 
     system: ContactSystem
-    names: tuple[str, ...]
-    preload: cp.Variable | None  # (J,)
-    profile: cp.Variable | None  # (N,)
-
-    @cached_property
-    def reactions(self) -> Array:
-        """(M, J) reactions of unit amplitudes of the load cases, force."""
-        by_load = [joined(*self.system.bonded[name]) for name in self.names]
-        return np.reshape(by_load, (len(self.names), len(self.system.S))).T
+    names: Sequence[str]  # of the load cases
+    parts: Mapping[str, Part]  # "preload" and "profile", or one of them
 
     @property
     def variables(self) -> dict[cp.Variable, str]:
         """The unknowns with their names in programs."""
-        unknowns = (self.preload, "preload"), (self.profile, "profile")
-        return {variable: name for variable, name in unknowns if variable is not None}
-
-    @property
-    def components(self) -> dict[str, Sequence[object]]:
-        """Names of the components of each unknown."""
-        names: dict[str, Sequence[object]] = {}
-        if self.preload is not None:
-            names["preload"] = self.names
-        if self.profile is not None:
-            names["profile"] = range(self.system.nodes)
-        return names
+        return {part.variable: name for name, part in self.parts.items()}
 
     def units(self, question: Question) -> dict[str, Array]:
         """Units of the unknowns: each causes about the mean normal force at a node."""
-        units: dict[str, Array] = {}
-        if self.preload is not None:
-            sizes = np.abs(self.reactions).mean(axis=0)
-            units["preload"] = question.force / np.where(sizes > 0, sizes, question.force)
-        if self.profile is not None:
-            normal_stiffness = self.system.own_stiffness[-self.system.nodes :]
-            units["profile"] = question.force / normal_stiffness
-        return units
+        force = question.force
+        return {
+            name: force / np.where(part.sizes > 0, part.sizes, force)
+            for name, part in self.parts.items()
+        }
 
     def effects(self, scenario: Scenario) -> dict[str, Array]:
         """Bonded reactions (n, M) due to units of the design in a scenario, by unknown."""
-        shares = scenario.shares
-        effects: dict[str, Array] = {}
-        if self.preload is not None:
-            acting = self.reactions * [shares.get(name, 1.0) for name in self.names]
-            effects["preload"] = acting.T
-        if self.profile is not None:
-            effects["profile"] = -self.system.S[-self.system.nodes :]
+        effects = dict[str, Array]()
+        for name, part in self.parts.items():
+            shares = [scenario.shares.get(component, 1.0) for component in part.components]
+            effects[name] = part.reactions * np.reshape(shares, (-1, 1))
         return effects
 
     def built(self, scenarios: Sequence[Scenario], values: Mapping[str, Array]) -> Built:
         """The design of some values, built into the questions of all scenarios."""
         # Adding 0 turns -0 into 0.
-        preload = np.zeros(0) if self.preload is None else frozen(values["preload"] + 0.0)
-        profile = None if self.profile is None else frozen(values["profile"] + 0.0)
+        given = {name: frozen(values[name] + 0.0) for name in self.parts}
+        preload = given.get("preload", np.zeros(0))
+        profile = given.get("profile")
         system, overlap = _with_profile(self.system, profile)
         built: list[Question] = []
         for question, shares in scenarios:
@@ -250,14 +235,20 @@ def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: 
             "preloads, profile: none, so the design has no unknowns; name load cases, or give "
             "profile=True"
         )
-    preload = cp.Variable(len(names), name="preload") if names else None
-    profile = cp.Variable(system.nodes, name="profile") if has_profile else None
-    choice = Choice(system, tuple(names), preload, profile)
-    largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
-    for name, size in zip(names, np.abs(choice.reactions).mean(axis=0), strict=True):
-        if 0 < size < CONDENSATION * largest:
-            raise ModelError(_ROUNDING.format(name=name, size=size, largest=largest))
-    return choice
+    parts = dict[str, Part]()
+    if names:
+        reactions = np.array([joined(*system.bonded[name]) for name in names])
+        sizes = np.abs(reactions).mean(axis=1)
+        largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
+        for name, size in zip(names, sizes, strict=True):
+            if 0 < size < CONDENSATION * largest:
+                raise ModelError(_ROUNDING.format(name=name, size=size, largest=largest))
+        parts["preload"] = Part(cp.Variable(len(names), name="preload"), names, reactions, sizes)
+    if has_profile:
+        n = system.nodes
+        variable = cp.Variable(n, name="profile")
+        parts["profile"] = Part(variable, range(n), -system.S[-n:], system.own_stiffness[-n:])
+    return Choice(system, names, parts)
 
 
 def _checked_names(system: ContactSystem, preloads: Sequence[str]) -> list[Any]:
@@ -347,7 +338,7 @@ def _of_scenarios(
     first = questions[0]
     effects = {"load_factor": np.concatenate([question.rate for question in questions])}
     of_design = [choice.effects(scenario) for scenario in scenarios]
-    for name in choice.components:
+    for name in choice.parts:
         at_corners = list[Array]()
         for question, reactions in zip(questions, of_design, strict=True):
             by_unit = question.forces_of(reactions[name]).T  # (M, n)
@@ -380,16 +371,17 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
     """
     question = scenario.question
     n = question.system.nodes
+    preload = choice.parts["preload"]
     most = n * question.force
     program = _of_scenarios(choice, [scenario], pressing=most)
-    program.row("pressing", {"pressing": -1.0, "preload": choice.reactions[-n:].sum(axis=0)})
+    program.row("pressing", {"pressing": -1.0, "preload": preload.reactions[:, -n:].sum(axis=1)})
     program.row("most", {"pressing": -1.0}, _MOST_PRESSED * most)
     if user is not None:
         user.add_to(program)
     program.goal = "pressing"
 
     def claimed(solution: Solution) -> Judged:
-        values = {name: solution.values(name) for name in choice.units(question)}
+        values = {name: solution.values(name) for name in choice.parts}
         return Judged(values, program.violation(solution.x))
 
     pressed, _ = solve(program, claimed)
@@ -405,9 +397,9 @@ def raise_refusal(program: RestProgram, choice: Choice) -> None:
     if grown is None:
         return
     along: dict[str, float] = {}
-    for name, components in choice.components.items():
-        part = program.named[name]
-        for component, value in zip(components, grown[0].x[part].tolist(), strict=True):
+    for name, part in choice.parts.items():
+        values = grown[0].x[program.named[name]].tolist()
+        for component, value in zip(part.components, values, strict=True):
             along[f"{name}[{component!r}]"] = value
     raise ModelError(_growth_text(program.goal, along))
 

@@ -137,7 +137,11 @@ def _touching(limit: ShakedownAnswer) -> Booleans:
     question = limit._question
     if not np.isfinite(limit.load_factor):
         return np.zeros(question.system.nodes, dtype=bool)
-    u, r = question.states(limit.load_factor, limit.slip)
-    shut = u[:, -1].min(axis=0) <= TOUCHES * question.clearance
-    unpressed = r[:, -1].min(axis=0) <= TOUCHES * question.force
-    return np.asarray(np.where(question.open_nodes, shut, unpressed))
+    bare, shut = touching(question, limit.load_factor, limit.slip)
+    return np.where(question.open_nodes, shut.any(axis=0), bare.any(axis=0))
+
+
+def touching(question: Question, load_factor: float, slip: Array) -> tuple[Booleans, Booleans]:
+    """(K, N) masks of the nodes without pressure, and of those without gap, at the corners."""
+    u, r = question.states(load_factor, slip)
+    return r[:, -1] <= TOUCHES * question.force, u[:, -1] <= TOUCHES * question.clearance

@@ -42,11 +42,10 @@ from ..events.lift_off import (
     with_order,
 )
 from ..events.ordered import About, ordered_program, read_order
-from ..program.mean_load import TOUCHES
 from ..program.question import Question, pose_like, with_open
 from ..program.rest_program import slip_units
 from ..program.solution import Judged, Solution, solve
-from .likely_sets import GAIN, GOVERNS_TOUCHING, PROGRAMS, WORK
+from .likely_sets import GAIN, GOVERNS_TOUCHING, PROGRAMS, WORK, touching
 from .set_search import keep_best
 
 # Numbers of the transients.
@@ -331,10 +330,7 @@ def _closings(order: Order, first: Nodes, last: Nodes) -> Iterator[Order]:
 
 def _touching(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
     """Nodes without pressure, and nodes without gap, at the first and the last corner."""
-    question = limit._question
-    u, r = question.states(limit.load_factor, limit.slip)
-    bare = r[:, -1] <= TOUCHES * question.force
-    shut = u[:, -1] <= TOUCHES * question.clearance
+    bare, shut = touching(limit._question, limit.load_factor, limit.slip)
     return [_nodes(bare[k]) for k in (0, -1)], [_nodes(shut[k]) for k in (0, -1)]
 
 
