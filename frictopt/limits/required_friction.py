@@ -478,9 +478,13 @@ def _proven_from_both_sides(
     """
     width = _PROOF
     while width <= _WIDEST_PROOF:
-        if _is_proven(safe_slips, root, width, open_nodes):
-            above = root * (1 + width)
-            below = root * (1 - width)
+        above = root * (1 + width)
+        below = root * (1 - width)
+        if (
+            safe_slips.exists(above, open_nodes) is True
+            and safe_slips.exists(below) is False
+            and safe_slips.exists(below, open_nodes) is False
+        ):
             enough = safe_slips.at(above, open_nodes)
             too_little = safe_slips.at(below, open_nodes)
             return _answer(safe_slips, above, below, enough, too_little)
@@ -490,19 +494,6 @@ def _proven_from_both_sides(
     slip = safe_slips.largest_slip(more)
     smaller = "" if safe_slips.question.slip_bound is None else "smaller "
     raise SolverError(_UNDECIDED.format(less=less, more=more, slip=slip, smaller=smaller))
-
-
-def _is_proven(
-    safe_slips: SafeByFriction, root: float, width: float, open_nodes: Booleans | None
-) -> bool:
-    """Whether some slip is safe at a relative distance above the root, and no slip is below it."""
-    above = root * (1 + width)
-    below = root * (1 - width)
-    return (
-        safe_slips.exists(above, open_nodes) is True
-        and safe_slips.exists(below) is False
-        and safe_slips.exists(below, open_nodes) is False
-    )
 
 
 def _answer(

@@ -196,25 +196,6 @@ class Order(NamedTuple):
         return instants
 
 
-def episodes(instants: Sequence[Instant], count: int, closed_path: bool) -> Integers:
-    """(M, count) number of the closed episode of each node at each instant, -1 while it is open.
-
-    A node has its first episode, 0, until it opens; the next ones follow its closings. On a closed
-    path, the episode at the end of the cycle is the episode at its beginning.
-    """
-    numbers = np.full((len(instants), count), -1)
-    for node in range(count):
-        episode = 0
-        for m, instant in enumerate(instants):
-            if node not in instant.through:
-                numbers[m, node] = episode
-            if node in instant.after and node not in instant.before:
-                episode += 1
-        if closed_path and node not in instants[-1].after:
-            numbers[numbers[:, node] == episode, node] = 0
-    return numbers
-
-
 @kept
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LiftOff(Question):
@@ -271,6 +252,20 @@ class LiftOff(Question):
         nodes = self.system.nodes
         before = np.array([among(instant.before, nodes) for instant in self.at])
         return before, np.array([among(instant.after, nodes) for instant in self.at])
+
+    @cached_property
+    def episodes(self) -> Integers:
+        """(M, N) number of the closed episode of each node at each instant, -1 while it is open.
+
+        A node has its first episode, 0, until it opens; the next ones follow its closings. On a
+        closed path, the episode at the end of the cycle is the episode at its beginning.
+        """
+        before, after = self.opened
+        opens = after & ~before
+        numbers = opens.cumsum(axis=0) - opens
+        if self.path.closed:
+            numbers %= np.maximum(opens.sum(axis=0), 1)
+        return np.where(before & after, -1, numbers)
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""

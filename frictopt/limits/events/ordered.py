@@ -20,7 +20,7 @@ from ...base import Array, Integers
 from ..program.assembled import law_rows
 from ..program.rest_program import RestProgram
 from ..program.solution import Mechanism, Solution, Solved
-from .lift_off import LiftOff, episodes, varying, way_of
+from .lift_off import LiftOff, varying, way_of
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class LaterSlips:
     @classmethod
     def of(cls, question: LiftOff) -> LaterSlips:
         """The later slips of an order."""
-        numbers = episodes(question.at, question.system.nodes, question.path.closed)
+        numbers = question.episodes
         keys = [(int(node), int(row[node])) for row in numbers for node in np.flatnonzero(row > 0)]
         return cls(list(dict.fromkeys(keys)), numbers)
 
@@ -137,7 +137,6 @@ def ordered_program(
     units: dict[str, Any] = {"margin": 1.0}
     if load_factor is None:
         units = {"load_factor": question.load_unit}
-    events = [m for m, instant in enumerate(question.at) if instant.event is not None]
     for event, leg in enumerate(question.order.on_legs):
         units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
     if slips.later:
@@ -157,11 +156,10 @@ def ordered_program(
         program.row("load_factor", {"load_factor": 1.0})
     else:
         program.row("cap", {"margin": -1.0}, 1.0)
-    opened = np.array([of_set.open_nodes for of_set in question.sets])
-    sticks, _ = question.statuses
+    sticks, opened = question.statuses
     reserve = None if load_factor is None else sticks | opened
     law_rows(program, question, ~opened, opened, reserve=reserve)
-    _touch_without_force(program, question, events)
+    _touch_without_force(program, question)
     _follow_each_other(program, question, load_factor)
     return program
 
@@ -180,14 +178,13 @@ def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
     return at_zero, of_set.rate[last] - of_set.rate[first]
 
 
-def _touch_without_force(program: RestProgram, question: LiftOff, events: list[int]) -> None:
+def _touch_without_force(program: RestProgram, question: LiftOff) -> None:
     """Nodes that open or close at an event have no force there."""
-    for m in events:
-        nodes = np.array(sorted(question.at[m].switching))
-        at = np.full(len(nodes), m)
-        for axis in range(question.system.tangents + 1):
-            label = "event_p" if axis == question.system.tangents else f"event_q{axis}"
-            program.no_force(label, axis, at, nodes, question.node_unit)
+    before, after = question.opened
+    at, nodes = np.nonzero(before ^ after)
+    for axis in range(question.system.tangents + 1):
+        label = "event_p" if axis == question.system.tangents else f"event_q{axis}"
+        program.no_force(label, axis, at, nodes, question.node_unit)
 
 
 def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
@@ -219,9 +216,7 @@ def read_order(
     `load_factor`: the given one, or that of the solution.
     """
     system = question.system
-    places = [
-        float(solution.values(f"way{event}")[0]) for event in range(len(question.order.on_legs))
-    ]
+    places = _places(question, solution)
     if load_factor is None:
         load_factor = solution.load_factor
     slips = LaterSlips.of(question)
@@ -239,15 +234,20 @@ def read_order(
     moves = np.zeros((len(question.sets), *question.r1.shape[1:]))
     for m, of_set in enumerate(question.sets):
         moves[m] = Mechanism.of(of_set, solution.moves[[m]]).moves[0]
-    opened = np.array([of_set.open_nodes for of_set in question.sets])
+    _, opened = question.statuses
     motion = Mechanism(moves, question.friction * ~opened, open=opened)
     return placed_question, question.slip_at_mean_load(first), motion
 
 
+def _places(question: LiftOff, solution: Solution) -> list[float]:
+    """The unknown places of the events."""
+    events = range(len(question.order.on_legs))
+    return [float(solution.values(f"way{event}")[0]) for event in events]
+
+
 def solved_order(question: LiftOff, solution: Solution, goal: str, **values: Any) -> Solved:
     """The solved program of an order, with the unknown places of its events and its later slips."""
-    events = range(len(question.order.on_legs))
-    values["ways"] = np.array([float(solution.values(f"way{event}")[0]) for event in events])
+    values["ways"] = np.array(_places(question, solution))
     if "later_slip" in solution.program.named:
         axes = question.system.tangents
         values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T
