@@ -96,7 +96,6 @@ def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
     gaps = steady.states().gap
     first, second = gaps.min(axis=0) > -1e-9, gaps.max(axis=0) > 1e-9
     assert first.all() and set(np.flatnonzero(second)) == set(limit.events["node"])
-    assert set(np.flatnonzero(limit.open_share)) == set(limit.events["node"])
 
 
 @pytest.mark.parametrize(
@@ -176,7 +175,6 @@ def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):
     ):
         assert limit.events.empty
         assert limit.load_factor == pytest.approx(closed, rel=1e-12)
-        assert not limit.open_share.any()
     assert len(model.solve(0.8, events=True).events) == 6 and model.solve(0.8).events.empty
 
 

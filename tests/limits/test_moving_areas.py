@@ -210,7 +210,6 @@ def test_a_file_keeps_the_limit(tmp_path):
     limit.save(tmp_path / "limit.npz")
     again = fo.results.load(tmp_path / "limit.npz")
     assert again.reason == limit.reason and again.events.equals(limit.events)
-    assert_allclose(again.open_share, limit.open_share)
 
 
 def test_options_that_restrict_the_slip_ask_the_ordinary_question():

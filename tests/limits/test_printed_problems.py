@@ -299,7 +299,7 @@ def test_areas_that_move_are_printed_as_their_loads_and_stiffness(tangents):
     system = system.with_bonded({"lift": lift})
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}], [{"lift": 1.0}, {}])
     answer = fo.shakedown_limit(system, cycle, 0.5)
-    assert answer.open_share.any()
+    assert not answer.events.empty
     judge(answer.problem, answer.load_factor, tangents)
 
 

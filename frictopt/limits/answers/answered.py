@@ -278,11 +278,6 @@ class Answered(Recorded, Plotted):
         return pd.DataFrame({**nodes, **table})
 
     @property
-    def open_share(self) -> Array:
-        """(N,) part of the cycle in which each node is open, 0 to 1."""
-        return frozen(self._question.open_share)
-
-    @property
     def largest_slip(self) -> float:
         """Largest size of the slip at a closed node, length; NaN without a slip.
 

@@ -316,11 +316,6 @@ class LiftOff(Question):
         return events_of(*self.opened, self.way, self.names)
 
     @property
-    def open_share(self) -> Array:
-        """See `Question.open_share`."""
-        return mean_on_way(self.opened[1], self.way, len(self.path.legs))
-
-    @property
     def node_states(self) -> str:
         """See `Question.node_states`."""
         count = len(frozenset().union(*self.order.events))
@@ -381,11 +376,6 @@ def events_of(
         (node, "closes" if before[m, node] else "opens", float(way[m]), names[m])
         for m, node in np.argwhere(before ^ after).tolist()
     ]
-
-
-def mean_on_way(after: Booleans, way: Array, legs: int) -> Array:
-    """(N,) part of the way in which nodes are open, from those open after each instant (M, N)."""
-    return np.asarray(np.diff(way, append=float(legs)) @ after / legs)
 
 
 def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict[str, float]]:

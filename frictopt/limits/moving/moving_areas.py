@@ -44,7 +44,6 @@ from ...contact import ContactProducts, off_law, other_laws
 from ..events.lift_off import (
     events_of,
     fields_of,
-    mean_on_way,
     names_of_instants,
     shares_of_corners,
 )
@@ -302,11 +301,6 @@ class MovingAreas(Question):
     def events(self) -> list[tuple[int, str, float, str]]:
         """See `Question.events`. A node that carries pressure before an event opens there."""
         return events_of(*self.opened, self.way, self.names)
-
-    @property
-    def open_share(self) -> Array:
-        """(N,) part of the cycle in which each node is open; every leg counts the same."""
-        return mean_on_way(self.opened[1], self.way, len(self.r1))
 
     @property
     def node_states(self) -> str:

@@ -291,11 +291,6 @@ class Question:
         return []
 
     @property
-    def open_share(self) -> Array:
-        """(N,) part of the cycle in which each node is open."""
-        return self.open_nodes.astype(float)
-
-    @property
     def node_states(self) -> str:
         """The states of the nodes that an answer is about, as a part of a sentence."""
         if self.open_nodes.any():
