@@ -10,7 +10,7 @@ If all corners lie on a line, the states of rest along one leg between its two e
 of the load. So the two ends represent all turning points between them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import accumulate, combinations, pairwise
@@ -20,7 +20,7 @@ import numpy as np
 
 from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_of, worst
 from ...contact import LoadCycle
-from ..program.question import Question, outer_corners
+from ..program.question import Question, outer_corners, with_open
 
 # Two legs are one line if their distance is below this share of their length.
 _SAME_LINE = 1e-9
@@ -404,33 +404,32 @@ def fields_of(question: Question) -> dict[str, Any]:
     return {part.name: getattr(question, part.name) for part in fields(Question)}
 
 
-def with_order(
-    question: Question, order: Order, of_set: Callable[[Nodes], Question | None]
-) -> LiftOff | None:
+def with_order(question: Question, order: Order) -> LiftOff | None:
     """The question with an order of events, at preliminary places.
 
-    `of_set` returns the question with some nodes open at all corners. The result is None if the
-    closed nodes do not hold the open ones, or if the order does not return to its beginning.
+    None if the closed nodes do not hold the open ones, or if the order does not return to its
+    beginning.
     """
     path = path_of(question.cycle)
     if path is None or (path.closed and order.between[-1] != order.start):
         return None
     instants = order.instants(path)
-    sets = list[Question]()
-    for instant in instants:
-        opened = of_set(instant.through)
-        if opened is None:
-            return None
-        sets.append(opened)
-    always = of_set(frozenset.intersection(*order.between))
-    if always is None:
-        return None
+    through = [instant.through for instant in instants]
+    always = frozenset.intersection(*order.between)
+    # Instants with the same open nodes share one question.
+    sets = dict[Nodes, Question]()
+    for nodes in (*through, always):
+        if nodes not in sets:
+            opened = with_open(question, among(nodes, question.system.nodes))
+            if opened is None:
+                return None
+            sets[nodes] = opened
     return LiftOff(
-        **fields_of(always),
+        **fields_of(sets[always]),
         order=order,
         way=way_of(order, instants, [0.5] * len(order.events)),
-        sets=tuple(sets),
-        shifts=np.zeros((len(sets), *question.system.slip_shape)),
+        sets=tuple(sets[nodes] for nodes in through),
+        shifts=np.zeros((len(through), *question.system.slip_shape)),
     )
 
 

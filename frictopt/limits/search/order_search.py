@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
@@ -34,7 +33,6 @@ from ..events.lift_off import (
     LoadPath,
     Nodes,
     Order,
-    among,
     ends_of,
     may_open_and_close,
     meets_mean_load,
@@ -218,12 +216,8 @@ class _OrderSearch(Generic[L]):
         self._limit_of_order = limit_of_order
         self._tried = set[Order]()
         self._programs = min(PROGRAMS, WORK // start.slip.size)
-        self._with_open = cache(self._of_set)
         self._bar = bar
         keep_best(bar, lambda: self.best)
-
-    def _of_set(self, nodes: Nodes) -> Question | None:
-        return with_open(self._question, among(nodes, self._question.system.nodes))
 
     def below(self, enough: float) -> bool:
         """Whether the best limit is below `enough`, or none is known."""
@@ -268,13 +262,13 @@ class _OrderSearch(Generic[L]):
             above = -np.inf
         # An order whose answer fails the checks does not count.
         with suppress(FrictoptError):
-            question = with_order(self._question, order, self._with_open)
+            question = with_order(self._question, order)
             if question is None:
                 return None
             if order.events:
                 limit = _limit_of(self._limit_of_order, question, settled, above)
             else:
-                limit = self._limit_of_set(self._with_open(order.start), above=above)
+                limit = self._limit_of_set(question.sets[0], above=above)
             if limit.load_factor > above:
                 return limit
         return None
@@ -386,10 +380,7 @@ def _between_ends(
     found = best_order(limit_of_set, limit_of_order, limit_of_set(opened), enough)
     if isinstance(found._question, LiftOff):
         order = found._question.order
-        nodes = question.system.nodes
-        with_corners = with_order(
-            question, order, lambda opened: with_open(question, among(opened, nodes))
-        )
+        with_corners = with_order(question, order)
         assert with_corners is not None  # the order has a limit between the ends
         settled = Settled(order, found._question.shares, found.load_factor)
         limit = _limit_of(limit_of_order, with_corners, settled, -np.inf)
