@@ -280,9 +280,11 @@ class DesignSearch:
             programs += 1
             self._bar.update()
             branches.step()
-        higher = [design for design in self._uncounted.values() if design is not None]
-        known = all(self._reaches(design.value) for design in higher)
-        self.is_best_of_all = known and branches.bound <= self._wanted
+        uncounted = [design.value for design in self._uncounted.values() if design is not None]
+        best = -np.inf if self.best is None else self.best.value
+        self.is_best_of_all = (
+            max(uncounted, default=best) <= best and branches.bound <= self._wanted
+        )
 
     @property
     def _wanted(self) -> float:
@@ -344,9 +346,6 @@ class DesignSearch:
             "the best by then is in the attribute `design`",
             best=f"{goal} {best.value:.4g} so far",
         )
-
-    def _reaches(self, value: float) -> bool:
-        return self.best is not None and self.best.value >= value
 
 
 def limits_of(questions: Sequence[Question]) -> list[ShakedownLimit]:

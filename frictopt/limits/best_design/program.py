@@ -75,7 +75,8 @@ def design_problem(
     problem = models.shakedown(x, rows)
     if user is not None:
         user.save(whole.values["user"])
-        problem = _with_rows_of_user(problem, user)
+        goal = problem.objective if user.objective is None else cp.Maximize(user.objective)
+        problem = Problem(goal, [*problem.constraints, *user.rows.values()])
     x.load_factor.save_value(np.array(solution.load_factor))
     for variable, name in choice.variables.items():
         variable.save_value(solution.values(name))
@@ -88,15 +89,14 @@ def design_problem(
 def _added(choice: Choice, scenario: Scenario, suffix: str) -> list[cp.Expression]:
     """The terms that a design adds to q, p and the gaps of open nodes. Names end with `suffix`."""
     question = scenario.question
-    effects = choice.effects(scenario)
     by_unknown = [
         [
-            constant(effect, symbol + suffix) @ variable
+            constant(effect, symbol + suffix) @ choice.parts[name].variable
             for effect, symbol in zip(
-                question.parts(question.forces_of(effects[name]).T), _SYMBOLS[name], strict=True
+                question.parts(question.forces_of(effects).T), _SYMBOLS[name], strict=True
             )
         ]
-        for variable, name in choice.variables.items()
+        for name, effects in choice.effects(scenario).items()
     ]
     q, p, gaps = (sum(terms[1:], terms[0]) for terms in zip(*by_unknown, strict=True))
     if choice.system.tangents > 1:
@@ -106,10 +106,9 @@ def _added(choice: Choice, scenario: Scenario, suffix: str) -> list[cp.Expressio
 
 def _open_slips_due_to(choice: Choice, scenario: Scenario) -> cp.Expression:
     """The term that a design adds to the slips of open nodes, which rows of the user contain."""
-    effects = choice.effects(scenario)
     terms = [
-        constant(open_slips(scenario.question, effects[name]), f"v_{name}") @ variable
-        for variable, name in choice.variables.items()
+        constant(open_slips(scenario.question, effect), f"v_{name}") @ choice.parts[name].variable
+        for name, effect in choice.effects(scenario).items()
     ]
     return sum(terms[1:], terms[0])
 
@@ -302,11 +301,6 @@ def _with_profile(
     if gap.min() >= 0:
         return system, {}
     return system.with_interference({PROFILE: np.maximum(-gap, 0.0)}), {PROFILE: 1.0}
-
-
-def _with_rows_of_user(problem: cp.Problem, user: UserRows) -> cp.Problem:
-    goal = problem.objective if user.objective is None else cp.Maximize(user.objective)
-    return Problem(goal, [*problem.constraints, *user.rows.values()])
 
 
 def design_program(
