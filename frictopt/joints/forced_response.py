@@ -126,33 +126,6 @@ class ForcedResponse(Kept, Plotted):
     note: str
     units: str | None
 
-    def at(self, frequencies: ArrayLike) -> pd.DataFrame:
-        """The amplitudes of all forces at some frequencies of the excitation.
-
-        Returns
-        -------
-        DataFrame
-            Columns force, frequency, amplitude, lag, branch, see `ForcedResponse`. A force has one
-            row at a frequency, or three if the curve is folded there. If an amplitude is beyond the
-            curve, it is inf, its lag is NaN and its branch is "beyond".
-
-        Raises
-        ------
-        ModelError
-            No frequency, or one that is not a finite number above 0.
-        """
-        rows = []
-        for force in self.force.tolist():
-            for frequency in positive_numbers("frequencies", frequencies).tolist():
-                omega = 2 * np.pi * frequency
-                a = np.array(self.oscillator.amplitudes(force, omega))
-                rows.append(branches_of(self.oscillator, force, a, np.full(len(a), omega)))
-                if len(a) % 2 == 0:
-                    rows.append(beyond_row(force, frequency))
-        table = pd.concat(rows, ignore_index=True)
-        table["amplitude"] *= self.scale
-        return table
-
     def to_frame(self) -> pd.DataFrame:
         """The DataFrame with a row for each force; `attrs["note"]` is the note.
 
@@ -183,25 +156,8 @@ def positive_numbers(name: str, values: ArrayLike) -> Array:
 
 # The curves of amplitude against frequency of a mode under one harmonic force.
 
-_OF_BRANCHES = ["force", "frequency", "amplitude", "lag", "branch"]
 # Rows of each side of a curve. They are dense at the peak, where the frequency turns.
 _ROWS = 300
-
-
-def branches_of(oscillator: ModalOscillator, force: float, a: Array, omega: Array) -> pd.DataFrame:
-    """Rows of amplitudes (n,) at angular frequencies (n,), with their lag and branch."""
-    balance = oscillator.balance(a, omega)
-    branch = np.where(omega < oscillator.resonance(a), "below", "above").astype(object)
-    branch[oscillator.slope(a, omega) < 0] = "between"
-    lag = np.degrees(np.arctan2(balance.imag, balance.real))
-    columns = force, omega / (2 * np.pi), a, lag, branch
-    return pd.DataFrame(dict(zip(_OF_BRANCHES, columns, strict=True)), columns=_OF_BRANCHES)
-
-
-def beyond_row(force: float, frequency: float) -> pd.DataFrame:
-    """The row of an amplitude that lies beyond the curve."""
-    row = {name: [value] for name, value in zip(_OF_BRANCHES, (force, frequency), strict=False)}
-    return pd.DataFrame(row | {"amplitude": [np.inf], "lag": [np.nan], "branch": ["beyond"]})
 
 
 def response_curves(oscillator: ModalOscillator, force: float) -> pd.DataFrame:
@@ -235,10 +191,25 @@ def _amplitudes(oscillator: ModalOscillator, force: float, least: float, most: f
 
 
 def _side(oscillator: ModalOscillator, force: float, a: Array, side: int) -> pd.DataFrame:
-    """Rows below (-1) or above (1) the resonance; below it the static amplitude comes first."""
+    """Rows below (-1) or above (1) the resonance, see `ForcedResponse.branches`.
+
+    Below it the static amplitude comes first.
+    """
     omega = oscillator.frequencies(force, a, side)
     known = np.isfinite(omega)
-    return branches_of(oscillator, force, a[known], omega[known])
+    a, omega = a[known], omega[known]
+    balance = oscillator.balance(a, omega)
+    branch = np.where(omega < oscillator.resonance(a), "below", "above").astype(object)
+    branch[oscillator.slope(a, omega) < 0] = "between"
+    return pd.DataFrame(
+        {
+            "force": force,
+            "frequency": omega / (2 * np.pi),
+            "amplitude": a,
+            "lag": np.degrees(np.arctan2(balance.imag, balance.real)),
+            "branch": branch,
+        }
+    )
 
 
 def folds_of(curves: pd.DataFrame) -> pd.DataFrame:

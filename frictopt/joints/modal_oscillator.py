@@ -8,7 +8,7 @@ zeta the damping ratio of material and air.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -121,20 +121,15 @@ class ModalOscillator(Kept):
         The curve from rest ends at the first. Between the second and the third lies a detached
         curve. There is none if the peak lies beyond the known amplitudes.
         """
-        return self._roots(lambda a: self.needed(a) - force, force, 0.0)
-
-    def amplitudes(self, force: float, omega: float) -> list[float]:
-        """All amplitudes at one angular frequency, rising: one, or three where the curve folds."""
-        return self._roots(lambda a: self.force(a, omega) - force, force, omega)
-
-    def _roots(self, excess: Callable[[Array], Array], force: float, omega: float) -> list[float]:
-        """Roots of the force that an amplitude needs beyond the given one, up to the largest."""
-        largest_loss = self.loss.max() + self.viscous * omega
-        lowest = _BEGIN * force / (self.stiffness.max() + omega**2 + largest_loss)
+        lowest = _BEGIN * force / (self.stiffness.max() + self.loss.max())
         if lowest >= self.largest:
             return []
         steps = int(np.log(self.largest / lowest) / np.log(_RATIO)) + 2
         grid = np.geomspace(lowest, self.largest, steps)
+
+        def excess(a: Array) -> Array:
+            return self.needed(a) - force
+
         above = excess(grid) > 0
         roots = []
         for first in np.flatnonzero(above[1:] != above[:-1]):

@@ -371,7 +371,6 @@ CALLS = {
     "BackboneCurve.largest_force": call(
         CURVE.largest_force, amplitude=0.0001, damping=0.01, scale=2.0
     ),
-    "ForcedResponse.at": call(CURVE.response([0.1], damping=0.01).at, frequencies=[1.0]),
     "Modes.force": call(
         HEAVY.modes(1).force, k=0, loads=[fo.fem.BodyForce("punch", y=1.0)], acceleration=[0.0, 1.0]
     ),
