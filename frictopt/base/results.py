@@ -369,6 +369,8 @@ def _texts(value: object) -> list[str]:
 def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
+    if isinstance(value, np.ndarray):
+        return ", ".join(map(_text, value.tolist()))
     if isinstance(value, Enum):
         return value.name
     return repr(value) if isinstance(value, Shown) else str(value)

@@ -28,7 +28,7 @@ from ..contact import ContactSystem, LoadCycle, checked_cycle, friction_coeffici
 from ..errors import ModelError, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
-from .curve_question import CurveCycle, CurveQuestion, default_factors, load_size, with_compliance
+from .curve_question import CurveCycle, CurveQuestion, default_factors, load_of_curve, load_size
 from .load_search import first_state_that_reaches
 from .resonant import Resonant
 
@@ -122,6 +122,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ([0.4, 1.166667], [0.0, 0.333333], [0.0, 1.0])
     """
 
+    _shown_names = ("gross_slip", "guaranteed_limit", "shakedown_limit", "residual", "note")
     load_factor: Array
     outcome: tuple[str, ...]
     work: Array
@@ -269,28 +270,9 @@ class BackboneCurve(Kept, Plotted, Resonant):
         return table
 
     def _answer(self) -> Mapping[str, object]:
-        answer: dict[str, object] = {
-            "load_factors": len(self.load_factor),
-            "outcomes": ", ".join(dict.fromkeys(self.outcome)),
-        }
-        for name in ("work", "slipping", "slip_range", "damping"):
-            values = getattr(self, name)
-            if not np.isnan(values).all():
-                answer[f"largest_{name}"] = float(np.nanmax(values))
-        if np.nanmax(self.step_error, initial=0.0) > 0:
-            answer["largest_step_error"] = float(np.nanmax(self.step_error))
-        for name in ("frequency", "resonance"):
-            values = getattr(self, name)
-            if not np.isnan(values).all():
-                answer[f"least_{name}"] = float(np.nanmin(values))
-        for name in ("natural_frequency", "guaranteed_limit", "shakedown_limit"):
-            if not np.isnan(getattr(self, name)):
-                answer[name] = getattr(self, name)
-        return answer | {
-            "gross_slip": self.gross_slip,
-            "residual": self.residual,
-            "note": self.note,
-        }
+        outcomes = ", ".join(dict.fromkeys(self.outcome))
+        factors = {"load_factors": len(self.load_factor), "outcomes": outcomes}
+        return {**factors, **super()._answer()}
 
 
 @warns_of_odd_values
@@ -367,7 +349,7 @@ def backbone_curve(
     # These raise if the cycle names an unknown load case.
     system.reaction(checked_cycle(cycle).mean)
     cycle.corner_reactions(system)
-    system, load = with_compliance(system, cycle, coefficients, natural_frequency)
+    load = load_of_curve(system, cycle, coefficients, natural_frequency)
     if with_range and load.missing:
         raise ModelError(
             f"with_range: True, but the damping is unknown: {load.missing}; leave the range out"

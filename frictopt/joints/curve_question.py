@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -166,41 +166,42 @@ def load_size(system: ContactSystem, cycle: LoadCycle) -> float:
     return size or np.nan
 
 
-def with_compliance(
+def load_of_curve(
     system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None
-) -> tuple[ContactSystem, CurveLoad]:
-    """The load of a curve, and its contact with a compliance.
-
-    A system without compliance gets the compliance that follows from the natural frequency of the
-    load.
-    """
-    if natural_frequency is not None:
-        natural_frequency = finite_number("natural_frequency", natural_frequency, above=0.0)
+) -> CurveLoad:
+    """The load of a curve; a natural frequency needs a load with a displacement."""
     direction = opposed_direction(system, cycle)
+    missing = _missing(system, cycle, direction)
+    if natural_frequency is None and missing:
+        return CurveLoad(missing=missing)
+    if missing:
+        raise ModelError(f"natural_frequency: {natural_frequency}, and {missing}")
+    assert direction is not None and system.compliance is not None
+    compliance = float(direction @ system.compliance @ direction)
+    if natural_frequency is None:
+        return CurveLoad(direction, compliance)
+    given = finite_number("natural_frequency", natural_frequency, above=0.0)
+    of_open_nodes = _compliance_of_open_nodes(system, cycle, friction)
+    frequency = _checked_frequency(given, [compliance, compliance + of_open_nodes])
+    return CurveLoad(direction, compliance, frequency)
+
+
+def _missing(system: ContactSystem, cycle: LoadCycle, direction: Array | None) -> str:
+    """The reason that a load has no displacement, and a remedy; "" if it has one."""
     if direction is None:
-        remedy = (
-            "give two opposed corners, [{'mode': 1.0}, {'mode': -1.0}], around a mean load, and no "
-            "fixed part"
+        return (
+            "the cycle does not have two opposed corners; give two, [{'mode': 1.0}, {'mode': "
+            "-1.0}], around a mean load, and no fixed part"
         )
-        if natural_frequency is not None:
-            raise ModelError(f"cycle: {cycle}; a mode has a natural_frequency, so {remedy}")
-        return system, CurveLoad(missing=f"the cycle does not have two opposed corners; {remedy}")
     if system.compliance is None:
-        return _with_modal_compliance(system, direction, natural_frequency)
+        return "the system has no compliance; `condense` finds it, or give it to the system"
     compliance = float(direction @ system.compliance @ direction)
     if not compliance > ROUNDING * _compliance_scale(system, cycle, direction):
-        missing = (
+        return (
             f"the load does no work on the glued bodies (compliance {compliance:g}); give a load "
             "of forces"
         )
-        if natural_frequency is not None:
-            raise ModelError(f"corners: {missing}")
-        return system, CurveLoad(missing=missing)
-    if natural_frequency is None:
-        return system, CurveLoad(direction, compliance)
-    of_open_nodes = _compliance_of_open_nodes(system, cycle, friction)
-    frequency = _checked_frequency(natural_frequency, [compliance, compliance + of_open_nodes])
-    return system, CurveLoad(direction, compliance, frequency)
+    return ""
 
 
 def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
@@ -217,22 +218,6 @@ def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
     scale = np.maximum(np.abs(first), np.abs(second)).max(initial=0.0)
     is_opposed = (np.abs(first + second) <= ROUNDING * scale).all()
     return first if is_opposed and first.any() else None
-
-
-def _with_modal_compliance(
-    system: ContactSystem, direction: Array, natural_frequency: float | None
-) -> tuple[ContactSystem, CurveLoad]:
-    """The contact with the compliance of one mode, whose modal mass is 1."""
-    if natural_frequency is None:
-        missing = (
-            "the system has no compliance, which `condense` finds; for a mode, give the "
-            "natural_frequency"
-        )
-        return system, CurveLoad(missing=missing)
-    compliance = (2 * np.pi * natural_frequency) ** -2
-    of_mode = compliance * np.outer(direction, direction) / (direction @ direction) ** 2
-    load = CurveLoad(direction, compliance, natural_frequency)
-    return replace(system, compliance=of_mode), load
 
 
 def _compliance_scale(system: ContactSystem, cycle: LoadCycle, direction: Array) -> float:

@@ -6,7 +6,6 @@ cycles.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,6 +107,7 @@ class ForcedResponse(Kept, Plotted):
     ([3.78], 3.78, [False])
     """
 
+    _shown_names = ("force", "peak", "resonance", "sensitivity", "interaction", "damping", "note")
     force: Array
     peak: Array
     resonance: Array
@@ -135,14 +135,6 @@ class ForcedResponse(Kept, Plotted):
         table = frame({name: getattr(self, name) for name in _COLUMNS}, units=self.units)
         table.attrs["note"] = self.note
         return table
-
-    def _answer(self) -> Mapping[str, object]:
-        answer: dict[str, object] = {}
-        for name in ("force", "peak", "resonance", "sensitivity", "interaction"):
-            values = getattr(self, name)
-            if not np.isnan(values).all():
-                answer[name] = ", ".join(f"{value:.6g}" for value in values)
-        return {**answer, "damping": self.damping, "note": self.note}
 
 
 def positive_numbers(name: str, values: ArrayLike) -> Array:

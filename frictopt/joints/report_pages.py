@@ -36,7 +36,7 @@ from ..study.protocols import (
 from ..study.store import SAME
 from ..transients import SteadyState
 from .backbone import BackboneCurve, curve_at
-from .curve_question import CurveQuestion, with_compliance
+from .curve_question import CurveQuestion, load_of_curve
 from .load_search import BELOW_GROSS_SLIP
 from .report_tables import ReportParts, areas_move, mean_load_opens, units_of
 from .safety import SteadyStates, face_table, safety_table, verdict_table
@@ -267,7 +267,7 @@ class Pages(Generic[Parts]):
     def _ask_curve(self, slides: GrossSlip | None) -> None:
         """The backbone curve."""
         factors = self._factors_of_curve(slides)
-        joint, load = with_compliance(self.system, self.cycle, self.friction, None)
+        load = load_of_curve(self.system, self.cycle, self.friction, None)
         gross = slides or SolverError(self.missing["gross-slip load"])
         nominal = self.scatter.nominal()
 
@@ -278,7 +278,7 @@ class Pages(Generic[Parts]):
             return answer
 
         question = CurveQuestion(
-            joint, self.cycle, self.friction, load, gross, None, self.steps, steady_at
+            self.system, self.cycle, self.friction, load, gross, None, self.steps, steady_at
         )
         self.ask("curve", lambda: curve_at(question, factors, True))
 

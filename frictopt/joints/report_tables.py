@@ -22,7 +22,7 @@ from ..limits import (
 from ..study.protocols import FrictionAfterProtocol, LimitAfterProtocol
 from ..transients import SteadyState
 from .backbone import BackboneCurve
-from .curve_question import load_size, with_compliance
+from .curve_question import load_of_curve, load_size
 from .safety import SAFETY_COLUMNS, VERDICT_COLUMNS
 from .thresholds import QUANTITIES, SLIP_RANGE
 
@@ -98,7 +98,7 @@ def motion_of_load(parts: ReportParts) -> float:
     """Half the range of the motion of the load at load factor 1; not finite if it is not known."""
     if parts.steady is None:
         return np.nan
-    _, load = with_compliance(parts.system, parts.cycle, parts.friction, None)
+    load = load_of_curve(parts.system, parts.cycle, parts.friction, None)
     displacement = load.measured(parts.steady)["displacement"]
     return displacement / load_size(parts.system, parts.cycle)
 

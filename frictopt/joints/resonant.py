@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from ..base import Array, finite_number, frozen, listed, progress_bar
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import steady_state
-from .curve_question import measured_cycle, with_compliance
+from .curve_question import load_of_curve, measured_cycle
 from .forced_response import (
     ForcedResponse,
     detached_of,
@@ -282,7 +282,7 @@ def _checked(
     curve: Any, points: pd.DataFrame, wanted_of: WantedOf, progress: bool
 ) -> tuple[pd.DataFrame, dict[str, str]]:
     """The points of a curve with further steady states, see `checked_points`."""
-    _, load = with_compliance(curve.system, curve.cycle, curve.friction, curve.natural_frequency)
+    load = load_of_curve(curve.system, curve.cycle, curve.friction, curve.natural_frequency)
     with progress_bar(progress, "response", "steady state") as bar:
 
         def follow(factor: float) -> dict[str, Any]:

@@ -6,8 +6,9 @@ occur.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import pandas as pd
 
@@ -82,6 +83,8 @@ class DissipationRange(Kept, Plotted):
     (1.0, 1.0)
     """
 
+    _shown_names = ("least", "most", "transients", "residual", "proven")
+    proven: ClassVar[bool] = False
     least: float
     most: float
     least_start: Array = field(repr=False)
@@ -114,14 +117,6 @@ class DissipationRange(Kept, Plotted):
             open_nodes = 0 if state is None else int(state.open.sum())
             rows.append((orbit.name, orbit.work, outcome, open_nodes, orbit.end))
         return pd.DataFrame(rows, columns=["start", "dissipation", "outcome", "open", "end"])
-
-    def _answer(self) -> Mapping[str, object]:
-        names = ("least", "most", "transients", "residual")
-        answer = {name: getattr(self, name) for name in names}
-        failed = sum(orbit.state is None for orbit in self._orbits)
-        if failed:
-            answer["failed"] = f"{failed} of {len(self._orbits)} starts and ends of searches"
-        return answer | {"proven": False}
 
 
 @warns_of_odd_values

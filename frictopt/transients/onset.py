@@ -197,6 +197,7 @@ class Onset(Kept, Plotted):
     ([0.25, 0.5], 0.25, True)
     """
 
+    _shown_names = ("slip", "separation", "touch", "reason")
     slips: tuple[OnsetEvent, ...]
     separations: tuple[OnsetEvent, ...]
     mean_slips: tuple[int, ...]
@@ -268,17 +269,6 @@ class Onset(Kept, Plotted):
         if (deck := self.system.deck_node) is not None:
             table["deck_node"] = table["node"].map(dict(enumerate(deck.tolist()))).astype("Int64")
         return table
-
-    def _answer(self) -> Mapping[str, object]:
-        answer: dict[str, object] = {"slip": self.slip, "separation": self.separation}
-        if self.touch is not None:
-            answer["touch"] = self.touch
-        if not self.mean_admissible:
-            nodes = number_of(len(self.friction), "node")
-            answer["mean_slips"] = f"{len(self.mean_slips)} of {nodes}"
-            answer["mean_opens"] = f"{len(self.mean_opens)} of {nodes}"
-        answer["reason"] = self.reason
-        return answer
 
     def _repr_html_(self) -> str:
         return f"{self.to_frame().to_html(index=False)}<p>{escape(self.reason)}</p>"

@@ -21,7 +21,7 @@ from frictopt.base import Kept
 from frictopt.base.results import Shown
 from frictopt.fem import modes, recovery
 from helpers.answers import ASKED, PAIR, QUESTIONS, answer
-from helpers.systems import CYCLE, stresses_of, system
+from helpers.systems import CYCLE, of_mode, stresses_of, system
 
 matplotlib.use("Agg")
 
@@ -52,7 +52,8 @@ DATED = replace(
 
 def backbone():
     """The curve of three amplitudes of the pair."""
-    return fo.joints.backbone_curve(*ASKED, [0.1, 0.2, 0.3], natural_frequency=1.0)
+    pair = of_mode(PAIR, ASKED[1], 1.0)
+    return fo.joints.backbone_curve(pair, *ASKED[1:], [0.1, 0.2, 0.3], natural_frequency=1.0)
 
 
 MADE = {  # name, which begins with the kind -> how it is made
@@ -75,7 +76,7 @@ MADE = {  # name, which begins with the kind -> how it is made
     "ShakedownLimit with an open node": lambda: fo.shakedown_limit(NODE, LIFTS, 0.5),
     "GrossSlip": lambda: fo.gross_slip(PUNCH.condense(), SHEARED, 0.5),
     "LoadLoop": lambda: fo.march(PUNCH.condense(), SWAYED, 0.5, 1.0, cycles=1).loop("Q"),
-    "BackboneCurve": lambda: fo.joints.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
+    "BackboneCurve": backbone,
     "ForcedResponse": lambda: backbone().response([0.1], damping=0.01),
     "Report": lambda: fo.report(*ASKED, [0.5]),
     "WornIn": lambda: fo.joints.worn_in(FLAT, CYCLE, 0.5, 0.8),

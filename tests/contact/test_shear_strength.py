@@ -22,6 +22,7 @@ from helpers.systems import (
     at_corners,
     block,
     corner_rows,
+    of_mode,
     random_system,
     uncoupled,
 )
@@ -350,7 +351,7 @@ def test_a_study_does_not_take_runs_of_another_strength(tmp_path):
     (lambda s: fo.DesignModel(s, PUSHES), "does not know"),
     (lambda s: fo.GuaranteedModel(s, PUSHES), "does not know"),
     (lambda s: fo.dissipation_range(s, PUSHES, 0.5, 1.0), "does not know"),
-    (lambda s: fo.joints.backbone_curve(s, PUSHES, 0.5, [1.0], natural_frequency=0.1, with_range=True), "does not know"),
+    (lambda s: fo.joints.backbone_curve(of_mode(s, PUSHES, 0.1), PUSHES, 0.5, [1.0], with_range=True), "does not know"),
     (lambda s: fo.limit_after_protocol(fo.shakedown_limit(s, PUSHES, 0.5), start="worst"), "does not know"),
     (lambda s: fo.joints.worn_in(s, PUSHES, 0.5, 1.0), "shear strength"),
     (lambda s: fo.march(s, PUSHES, 0.5, 1.0, cycles=1).increment(1, "milp"), "form 'milp' does not know"),

@@ -1,5 +1,7 @@
 """Small contact systems for the tests."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 from scipy.linalg import block_diag
@@ -393,3 +395,10 @@ def stresses_of(contact):
     cases = {name: np.zeros((2, 1, 3, 3)) for name in contact.bonded}
     cases["cyclic"] = np.broadcast_to(np.diag([1.0, 0.0, 0.0]), (2, 1, 3, 3))
     return fo.results.StressMap(contact, np.zeros((1, contact.tangents + 1)), cases, motions)
+
+
+def of_mode(contact, cycle, frequency):
+    """The contact whose load at the first corner is that of a mode of unit modal mass."""
+    direction = np.array([cycle.corners[0].get(case, 0.0) for case in contact.bonded])
+    square = (2 * np.pi * frequency * (direction @ direction)) ** 2
+    return replace(contact, compliance=np.outer(direction, direction) / square)

@@ -209,8 +209,6 @@ def test_a_published_oscillator():
     assert curve.most_frequency[0] == pytest.approx(49.42, abs=0.01)
     assert curve.least_frequency[2] <= 1.001 * 42.93 and curve.most_frequency[2] >= 0.999 * 43.24
     same = fo.joints.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
-    bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
-    other = fo.joints.backbone_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck)
     unsaid = fo.joints.backbone_curve(system, cycle, 0.9, [800.0], with_range=True)
     assert all(
         np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all()
@@ -220,11 +218,11 @@ def test_a_published_oscillator():
     assert "least_frequency" not in repr(unsaid)
     assert "no frequency: it needs the load of a mode" in unsaid.note
     assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
-    assert same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency
+    assert same.frequency == pytest.approx(curve.frequency[1:2])
     assert np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
     assert fo.joints.backbone_curve(
-        bare, twice, 0.9, [400.0], natural_frequency=stuck / 2
+        system, twice, 0.9, [400.0], natural_frequency=stuck / 2
     ).displacement == pytest.approx(2 * same.displacement)
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
         fo.joints.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
@@ -235,9 +233,7 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
     system = fo.ContactSystem.from_blocks(**arrays)
     P, f = np.pi / 4, 0.4
     x = np.array([0.35, 0.5, 0.7, 0.9])
-    curve = fo.joints.backbone_curve(
-        system, opposed("Q", {"P": P}), f, x * f * P, natural_frequency=0.01
-    )
+    curve = fo.joints.backbone_curve(system, opposed("Q", {"P": P}), f, x * f * P)
     exact = 4 * f**2 * P**2 / np.pi * (x - x**2 / 2 + (1 - x) * np.log(1 - x))
     assert curve.work == pytest.approx(exact, rel=0.02)
     assert curve.exponent == pytest.approx(np.gradient(np.log(exact), np.log(x)), rel=0.02)
@@ -459,11 +455,13 @@ def test_bad_input():
         [{}, {}],
     ):
         for options in ({"natural_frequency": 1.0}, {"with_range": True}):
-            with pytest.raises(fo.ModelError, match=r"(cycle|with_range): .*two opposed corners"):
+            with pytest.raises(
+                fo.ModelError, match=r"(natural_frequency|with_range): .*two opposed corners"
+            ):
                 fo.joints.backbone_curve(
                     punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **options
                 )
-    with pytest.raises(fo.ModelError, match=r"cycle: .*no fixed part"):
+    with pytest.raises(fo.ModelError, match=r"natural_frequency: .*no fixed part"):
         fo.joints.backbone_curve(
             punch,
             fo.LoadCycle({"P": 1.0}, cycle.corners, fixed=[{"Q": 0.1}, {}]),
@@ -483,7 +481,7 @@ def test_bad_input():
         fo.joints.backbone_curve(bare, cycle, 0.5, [1.0], with_range=True)
     for odd in (0.0, -1.0, np.inf, "1"):
         with pytest.raises(fo.ModelError, match="natural_frequency"):
-            fo.joints.backbone_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
+            fo.joints.backbone_curve(punch, cycle, 0.5, [1.0], natural_frequency=odd)
     with pytest.raises(fo.ModelError, match="the load does no work"):
         fo.joints.backbone_curve(
             punch.with_interference({"fit": 1.0}),

@@ -511,7 +511,7 @@ def test_the_error_of_increments_is_a_column_and_a_band():
     curve = fo.joints.backbone_curve(pair, cycle, 0.5, [0.3, 1.0, 1.6], steps=2)
     errors = [steady.step_error for steady in curve.steady_states]
     assert curve.step_error.tolist() == errors == curve.to_frame()["step_error"].tolist()
-    assert max(errors) > 0 and f"largest_step_error={max(errors):.6g}" in repr(curve)
+    assert max(errors) > 0
     work = curve.plot()[0]
     (band,) = work.collections
     ends = band.get_paths()[0].vertices[:, 1]

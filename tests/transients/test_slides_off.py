@@ -95,9 +95,7 @@ ANSWERS = {
 ENDS = {
     "march": lambda s, c, f: fo.march(s, c, f, 1.0),
     "steady_state": lambda s, c, f: fo.steady_state(s, c, f, 1.0),
-    "backbone_curve": lambda s, c, f: fo.joints.backbone_curve(
-        s, c, f, [1.0], natural_frequency=1.0 if s.compliance is None else None
-    ),
+    "backbone_curve": lambda s, c, f: fo.joints.backbone_curve(s, c, f, [1.0]),
     "wear": lambda s, c, f: fo.joints.wear(s, c, f, 1.0, coefficient=1e-3, cycles=10),
 }
 

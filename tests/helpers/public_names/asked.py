@@ -6,7 +6,7 @@ A new question has a line here, and entries in the lists that the `__init__` of 
 import numpy as np
 
 import frictopt as fo
-from helpers.systems import CYCLE, stresses_of
+from helpers.systems import CYCLE, of_mode, stresses_of
 
 F = 0.6
 
@@ -18,13 +18,12 @@ def _deep_profile(contact):
 
 def _curve(contact, lam, steps):
     """The backbone curve of a load, as if it were the load of a mode."""
+    frequency = 0.5 / np.pi / np.sqrt(10.0)
+    if contact.compliance is None:
+        contact = of_mode(contact, CYCLE, frequency)
+    factors = lam * np.array([0.3, 0.5, 0.7])
     return fo.joints.backbone_curve(
-        contact,
-        CYCLE,
-        F,
-        lam * np.array([0.3, 0.5, 0.7]),
-        natural_frequency=0.5 / np.pi / np.sqrt(10.0),
-        **steps,
+        contact, CYCLE, F, factors, natural_frequency=frequency, **steps
     )
 
 

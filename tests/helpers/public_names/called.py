@@ -16,7 +16,7 @@ import pandas as pd
 
 import frictopt as fo
 from frictopt.transients.exact import ExactPath
-from helpers.systems import CYCLE, FIRST_PAIR, stresses_of, system
+from helpers.systems import CYCLE, FIRST_PAIR, of_mode, stresses_of, system
 
 # Largest time of a call with an odd value, on a busy machine.
 SECONDS = 10
@@ -51,7 +51,8 @@ ASKED_3D = {
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 # These values may be nan. The error of the state is then infinite.
 CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
-CURVE = fo.joints.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
+MODE = of_mode(CONTACT, CYCLE, 1.0)
+CURVE = fo.joints.backbone_curve(MODE, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
 REPORT = fo.report(CONTACT, CYCLE, FRICTION, pages=1, progress=False)
 STEP = fo.starts.LoadStep({"mean": 0.5})
 
@@ -363,7 +364,10 @@ CALLS = {
     "steady_state": call(fo.steady_state, **ASKED, load_factor=0.5, most_cycles=50),
     "after_overload": call(fo.after_overload, limit=fo.guaranteed_limit(**ASKED), load_factor=0.5),
     "backbone_curve": call(
-        fo.joints.backbone_curve, **ASKED, load_factors=[0.5], natural_frequency=1.0
+        fo.joints.backbone_curve,
+        **ASKED | {"system": MODE},
+        load_factors=[0.5],
+        natural_frequency=1.0,
     ),
     "BackboneCurve.response": call(
         CURVE.response, forces=[0.1], damping=0.01, scale=2.0, other_modes=()
