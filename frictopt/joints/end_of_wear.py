@@ -142,8 +142,8 @@ def worn_in(
     Notes
     -----
     M. Ciavarella 1998, Int. J. Solids Struct. 35, 2349-2362; J. Jäger 1998, J. Tribology 120,
-    677-684; V. L. Popov 2014, Sci. Rep. 4, 3749. Closed forms:
-    `fo.reference.LineContact.worn_depth` and `fo.reference.SphereContact.worn_depth`.
+    677-684; V. L. Popov 2014, Sci. Rep. 4, 3749, with closed forms of a cylinder
+    (`fo.reference.LineContact.worn_depth`) and a sphere.
 
     Examples
     --------

@@ -11,7 +11,7 @@ values that are not real and finite or out of the given range, and for lengths t
 from ..contact import check_contact_law
 from .corners import CornerMode, bonded_corner, sliding_corner_exponent
 from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
-from .hertz import LineContact, SphereContact, contact_modulus
+from .hertz import LineContact, SphereContact
 from .sliders import foundation_rod, masing_dissipation, rod_dissipation
 
 __all__ = [
@@ -20,7 +20,6 @@ __all__ = [
     "SphereContact",
     "bonded_corner",
     "check_contact_law",
-    "contact_modulus",
     "foundation_rod",
     "half_plane_contact",
     "half_plane_influence",

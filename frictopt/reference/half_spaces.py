@@ -37,7 +37,7 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     nodes
         Number of cells N, at least 2.
     E_star
-        Contact modulus of the pair, see `contact_modulus`, stress, positive.
+        Contact modulus of the pair, see `LineContact`, stress, positive.
 
     Returns
     -------

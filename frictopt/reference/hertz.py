@@ -23,39 +23,6 @@ def poisson_ratio(name: str, value: float) -> float:
     return nu
 
 
-def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
-    """Contact modulus of two bodies in plane strain, stress.
-
-    `1 / E_star = (1 - nu1^2) / E1 + (1 - nu2^2) / E2` (Johnson 1985, see `SphereContact`).
-
-    Parameters
-    ----------
-    E1, E2, nu1, nu2
-        Young's moduli, stress, positive; Poisson's ratios, dimensionless, above -1 and at most 0.5.
-
-    Returns
-    -------
-    float
-        Contact modulus, stress.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> from frictopt.reference import contact_modulus
-    >>> round(contact_modulus(E1=210e9, nu1=0.3, E2=210e9, nu2=0.3) / 1e9, 2)
-    115.38
-    """
-    E1 = finite_number("E1", E1, above=0.0)
-    E2 = finite_number("E2", E2, above=0.0)
-    compliance_1 = (1 - poisson_ratio("nu1", nu1) ** 2) / E1
-    compliance_2 = (1 - poisson_ratio("nu2", nu2) ** 2) / E2
-    return 1 / (compliance_1 + compliance_2)
-
-
 class _Round:
     """Base of round bodies, with fields that are positive numbers, or Poisson's ratio."""
 
@@ -109,8 +76,8 @@ class LineContact(_Round):
         Radius of the cylinder (of two cylinders: `1 / R = 1 / R1 + 1 / R2`), length, positive and
         large against the contact.
     E_star, f
-        Contact modulus, see `contact_modulus`, stress, positive; coefficient of friction,
-        dimensionless, positive.
+        Contact modulus, `1 / E* = (1 - nu1^2) / E1 + (1 - nu2^2) / E2`, stress, positive;
+        coefficient of friction, dimensionless, positive.
 
     References
     ----------
@@ -173,21 +140,6 @@ class LineContact(_Round):
         x = finite_array("x", x)
         peak = float(np.sign(Q)) * self.f * self.peak_pressure
         return peak * (_ellipse(x, a) - c / a * _ellipse(x, c))
-
-    def slip(self, x: ArrayLike, Q: float) -> Array:
-        """Slip v at x, length, any shape, when the shear force first reaches Q, length.
-
-        The slip is opposite to Q, zero for `|x| <= c`, and nan outside the contact. It grows from
-        the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where
-        p_0 is the peak pressure.
-        """
-        a = self.half_width
-        c = self.stick_half_width(Q)
-        distance = np.abs(finite_array("x", x))
-        outside = np.maximum(distance, c)
-        grown = 0.5 * (outside * np.sqrt(outside**2 - c**2) - c**2 * np.arccosh(outside / c))
-        slip = -np.sign(Q) * 2 * self.f * self.peak_pressure / (self.E_star * a) * grown
-        return np.where(distance <= a, slip, np.nan)
 
     def dissipation(self, Q0: float) -> float:
         """Work of friction in one cycle of the shear force between `-Q0` and `Q0`.
@@ -277,30 +229,6 @@ class SphereContact(_Round):
         shear_modulus = self.E / (2 * (1 + self.nu))
         unit = 2 * (2 - self.nu) / shear_modulus * (self.f * self.P) ** 2 / self.half_width
         return 0.9 * unit * 5 / 27 * _work(4 / 3, self._share("Q", Q))
-
-    def worn_depth(self, r: ArrayLike, Q: float) -> Array:
-        """Depth worn off at distance r from the middle, length, any shape, in the end.
-
-        Shear between -Q and Q wears the sphere. The stick zone does not wear, and in the end it
-        carries the whole force. The sphere then indents by an additional depth d, like a flat punch
-        of radius c. With `c = a (1
-        - Q / (f P))^(1/3)` and `d = 2 (a^3 - c^3) / (3 R c)` (Popov 2014), outside of c and where
-        it is positive::
-
-            h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R)
-            - (2 d / pi) arcsin(c/r)
-
-        """
-        a = self.half_width
-        R = self.R
-        distance = np.abs(finite_array("r", r))
-        c = a * (1 - self._share("Q", Q)) ** (1 / 3)
-        d = 2 * (a**3 - c**3) / (3 * R * c)
-        outside = np.maximum(distance, c)
-        angle = np.arcsin(c / outside)
-        lifted = ((2 * c**2 - outside**2) * angle + c * np.sqrt(outside**2 - c**2)) / (pi * R)
-        depth = c**2 / R + d - outside**2 / (2 * R) - lifted - 2 * d / pi * angle
-        return np.where(distance > c, np.maximum(depth, 0.0), 0.0)
 
 
 def _ellipse(x: Array, half_width: float) -> Array:

@@ -43,16 +43,24 @@ def test_the_closed_form_of_the_cylinder_has_the_tabled_values(share, depth, pla
     assert np.trapezoid(worn_pressure(inner, share * F), inner) == pytest.approx(1.0, rel=1e-3)
 
 
+def worn_sphere(r, share):
+    """Depth worn off a sphere of radius 1 by a share of the force at which it slides, at distances
+    r in radii of the contact, in the end (Popov 2014). Its stick zone has the radius c."""
+    c = (1 - share) ** (1 / 3)
+    d = 2 * (1 - c**3) / (3 * c)
+    r = np.maximum(r, c)
+    angle = np.arcsin(c / r)
+    lifted = ((2 * c**2 - r**2) * angle + c * np.sqrt(r**2 - c**2)) / np.pi
+    return np.maximum(c**2 + d - r**2 / 2 - lifted - 2 * d / np.pi * angle, 0.0) * (r > c)
+
+
 def test_the_closed_form_of_the_sphere_has_the_tabled_values():
-    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
     r = np.linspace(0.0, 1.3, 130_001)
-    h = ball.worn_depth(r, F / 3)
+    h = worn_sphere(r, 0.5)
     assert h.max() == pytest.approx(0.094485, rel=1e-5)
     assert r[h.argmax()] == pytest.approx(0.9064, abs=1e-4)
     assert r[h > 0].max() == pytest.approx(1.136090606, abs=2e-5)
     assert 2 * np.pi * (r * h).sum() * 1e-5 == pytest.approx(0.132157733, rel=1e-4)
-    with pytest.raises(fo.ModelError, match="Q: "):
-        ball.worn_depth(1.0, F)
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
@@ -149,14 +157,13 @@ def test_under_a_varying_force_wear_comes_ever_closer():
 
 def test_the_sphere_in_space_converges_to_the_closed_form():
     """On rings, of which the stick zone ends on an edge; half the rings, half the error."""
-    ball = fo.reference.SphereContact(P=2 / 3, R=1.0, E=1.0, nu=0.0, f=F)
     errors = []
     for count in (32, 64):
         contact, cycle, f, load_factor = sphere_of_rings(count)
         end = fo.joints.worn_in(contact, cycle, f, load_factor)
         r = contact.points[:, 0]
         assert contact.tangents == 2 and end.proven and end.stick.sum() == count
-        form, far = ball.worn_depth(r, load_factor), r[end.depth > 0].max()
+        form, far = worn_sphere(r, 0.5), r[end.depth > 0].max()
         errors.append([end.depth.max() / 0.094485 - 1, end.depth @ contact.width / 0.132157733 - 1])
         assert far == pytest.approx(1.1361, rel=0.01)
         assert np.abs(end.depth - form)[r > 0.85].max() < 0.06 * form.max()

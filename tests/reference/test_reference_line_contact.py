@@ -17,14 +17,6 @@ CONTACT = fo.reference.LineContact(P=1.3, R=8.0, E_star=2.6 * 4 / np.pi, f=0.3) 
 SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding
 
 
-def test_contact_modulus():
-    assert fo.reference.contact_modulus(2.0, 0.3, 2.0, 0.3) == pytest.approx(1 / 0.91, rel=1e-12)
-    assert fo.reference.contact_modulus(2.0, 0.5, 1e12, 0.0) == pytest.approx(2 / 0.75, rel=1e-9)
-    assert fo.reference.contact_modulus(1.0, 0.1, 3.0, 0.4) == fo.reference.contact_modulus(
-        3.0, 0.4, 1.0, 0.1
-    )
-
-
 def integral(function, *kinks):
     pieces = sorted({-CONTACT.half_width, *kinks, *(-kink for kink in kinks), CONTACT.half_width})
     return sum(
@@ -47,19 +39,7 @@ def test_tractions_carry_the_load_and_respect_friction():
         )
 
 
-def test_dissipation_is_friction_times_slip_integrated():
-    for share in (1e-3, 0.0999, 0.1001, 0.5, 0.99):
-        Q0 = share * CONTACT.f * CONTACT.P
-        c = CONTACT.stick_half_width(Q0)
-        density = integral(
-            lambda s, Q0=Q0: (
-                CONTACT.f * CONTACT.pressure(s) * abs(CONTACT.slip(s, Q0)) / CONTACT.dissipation(Q0)
-            ),
-            c,
-        )
-        assert 4 * density == pytest.approx(
-            1, rel=1e-6
-        )  # there and back, over twice the slip of the first loading
+def test_dissipation_begins_with_the_cube_of_the_shear():
     assert CONTACT.dissipation(0) == 0
     small = 1e-6  # where the terms of the closed form cancel to the first ones of its series
     series = (
@@ -70,12 +50,9 @@ def test_dissipation_is_friction_times_slip_integrated():
     )
 
 
-def test_tractions_are_zero_and_slip_is_unknown_outside_the_contact():
+def test_tractions_are_zero_outside_the_contact():
     outside = [-2.01, 3.0]
     assert (CONTACT.pressure(outside) == 0).all() and (CONTACT.shear(outside, 0.1) == 0).all()
-    assert np.isnan(CONTACT.slip(outside, 0.1)).all() and np.isfinite(
-        CONTACT.slip(CONTACT.half_width, 0.1)
-    )
 
 
 def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
