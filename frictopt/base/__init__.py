@@ -11,11 +11,9 @@
 `results.py`
     Bases of results: how they are printed, plotted and pickled.
 `files.py`, `archive.py`
-    npz archives, and results in them.
+    npz archives and strict JSON, and results in them.
 `kinds.py`
     The classes that an archive can hold.
-`strict_json.py`
-    Values as strict JSON.
 `libraries.py`
     Libraries that read files of other codes.
 """

@@ -1,6 +1,7 @@
-"""Files to be written, whose names are checked before anything is computed; npz archives."""
+"""Files to be written, whose names are checked before anything is computed: npz archives, JSON."""
 
 import json
+import math
 import os
 import shutil
 import signal
@@ -8,14 +9,16 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
 from datetime import UTC, datetime
+from enum import Enum
 from importlib.util import find_spec
 from io import BytesIO
 from itertools import chain
 from math import prod
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, TypeVar
+from typing import Any
 from zipfile import ZipFile
 from zlib import crc32
 
@@ -28,9 +31,7 @@ from numpy.lib.format import (
 )
 
 from ..errors import FrictoptError, ModelError
-from .strict_json import plain, strict_json
-
-T = TypeVar("T")
+from .checks import T, is_distribution
 
 TABLES = (".csv", ".xlsx", ".parquet")
 """Endings of the file of a table."""
@@ -246,6 +247,50 @@ def _check_members(archive: ZipFile) -> None:
             shape, _, kind = header(file)
             if file.tell() + prod(shape) * kind.itemsize != member.file_size:
                 raise ValueError(f"{member.filename} is damaged")
+
+
+# Values as strict JSON: a number that is not known (nan) is null, an infinite one is a text.
+
+
+def strict_json(value: object) -> str:
+    """A value as strict JSON, see `plain`."""
+    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """A value in the types of JSON: nan is None, infinity is "inf", a table is a list of its rows.
+
+    Names of Enum members are texts. A dataclass has its public fields by name.
+    """
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        if math.isnan(value):
+            return None
+        return float(value) if math.isfinite(value) else f"{value}"
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(name): plain(part) for name, part in value.items()}
+    if isinstance(value, tuple | list | range):
+        return [plain(part) for part in value]
+    return _plain_of_object(value)
+
+
+def _plain_of_object(value: Any) -> Any:
+    """A dataclass, or a value of numpy or pandas, in the types of JSON."""
+    if is_dataclass(value):
+        names = [field.name for field in fields(value) if not field.name.startswith("_")]
+        return {name: plain(getattr(value, name)) for name in names}
+    if hasattr(value, "to_dict") and hasattr(value, "columns"):
+        return [plain(row) for row in value.to_dict("records")]
+    if is_distribution(value):
+        return {"distribution": value.dist.name, "parameters": plain(value.args), **value.kwds}
+    if hasattr(value, "tolist"):  # an array, or a number of numpy
+        return plain(value.tolist())
+    import pandas as pd
+
+    return None if value is pd.NA else str(value)
 
 
 def sealed(content: Mapping[str, Any]) -> str:

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..base.files import TABLES, write_table, written
-from ..base.strict_json import plain, strict_json
+from ..base.files import TABLES, plain, strict_json, write_table, written
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
     from ..base import Table

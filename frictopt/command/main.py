@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import __version__
-from ..base.files import TABLES, output, to_its_end
-from ..base.strict_json import strict_json
+from ..base.files import TABLES, output, strict_json, to_its_end
 from ..errors import FrictoptError, ModelError, StoreError
 from . import check, look, questions, studies
 from .answers import ExitCode, partial_answer

@@ -18,7 +18,7 @@ from scipy import stats
 from scipy.integrate import quad
 
 import frictopt as fo
-from frictopt.base import strict_json
+from frictopt.base.files import strict_json
 from frictopt.command import main as run
 from frictopt.command import options, questions
 from helpers.command import main
@@ -323,7 +323,7 @@ def test_an_infinite_limit_is_an_answer(capsys):
     assert main(["gross-slip", "punch.npz", *PULL, *F, "--json"]) == 0
     assert strict(capsys.readouterr().out)["answer"]["load_factor"] == "inf"
     values = {"a": -np.inf, "b": np.float64(np.nan), "c": np.arange(2), "d": pd.NA}
-    assert strict(strict_json.strict_json(values)) == {
+    assert strict(strict_json(values)) == {
         "a": "-inf",
         "b": None,
         "c": [0, 1],
