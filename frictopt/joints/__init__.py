@@ -6,8 +6,8 @@ A contact, its load cycle and its friction come in. The results are:
   computes the answers of each part, `report_tables.py` makes their tables and numbers with units,
   `advice.py` the sentences, and `report_text.py` prints the report and writes the sheet to sign
 - `safety.py`: the faces of a joint, safety factors and verdicts, from `scatter.py` (ranges of
-  friction and preload), `thresholds.py` (quantities that have limits) and `load_search.py` (the
-  load that reaches a limit)
+  friction and preload) and `thresholds.py` (quantities that have limits, and the load that reaches
+  a limit)
 - `backbone.py`: work W, stiffness k and damping W / (2 pi k u^2) over the amplitude u of the load,
   from `curve_question.py` (one load factor, and the displacement of the load)
 - `forced_response.py`: amplitude over the frequency of a harmonic force. `resonant.py` computes it

@@ -29,8 +29,8 @@ from ..errors import ModelError, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
 from .curve_question import CurveCycle, CurveQuestion, default_factors, load_of_curve, load_size
-from .load_search import first_state_that_reaches
 from .resonant import Resonant
+from .thresholds import first_state_that_reaches
 
 _MEASURES = (
     "work",

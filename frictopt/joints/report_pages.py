@@ -37,11 +37,10 @@ from ..study.store import SAME
 from ..transients import SteadyState
 from .backbone import BackboneCurve, curve_at
 from .curve_question import CurveQuestion, load_of_curve
-from .load_search import BELOW_GROSS_SLIP
 from .report_tables import ReportParts, areas_move, mean_load_opens, units_of
 from .safety import SteadyStates, face_table, safety_table, verdict_table
 from .scatter import Scatter
-from .thresholds import FACE_SLIP, GROSS_SLIP, SLIP_RANGE, SLIPPING_SHARE
+from .thresholds import BELOW_GROSS_SLIP, FACE_SLIP, GROSS_SLIP, SLIP_RANGE, SLIPPING_SHARE
 
 Parts = TypeVar("Parts", bound=ReportParts)
 

@@ -33,15 +33,18 @@ from ..transients.fretting import nodes_of_contacts, rows_of_corners
 from ..transients.march import mean_state, path_of
 from ..transients.statics import motions_of_bodies
 from ..transients.steady import settled_from
-from .load_search import BELOW_GROSS_SLIP, LARGEST_LOAD, TOLERANCE, load_at_threshold
 from .scatter import NOMINAL, Corner, Scatter
 from .thresholds import (
+    BELOW_GROSS_SLIP,
     FACE_SLIP,
     GROSS_SLIP,
+    LARGEST_LOAD,
     QUANTITIES,
     SLIP_RANGE,
     SLIPPING_SHARE,
+    TOLERANCE,
     Judged,
+    load_at_threshold,
     place_of_node,
 )
 

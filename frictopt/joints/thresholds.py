@@ -1,4 +1,4 @@
-"""Thresholds that the user gives, and the values that are compared with them."""
+"""Thresholds that the user gives, the values compared with them, and the load that reaches one."""
 
 from __future__ import annotations
 
@@ -125,3 +125,138 @@ QUANTITIES: Mapping[str, Quantity] = {
     "drift": Quantity("drift", lambda steady: (steady.drift, "")),
 }
 """Name of a threshold -> its quantity. `gross slip` is the least safety factor against it."""
+
+# The load factor at which a quantity of the steady state reaches a threshold.
+
+# Numbers of the search.
+
+# Width of the last bracket divided by its upper end, in the plane and in space, where steady
+# states in increments are less exact.
+TOLERANCE = (1e-4, 1e-2)
+# Ratio of two load factors while the search looks for one above the threshold.
+_GROWTH = 2.0
+# Largest load factor tried; a threshold that is kept there counts as not reached.
+LARGEST_LOAD = 16.0
+# The search, and the curve of a report, end at this share of the sliding-off load. Closer to this
+# load the slip needs many cycles to become steady.
+BELOW_GROSS_SLIP = 0.95
+# Each third trial halves the bracket, because interpolation fails at jumps.
+_HALVED = 3
+# The search ends below this load factor: the threshold is then exceeded at nearly no load.
+_SMALLEST_LOAD = 1e-3
+# Share of the tolerance by which a trial goes beyond the interpolated load factor, so that two
+# trials enclose it.
+_BEYOND = 0.4
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A threshold is kept at `load_factor`, and exceeded at `above`, inf if it is not reached."""
+
+    load_factor: float
+    above: float
+
+
+def load_at_threshold(
+    value_at: Callable[[float], float],
+    values_known: dict[float, float],
+    threshold: float,
+    end: float,
+    tolerance: float,
+    smallest_load: float = _SMALLEST_LOAD,
+) -> Reached:
+    """Search the least load factor up to `end` at which a value exceeds a threshold.
+
+    `value_at` returns the value at a load factor, inf if there is no steady state. `values_known`
+    are values that are known already.
+    """
+    known = {factor: value for factor, value in values_known.items() if factor <= end}
+    low, high = _bracket(value_at, known, threshold, end)
+    if high == np.inf:
+        return Reached(low, np.inf)
+    return _narrowed(value_at, known, threshold, low, high, tolerance, smallest_load)
+
+
+def first_state_that_reaches(
+    wanted: float,
+    name: str,
+    below: SteadyState,
+    reaches: SteadyState,
+    follow: Callable[[float], SteadyState],
+) -> SteadyState:
+    """The steady state at the least load factor found at which a number of it is at least `wanted`.
+
+    `name` is the attribute with the number. It is at most `wanted` in the state `below`, and at
+    least `wanted` in the state `reaches` at a larger load factor. `follow` gives the state at a
+    load factor.
+    """
+    states = {state.load_factor: state for state in (below, reaches)}
+
+    def value_at(factor: float) -> float:
+        states[factor] = follow(factor)
+        return float(getattr(states[factor], name))
+
+    reached = load_at_threshold(
+        value_at,
+        {factor: float(getattr(state, name)) for factor, state in states.items()},
+        np.nextafter(wanted, 0.0),  # a state with just this number has reached it
+        reaches.load_factor,
+        TOLERANCE[reaches.system.tangents - 1],
+        smallest_load=0.0,  # there is a smaller load factor
+    )
+    return states[reached.above]
+
+
+def _bracket(
+    value_at: Callable[[float], float], known: dict[float, float], threshold: float, end: float
+) -> tuple[float, float]:
+    """A load factor that keeps the threshold, and a larger one that exceeds it, or inf.
+
+    Load factors grow until one exceeds the threshold, at most up to `end`. They join the `known`.
+    """
+    high = _least_above(known, threshold)
+    low = _largest_below(known, threshold, high)
+    while high == np.inf and low < end:
+        trial = min(max(1.0, _GROWTH * low), end)
+        known[trial] = value_at(trial)
+        high = _least_above(known, threshold)
+        low = _largest_below(known, threshold, high)
+    return low, high
+
+
+def _narrowed(
+    value_at: Callable[[float], float],
+    known: dict[float, float],
+    threshold: float,
+    low: float,
+    high: float,
+    tolerance: float,
+    smallest_load: float,
+) -> Reached:
+    """Narrow a bracket to the tolerance, by interpolation between its ends and by halving."""
+    trials = 0
+    shift = -_BEYOND * tolerance
+    while high > smallest_load and high - low > tolerance * high:
+        trials += 1
+        trial = (low + high) / 2
+        values = known.get(low, 0.0), known.get(high, np.inf)
+        if trials % _HALVED and np.isfinite(values).all() and values[0] < values[1]:
+            share = (threshold - values[0]) / (values[1] - values[0])
+            guess = (low + share * (high - low)) * (1 + shift)
+            if low < guess < high:
+                trial = guess
+        known[trial] = value_at(trial)
+        exceeds = known[trial] > threshold
+        shift = abs(shift) if not exceeds else -abs(shift)
+        low, high = (low, trial) if exceeds else (trial, high)
+    return Reached(low, high)
+
+
+def _least_above(known: dict[float, float], threshold: float) -> float:
+    above = [factor for factor, value in known.items() if value > threshold]
+    return min(above, default=np.inf)
+
+
+def _largest_below(known: dict[float, float], threshold: float, high: float) -> float:
+    below = [factor for factor, value in known.items() if value <= threshold and factor < high]
+    return max(below, default=0.0)

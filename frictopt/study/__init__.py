@@ -11,8 +11,7 @@ A table of many runs (`dissipation_study`):
 - `starts.py`: starts, such as residual slips, overloads and load steps
 - `case.py`: one run and its key, a digest of its content; the columns of the table, where a new
   column is one more line
-- `runs.py`: runs are followed, here or by an executor
-- `workers.py`: processes of this machine, each replaced if it ends
+- `runs.py`: runs are followed, here, by an executor or by processes, each replaced if it ends
 - `store.py`: the file that keeps the rows
 - `dissipation.py`: the question, its checks, the table and its picture
 - `plans.py`: studies described in files
