@@ -1,7 +1,4 @@
-"""Springs and rods that slide under constant pressure; contacts in which slips keep their order.
-
-Sliders in parallel are the model of Masing and Iwan; sliders in series are a rod on a foundation.
-"""
+"""Sliders in series under constant pressure: a rod on a foundation."""
 
 from __future__ import annotations
 
@@ -9,58 +6,8 @@ from math import floor
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import check_entries, finite_array, finite_number, for_each, whole_number
-
-
-def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
-    """Work of friction in one cycle of sliders in parallel.
-
-    Their common base moves between `-X` and `+X`. A spring connects each slider to the base. A
-    slider sticks until the force of its spring reaches the friction bound, and then slips for the
-    rest of the way. It slips to and fro over `2 (X - bound / k)`. As a contact system: `A =
-    diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded reaction
-    at the corner where the base is at `+X`.
-
-    Parameters
-    ----------
-    k
-        Spring stiffness, (N,), force per depth and length, positive.
-    bound
-        Friction bound `f p` of each slider, (N,) or one number, force per depth, not negative.
-    X
-        Amplitude of the base, length, not negative.
-
-    Returns
-    -------
-    float
-        Work per cycle, `sum 4 bound max(0, X - bound / k)`, force per depth times length.
-
-    References
-    ----------
-    G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd
-    International Congress of Applied Mechanics, Zürich. W. D. Iwan (1966), A distributed-element
-    model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33,
-    893-900.
-
-    Raises
-    ------
-    ModelError
-        A value is out of its range.
-
-    Examples
-    --------
-    >>> from frictopt.reference import masing_dissipation
-    >>> masing_dissipation(k=[1.0, 2.0], bound=[0.5, 3.0], X=1.0)  # the second slider sticks
-    1.0
-    """
-    k = np.atleast_1d(finite_array("k", k))
-    check_entries("k", k, k > 0, "give positive stiffnesses")
-    bound = for_each("bound", finite_array("bound", bound), len(k))
-    check_entries("bound", bound, bound >= 0, "give friction bounds of at least 0")
-    X = finite_number("X", X, least=0.0)
-    return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))
+from ..base import finite_number, whole_number
 
 
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:

@@ -11,10 +11,10 @@ import frictopt as fo
 from frictopt.reference import (
     bonded_corner,
     foundation_rod,
-    masing_dissipation,
     rod_dissipation,
     sliding_corner_exponent,
 )
+from studies.validation.closed_forms import masing_dissipation
 
 from ..paper import LOADS
 from .case import Case, opposed

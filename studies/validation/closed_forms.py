@@ -1,4 +1,4 @@
-"""Closed forms of contacts with one node, and of contacts whose nodes do not interact.
+"""Closed forms of contacts with one node, of sliders, and of contacts whose nodes do not interact.
 
 Their load swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`,
 tangential parts `q0, q1` along +x, normal parts `p0, p1` positive in compression. A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with
@@ -214,3 +214,37 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     radii = np.array([smallest_circle(shear[:, node])[1] for node in range(nodes)])
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.where(radii > 0, f * p0 / radii, np.inf).min())
+
+
+def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
+    """Work of friction in one cycle of sliders in parallel.
+
+    Their common base moves between `-X` and `+X`. A spring connects each slider to the base. A
+    slider sticks until the force of its spring reaches the friction bound, and then slips for the
+    rest of the way. It slips to and fro over `2 (X - bound / k)`. As a contact system: `A =
+    diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded reaction
+    at the corner where the base is at `+X`.
+
+    Parameters
+    ----------
+    k
+        Spring stiffness, (N,), force per depth and length, positive.
+    bound
+        Friction bound `f p` of each slider, (N,) or one number, force per depth, not negative.
+    X
+        Amplitude of the base, length, not negative.
+
+    Returns
+    -------
+    float
+        Work per cycle, `sum 4 bound max(0, X - bound / k)`, force per depth times length.
+
+    References
+    ----------
+    G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd
+    International Congress of Applied Mechanics, Zürich. W. D. Iwan (1966), A distributed-element
+    model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33,
+    893-900.
+    """
+    k, bound = np.asarray(k, dtype=float), np.asarray(bound, dtype=float)
+    return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))

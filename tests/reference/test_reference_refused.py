@@ -8,16 +8,6 @@ from frictopt import reference
 
 CYLINDER = {"P": 1.0, "R": 1.0, "E_star": 1.0, "f": 0.5}
 CASES = [
-    (
-        reference.masing_dissipation,
-        {"k": [1, 0], "bound": 1, "X": 1},
-        "k: 0 at node 1; give positive stiffnesses",
-    ),
-    (
-        reference.masing_dissipation,
-        {"k": [1, 2], "bound": [0.1, -0.2], "X": 1},
-        "bound: -0.2 at node 1; give friction bounds of at least 0",
-    ),
     (reference.rod_dissipation, {"F0": -1, "EA": 1, "tau": 1, "h": 1}, "F0: -1"),
     (reference.foundation_rod, {"nodes": 0, "EA": 1, "h": 1}, "nodes: 0"),
     (reference.LineContact, CYLINDER | {"P": 0}, "P: 0"),

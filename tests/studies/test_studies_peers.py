@@ -6,7 +6,7 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-import frictopt as fo
+from studies.validation.closed_forms import masing_dissipation
 from studies.validation.error_vs_time.transients import last_work
 from studies.validation.peers import plane, programs, spheres
 from studies.validation.peers.printed import Arrays
@@ -35,7 +35,7 @@ def test_a_peer_is_compared_with_our_fastest_answer_that_is_as_exact():
 
 
 def test_the_block_is_a_slider_on_a_spring():
-    slider = fo.reference.masing_dissipation([plane.SHEAR_MODULUS], [plane.BOUND], plane.FAR)
+    slider = masing_dissipation([plane.SHEAR_MODULUS], [plane.BOUND], plane.FAR)
     assert plane.block_work() == pytest.approx(slider)
     for elements in (1, 3):
         assert last_work(plane._block_path(elements)) == pytest.approx(slider, rel=1e-9)

@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 
 import frictopt as fo
-from frictopt.reference import masing_dissipation
 from studies.paper import LOADS
-from studies.validation.closed_forms import single_node_dissipation, single_node_limit
+from studies.validation.closed_forms import (
+    masing_dissipation,
+    single_node_dissipation,
+    single_node_limit,
+)
 from studies.validation.extremes.probes import Answer, Probe, Sizes, one_node, punch_in_units
 
 _FRICTION = 0.7
