@@ -1,12 +1,13 @@
 """What the mean load does to a contact, in words, against enumeration of all sets of open nodes."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.diagnosis import open_nodes, pressing
+from frictopt.contact.diagnosis import counted, in_contact, open_nodes, pressing
 from frictopt.transients.statics import mean_load_diagnosis
 from helpers.systems import system
 
@@ -159,3 +160,40 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces():
         fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4)
     held = fo.ContactSystem(free.S + np.eye(6), free.points, loads)
     assert fo.march(held, cycle, 0.5, 0.75, cycles=1, steps=4).slip.any()
+
+
+def test_nodes_are_told_with_their_contacts_where_there_are_two():
+    """The names are in a reason, in the message of a transient that ends, and in the tables."""
+    loads = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}
+    names = ["head", "nut", "nut"]
+    joint = fo.ContactSystem.from_blocks(
+        np.eye(3), np.zeros((3, 3)), np.eye(3), range(3), loads, contact=names
+    )
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    friction = [0.0, 0.5, 0.5]
+    assert counted(joint, np.array([True, False, True])) == "2 of 3 nodes (head 1 of 1, nut 1 of 2)"
+    assert in_contact(joint, [2, 1]) == " (nut)"
+    assert in_contact(replace(joint, contact=["nut"] * 3), 0) == ""
+    reason = fo.shakedown_limit(joint, cycle, friction).reason
+    assert reason.startswith("with 1 of 3 nodes open (nut 1 of 2): ")
+    assert "node 0 (head) has no friction" in reason
+    assert mean_load_diagnosis(joint, cycle, 0.5).startswith(
+        "1 of 3 nodes (nut 1 of 2) are open under the mean load alone"
+    )
+    slider = fo.ContactSystem.from_blocks(
+        np.diag([0.0, 1.0]),
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0, 1],
+        {"P": ([0, 0], [1, 1]), "Q": ([1, 0], [0, 0])},
+    )
+    with pytest.raises(fo.NoContinuation, match=r"nodes \[0\] \(head\)"):
+        fo.steady_state(
+            replace(slider, contact=["head", "nut"]),
+            fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]),
+            0.5,
+            1.0,
+        )
+    steady = fo.steady_state(joint, cycle, 0.5, 0.1)
+    assert steady.to_frame()["contact"].tolist() == names
+    assert steady.states().to_frame()["contact"].tolist()[:3] == names
