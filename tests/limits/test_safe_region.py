@@ -111,6 +111,28 @@ def test_a_load_without_room_leaves_the_other_one_its_limit():
     assert not region.contains(1e-6, 0.1)
 
 
+@pytest.mark.parametrize("tolerance", [0.1, 1e-3])
+def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
+    node = fo.ContactSystem(
+        np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [0.8, 0.6, 0], "R": [-1.2, 1.6, 0]}
+    )
+    region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], 0.5, tolerance=tolerance)
+    size = [1.0, 2.0]  # of both shears, across each other
+    assert np.linalg.norm(region.vertices * size, axis=1) == pytest.approx(1.0, abs=1e-8)
+    beyond = np.linalg.norm(region.outer * size, axis=1)
+    assert beyond.min() > 1 - 1e-8
+    assert beyond.max() <= 1 / (1 - tolerance)
+    assert 0 < region.gap <= tolerance
+    normals = region.sides[["a", "b"]].to_numpy() / size
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-8)
+    assert region.sides["bound"].to_numpy() == pytest.approx(1.0)
+    assert len(region.outer) == len(region.sides) + 1 == len(region.vertices) + 1
+    for angle in np.linspace(0, np.pi / 2, 7):
+        ray = np.array([np.cos(angle), np.sin(angle)]) / size
+        assert region.contains(*(1 - tolerance) * ray) and not region.contains(*(1 + 1e-7) * ray)
+    assert f"up to {region.gap:.1e} apart" in region.reason
+
+
 @pytest.mark.parametrize("seed", few(range(2)))
 def test_in_space_every_ray_ends_between_both_polygons(seed):
     """The end of the ray is a limit by polygons around the friction circles, over raw slips."""
