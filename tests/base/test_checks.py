@@ -54,78 +54,25 @@ def test_real_numbers(value):
     assert type(found) is float and found == 2.0
 
 
+NO_NUMBERS = [True, np.True_, "2", b"2", None, 2j, pd.NA, {}, np.timedelta64(2), Decimal(2)]
+NO_COUNTS = [3.0, np.array(3), -1, 10**6 + 1, 10**5000]
+NOT_FINITE = [np.nan, -np.inf, np.ma.masked, 1e151, 10**400, 10**5000]
+SEVERAL = [[2.0], np.array([2.0]), csr_matrix([[2.0]]), np.array(True), np.datetime64("2020-01-01")]
+NO_ROWS = [None, {}, {1.0}, b"AB", [b"A"], "12", ["1"], CIRCLE, [[1.0], [1.0, 2.0]], Unprintable()]
+ODD_ROWS = [MASKED, (MASKED,), [1.0, None], [1.0, pd.NA], [True, False], [1j], [Fraction(1)]]
+ODD_ARRAYS = [[10**30], np.array([1], dtype="m8[s]"), [csr_matrix(np.eye(2))]]
 REFUSED = {
     "count": (
         lambda value: checks.whole_number("a", value, least=0),
-        [
-            True,
-            np.True_,
-            np.timedelta64(3),
-            3.0,
-            "3",
-            None,
-            np.array(3),
-            Decimal(3),
-            pd.NA,
-            -1,
-            10**6 + 1,
-            10**5000,
-        ],
+        [*NO_NUMBERS, *NO_COUNTS],
     ),
     "number": (
         lambda value: checks.finite_number("a", value),
-        [
-            True,
-            np.array(True),
-            "2",
-            b"2",
-            None,
-            2j,
-            np.timedelta64(2),
-            np.datetime64("2020-01-01"),
-            pd.NA,
-            np.ma.masked,
-            Decimal(2),
-            np.nan,
-            -np.inf,
-        ]
-        + [
-            10**400,
-            10**5000,
-            1e151,
-            [2.0],
-            np.array([2.0]),
-            csr_matrix([[2.0]]),
-            {},
-            Unprintable(),
-        ],
+        [*NO_NUMBERS, *NOT_FINITE, *SEVERAL, Unprintable()],
     ),
     "array": (
         lambda value: checks.real_array("a", value),
-        [
-            MASKED,
-            (MASKED,),
-            b"AB",
-            [b"A"],
-            "12",
-            ["1"],
-            None,
-            [1.0, None],
-            [1.0, pd.NA],
-            [True, False],
-            [1j],
-            [[1.0], [1.0, 2.0]],
-            CIRCLE,
-            {},
-            {1.0},
-        ]
-        + [
-            [Fraction(1)],
-            [10**30],
-            np.array([1], dtype="m8[s]"),
-            [csr_matrix(np.eye(2))],
-            Unprintable(),
-        ],
+        [*NO_ROWS, *ODD_ROWS, *ODD_ARRAYS],
     ),
     "row": (
         lambda value: checks.finite_numbers("a", value, least=0.0),
