@@ -215,6 +215,34 @@ def test_a_contact_whose_nodes_are_all_open_for_ever_is_none():
     assert "compression must be positive" in limit.reason
 
 
+@pytest.mark.parametrize("shear", [0.3, 0.0])
+def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
+    """Node 0 is always open, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), and node 2 sticks if
+    `shear` lam <= 0.5. Below the interval node 1 slips unless it is open, too."""
+    loads = {
+        "P": ([0, 0, 0], [-5.0, -1.0, 1.0]),
+        "N": ([0, 0, 0], [0, 1.0, 0]),
+        "Q": ([0, 0.1, shear], [0, 0, 0]),
+    }
+    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
+    first = fo.shakedown_limit(contact, cycle, 0.5)
+    opened = np.array([True, False, False])
+    assert (first.load_factor, first.least) == pytest.approx((1.0, 0.0))
+    assert first.open.tolist() == [True, True, False]
+    # Between them none is safe.
+    limit = fo.shakedown_limit(contact, cycle, 0.5, open_nodes=opened)
+    assert limit.load_factor == pytest.approx(5 / 3 if shear else np.inf)
+    assert limit.least == pytest.approx(1.25)
+    assert limit.open.tolist() == [True, False, False]
+    assert "from 1.25 on" in limit.reason or "no slip is safe below 1.25" in limit.reason
+    for load_factor, at_rest in ((1.1, False), (1.2, False), (1.26, True), (1.66, True)):
+        assert rests(contact, cycle, 0.5, load_factor) == at_rest
+    assert [
+        fo.safe_slip(contact, cycle, 0.5, lam).exists for lam in (0.9, 1.1, 1.2, 1.26, 1.66)
+    ] == [True, False, False, True, True]
+
+
 def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds():
     """No search near the limit finds this. The node is pressed by 1, lifted by lam at both corners,
     and sheared by +-lam. Closed, it slips where 0.5 (1 - lam) < lam; from lam = 1 on it is open."""
