@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 import frictopt as fo
 from helpers.command import main
@@ -157,6 +158,59 @@ def test_a_study_in_a_file_is_that_of_the_function_and_its_parts_make_the_whole(
     table = pd.read_csv("runs.csv")
     same(table, expected)
     assert table.seconds.sum() == pytest.approx(seconds) and plt.imread("runs.png").std() > 0
+
+
+def test_a_study_in_a_file_takes_a_distribution():
+    study_file('{ distribution = "norm", loc = 0.4, scale = 0.05, draws = 2, seed = 7 }')
+    assert main(["study", "study.toml", "--table", "runs.csv"]) == 0
+    starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
+    cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners)
+    same(
+        pd.read_csv("runs.csv"),
+        fo.dissipation_study(
+            CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, seed=7, progress=False
+        ),
+    )
+
+
+def test_a_study_in_a_file_takes_load_cycles_by_their_labels(capsys):
+    plan = """
+system = "system.npz"
+friction = 0.4
+load_factors = [0.5, 2.0]
+table = "runs.csv"
+[cycle.straight]
+mean = { mean = 1.0 }
+corners = [{ cyclic = -1.0 }, { cyclic = 1.0 }]
+[cycle."90 deg"]
+mean = { mean = 1.0 }
+harmonic = { cyclic = 1.0, mean = [0.3, 90] }
+points = 6
+"""
+    Path("study.toml").write_text(plan)
+    assert main(["study", "study.toml"]) == 0
+    turning = fo.LoadCycle.harmonic(
+        {"cyclic": 1.0, "mean": (0.3, 90)}, mean={"mean": 1.0}, points=6
+    )
+    cycles = {
+        "straight": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}]),
+        "90 deg": turning,
+    }
+    same(
+        pd.read_csv("runs.csv"),
+        fo.dissipation_study(CONTACT, cycles, 0.4, [0.5, 2.0], progress=False),
+    )
+    assert "straight" in capsys.readouterr().out
+    for old, new, message in (
+        ('[cycle."90 deg"]', '[cycle."90 deg"]\nsteps = 3', "cycle.90 deg: "),
+        (
+            '[cycle."90 deg"]',
+            '[cycle]\nodd = 3\n[cycle."90 deg"]',
+            "cycle.odd: 3; give a table of TOML",
+        ),
+    ):
+        Path("study.toml").write_text(plan.replace(old, new))
+        assert main(["study", "study.toml"]) == 2 and message in capsys.readouterr().err
 
 
 def test_the_forces_of_a_contact_whose_flanks_turn_are_those_of_its_loads(capsys):
@@ -305,6 +359,17 @@ def test_names_of_a_history_may_have_semicolons(capsys):
     assert (
         main([*LIMIT, "--history", "loads.csv"]) == 2
         and "load case 'mean;kN': unknown" in capsys.readouterr().err
+    )
+
+
+def test_a_long_table_is_printed_in_part_and_says_so(capsys):
+    random_system(np.random.default_rng(3), 12).save("system.npz")
+    assert main([*LIMIT, *CORNERS]) == 0 and capsys.readouterr().out.endswith(
+        "... 12 rows in all; --table FILE writes them\n"
+    )
+    assert (
+        main([*LIMIT, *CORNERS, "--table", "limit.csv"]) == 0
+        and "rows in all" not in capsys.readouterr().out
     )
 
 

@@ -4,6 +4,7 @@ They are compared with enumeration, scipy, closed forms, and a lower friction wh
 change.
 """
 
+import re
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -286,6 +287,24 @@ def test_a_body_that_its_surface_does_not_hold_has_no_state():
     assert fo.march(body, cycle, 0.5, 0.4, cycles=1, steps=2).residual < 1e-9
 
 
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(axes):
+    """Motions against forces: the one from `gross_slip`, the other as transients tell it."""
+    rng, reasons = np.random.default_rng(axes), []
+    for _ in range(4):
+        body = block(rng, width=8.0, axes=axes)
+        n, f = body.nodes, rng.uniform(0.2, 0.9)
+        any_load = np.r_[rng.normal(size=(axes - 1) * n), 0.3 * rng.normal(size=n)]
+        strength = np.where(rng.random(n) < 0.3, np.inf, rng.uniform(0.02, 0.5, n))
+        body = replace(strong(body, *strength), bonded={**body.bonded, "any": any_load})
+        most = fo.gross_slip(body, fo.LoadCycle({"P": 4.0}, [{"any": 1.0}]), f).load_factor
+        for share in (0.999, 1.001):
+            mean = fo.LoadCycle({"P": 4.0, "any": share * most}, [{"Q": 0.1}])
+            reasons.append(fo.onset(body, mean, f).reason)
+            assert bool(re.search("as a whole|turns over", reasons[-1])) is (share > 1), reasons[-1]
+    assert sum("of friction and strength" in each for each in reasons) > 1
+
+
 def test_the_referee_sees_shear_beyond_the_strength():
     node = strong(
         fo.ContactSystem.from_blocks(
@@ -341,6 +360,17 @@ def test_a_study_does_not_take_runs_of_another_strength(tmp_path):
         weak = ask(ROD.with_shear_strength(0.05))["dissipation"].item()
     assert len({without, strong, weak}) == 3
     assert ask(ROD)["dissipation"].item() == without
+
+
+def test_a_report_leaves_out_what_does_not_know_it():
+    soft = ROD.with_shear_strength(0.1)
+    joint = fo.report(soft, PUSHES, 0.5, load_factors=[0.5], steps=2)
+    assert {
+        "guaranteed limit",
+        "required friction",
+        "friction as assembled",
+    } == joint.missing.keys()
+    assert joint.limit.load_factor < fo.shakedown_limit(ROD, PUSHES, 0.5).load_factor
 
 
 @refused(

@@ -554,6 +554,23 @@ def test_a_saved_report_is_read_again(tmp_path):
 # Probability
 
 
+def test_a_sheet_has_the_shortest_lives_and_more_cycles_are_better():
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    steady = fo.steady_state(model.condense(), cycle, 0.7, 1.0)
+    band = fo.fatigue_band(model.stress_map(depth=0.3, side=2), cycle, 0.7, 1.0, "Crossland")
+    lives = [band.life(k_1, 1e6, 0.3, slip=steady.slip) for k_1 in (5.0, 4.0)]
+    one, other = (fo.report(steady.system, cycle, 0.7, life=life, pages=1) for life in lives)
+    worst, assembled, best = (
+        1e6 * (0.3 / value) ** 5 for value in (band.most, band.at(steady.slip).max(), band.least)
+    )
+    values = one.numbers.set_index("number")["value"].filter(like="cycles to failure")
+    assert values.to_list() == pytest.approx([best, assembled, worst], rel=1e-9)
+    assert worst < assembled < best < 1e6
+    table = fo.compare({"5": one, "4": other}).table.set_index("number")
+    assert table.loc["cycles to failure, worst", "best"] == "4"
+
+
 def test_the_probability_of_a_block_is_that_of_its_friction(tmp_path):
     """A force of 1 on a pressure of 1 needs friction of 1, from any start."""
     friction = lognorm(0.1, scale=0.97)

@@ -453,6 +453,10 @@ def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that
         )
         assert limit.load_factor == pytest.approx(expected, rel=1e-7, abs=1e-8)
         assert limit.constraints == ("constraints[0]",)
+        with pytest.raises(
+            fo.ModelError, match=r"after_overload: the limit is under constraints\[0\]"
+        ):
+            fo.after_overload(limit)
         assert limit.slip.max() <= size + 1e-9 and limit.residual <= 1e-9
         assert model.slip.value == pytest.approx(limit.slip, abs=1e-9)
         assert model.load_factor.value == pytest.approx(limit.load_factor, abs=1e-9)

@@ -113,6 +113,34 @@ def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
         ask()
 
 
+def test_faces_that_lock_themselves_need_slips_without_bound():
+    """A dovetail that is pushed from below is held by friction alone, equal to the cotangent of its
+    angle. With this friction the slip has no bound."""
+    contact = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense()
+    cot = 1 / np.tan(np.radians(50))
+    cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    free = fo.required_friction(contact, cycle, 1.5)
+    assert free.required == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
+    held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e4)]
+    assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e4])
+    assert held[0].required > held[1].required > free.required
+    assert "within the slip bound" in held[0].reason
+    for required, most in few([*zip(held, (1e2, 1e4), strict=True)], 1):
+        less, more = (
+            fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor
+            for f in (required.bound, required.required)
+        )
+        assert less < 1.5 < more < 1.5001
+    assert (
+        "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
+    )
+    with pytest.raises(
+        fo.SolverError,
+        match=r"no slip is safe with 0\.838.*a slip of up to .* is safe with 0\.839.*give a smaller slip_bound",
+    ):
+        fo.required_friction(contact, cycle, 1.5, slip_bound=1e6)
+
+
 def test_it_is_proven_from_both_sides(punch, paper_cycle):
     contact = punch(40)
     required = fo.required_friction(contact, paper_cycle, 1.5)

@@ -277,6 +277,19 @@ def test_closed_contacts_keep_their_limit():
     assert_allclose(limit.intervals[0], [0, limit.load_factor])
 
 
+def test_intervals_of_shear_alone_of_static_loads_and_of_coupled_contacts():
+    shear = fo.LoadCycle({"P": P}, [{"Q": -0.3}, {"Q": 0.3}])
+    limit = fo.shakedown_limit(cylinder(8), shear, F)
+    assert limit.intervals.tolist() == [[limit.least, limit.load_factor]]
+    static = fo.shakedown_limit(node(), path((-2.0, 0.3)), F)
+    assert static.load_factor == np.inf and static.intervals.tolist() == [[0.0, np.inf]]
+    coupled = fo.ContactSystem.from_blocks(
+        [[2.0]], [[0.5]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+    with pytest.raises(fo.ModelError, match="intervals: nodes may open and close"):
+        _ = fo.shakedown_limit(coupled, LOOP, 0.5).intervals
+
+
 def test_held_loads_that_begin_too_large_are_safe_later():
     """A free body slides under its mean shear until the cyclic load presses it."""
     system = cylinder(8)

@@ -113,6 +113,15 @@ def test_another_run_is_followed(tmp_path, change):
     assert len(table) == len(new) > 0
 
 
+def test_stores_of_contacts_of_other_rounding_are_merged_as_one(tmp_path):
+    for seed, shard in enumerate([(1, 2), (2, 2)]):
+        study(rounded(CONTACT, 1e-12, seed), tmp_path / f"part{seed}", shard=shard)
+    study(rounded(CONTACT, 1e-12, 5), tmp_path / "all")
+    parts = [tmp_path / "part0", tmp_path / "part1"]
+    assert fo.results.merge_stores(tmp_path / "all", parts) == 20
+    assert followed(CONTACT, tmp_path / "all").empty
+
+
 def test_rows_of_another_version_are_named_and_followed_again(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(fo, "__version__", "0.1.9")

@@ -7,7 +7,54 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from helpers.meshes import rotation, traction, wedge
 from helpers.paths import ASKED, ROUND
+
+
+def loaded_wedge(angle):
+    """A wedge between two jaws under pressure and shear on top, without fits."""
+    loads = {
+        "P": [traction(angle, "wedge", "top", y=-1.0)],
+        "Q": [traction(angle, "wedge", "top", x=1.0)],
+    }
+    return wedge(angle, loads=loads).condense()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_the_forces_on_both_flanks_of_a_wedge_balance_its_loads(angle):
+    system = loaded_wedge(angle)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}, {"Q": -0.6}, {"P": 0.3}])
+    steady = fo.steady_state(system, cycle, 0.2, 1.5)
+    table = steady.by_contact()
+    top = 1.0 + 2 / np.tan(np.pi / 3)  # its length
+    frames = [system.frames[system.contact == name][0] for name in table["contact"]]
+    for corner, loads in enumerate(cycle.at(1.5)):
+        forces = [[one[f"Q_{corner}"], one[f"P_{corner}"]] for one in table.to_dict("records")]
+        resultant = sum(
+            np.array(force) @ frame for force, frame in zip(forces, frames, strict=True)
+        )
+        assert rotation(angle).T @ resultant == pytest.approx(
+            -top * np.array([loads.get("Q", 0.0), -loads["P"]]), abs=1e-9
+        )
+        assert table[f"fP_{corner}"].to_numpy() == pytest.approx(0.2 * table[f"P_{corner}"])
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+    assert table.attrs["corners"] == list(cycle.corner_names)
+    # The flanks are one high.
+    assert table["area"].to_numpy() == pytest.approx([1 / np.sin(np.pi / 3)] * 2)
+    assert table[["sticking", "slipping", "open"]].sum(axis=1).to_numpy() == pytest.approx(
+        [1.0, 1.0]
+    )
+    lifted = system.width * (steady.open & ~steady.slipping)
+    assert table["open"] @ table["area"] == pytest.approx(lifted.sum())
+    assert lifted.any()
+    assert (table["sticking"] > 0).all()
+    nodes = steady.fretting_table().groupby("contact", sort=False)
+    assert table["work"].to_numpy() == pytest.approx(nodes["work"].sum())
+    assert table["work"].sum() == pytest.approx(steady.dissipation)
+    assert table["slip_range"].to_numpy() == pytest.approx(nodes["slip_range"].max())
+    assert steady.slipping_share == pytest.approx(
+        table["slipping"] @ table["area"] / table["area"].sum()
+    )
 
 
 def test_shear_around_a_pin_has_the_resultant_of_its_directions():

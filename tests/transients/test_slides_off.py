@@ -4,11 +4,15 @@ Every question says so, in the plane and in space, and says it only of such bodi
 """
 
 import re
+from dataclasses import replace
+from itertools import product
 
+import cvxpy as cp
 import numpy as np
 import pytest
 
 import frictopt as fo
+from helpers.cases import few
 
 PUNCH = fo.scenes.SquarePunch(elements=2, growth=3.0).condense()
 _X, _Y, _ = PUNCH.points.T
@@ -154,3 +158,70 @@ def test_a_cycle_slides_a_guided_node_off_where_its_shear_exceeds_friction():
         )
         with pytest.raises(fo.NoContinuation, match=reason):
             fo.steady_state(node, cycle, 0.3, 1.001)
+
+
+def without_coupling(rng, axes):
+    """A contact whose pressures do not change with slip, and its pressures.
+
+    Nothing resists its slides. The pressures are found by trying all sets of open nodes.
+    """
+    n, t = 4, axes - 1
+    slides = np.linalg.qr(rng.normal(size=(t * n, int(rng.integers(1, t + 1)))))[0]
+    if rng.random() < 0.5:
+        slides = np.kron(np.eye(t), np.ones((n, 1)))[:, : slides.shape[1]] / 2
+    roots = rng.normal(size=(t * n, t * n)), rng.normal(size=(n, n))
+    off = np.eye(t * n) - slides @ slides.T
+    S = np.zeros((axes * n, axes * n))
+    S[: t * n, : t * n] = off @ (roots[0] @ roots[0].T + np.eye(t * n)) @ off
+    S[t * n :, t * n :] = roots[1] @ roots[1].T + 0.1 * np.eye(n)
+    S, gap = (S + S.T) / 2, rng.uniform(0, 0.3, n) * (rng.random(n) < 0.3)
+    load = {"m": np.r_[0.5 * rng.normal(size=t * n), rng.normal(size=n) + 1.2]}
+    points = (
+        np.c_[np.arange(n), rng.normal(size=(n, t))] * np.r_[1.0, np.zeros(t - 1) + (axes > 2), 0.0]
+    )
+    contact = fo.ContactSystem(S, points, load, gap=gap)
+    p0 = load["m"][t * n :] - S[t * n :, t * n :] @ gap
+    for choice in product((False, True), repeat=n):
+        opened, w = np.array(choice), np.zeros(n)
+        w[opened] = np.linalg.solve(contact.C[np.ix_(opened, opened)], -p0[opened])
+        if w.min() >= 0 and (p0 + contact.C @ w).min() > -1e-9:
+            return (
+                contact,
+                slides,
+                np.where(opened, 0.0, p0 + contact.C @ w),
+                load["m"][: t * n].reshape(t, n),
+            )
+    raise AssertionError
+
+
+def holds(slides, q0, p, f, strength):
+    """Whether admissible shears have the resultants of the load.
+
+    Shears are at most f p, or at most the strength of the surface.
+    """
+    q = cp.Variable(q0.shape)
+    problem = cp.Problem(
+        cp.Minimize(0),
+        [
+            cp.norm(q, axis=0) <= np.minimum(f * p, strength),
+            slides.T @ cp.vec(q - q0, order="C") == 0,
+        ],
+    )
+    return problem.solve(solver="CLARABEL") < np.inf
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_random_contacts_slide_off_where_no_shears_balance_the_load_and_only_there(axes):
+    rng, seen = np.random.default_rng(axes), []
+    for _ in range(few(40, 26)):
+        contact, slides, p, q0 = without_coupling(rng, axes)
+        f = float(rng.uniform(0.1, 1.0))
+        strength = rng.choice([np.inf, 0.3, 0.8], contact.nodes)
+        contact = replace(contact, shear_strength=strength)
+        first, second = (holds(slides, q0, p, by * f, by * strength) for by in (0.999, 1.001))
+        if first is second and contact.bonded["m"][1].sum() > 0:
+            seen.append(first)
+            assert (
+                "as a whole" in fo.onset(contact, fo.LoadCycle({"m": 1.0}, [{"m": 0.1}]), f).reason
+            ) is not first
+    assert 5 < sum(seen) < len(seen) - 5
