@@ -38,11 +38,6 @@ def least_singular_value(matrix):
     return np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0), compute_uv=False)[-1]
 
 
-def bonded_matrix(exponent):
-    """Four traction conditions of one wedge whose faces are free."""
-    return np.vstack([potentials(exponent, side * HALF_ANGLE)[:2] for side in (1, -1)])
-
-
 def sliding_matrix(exponent, ratio, kolosov=1.8):
     """Eight conditions of punch (quarter-plane above) and block (half-plane below), interface theta
     = 0, `s_rt = ratio * s_tt`."""
@@ -95,20 +90,6 @@ def test_bonded_faces_are_free_and_the_mode_is_not_zero(mode):
         ) / 2e-5
         assert abs(slope) < 1e-9
     assert abs(mode.stress(1.0, INTERFACE)[1]) > 0.1
-
-
-def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
-    exponents = np.linspace(0.02, 0.98, 2001)
-    values = np.array([least_singular_value(bonded_matrix(trial)) for trial in exponents])
-    dips = exponents[1:-1][
-        (values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]) & (values[1:-1] < 1e-2)
-    ]
-    assert dips == pytest.approx([mode.exponent for mode in fo.reference.bonded_corner()], abs=5e-4)
-    for mode in fo.reference.bonded_corner():
-        matrix = bonded_matrix(mode.exponent)
-        assert least_singular_value(matrix) < 1e-12
-        s_tt, s_rt = (potentials(mode.exponent, INTERFACE) @ np.linalg.svd(matrix)[2][-1])[:2]
-        assert mode.traction_ratio == pytest.approx(s_rt / s_tt, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.linalg import block_diag
 
 import frictopt as fo
 from helpers.cases import few
@@ -135,57 +134,3 @@ def test_loads_and_slips_that_are_large_together_are_not_far():
     )
     other = fo.steady_state(contact, scaled, 0.3, 0.5, initial_slip=[1e40, 2e40, -1e40])
     assert other.slip == pytest.approx(1e40 * one.slip, rel=1e-9) and other.outcome is one.outcome
-
-
-@pytest.mark.parametrize("stiff", [1e-9, 1e-4, 1.0, 1e5, 1e9])
-@pytest.mark.parametrize("force", [1e-11, 1e-6, 1.0, 1e6, 1e11])
-def test_contacts_that_do_not_meet_change_nothing_in_each_other(stiff, force):
-    """Two coupled nodes slip for ever or shake down. Beside them two other nodes, with other
-    stiffness and loads, slip for ever or shake down."""
-    M = np.array(
-        [
-            [2.0, -0.7, 0.3, 0.2],
-            [-0.7, 1.5, -0.1, -0.2],
-            [0.3, -0.1, 1.8, -0.5],
-            [0.2, -0.2, -0.5, 2.0],
-        ]
-    )
-    shears = np.array([[0.7, -0.1], [-0.7, 0.2]])
-
-    def contact(parts):
-        """Parts with stiffness, force, and share of the shear."""
-        A, B, C = (
-            block_diag(*(k * M[rows, columns] for k, *_ in parts))
-            for rows, columns in ((L, L), (H, L), (H, H))
-        )
-        p = np.concatenate([[g, g] for _, g, _ in parts])
-        q = np.hstack([g * share * shears for _, g, share in parts])
-        bonded = {"P": (0 * p, p), "X": (q[0], 0 * p), "Y": (q[1], 0.4 * p)}
-        system = fo.ContactSystem.from_blocks(A, B, C, np.arange(len(p)), bonded)
-        begin = fo.ContactState(0 * p, 0 * p, 0 * p, p)
-        return fo.steady_state(
-            system,
-            fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]),
-            0.4,
-            1.0,
-            initial_state=begin,
-        )
-
-    L, H = slice(0, 2), slice(2, 4)
-    alone = [contact([(1.0, 1.0, share)]) for share in (1.5, 0.5, 0.8)]
-    assert {one.outcome for one in alone} == {fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN}
-    for first, second in ((0, 1), (1, 0), (2, 0), (1, 2), (0, 0)):
-        whole = contact(
-            [(stiff, force, (1.5, 0.5, 0.8)[first]), (1.0, 1.0, (1.5, 0.5, 0.8)[second])]
-        )
-        outcomes = alone[first].outcome, alone[second].outcome
-        assert whole.outcome is (
-            fo.Outcome.CYCLIC_SLIP if fo.Outcome.CYCLIC_SLIP in outcomes else fo.Outcome.SHAKEDOWN
-        )
-        work, slip = whole.dissipation_per_node, whole.slip
-        assert work[:2] * stiff / force**2 == pytest.approx(
-            alone[first].dissipation_per_node, rel=1e-7, abs=1e-9
-        )
-        assert work[2:] == pytest.approx(alone[second].dissipation_per_node, rel=1e-7, abs=1e-9)
-        assert slip[:2] * stiff / force == pytest.approx(alone[first].slip, rel=1e-7, abs=1e-9)
-        assert slip[2:] == pytest.approx(alone[second].slip, rel=1e-7, abs=1e-9)
