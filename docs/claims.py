@@ -409,7 +409,7 @@ CLAIMS = (
         by="`ShakedownLimit`, theory, validity",
         holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all corners; no slip bound, constraints or given open nodes; a piece of load factors shorter than 1e-6 of the load factor and its unit is not seen",
         source='theorem (theory, "Normal loads that are scaled, too"), and multipliers in each piece',
-        tests="test_rest_intervals::test_random_contacts_rest_inside_of_their_intervals_and_slip_outside test_rest_intervals::test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_opens test_rest_intervals::test_a_body_that_lifts_off_ends_the_load_factors",
+        tests="test_rest_intervals::test_random_contacts_rest_inside_of_their_intervals_and_slip_outside test_rest_intervals::test_in_phase_a_cylinder_rests_up_to_gross_slip test_rest_intervals::test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_opens test_rest_intervals::test_a_body_that_lifts_off_ends_the_load_factors",
         also="states of rest just above it, for all openings and closings; `covers`, `intervals`",
     ),
     Claim(

@@ -16,6 +16,8 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.screens import soon
+from helpers.spatial import cycle as spatial_cycle
+from helpers.spatial import random_contact
 from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system
 
 
@@ -96,6 +98,31 @@ def test_the_limit_as_assembled_lies_between_rest_and_slip(seed):
     for coefficient in (friction.required, friction.lower):
         ends = fo.steady_state(contact, CYCLE, coefficient, 1.0).outcome
         assert (ends is fo.Outcome.SHAKEDOWN) == (coefficient == friction.required)
+
+
+def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_the_mesh():
+    rng = np.random.default_rng(3)
+    contact = random_contact(rng, 5).with_gap(np.r_[10.0, 0, 0, 0, 0])
+    report = fo.report(contact, spatial_cycle(), 0.4, [0.5], mesh_limits=True)
+    assert report.mean_state.open.tolist() == [True, *[False] * 4]
+    assert report.required is None
+    assert report.guaranteed is None
+    assert (
+        value(report, "shakedown limit with these nodes open")
+        == fo.shakedown_limit(
+            contact, spatial_cycle(), 0.4, open_nodes=report.mean_state.open
+        ).load_factor
+    )
+    assert "leaves 1 of 5 nodes open" in report.kind
+    assert "change with the mesh" in report.kind
+    assert "1 of 5 nodes open" in report.limit.reason
+    assert (
+        report.numbers.set_index("number").loc["shakedown limit with these nodes open", "converges"]
+        == "no"
+    )
+    missing = {"guaranteed limit", "required friction", "friction as assembled"}
+    assert missing == set(report.missing)
+    assert "Quote" in report.advice[-1]
 
 
 def test_an_interrupt_keeps_what_is_known():

@@ -135,6 +135,23 @@ def test_both_limits_of_crossland_are_linear_programs_in_load_factor_and_slip(se
     assert some.bound >= last.x[0] * (1 - 1e-9)
 
 
+def test_the_band_of_a_model_at_its_limits_has_the_allowable_value():
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    stresses = model.stress_map(points=[(0.0, -0.4), (0.9, -0.4)], body="block")
+    at_load = fo.fatigue_band(stresses, cycle, 0.7, 0.6, "Findley")
+    allowable = float(np.sqrt(at_load.least * at_load.most))
+    every, some = (
+        fo.fatigue_limit(stresses, cycle, 0.7, allowable, "Findley", every=which)
+        for which in (True, False)
+    )
+    assert every.load_factor < 0.6 < some.load_factor
+    for limit, end in ((every, "most"), (some, "least")):
+        band = fo.fatigue_band(stresses, cycle, 0.7, limit.load_factor, "Findley")
+        assert getattr(band, end) == pytest.approx(allowable, rel=1e-6)
+        assert band.at(limit.slip).max() == pytest.approx(allowable, rel=1e-6)
+
+
 @pytest.mark.filterwarnings("ignore:load_factor")
 def test_a_mean_load_that_exceeds_the_value_leaves_no_load_factor():
     for every, word in ((True, "some"), (False, "every")):

@@ -17,6 +17,7 @@ from helpers.interrupts import interrupted
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, all_closed, random_system, system
+from studies.validation.fuzz.embedded import embedded
 
 PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
 MOST = 30.0
@@ -162,6 +163,25 @@ def test_rates_of_a_load_at_each_corner_count_the_events_between():
             )
             slope = (upper - lower) / (2 * step)
             assert table[case, name] == pytest.approx(slope, rel=1e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", few([6, 2], 1))
+def test_a_plane_contact_has_the_same_limit_in_space(seed):
+    found = []
+    for number in range(40):
+        rng = np.random.default_rng([seed, number])
+        contact, friction = pulled_system(rng, 3), float(rng.uniform(0.2, 0.8))
+        limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
+        if not limit.events.empty and limit.kind is fo.LimitKind.FINITE:
+            found.append(
+                (limit, fo.shakedown_limit(embedded(contact, rng)[0], CYCLE, friction, events=True))
+            )
+        if len(found) == few(3, 1):
+            break
+    assert len(found) == few(3, 1)
+    for limit, solid in found:
+        assert solid.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
+        assert solid.events["node"].tolist() == limit.events["node"].tolist()
 
 
 def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):

@@ -8,6 +8,7 @@ import pickle
 
 import cvxpy as cp
 import numpy as np
+import pandas as pd
 import pytest
 from cvxpy.atoms.pnorm import Pnorm
 
@@ -105,6 +106,28 @@ def test_own_rows_keep_the_multipliers_of_the_limit_where_no_node_is_critical_be
     most.value += 1e-6
     more = model.solve(0.2, [row]).load_factor
     assert dual == pytest.approx((more - limit.load_factor) / 1e-6, rel=1e-3) and dual > 0.1
+
+
+def answers():
+    """Answers of all kinds, by their questions."""
+    for question in (FINITE, NONE_SAFE, ALL_SAFE):
+        limit = fo.shakedown_limit(*question)
+        yield "limit", limit
+        yield "guaranteed", fo.guaranteed_limit(*question)
+        yield "gross slip", fo.gross_slip(*question)
+        yield "safe", fo.safe_slip(*question, 0.3)
+
+
+def test_tables_of_every_kind_of_answer_have_columns_of_the_same_types():
+    types = dict[tuple[str, str], list[tuple]]()
+    for name, answer in answers():
+        for table in ("mechanism", "multipliers", "events", "motion", "load_rates"):
+            found = getattr(answer, table, None)
+            if isinstance(found, pd.DataFrame):
+                types.setdefault((name, table), []).append(tuple(found.dtypes.astype(str).items()))
+    assert len(types) >= 8
+    for kind, of_answers in types.items():
+        assert len(set(of_answers)) == 1, (kind, of_answers)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from helpers.cases import few
 from helpers.orders import largest_round_a_cycle
 from helpers.screens import seen
 from helpers.separation import pulled_system, rests
+from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_events import FRICTION as F
 from studies.validation.moving_events import (
     IN_PHASE,
@@ -328,3 +329,11 @@ def test_static_loads_have_no_events():
     limit = fo.shakedown_limit(system, static, 0.5, events=True)
     known = fo.shakedown_limit(system, static, 0.5)
     assert limit.load_factor == pytest.approx(known.load_factor, rel=1e-12, nan_ok=True)
+
+
+def test_a_plane_contact_has_the_same_limit_round_a_cycle_in_space():
+    system, cycle, friction, limit = with_events("there and back", 1)[0]
+    rng = np.random.default_rng(1)
+    solid = embedded(system, rng)[0]
+    space = fo.shakedown_limit(solid, cycle, friction, events=True)
+    assert space.load_factor == pytest.approx(limit.load_factor, rel=1e-5)

@@ -97,6 +97,21 @@ def test_a_node_that_opens_on_a_line_rests_at_every_load():
     assert again.load_factor == pytest.approx(0.49)
 
 
+@pytest.mark.parametrize("cells", few([20, 40], least=1))
+def test_in_phase_a_cylinder_rests_up_to_gross_slip(cells):
+    system = cylinder(cells)
+    known = F / (F * 0.5 + 0.1)
+    for cycle in (harmonic(0.0), harmonic(0.0, corners=2)):
+        limit = fo.shakedown_limit(system, cycle, F)
+        assert limit.load_factor == pytest.approx(known, rel=1e-9) and limit.least == 0
+        assert limit.proven and limit.bound_for_all == pytest.approx(known)
+        assert limit.covers.startswith("states of rest just above it, for all openings")
+        assert set(limit.events["event"]) == {"opens", "closes"}
+        assert_allclose(limit.intervals, [[0, known]], rtol=1e-9)
+    guaranteed = fo.guaranteed_limit(system, harmonic(0.0), F)
+    assert guaranteed.load_factor == pytest.approx(known) and not guaranteed.proven
+
+
 def open_nodes(C, reactions):
     """The open nodes of a line contact: opening one only takes pressure off the others."""
     opened = reactions < 0

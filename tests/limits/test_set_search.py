@@ -197,6 +197,14 @@ def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
     assert both.exists and not both.open.any()
 
 
+def test_apart_is_the_distance_from_the_slip_that_the_mean_load_leaves(rounded):
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    limit = fo.shakedown_limit(rounded, cycle, 0.6)
+    settled = fo.march(rounded, cycle, 0.6, 0.0, cycles=1).slip[-1]
+    assert limit.apart == pytest.approx(np.abs(settled - limit.slip).max(), rel=1e-6)
+    assert limit.apart > 0
+
+
 def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
     limit = fo.shakedown_limit(
         punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6

@@ -10,6 +10,7 @@ import pytest
 import frictopt as fo
 from frictopt.transients import extrapolation
 from helpers.spatial import cycle, random_contact, single
+from helpers.systems import at_corners
 
 
 def unguided(rng, nodes, corners):
@@ -253,6 +254,22 @@ def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_p
     for contact in (single(), plane):
         steady = fo.steady_state(contact, loads, 0.0, 1.0)
         assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
+
+
+@pytest.mark.parametrize(("seed", "ratio"), [(39, 0.9015625), (55, 0.8875)])
+def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
+    """In a plain run each cycle has less work than the cycle before, and finally less than a
+    millionth of the work of the first cycle."""
+    rng, nodes = np.random.default_rng(seed), 2 + seed % 2
+    contact, loads = random_contact(rng, nodes), cycle(nodes)
+    problem = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    start = 0.5 * rng.normal(size=(nodes, 2))
+    steady = fo.steady_state(*problem, initial_slip=start, steps=2)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
+    q, p = at_corners(contact, loads, problem[3], steady.slip)
+    assert (np.linalg.norm(q, axis=2) <= 0.5 * p + 1e-9).all()
+    works = fo.march(*problem, cycles=600, initial_slip=start, steps=2).cycle_work.sum(axis=1)
+    assert (np.diff(works) <= 1e-14).all() and works[-1] < 1e-6 * works[0]
 
 
 @pytest.mark.parametrize(
