@@ -98,6 +98,25 @@ def test_increments_are_those_that_trying_all_statuses_finds():
     assert sum(slid) > 8 and len(slid) - sum(slid) > 20, "nodes slide at either bound"
 
 
+def test_newtons_method_alone_finds_them_too():
+    """Newton's method without sweeps finds the states, too, where sweeps do not reach them."""
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        system = strong(random_system(rng, 3), 0.1, 0.4, np.inf)
+        slip = np.zeros(3)
+        load = np.r_[rng.normal(size=3), rng.normal(size=3) + 1.0]
+        engine = fo.increments.NewtonIncrement(system, 0.4)
+        state = engine.solve(slip, parted(load, 2))
+        swept = engine._swept
+        engine._swept = lambda u, r, law, swept=swept: replace(
+            swept(0 * u, r, law), u=0 * u, error=np.inf
+        )
+        again = engine.solve(slip, parted(load, 2))
+        assert again.record.solver == "NEWTON" and state.record.solver == "SWEEPS"
+        assert np.abs(again.slip - state.slip).max() < 1e-9
+        assert np.abs(again.q - state.q).max() < 1e-9
+
+
 def test_the_limit_is_that_of_raw_rows_by_scipy():
     """Pressures change with slip and load. Corners, mechanism and bound belong to the same contact."""
     rng, ruled = np.random.default_rng(2), 0
