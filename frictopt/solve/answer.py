@@ -1,7 +1,7 @@
-"""The first solver's answer of a program that passes its checks, and proofs that there is none.
+"""The answer of the first solver that passes the checks, and proofs that there is no optimum.
 
-In comes a program as arrays, and a function that makes a claim of unknowns x and multipliers y: an
-answer that knows its own residual, whatever solver has had it.
+`answer` takes a program as arrays, and a function that makes a claim from unknowns x and
+multipliers y. A claim is an answer that knows its own residual, whichever solver found it.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,15 +28,15 @@ from .solvers import (
     solver_order,
 )
 
-# Number of unknowns above which our interior point is faster than Clarabel.
+# Number of unknowns above which the interior-point method of frictopt is faster than Clarabel.
 _LARGE = 180
 
 
 def kind_of(program: Arrays) -> str:
-    """The kind of a program, which has its own solvers."""
+    """The kind of a program; each kind has its own list of solvers."""
     if program.sizes.max(initial=1) == 1:
         return LP
-    # For a large program of few entries Clarabel is faster.
+    # Clarabel is faster for a large program without a dense block.
     return LARGE_SOCP if len(program.cost) >= _LARGE and len(program.block) else SOCP
 
 
@@ -51,16 +51,16 @@ def answer(
 ) -> tuple[C, SolveRecord]:
     """The claim of the first solver whose residual is within the tolerance, and its record.
 
-    `claimed(x, y)` makes the claim of an optimum, and `no_optimum(outcome)` that of a program that
-    a solver reports to have none. The outcome INFEASIBLE of a cone program has multipliers that
-    prove it; without them it is NONE. A solver may end as soon as it has proven that `-cost @ x` is
-    at most `above`. SolverError if no claim is within the tolerance.
+    `claimed(x, y)` makes the claim from an optimum. If a solver reports that there is no optimum,
+    `no_optimum(outcome)` makes it. The outcome of a cone program is INFEASIBLE only if multipliers
+    prove it; otherwise it is NONE. A solver may end as soon as it has proven that `-cost @ x` is at
+    most `above`. SolverError if no claim is within the tolerance.
     """
     started = perf_counter()
     attempts = list[Attempt]()
     kind = kind_of(program)
-    # Multipliers of cones have fewer digits than a vertex. The polish adds them, but in a large
-    # program it would take longer than the solver.
+    # Solvers leave fewer correct digits in the multipliers of cones than at the vertex of a linear
+    # program. The polish adds digits, but in a large program it would take longer than the solver.
     enough = ROUNDING if kind == SOCP and tolerance <= RESIDUAL else tolerance
     claim_of_none: list[C | None] = []
     agreed = True
@@ -107,11 +107,11 @@ class _Form(NamedTuple):
 def _known(form: _Form, outcome: str, y: Array) -> str:
     """The outcome of a program, from the outcome and the multipliers that a solver reports.
 
-    That a cone program is infeasible needs multipliers that prove it, because solvers also report
-    it of programs whose values are far larger than their units.
+    A cone program counts as infeasible only if the multipliers prove it, because solvers also
+    report that a program is infeasible if its solutions are far larger than their units.
     """
     if form.is_dual:
-        # A dual that grows without end has no multipliers.
+        # If the dual grows without end, the program has no optimum, but no multipliers prove it.
         return {INFEASIBLE: UNBOUNDED, UNBOUNDED: NONE}.get(outcome, outcome)
     program = form.program
     if outcome != INFEASIBLE or kind_of(program) == LP:
@@ -121,7 +121,7 @@ def _known(form: _Form, outcome: str, y: Array) -> str:
 
 
 def _error_of_none(program: Arrays, y: Array) -> float:
-    """The error of multipliers, in their cones, that prove that no values obey all rows."""
+    """The error of the proof, by multipliers in their cones, that no values satisfy all rows."""
     unbalanced = float(np.abs(program.columns(y)).sum())
     return error_of_contradiction(unbalanced, -float(program.right @ y))
 
@@ -131,14 +131,15 @@ def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[_Form, s
     solvers = solver_order(solver, kind_of(program))
     for name in solvers:
         yield _Form(program, program), name
-    # Solvers leave the balance of forces in cones more exactly if its few motions are multipliers.
+    # The dual is last: solvers satisfy a balance of forces in cones more exactly if the few motions
+    # of the bodies are its multipliers, as in the program itself.
     if not len(program.block) and program.sizes.max(initial=1) > 1:
         for name in solvers:
             yield _Form(program, program.dual, is_dual=True), name
 
 
 def _solutions(form: _Form, x: Array, y: Array) -> Iterator[tuple[str, tuple[Array, Array]]]:
-    """The solution of a program as the solver left it, and polished in the form that was solved."""
+    """The solution as the solver left it, and then polished in the form that the solver solved."""
     yield OPTIMAL, form.back(x, y)
     if len(x) < _LARGE or len(form.arrays.block):
         yield "refined", form.back(*polish(form.arrays, x, y))
@@ -157,8 +158,8 @@ def interiors(program: Arrays) -> Iterator[Array]:
 def contradictions(program: Arrays) -> Iterator[Array]:
     """Multipliers that may prove that no values have all slacks in their cones (Farkas's lemma).
 
-    They are those of the least e >= 0 by which all slacks must be raised. An equation is raised in
-    both senses.
+    They are the multipliers of the program for the least e >= 0 for which all slacks, raised by e,
+    are in their cones. The slack of an equation may be raised or lowered by e.
     """
     width, zero, linear = len(program.cost), program.zero, program.linear
     not_negative = csr_array(-np.eye(1, width + 1 + len(program.block), width))
@@ -175,10 +176,10 @@ def contradictions(program: Arrays) -> Iterator[Array]:
 
 
 def infeasible(program: Arrays) -> tuple[Array, float] | None:
-    """Multipliers that prove that no values of the size of their units obey all rows, and an error.
+    """Multipliers that prove that no values of the size of their units satisfy all rows.
 
-    They are those with the smallest error, or the first whose error is rounding. None without a
-    proof.
+    They come with the error of the proof: those with the smallest error, or the first whose error
+    is mere rounding. The result is None if no proof is found.
     """
     best: tuple[Array, float] | None = None
     for y in contradictions(program):
@@ -191,20 +192,21 @@ def infeasible(program: Arrays) -> tuple[Array, float] | None:
 
 
 def error_of_contradiction(unbalanced: float, lack: float) -> float:
-    """The error of multipliers that prove a lack of slack; inf if they prove none.
+    """The error of multipliers y that prove that slack is missing; inf if they prove nothing.
 
-    `unbalanced` is the sum of what they leave unbalanced. The proof holds for unknowns up to a
-    million times their units.
+    `unbalanced` is the sum of the entries of `A'y`, which would all vanish without rounding. `lack`
+    is the missing slack, `-right @ y`. The proof holds for unknowns up to a million times their
+    units.
     """
     far = 1e6
     return RESIDUAL * far * unbalanced / lack if lack > 0 else np.inf
 
 
 def without_optimum(program: Arrays, outcome: str) -> tuple[Array | None, float] | None:
-    """The proof that a program has no optimum, and its error; None without a proof.
+    """The proof that a program has no optimum, and its error; None if no proof is found.
 
-    The proof is that of `infeasible`, or None if `-cost @ x` grows without end. That which a
-    solver reports as the outcome is tried first.
+    The proof is the multipliers of `infeasible`. It is None beside its error if `-cost @ x` grows
+    without end. The outcome that a solver reported is tried first.
     """
     for prove in (unbounded, infeasible) if outcome == UNBOUNDED else (infeasible, unbounded):
         found = prove(program)
@@ -214,7 +216,10 @@ def without_optimum(program: Arrays, outcome: str) -> tuple[Array | None, float]
 
 
 def unbounded(program: Arrays) -> tuple[None, float] | None:
-    """No multipliers, and the error of the proof that `-cost @ x` grows without end."""
+    """None in place of multipliers, and the error of the proof that `-cost @ x` grows without end.
+
+    The result is None if no proof is found.
+    """
     still = replace(program, right=np.zeros(len(program.right)))
     for ray in growths(program):
         size = float(np.abs(ray).max())
@@ -235,15 +240,15 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     outside of their cones; the caller checks this.
     """
     width = len(program.cost)
-    # The depth is minus the raise.
+    # The depth is minus the unknown that `_least_raise` minimises.
     bounds = np.zeros((1 if cost is None else 2, width + 1 + len(program.block)))
     bounds[0, width] = -1.0
     if cost is not None:
         bounds[1, :width] = cost
     bound_right = np.array([1.0, -1.0][: len(bounds)])
     arrays = _least_raise(program, right, csr_array(bounds), bound_right)
-    # If a slack is proven to be this far outside of its cone, for all values, rounding does not
-    # hide values inside: they would be more than a hundred thousand times their units.
+    # The search ends if, as is proven, all values leave some slack this far outside of its cone.
+    # Rounding could then hide only values more than a hundred thousand times their units.
     outside = 1e-3
     for solutions in _optima(arrays):
         for x, y in solutions:
@@ -265,9 +270,10 @@ def _optima(program: Arrays) -> Iterator[list[tuple[Array, Array]]]:
 def _least_raise(
     program: Arrays, right: Array, bounds: csr_array, bound_right: Array, equations: bool = False
 ) -> Arrays:
-    """The program that minimises a further unknown, by which the slacks in cones are raised.
+    """The program with one more unknown, by which all slacks in cones are raised; it is minimised.
 
-    `bounds` are further linear rows. With `equations` those are raised, too, in both senses.
+    `bounds` are further linear rows. With `equations`, the slack of each equation may also be
+    raised or lowered by this unknown.
     """
     width, zero, linear = len(program.cost), program.zero, program.linear
     raised = np.zeros((len(right), 1))
@@ -293,9 +299,9 @@ def _least_raise(
 
 
 def _clean(values: Array) -> Array:
-    """Values, with 0 for those that are rounding relative to the largest one.
+    """Values, with 0 in place of those that are mere rounding relative to the largest one.
 
-    At the apex of a cone, rounding errors lie outside of it.
+    At the apex of a cone, such rounding errors would move a point out of the cone.
     """
     size = np.abs(values)
     return np.where(size > CONDENSATION * size.max(initial=0.0), values, 0.0)

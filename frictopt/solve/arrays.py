@@ -1,7 +1,7 @@
 """A program in the form for solvers, and the polish of a rough solution to an exact one.
 
-It has a cost, sparse rows and one dense block, in cones. `Rows` are rows by their entries, of which
-`program_of` makes a program.
+A program has a cost, sparse rows and one dense block of rows, and its slacks are in cones. `Rows`
+lists the entries of rows, and `program_of` makes a program from them.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from ..base import ROUNDING, STALLED, Array, Integers
 # Singular values up to this share of the largest one count as zero; along their directions the
 # solution is not changed.
 _NOT_UNIQUE = ROUNDING / 10
-# Error of the equations of active cones below which no step reduces it.
+# Once the error of the equations of active rows and cones is this small, no step reduces it.
 _POLISHED = 1e-3 * ROUNDING
 # Largest number of Newton steps; usually three are enough.
 _STEPS = 8
-# Number of gaps between ratios of multiplier to slack that are tried.
+# Number of gaps between ratios of multiplier to slack that are tried, see `polish`.
 _GAPS = 8
 # Ratios are clipped to this number and its inverse.
 _LEAST_RATIO = 1e-12
@@ -42,8 +42,8 @@ def columns(sparse: csr_array, block: Array, y: Array) -> Array:
 class Arrays:
     """A program: min `cost @ x` over the x with the slacks `right - sparse @ [x, block @ x]`.
 
-    The first `zero` slacks are zero. The other slacks are in cones `|s[1:]| <= s[0]` of these
-    `sizes`; the linear ones, of size 1, come first.
+    The first `zero` slacks are zero. The other slacks are in cones `|s[1:]| <= s[0]`, and `sizes`
+    lists the number of rows of each cone. The linear rows, cones of size 1, come first.
     """
 
     sparse: csr_array
@@ -65,19 +65,19 @@ class Arrays:
 
     @cached_property
     def matrix(self) -> Array:
-        """The matrix of all rows as functions of x only."""
+        """The matrix A of all rows, the block multiplied out: the slacks are `right - A x`."""
         return np.asarray(self.sparse @ np.vstack([np.eye(len(self.cost)), self.block]))
 
     @cached_property
     def cones(self) -> list[Integers]:
-        """The rows of the cones, (n, d) for each size d."""
+        """The rows of the cones: for each size d, an array (n, d) of its n cones."""
         return [
             self.heads[self.sizes == size][:, None] + np.arange(size)
             for size in np.flatnonzero(np.bincount(self.sizes))
         ]
 
     def columns(self, y: Array) -> Array:
-        """`matrix.T @ y`, without the matrix of all rows."""
+        """`matrix.T @ y`, computed without `matrix`."""
         return columns(self.sparse, self.block, y)
 
     def slack(self, x: Array) -> Array:
@@ -159,13 +159,13 @@ def polish(program: Arrays, x: Array, y: Array) -> tuple[Array, Array]:
     """Move a solution onto its active rows and cones, by Newton's method on their equations.
 
     The ratio of multiplier to slack shows whether a row or cone is active: solvers leave it large
-    if it is active and small if not. The widest gap between the ratios separates the two sets. If
-    this is wrong, the next gaps are tried. The answer is the point with the smallest violation of
-    the optimality conditions. The caller judges its residual.
+    if it is active and small if not. The widest gap between the ratios is taken to separate active
+    from inactive ones. If this guess is wrong, the next gaps are tried. The result is the point
+    with the smallest violation of the optimality conditions. The caller checks its residual.
     """
     best = x, program.admissible(y)
     least = program.off(*best)
-    with np.errstate(all="ignore"):  # a wrong guess may overflow, and `off` rejects it
+    with np.errstate(all="ignore"):  # numbers of a wrong guess may overflow, and `off` rejects it
         for share in _shares(program, x, y):
             at, slopes = _Active(program, x, y, share).solved(x, y)
             # If there are more active equations than unknowns, the multipliers are not unique, and
@@ -196,7 +196,7 @@ def _shares(program: Arrays, x: Array, y: Array) -> list[float]:
 
 
 def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Slacks and multipliers of cones, (n, d), on their boundary and at their apex."""
+    """The slack and multiplier of each cone, (n, d), for its boundary and for its apex."""
     radius = np.linalg.norm(s[:, 1:], axis=1)
     slid = np.linalg.norm(y[:, 1:], axis=1)
     boundary = (s[:, 0] - radius, y[:, 0] + np.copysign(slid, y[:, 0]))
@@ -212,10 +212,10 @@ def _directed(vectors: Array) -> tuple[Array, Array]:
 
 
 class _Active:
-    """The active rows and cones at a point: slacks that vanish, and cones on their boundary.
+    """The active rows and cones at a point: rows without slack, and cones on their boundary.
 
-    Slacks vanish in equations and in cones at their apex; `rows[0]` lists these rows. Each further
-    entry of `rows`, (n, d), holds the rows of cones on their boundary.
+    Equations have no slack, and neither have cones at their apex; `rows[0]` lists all their rows.
+    Each further entry of `rows`, (n, d), holds the rows of n cones on their boundary.
     """
 
     def __init__(self, program: Arrays, x: Array, y: Array, share: float) -> None:
@@ -237,7 +237,7 @@ class _Active:
     def _equations(self, x: Array, m: Array) -> tuple[Array, Array, Array]:
         """Values of the active rows and cones, their gradients, and a Hessian.
 
-        The Hessian is the negative one of the sum of these values, weighted by the multipliers m.
+        The Hessian is that of minus the sum of these values, weighted by the multipliers m.
         """
         vanishing, *on_boundary = self.rows
         matrix = self._program.matrix
@@ -316,7 +316,7 @@ CONE = 2
 
 
 class Rows(NamedTuple):
-    """Rows or cones of one label: a unit, an instant and a node for each, and their entries."""
+    """n rows or cones with one label: the unit, instant and node of each, and all their entries."""
 
     label: str
     kind: int  # EQUATION, LINEAR or CONE
@@ -331,7 +331,7 @@ class Rows(NamedTuple):
 
 
 Term = tuple[Integers, Array]
-"""Quantities (n,) and their weights (n,) in n rows."""
+"""One quantity for each of n rows, by its number (n,), and its weights (n,) in these rows."""
 
 
 def rows_of(
@@ -343,9 +343,10 @@ def rows_of(
     instants: Integers | None = None,
     nodes: Integers | None = None,
 ) -> Rows:
-    """Rows with the same terms. `parts` lists the terms of the first part of each cone, and so on.
+    """Make n rows or cones with the same terms.
 
-    `constant` (n,) belongs to the first part. Rows without instants or nodes have the number -1.
+    `parts[0]` lists the terms of the first row of each cone, `parts[1]` those of the second, and so
+    on. `constant` (n,) is added to the first. Without instants or nodes, their numbers are -1.
     """
     n, size = len(constant), len(parts)
     none = np.full(n, -1)

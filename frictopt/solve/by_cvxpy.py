@@ -1,4 +1,4 @@
-"""Problems that cvxpy solves as they stand."""
+"""Problems that cvxpy itself compiles and solves, with the solvers of this folder."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ import numpy as np
 from ..base import Attempt
 from .solvers import OPTIONS, SOLVERS, failed
 
-# The same statuses as cvxpy reports them. Every other outcome is a failure.
+# Statuses that cvxpy reports. Every other status is a failure.
 _OPTIMAL = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
 _NO_OPTIMUM = (cp.INFEASIBLE, cp.UNBOUNDED, cp.settings.INFEASIBLE_OR_UNBOUNDED)
 
@@ -22,7 +22,7 @@ def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tupl
     """
     attempts, agreed = list[Attempt](), True
     for name in SOLVERS[kind]:
-        if name not in OPTIONS:  # it takes arrays alone
+        if name not in OPTIONS:  # this solver takes only arrays
             continue
         outcome = _run(problem, name)
         is_optimal = outcome in _OPTIMAL
@@ -36,8 +36,8 @@ def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tupl
 def _run(problem: cp.Problem, name: str) -> str:
     """The status with which a solver ends, or its error.
 
-    `Problem.solve` would also warn of inaccurate answers: here the residual decides, and the status
-    is recorded. A filter for its warnings would be one of all threads.
+    `Problem.solve` is not called, because it warns of inaccurate answers, and a filter for its
+    warnings would act in all threads. Here the status and the residual are recorded instead.
     """
     options = dict(OPTIONS[name])
     try:
@@ -60,6 +60,6 @@ def _run(problem: cp.Problem, name: str) -> str:
 
 
 def backend(problem: cp.Problem) -> str | None:
-    """The backend with which cvxpy compiles a problem; it would warn if it chose one itself."""
+    """The backend with which cvxpy compiles a problem. If cvxpy chose it itself, it would warn."""
     usual = problem._supports_cpp() and problem._max_ndim() <= 2
     return None if usual else str(cp.SCIPY_CANON_BACKEND)

@@ -11,8 +11,9 @@ from .arrays import Arrays, columns
 class Condensed:
     """The rows `right - A y` in cones, and `objective @ y + constant`.
 
-    Each equation of the program eliminates one unknown. Equations that follow from others, as those
-    of a node without friction at several corners, eliminate none.
+    The unknowns y are those x that are left once each equation of the program has eliminated one.
+    Equations that follow from others, such as those of a node without friction at several corners,
+    eliminate none.
     """
 
     def __init__(self, program: Arrays) -> None:
@@ -60,7 +61,7 @@ class Condensed:
         return columns(self.sparse, self.block, z)
 
     def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
-        """The x and multipliers of the program."""
+        """The x and multipliers of the program, from the y and z of the rows in cones."""
         program = self._program
         x = np.empty(len(program.cost))
         x[self._remaining] = y
@@ -72,7 +73,7 @@ class Condensed:
 
 
 def _independent(equations: Array, right: Array) -> Integers:
-    """The equations from which the others follow; an error if they contradict each other."""
+    """The numbers of equations from which all others follow; LinAlgError if some contradict."""
     count = len(equations)
     if not count:
         return np.arange(0)
@@ -87,7 +88,10 @@ def _independent(equations: Array, right: Array) -> Integers:
 
 
 class Cones:
-    """A product of cones `|s[1:]| <= s[0]` of these sizes in turn; a number >= 0 has size 1."""
+    """Cones `|s[1:]| <= s[0]` one after the other; a cone of size 1 is a number >= 0.
+
+    The entries of s are its parts.
+    """
 
     def __init__(self, sizes: Integers) -> None:
         self.heads = np.cumsum(sizes) - sizes
@@ -127,8 +131,8 @@ class Scaling:
     """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones.
 
     For each cone W is `eta (2 v v' - J)` with some v. J is the reflection that reverses all parts
-    but the first, and `w = W e / eta` is the unit vector of the scaling. ArithmeticError if a point
-    is at the boundary of a cone.
+    but the first. With the first unit vector e, `w = W e / eta` describes the scaling.
+    ArithmeticError if s or z is on the boundary of a cone.
     """
 
     def __init__(self, cones: Cones, s: Array, z: Array) -> None:
@@ -139,7 +143,7 @@ class Scaling:
         z_size = np.sqrt(cones.square(z))
         s_unit = s / s_size[cones.of]
         z_unit = z / z_size[cones.of]
-        # The product of unit vectors in a cone is never less than 1.
+        # The product of unit vectors in a cone is never less than 1, except by rounding.
         middle = np.sqrt((1 + np.maximum(cones.sums(s_unit * z_unit), 1.0)) / 2)
         self._w = (s_unit + cones.turned * z_unit) / (2 * middle[cones.of])
         self._eta = np.sqrt(s_size / z_size)

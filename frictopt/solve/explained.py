@@ -1,4 +1,4 @@
-"""Answers of a program that print it by the names of its parts."""
+"""Answers that can print the program from which they come, with the names of its parts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..errors import ModelError
 
 
 class Explained(Recorded):
-    """Base of answers of a program, which print it by the names of its parts."""
+    """Base class of answers that can print their program, with the names of its parts."""
 
     problem: Any
 
@@ -17,12 +17,16 @@ class Explained(Recorded):
         """Title, answer, slips that limit the load, largest first, and the reason.
 
         The rows that bind are printed only if the objective of the problem still has the value of
-        the answer: the user may have solved it for something else since.
+        the answer, since the user may have solved the problem again for other data.
         """
         raise NotImplementedError
 
     def explain(self) -> str:
-        """The model by its names, as text: sizes, curvature, DPP, left-out and binding rows."""
+        """The model as text, with the names of its variables and constraints.
+
+        The text shows their sizes and curvature, whether cvxpy compiles the problem once for all
+        parameters (DPP), the constraints that bind, and what the model leaves out.
+        """
         title, value, mechanism, reason = self._explanation()
         lines = [title, "=" * len(title)]
         if value is not None:
@@ -32,7 +36,7 @@ class Explained(Recorded):
         try:
             problem = self.problem
         except ModelError:
-            # A file of the answer leaves out the rows of users.
+            # An answer read from a file has no user constraints, and so no problem.
             problem = None
         if problem is None:
             lines.append("problem     none")

@@ -33,7 +33,7 @@ _SLACK = 5.0
 _PATIENCE = 4
 # The relative difference of the two objectives may be this many times `_ENOUGH`.
 _OBJECTIVES_APART = 10.0
-# The rounding of a step is corrected separately if the work of the cones, relative to the
+# The rounding of a step is corrected separately if the work of the cones, `s'z`, relative to the
 # objective, is below this many times `_ENOUGH`.
 _MENDED = 100.0
 # Ratio of tau to kappa below which there is no optimum.
@@ -48,7 +48,7 @@ _SURELY = 1e6
 def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
     """Status in Clarabel's words, x and multipliers.
 
-    It ends early if the multipliers prove that the largest `-cost @ x` is not `above` this number.
+    The method ends early if the multipliers prove that `-cost @ x` is at most `above` for all x.
     """
     try:
         condensed = Condensed(program)
@@ -62,7 +62,7 @@ def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array,
 
 
 class _Point(NamedTuple):
-    """A point of the embedding: y, s, z, tau and kappa, of which one vanishes at the end."""
+    """A point of the embedding: y, s, z, tau and kappa. At the end tau or kappa vanishes."""
 
     y: Array
     s: Array
@@ -83,9 +83,9 @@ class _Point(NamedTuple):
 class _Residuals:
     """Errors of a point in the equations of the embedding, and the mean work of its cones.
 
-    `bound` is the bound that its multipliers prove if they balance exactly; `proven` includes their
-    error of balance. `error` is the error of the point as a solution. `lack` is its error as a
-    proof of the status `without_optimum`.
+    `bound` is the bound of the objective that the multipliers prove if they balance exactly;
+    `proven` includes their error of balance. `error` is the error of the point as a solution.
+    `lack` is its error as a proof of the status `without_optimum`.
     """
 
     def __init__(self, program: Condensed, point: _Point, degree: int) -> None:
@@ -148,8 +148,8 @@ def _solved(
     program: Condensed, cones: Cones, above: float = -np.inf
 ) -> tuple[str, Array, Array, int]:
     """Status in Clarabel's words, y, z, and the number of steps."""
-    # All cones together begin with a work of 1, the size of the objective: many more steps would
-    # only reduce the work if it were 1 for each cone.
+    # At first the work of all cones together is 1, the size of the objective. If it were 1 for each
+    # cone, many more steps would be needed only to reduce it.
     work = 1 / cones.degree
     at = _Point(np.zeros(len(program.objective)), cones.unit, work * cones.unit, 1.0, work)
     best = _Best(at)
@@ -203,7 +203,7 @@ class _Newton:
         self._scaling = Scaling(cones, at.s, at.z)
         self.equations = Equations(program, self._scaling, through_block)
         self._solve = self.equations.solved
-        # The y and z by which a direction changes with its tau.
+        # The y and z that a direction gains for each unit of its tau.
         if at.tau < at.kappa:
             self._y, self._z = self._solve(-program.objective, program.right)
         else:
@@ -246,8 +246,8 @@ class _Newton:
     def corrected(self, at: _Point, off: _Residuals, above: float) -> tuple[_Point, _Residuals]:
         """A point and its residuals; near the end its rows and multipliers are corrected.
 
-        A direction that only corrects rows and multipliers is not lost in the rounding of a whole
-        step.
+        The correction has a direction of its own. As a part of a whole step it would be lost in the
+        rounding.
         """
         late = off.apart <= _MENDED * _ENOUGH or off.bound <= above
         if not late or not off.error > _ENOUGH:

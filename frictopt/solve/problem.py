@@ -1,4 +1,4 @@
-"""A cvxpy problem that can be copied and pickled, whatever solver has had it, and printing it."""
+"""A cvxpy problem that can be copied and pickled, even once it is solved, and its printing."""
 
 import copy
 import re
@@ -18,9 +18,9 @@ Duals: TypeAlias = tuple[tuple[str, Array], ...]
 class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
     """A problem whose deep copies and pickles have values, unknowns and parameters of their own.
 
-    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. A plain copy
-    has other numbers, and Python crashes. The data of solvers cannot be pickled. So copies have
-    neither compiled parts nor data of solvers.
+    cvxpy numbers the unknowns, and its compiled parts refer to these numbers. In a plain copy the
+    unknowns have other numbers than in the compiled parts, and Python crashes. The data of solvers
+    cannot be pickled. So copies have neither compiled parts nor data of solvers.
     """
 
     stays_in_memory = True  # files of results leave it out
@@ -58,7 +58,10 @@ def _line(kind: str, numbers: list[str]) -> str:
 def _again(
     objective: Any, constraints: list[cp.Constraint], status: str, value: float, memo: Any = None
 ) -> Problem:
-    """A problem with numbers of its own: those of another process may stand for others here."""
+    """A copy of a problem whose unknowns have new numbers.
+
+    The numbers of another process may already belong to other unknowns in this process.
+    """
     objective, constraints = copy.deepcopy((objective, constraints), memo)
     parts = [objective, *constraints]
     while parts:
@@ -89,7 +92,8 @@ def set_optimal(problem: cp.Problem) -> None:
 def set_no_optimum(problem: cp.Problem, status: str) -> None:
     """Give a problem the status infeasible or unbounded, and the value that cvxpy has for it.
 
-    Its unknowns then have no values. The multipliers in an infeasible one stay, for they prove it.
+    Its unknowns then have no values. An infeasible problem keeps its multipliers, which prove that
+    it is infeasible.
     """
     multipliers = {dual: dual.value for row in problem.constraints for dual in row.dual_variables}
     low = isinstance(problem.objective, cp.Maximize) == (status == cp.INFEASIBLE)
@@ -105,25 +109,25 @@ def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
 
 
 def label_of(row: cp.Constraint) -> str:
-    """The label of a row, or the side of it that is no constant."""
+    """The label of a row; without a label, its side that is not constant."""
     if row.label:
         return str(row.label)
     return str(next((side for side in row.args if not side.is_constant()), row.args[0]))
 
 
 def dual_of(row: cp.Constraint) -> Any:
-    """The multiplier of a row, of a cone that of its bound."""
+    """The multiplier of a row; of a cone, the multiplier of its bound."""
     return row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value
 
 
 def put_back(values: Mapping[cp.Variable, Any]) -> None:
-    """Put what stood in unknowns and multipliers back into them."""
+    """Put these values back into their unknowns and multipliers."""
     for part, value in values.items():
         part.save_value(value)
 
 
 def duals(problem: cp.Problem) -> Duals:
-    """The multipliers that stand in the rows of a problem, by the names of the rows."""
+    """The multipliers of the rows of a problem, with the names of the rows."""
     rows = [(row, dual_of(row)) for row in problem.constraints]
     return tuple(
         (label_of(row), np.atleast_1d(np.array(dual, dtype=float)))
@@ -133,7 +137,10 @@ def duals(problem: cp.Problem) -> Duals:
 
 
 def problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
-    """A problem with its parts; with their values if its objective has this value."""
+    """Lines of text that show a problem and its parts.
+
+    They show which rows bind only if the objective of the problem has this value.
+    """
     objective = problem.objective.expr.value
     solved = objective is not None and (
         value is None or bool(np.isclose(objective, value, rtol=1e-9, atol=1e-12))

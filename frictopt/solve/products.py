@@ -19,7 +19,7 @@ class Balance:
     """The change of the slacks `right - matrix @ z` to slacks whose cones have factors of one size.
 
     The cones are the last rows, and begin at `heads`. Only cones whose factors have no common terms
-    are changed. `unit` are the units of the unknowns; units that are 0 follow from the rows.
+    are changed. `unit` are the units of the unknowns; a unit of 0 is derived from the rows.
     """
 
     def __init__(self, matrix: csr_array, right: Array, heads: Integers, unit: Array) -> None:
@@ -39,7 +39,10 @@ class Balance:
         constant = np.abs(self._to_factors @ right)
 
         def allowance(unit: Array) -> Array:
-            """The sizes that the rows allow; a factor is allowed as much as its cone needs."""
+            """The sizes of terms that the rows allow.
+
+            A factor may be as large as its cone needs: the rest squared over the other factor.
+            """
             terms = sizes @ unit + constant
             rest = terms.copy()
             rest[np.r_[heads, heads + 1]] = 0.0
@@ -56,7 +59,7 @@ class Balance:
         self._scale[high] = 1 / number / 2
 
     def __call__(self, values: Any) -> Any:
-        """The changed rows or right sides, or multipliers before the change from those after it.
+        """Rows or right sides after the change; or, from its multipliers, those before the change.
 
         Both are the same operation, because its matrix is symmetric.
         """
@@ -68,8 +71,8 @@ class Balance:
 def derived_units(unit: Array, sizes: csr_array, allowance: Callable[[Array], Array]) -> Array:
     """Units of the unknowns; a missing unit is the largest that the rows allow, or 1.
 
-    `sizes` are the sizes of the entries of the rows. `allowance` are the sizes that the rows allow
-    to their terms, for units of which some are still 0.
+    `sizes` are the absolute values of the entries of the rows. `allowance(unit)` returns the size
+    that each row allows for its terms; some of these units may still be 0.
     """
     entries = sizes.tocoo()
     while (unit == 0).any():

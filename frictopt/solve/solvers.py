@@ -21,8 +21,8 @@ except ImportError as error:
         "HiGHS library, import frictopt before it or in another process; else reinstall highspy"
     ) from error
 
-# Clarabel goes on until rounding stops it. In a limit that is a corner of many cones, the ratios of
-# multiplier to slack separate active from inactive cones only there, see `arrays.polish`.
+# Clarabel goes on until rounding stops it. If many cones meet at the optimum, only then do the
+# ratios of multiplier to slack separate active from inactive cones, see `arrays.polish`.
 _CLARABEL = {
     "tol_gap_abs": 1e-14,
     "tol_gap_rel": 1e-14,
@@ -34,14 +34,14 @@ _CLARABEL = {
 OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
         "CLARABEL": _CLARABEL,
-        # It ends more exactly on condensed contacts: fewer answers need the polish.
+        # For condensed contacts it ends with smaller errors, so that fewer answers need the polish.
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
-        # Its last steps have more digits, but there are more of them.
+        # Its last steps have more digits, but it takes more steps.
         "CLARABEL_FINE": {**_CLARABEL, "static_regularization_constant": 1e-10},
     }
 )
-# Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2
-# to 4 times faster here than the default.
+# Primal simplex without presolve is 2 to 4 times faster here than the default, because the rows are
+# dense, and v = 0 (no slip) is often feasible.
 _HIGHS = {
     "output_flag": False,
     "primal_feasibility_tolerance": 1e-10,
@@ -53,10 +53,10 @@ _HIGHS = {
 _DUAL = 1
 _PRIMAL = 4
 
-# The largest number of steps of the simplex method, for each row and unknown, and of small
-# programs. The method may go round in a circle, which would last until the time limit. Of some 500
-# programs of random contacts, a punch and fir trees, those that ended with an answer took at most
-# 0.73 steps for each row and unknown.
+# The largest number of steps of the simplex method: the first number for each row and unknown, plus
+# the second. Without it, a method that goes round in a circle would last until the time limit. Of
+# some 500 programs of random contacts, a punch and fir trees, those that ended with an answer took
+# at most 0.73 steps for each row and unknown.
 _STEPS = (1, 100)
 
 _METHODS: Mapping[str, Mapping[str, object]] = MappingProxyType(
@@ -71,7 +71,7 @@ INFEASIBLE = "infeasible"
 UNBOUNDED = "unbounded"
 NONE = "infeasible or unbounded"
 CUT_OFF = "not below the cutoff"
-# Whether an optimum is good enough is for our own residual to say, so inaccurate ones count too.
+# Optima that a solver calls inaccurate count too: the residual of the claim shows their accuracy.
 _OUTCOMES = {
     highspy.HighsModelStatus.kOptimal: OPTIMAL,
     highspy.HighsModelStatus.kInfeasible: INFEASIBLE,
@@ -90,7 +90,7 @@ LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried.
 
 Of 637 programs of hard contacts in the plane (friction from 1e-6 to 16, thin bodies, graded meshes)
-the first answers 603, and the other two 17 each.
+the first solver answers 603, and each of the other two answers 17 more.
 """
 
 LP = "linear program"
@@ -99,13 +99,13 @@ LARGE_SOCP = "large cone program"
 SOLVERS = {
     LP: LP_SOLVERS,
     SOCP: ("CLARABEL_DIRECT", "CLARABEL_FINE", "CLARABEL", "INTERIOR_POINT"),
-    # These have a linear objective.
+    # Large cone programs have a linear objective.
     LARGE_SOCP: ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL"),
 }
 
 
 class NoOptimum(SolverError):
-    """All solvers that were asked report that there is no optimum."""
+    """All solvers that were tried report that there is no optimum."""
 
 
 class Claim(Protocol):
@@ -134,7 +134,7 @@ def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: boo
 
 
 def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
-    """The solvers to try for a kind of problem: all of them, or the one that is asked for."""
+    """The solvers to try for a kind of problem: all of them, or the requested one."""
     solvers = SOLVERS[kind]
     if solver is None:
         return solvers
@@ -148,7 +148,7 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
 def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
     """Status, x and multipliers with which a solver ends.
 
-    It may stop once it knows that the largest objective is not `above` a number.
+    The solver may stop once it has proven that `-cost @ x` is at most `above` for all x.
     """
     if solver in _METHODS:
         return _by_highs(program, solver)
@@ -204,9 +204,9 @@ def _answer(engine: Any) -> tuple[str, Array, Array]:
 
 
 class WarmProgram:
-    """A linear program that HiGHS keeps: a solution starts from the basis of the last one.
+    """A linear program that HiGHS keeps: each solution starts from the basis of the last one.
 
-    The cost, and bounds of rows and unknowns, may change between two solutions.
+    Between two solutions, the cost and the bounds of rows and unknowns may be changed.
     """
 
     def __init__(self, program: Arrays) -> None:
@@ -227,14 +227,14 @@ class WarmProgram:
     def solve(self, cutoff: float = np.inf) -> tuple[str, Array, Array]:
         """Status, x, and the multipliers of the rows: above 0 at `most`, below 0 at `least`.
 
-        It may stop, `CUT_OFF`, as soon as its multipliers prove that the cost is above the cutoff.
-        If it is infeasible, the multipliers are those of the proof.
+        HiGHS may stop with the status `CUT_OFF` as soon as its multipliers prove that the cost is
+        above the cutoff. If the program is infeasible, the multipliers are those of the proof.
         """
         engine = self._engine
         engine.setOptionValue("objective_bound", cutoff)
         engine.run()
         if engine.getModelStatus() not in _OUTCOMES:
-            # From no basis, the other simplex often ends where the first one gives up.
+            # Where the dual simplex gives up, the primal one, without a first basis, often ends.
             engine.clearSolver()
             engine.setOptionValue("simplex_strategy", _PRIMAL)
             engine.run()

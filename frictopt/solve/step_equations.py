@@ -1,8 +1,8 @@
 """The linear equations of a step of the interior point, for rows with one dense block.
 
 The matrix A of the rows has a sparse part and a dense one: `A y = sparse [y, block y]`. W is the
-scaling of the cones. A step solves `A' z = u` and `A y - W^2 z = v`. Two ways
-eliminate z. H is the sparse matrix `sparse' W^-2 sparse` of all w = [y, block y].
+scaling of the cones. A step solves `A' z = u` and `A y - W^2 z = v`. There are two ways to
+eliminate z. Below, H is the sparse matrix `sparse' W^-2 sparse`, which multiplies w = [y, block y].
 
 - `_Direct`: one equation for each unknown y, with the matrix `A' W^-2 A`.
 - `_ThroughBlock`: y minimises `w' H w / 2 - work' w` over the w with `[block, -1] w = 0`. With
@@ -40,7 +40,7 @@ _HELPS = 0.1
 # Number of rows of the matrix that are computed at once, from the diagonal on.
 _ROWS = 250
 # Least number of unknowns, and of unknowns for each row of the block, for the way through the
-# block. Below, its sparse matrices take longer than the dense ones that it saves.
+# block. With fewer, its sparse matrices take longer than the dense ones that it saves.
 _UNKNOWNS = 600
 _UNKNOWNS_PER_ROW = 1.5
 # Largest number of entries of R for each of its rows: blocks of a node have three.
@@ -111,7 +111,7 @@ class Equations:
 
 
 class _Direct:
-    """The y with `A' W^-2 A y = work`, for a work (n + m) on `[y, block y]`."""
+    """The y with `A' W^-2 A y = [1, block'] work`; `work` (n + m) is that of `[y, block y]`."""
 
     def __init__(self, program: Condensed, scaling: Scaling) -> None:
         self._block = program.block
@@ -183,7 +183,7 @@ def _inverse_root(weights: csr_array, n: int) -> csr_array:
 
     The rows of X are in the order of the weights. Its columns begin with those of the entries from
     n on, and in both parts the columns of few entries come first: then R has few entries, and so
-    has X. ArithmeticError if it has many, or if rounding leaves the weights indefinite.
+    has X. ArithmeticError if R or X has many, or if rounding leaves the weights indefinite.
     """
     counts = np.diff(weights.indptr)
     order = np.concatenate(
