@@ -9,13 +9,13 @@ A contact with this slip stays stuck. Whether it reaches such a slip depends on 
 the contact is uncoupled (B = 0). The largest such load factor is the shakedown limit. The solution
 of the dual program is a slip mechanism, which proves the limit.
 
-On this floor each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
+In this folder each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
 `required_friction.py`, `safe_region.py`, `fatigue_band.py`, `fatigue_limit.py`,
 `rest_intervals.py`, `gross_slip.py` and `probability.py`. `user_models.py` has the models that
 users extend, `pictures.py` the plots. The model for a new limit is `limit_of_set` in
 `shakedown.py`.
 
-The rooms below it, in an order in which each needs only those before it:
+The folders inside it, in an order in which each needs only those before it:
 
 - `program`: a question as arrays, their solution, and the mechanism that proves it.
 - `between`: limits of large contacts between two proven numbers, without the stiffness.

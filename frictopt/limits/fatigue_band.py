@@ -61,11 +61,12 @@ class FatigueBand(Recorded, Plotted):
         value, length. -inf if there is no least value.
     most, worst_slip
         The largest value of a point that the search finds over all states of rest, and the slip of
-        the state of rest in which it occurs. Inf if friction wedges: residual slips may then press
-        the contact without end. With points on the face it grows with each refinement of the mesh.
+        the state of rest in which it occurs. It is inf if friction wedges: residual slips may then
+        press the contact without end. With points on the face it grows with each refinement of the
+        mesh.
     proven
-        Whether no state of rest exceeds `most`: for Crossland, Dang Van and Matake. For the others
-        planes are searched.
+        Whether no state of rest exceeds `most`: True for Crossland, Dang Van and Matake. For the
+        other parameters `most` comes from a search over planes.
     record
         Its `residual` is the violation of the contact law by the two slips.
 
@@ -116,7 +117,7 @@ class FatigueBand(Recorded, Plotted):
 
     @property
     def reason(self) -> str:
-        """The band in words, and what it is not about."""
+        """The band in words, and what it does not cover."""
         which = sentences.BAND_OF_RESTS
         if isinstance(self._slips, SteadyCycles):
             unique = _differ_by_constants(self._slips.question)
@@ -196,7 +197,7 @@ class FatigueBand(Recorded, Plotted):
         return table.assign(**cycles)
 
     def check_kept(self) -> None:
-        """Check that the slips of a loaded band have its values; ValueError if not."""
+        """Check that the slips of a band from a file have its values; ValueError if not."""
         ends = [(self.least, self.least_slip), (self.most, self.worst_slip)]
         for value, slip in ends:
             if not np.isfinite(value):
@@ -284,8 +285,8 @@ def fatigue_band(
     Raises
     ------
     ModelError
-        Bad input. No state of rest at this load factor, and B is not 0 or the bodies are not held,
-        without an `initial_slip`. A transient that slips on without end.
+        Bad input. No state of rest at this load factor and no `initial_slip`, unless B = 0 and
+        supports hold the bodies. A transient that slips on without end.
     SolverError
         No solver gave an answer that passes the checks.
 
@@ -374,7 +375,7 @@ def _row(
 def _set_of(
     question: Question, stress_map: StressMap, load_factor: float, initial_slip: ArrayLike | None
 ) -> tuple[Rests | SteadyCycles, Array, Array]:
-    """The slips; stress and strain (K, 2, P, 3, 3) with one slip; and this slip."""
+    """The set of slips; stress and strain (K, 2, P, 3, 3) with one slip of it; and this slip."""
     system, cycle = question.system, question.cycle
     if initial_slip is None:
         safe = safe_slip_of_question(question, load_factor)

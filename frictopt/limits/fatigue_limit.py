@@ -52,7 +52,7 @@ class FatigueLimit(Answered):
         band.
     proven
         Whether `bound` holds for all planes: always if `every` is False, otherwise for Crossland,
-        Dang Van and Matake. For the others planes are searched.
+        Dang Van and Matake. For the other parameters only the planes of a search count.
     record
         Its `residual` is the larger of the violation of the contact law by the slip and the
         distance of the bound from the load factor of the program, relative to this load factor.
@@ -81,7 +81,7 @@ class FatigueLimit(Answered):
 
     @property
     def reason(self) -> str:
-        """The limit in words, and what it is not about."""
+        """The limit in words, and what it does not cover."""
         which = sentences.ALLOWED if self.load_factor else sentences.NOT_ALLOWED
         text = which.format(
             load_factor=self.load_factor,
@@ -97,7 +97,7 @@ class FatigueLimit(Answered):
         return text + sentences.OTHER_STARTS
 
     def check_kept(self) -> None:
-        """Check that the slip of a loaded limit has the allowable value; ValueError if not."""
+        """Check that the slip of a limit from a file has the allowable value; ValueError if not."""
         super().check_kept()
         tensors = tensors_at_rest(self._question, self.stress_map, self.load_factor)
         stresses = Stresses(self._question, self.stress_map, tensors, self.parameter, self.weight)

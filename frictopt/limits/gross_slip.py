@@ -2,7 +2,7 @@
 
 The forces have to balance the loads in the rigid motions of the bodies that no support guides, at
 every corner of the cycle: one program for each corner (`balance/statics.py`). If contact forces can
-balance themselves, statics does not know how far they press, and transients answer
+balance themselves, statics does not determine how far they press, and transients answer
 (`balance/self_stress.py`).
 """
 
@@ -130,7 +130,7 @@ class GrossSlip(Explained):
     self_stress: Array | None = None
 
     def check_kept(self) -> None:
-        """Check the motion of a loaded answer, and the load factor that it proves; ValueError."""
+        """Check that the motion of an answer from a file proves its bound; ValueError if not."""
         if self._asked is None or not np.isfinite(self.bound):
             return
         phi = self.phi.ravel()
@@ -160,7 +160,7 @@ class GrossSlip(Explained):
         return np.asarray(work / (work.sum() or np.nan))
 
     def rests_at(self, load_factor: float) -> bool:
-        """Whether a state of rest may exist: the value is from `least` to `load_factor`."""
+        """Whether a state of rest may exist at a load factor: from `least` to `load_factor`."""
         largest = self.load_factor * (1 + ROUNDING)
         return self.least * (1 - ROUNDING) <= load_factor <= largest
 
@@ -198,7 +198,7 @@ def gross_slip(
     that supports guide along its face. Then transients without initial slip are followed. If they
     slide off at a lower load factor, the result is this load factor, and `reason` says so. Its
     relative error is 2e-4. In space it is 1e-3, and 2e-3 more because only two increments lead from
-    corner to corner; this may take minutes. Where equilibrium decides, it answers at once.
+    corner to corner; this may take minutes. Where equilibrium decides, the answer comes at once.
 
     Parameters
     ----------
@@ -330,7 +330,7 @@ def _least_load_factors(
     """The least load factors of the corners."""
     lower: list[CornerAnswer] = []
     for k in corners:
-        # At load factor 0 all corners are alike if no parts are fixed.
+        # At load factor 0 all corners are alike, unless their fixed parts differ.
         if lower and lower[0].load_factor == 0 and not question.fixed:
             break
         lower.append(corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], -1.0)))
@@ -389,7 +389,7 @@ def _result(
 def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     """The answer of statics, with contact forces that balance themselves if there are any.
 
-    Without friction, or if the cyclic loads drive no body, statics has the answer.
+    Without friction, or if the cyclic loads drive no body, statics alone gives the answer.
     """
     system = question.system
     friction = question.friction

@@ -119,9 +119,9 @@ class GuaranteedLimit(Proven):
     _above: tuple[float, Array] | None
 
     def check_kept(self) -> None:
-        """Check the witness of a loaded limit, and what follows from its shakedown limit.
+        """Check the witness of a limit from a file, and what follows from its shakedown limit.
 
-        ValueError if they are off.
+        ValueError if one of them is wrong.
         """
         super().check_kept()
         largest = self.shakedown.load_factor
@@ -293,7 +293,7 @@ def _result(shakedown: ShakedownLimit, nodes: CriticalNodes, user: Any = None) -
     assert best.solved is not None  # it has a slip
     return replace(
         limit,
-        # Rounding may leave it just above the shakedown limit.
+        # Rounding may leave the load factor of the node just above the shakedown limit.
         load_factor=min(best.load_factor, limit.load_factor),
         kind=LimitKind.FINITE,
         slip=best.slip,

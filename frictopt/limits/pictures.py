@@ -49,12 +49,12 @@ _NUMBERS = {
 
 @picture.register
 def _answered(answer: Answer, ax: AnyAxes = None) -> AnyAxes:
-    """Shear over friction bound at the corners under the slip, with circles at limiting nodes.
+    """Shear divided by the friction bound at the corners, with circles at limiting nodes.
 
     The area of a circle is the share of its node in the mechanism. In space the picture shows one
     corner, with the slip as arrows: the first corner with limiting nodes or, if there are none, the
-    corner with the least reserve. If there is nothing to show, the picture has the reason. Below a
-    design is its profile.
+    corner with the least reserve. If there is nothing to show, the picture has the reason. Below
+    the picture of a design is its profile.
     """
     system = answer.system
     profile = answer.profile if isinstance(answer, Design) and system.tangents == 1 else None
@@ -116,9 +116,10 @@ def _limiting_nodes(answer: Answer) -> tuple[Circles, str]:
 
 @picture.register
 def _fatigue_band(band: FatigueBand, ax: AnyAxes = None) -> AnyAxes:
-    """The parameter at the points: the band of each, the least largest values, and no slip.
+    """The parameter at each point: its band, its value in the best state, and without slip.
 
-    In the plane the values are along x, in space by the number of the point.
+    In the best state of rest the largest value over the points is the least. In the plane the
+    values are along x, in space by the number of the point.
     """
     (axes,) = new_axes(ax)
     table = band.to_frame()
@@ -140,7 +141,7 @@ def _fatigue_band(band: FatigueBand, ax: AnyAxes = None) -> AnyAxes:
 def _safe_region(region: SafeRegion, ax: AnyAxes = None) -> AnyAxes:
     """The region, with the node whose share in the mechanism of each side is largest.
 
-    Many sides have no names.
+    If there are many sides, their nodes are not named.
     """
     (axes,) = new_axes(ax)
     axes.set_title("amplitudes of two loads that vary independently")

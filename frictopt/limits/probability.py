@@ -41,7 +41,7 @@ AskLimit = Callable[[LoadCycle, Array], ShakedownAnswer]
 Stops = Callable[[ShakedownAnswer, float], bool]
 """Whether slip stops with the input of a limit, at a load factor."""
 _LOAD = "the load factor"
-# Distance of two points, in standard deviations, that counts as none.
+# Two points with a smaller distance, in standard deviations, count as one.
 _SAME = 1e-3
 # Largest distance of a point from u = 0. Beyond 8, rounding makes a normal number infinite.
 _FARTHEST = 7.0
@@ -95,7 +95,7 @@ class ShakedownProbability(Kept):
 class RandomLimit:
     """The limit and the load factor as functions of standard normal numbers.
 
-    Nodes are open and closed as in the given limit: the search for better sets takes long.
+    Nodes are open and closed as in the given limit, because a search for better sets takes long.
     ModelError if no input is random.
     """
 
@@ -158,7 +158,7 @@ class RandomLimit:
             self._add(f"friction of {name}" if named else name, law, list(nodes), mixing)
 
     def at(self, u: Array) -> tuple[ShakedownAnswer, float, Array]:
-        """The limit, the load factor, and the derivatives of the inputs."""
+        """The limit and the load factor at the numbers u, and the derivatives of the inputs."""
         normal = self.mixing @ u
         density = np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi)
         friction = self.limit.friction.copy()
@@ -184,7 +184,8 @@ class RandomLimit:
     def design_point(self) -> tuple[float, Array] | None:
         """The margin at u = 0 in standard deviations, and the direction to the design point.
 
-        The margin is negative if the load is above the limit there. None if it is not found.
+        The margin is negative if the load is above the limit there. The result is None if no design
+        point is found.
         """
         u = np.zeros(len(self.names))
         for _ in range(_MOST):
@@ -195,7 +196,7 @@ class RandomLimit:
             if not (size > 0 and np.isfinite(margin)):
                 return None
             distance = float(margin - derivative @ u) / size
-            # On the plane through the limit here, this is the point next to u = 0.
+            # On the plane through the limit here, this is the point nearest to u = 0.
             nearest = -np.clip(distance, -_FARTHEST, _FARTHEST) * derivative / size
             if np.linalg.norm(nearest - u) <= _SAME:
                 return distance, derivative / size

@@ -71,14 +71,14 @@ if TYPE_CHECKING:
 class SafeByFriction:
     """The safe slips of one load factor for any friction and open nodes, each computed once.
 
-    The bar counts the programs. An interrupt keeps the frictions tried.
+    The progress bar counts the programs. An interrupt keeps the frictions tried.
     """
 
     def __init__(self, question: Question, load_factor: float, events: bool, bar: Bar) -> None:
         self.question = question
         self.load_factor = load_factor
         self.started = perf_counter()
-        # The same for every friction above 0.
+        # The areas are the same for every friction above 0.
         self.areas = moving_areas_at(question, load_factor)
         self._bar = bar
         self._events = events
@@ -94,9 +94,9 @@ class SafeByFriction:
     ) -> SafeSlip:
         """The safe slip with the largest margin.
 
-        `open_nodes=None`: the open nodes are searched until a slip is safe, and with events the
-        orders in which they open and close, if the question has them. Nodes of moving areas are
-        always searched.
+        `open_nodes=None`: the open nodes are searched until a slip is safe. If the question has
+        events, `events=True` also searches the orders in which nodes open and close. The nodes of
+        moving areas are always searched.
         """
         if self.areas is not None:
             open_nodes = None
@@ -171,9 +171,10 @@ _UNDECIDED = (
 
 # Frictions that are tried until one is enough; larger ones act as infinite in linear programs.
 _TRIED = tuple(4.0**k for k in range(8))
-_SMALLEST = 1e-6  # that linear programs distinguish from 0
-# Relative distance of the two frictions of a proof from the root, first and largest. Nodes with
-# little pressure need a larger distance, because the margin depends little on them.
+_SMALLEST = 1e-6  # the smallest friction that linear programs distinguish from 0
+# Relative distance of the two frictions of a proof from the root: the first one that is tried, and
+# the largest. Nodes with little pressure need a larger distance, because the margin depends little
+# on them.
 _PROOF = 100 * RESIDUAL
 _WIDEST_PROOF = 1e4 * RESIDUAL
 _MOST_PLACES = 4  # places of nodes that a reason names
@@ -276,11 +277,11 @@ class RequiredFriction(Answered):
         return bool(np.isfinite(self.required))
 
     def check_kept(self) -> None:
-        """Check the slip and the frictions of a loaded answer; ValueError if they are off."""
+        """Check the slip and the frictions of an answer from a file; ValueError if one is wrong."""
         super().check_kept()
         if not (self._question.friction == self.required).all():
             raise ValueError(f"it requires the friction {self.required:g}, its slip another one")
-        # Unless a gap is given, both are at most the widest proof away from the least friction.
+        # Unless a gap is given, both frictions are within the widest proof of the least friction.
         exact = self._solved is not None or np.isinf(self.required)
         nearest = (1 - 3 * _WIDEST_PROOF) * self.required if exact else 0.0
         if not (nearest <= self.bound <= self.required or self.required == 0):
@@ -335,9 +336,9 @@ def required_friction(
     gap
         Relative distance that `RequiredFriction.required` and `RequiredFriction.bound` may have,
         above 0 and below 1, such as 0.01; None: below 1e-5. With a gap, all nodes stay closed, and
-        `events` and `slip_bound` are refused. See `shakedown_limit`, whose method proves the room
-        of a slip, or that there is none, with some ten frictions. If the two frictions remain
-        farther apart, a `ModelWarning` and the reason say so.
+        `events` and `slip_bound` are refused. The method of `shakedown_limit` proves, for some ten
+        frictions, that a slip is safe or that none is. If the two frictions remain farther apart, a
+        `ModelWarning` and the reason say so.
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
@@ -557,7 +558,7 @@ def _within(question: Question, load_factor: float, gap: float) -> RequiredFrict
 def _answer_within(
     question: Question, load_factor: float, bracket: FrictionBracket, bound: float, reason: str
 ) -> RequiredFriction:
-    """The answer of a bracket of frictions, after both proofs have been judged."""
+    """The answer of a bracket of frictions, after both proofs have been checked."""
     at_enough = with_friction(question, bracket.enough)
     slip = slip_of(at_enough, bracket.shear)
     motion, error = bracket.proof(with_friction(question, bracket.too_little))

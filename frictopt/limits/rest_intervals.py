@@ -1,13 +1,14 @@
-"""Load factors at which an uncoupled contact rests, if the load factor scales normal loads, too.
+"""Load factors with a state of rest of an uncoupled contact, if they scale normal loads, too.
 
 If slip changes no pressure (B = 0), loads alone open and close nodes. The axis of the load factor
-falls into pieces with one order of openings and closings each (`normal_path.py`). In a piece the
-rim and an ordinary question, whose loads are affine in the load factor, give one interval with
-states of rest, or none (theory, "Normal loads that are scaled, too"). `rests` joins them; the end
-of the first one is the shakedown limit.
+falls into pieces with one order of openings and closings each (`normal_path.py`). In a piece two
+things give one interval with states of rest, or none: the equations of the rim, which are the nodes
+that are open at some time, and an ordinary question, whose loads are affine in the load factor
+(theory, "Normal loads that are scaled, too"). `rests` joins the intervals; the end of the first one
+is the shakedown limit.
 
-At one load factor the limit of contact areas that move is an ordinary question, and its answer is
-completed for all instants:
+In an ordinary question the same nodes are open at all corners. It has the limit of contact areas
+that move, and its answer is completed for all instants:
 
 - The nodes that never open have the stiffness that the rim leaves them. The slip of the rim, which
   its equations give, adds to their loads.
@@ -152,7 +153,7 @@ def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integ
     if areas.alone:
         if not np.ptp(forces, axis=0).any():
             return instants[[pressure[:, 0].argmin()]]
-        # The hull with a point of high pressure has the vertices of less pressure, and this point.
+        # With one more point of high pressure, the hull has the vertices of low pressure and it.
         high = points.mean(axis=0)
         high[-2] = pressure.max() + np.ptp(pressure[:, 0]) + areas.force
         points = np.vstack([points, high])
@@ -204,7 +205,7 @@ def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -
 def moving_areas_at(question: Question, load_factor: float) -> MovingAreas | None:
     """The areas at a load factor, if loads alone open and close some nodes; else None.
 
-    A contact without friction at all nodes has the areas that it has with friction.
+    A contact without friction at all nodes has the same areas as with friction.
     """
     asked = question
     if not question.friction.any():
@@ -249,7 +250,7 @@ def safe_with_moving_areas(
 # A piece is computed at this distance above its beginning, relative to the load factor plus its
 # unit. A piece, or a hole between two intervals, that is shorter than this is missed.
 _STEP = 1e-6
-# Largest number of pieces, times nodes and corners: a node changes the order at few places.
+# Largest number of pieces for each node and corner: a node changes the order at few load factors.
 _MOST_PIECES = 50
 # Largest number of halvings of a step that has jumped over a short piece.
 _HALVINGS = 8
@@ -276,7 +277,7 @@ class Rest(Generic[L]):
 
     @property
     def ends_with_piece(self) -> bool:
-        """Whether the rests reach the end of their piece."""
+        """Whether the states of rest reach the end of their piece."""
         return self.largest >= self.areas.path.high
 
 
@@ -335,7 +336,7 @@ def _rests(
 
 
 def _joins(current: Rest[L], following: Rest[L]) -> bool:
-    """Whether rests go on in the next piece."""
+    """Whether the states of rest go on in the next piece."""
     hole = following.least - current.largest
     return hole <= 2 * _STEP * (current.largest + current.areas.load_unit)
 
@@ -426,7 +427,7 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
 
 
 def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
-    """A finite limit from 0 on or, if states of rest go on above it, the limit at their end."""
+    """A finite limit, or the limit at the end of the states of rest that go on above it."""
     end = limit.load_factor
     pressures = (question.r0 + end * question.r1)[:, -1]
     if pressures.min() > RESIDUAL * question.force:

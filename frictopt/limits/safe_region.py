@@ -204,7 +204,7 @@ def _checked_part(argument: str, load: Any) -> tuple[str, list[Mapping[str, floa
 
 
 def domain(mean: Mapping[str, float], parts: Corners, amplitudes: tuple[float, float]) -> LoadCycle:
-    """Cycle through the vertices of the domain: each load varies within its hull, on the mean."""
+    """Cycle through the vertices of the domain, in which each load varies within its hull."""
     scaled = [
         [{case: factor * amplitude for case, amplitude in corner.items()} for corner in part]
         for factor, part in zip(amplitudes, parts, strict=True)

@@ -95,7 +95,7 @@ class SafeSlip(Proven):
     _has_safe_slip = exists
 
     def check_kept(self) -> None:
-        """Check the slip and the margin of a loaded answer; ValueError if they are off."""
+        """Check the slip and the margin of an answer from a file; ValueError if one is wrong."""
         super().check_kept()
         check_margin(self._question, self.load_factor, self.slip, self.margin, self.bound)
 
@@ -137,7 +137,7 @@ def safe_slip_of_question(
     if moving is not None:
         return moving
     closed = None
-    # A slip with nearly no resistance, such as rolling, can hide the margin.
+    # A slip that meets almost no resistance, such as rolling, can hide the margin in rounding.
     with suppress(SolverError):
         closed = safe_slip_of_set(question, load_factor)
     if closed is not None and closed.exists:

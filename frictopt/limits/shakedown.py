@@ -102,9 +102,10 @@ def shakedown_limit(
     every corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With
     `events`, nodes may also be open during a part of the cycle. Of a small contact all sets of open
     nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger
-    contact, sets near the settled mean load are searched: with other nodes open, the contact may
-    shake down above the limit. If the contact is uncoupled (B = 0), only loads open and close
-    nodes. Then the limit holds for all openings and closings (theory, "Contact areas that move").
+    contact only sets near that of the settled mean load are searched: with other nodes open, the
+    contact may shake down above the limit. If the contact is uncoupled (B = 0), only loads open and
+    close nodes. Then the limit holds for all openings and closings (theory, "Contact areas that
+    move").
     If the load factor scales normal loads, too, the contact may shake down again above the limit,
     see `ShakedownLimit.intervals`. Ctrl-C in a search raises KeyboardInterrupt with an attribute
     `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
@@ -129,15 +130,15 @@ def shakedown_limit(
         Largest number of programs of the search of open nodes. If it is given, the search compares
         all sets as far as this number allows. None: 2000 if the contact has at most 14 nodes, in
         space 8, and if corners times nodes times axes are at most 240; all sets are then compared,
-        too. Else 60, and only sets near the settled mean load are compared.
+        too. Otherwise 60, and only sets near that of the settled mean load are compared.
         `ShakedownLimit.bound_of_sets` is what is proven of all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     gap
         Relative distance that two proven numbers may have, above 0 and below 1, such as 0.01; None:
         the limit itself, proven to 1e-9. With a gap, `ShakedownLimit.load_factor` is proven from
-        below and `ShakedownLimit.bound` from above, by a first-order method that needs products
-        alone: in space it takes a fraction of the time from some hundred nodes on (theory, "A
+        below and `ShakedownLimit.bound` from above, by a first-order method that needs only
+        products: in space it takes a fraction of the time from some hundred nodes on (theory, "A
         limit between two proven numbers"). The nodes that stay open are `open_nodes` or, if these
         are None, the nodes that the mean load opens. No others are searched, so `programs` is
         refused, like `events`, `slip_bound` and `solver`. A closed node without friction is
@@ -215,8 +216,8 @@ def limit_of_question(
         return known
     if known is limit:
         return best_with_events(limit_of_set, limit_of_order, limit)
-    # `known` has all openings and closings, from the load factor 0 on. If `limit` also begins at 0,
-    # a search of orders from there can name the events of the same limit.
+    # `known` covers all openings and closings, from the load factor 0 on. If `limit` also begins at
+    # 0, a search of orders from there can name the events of the same limit.
     if limit.least != 0:
         return known
     ordered = best_with_events(limit_of_set, limit_of_order, limit)
@@ -430,7 +431,7 @@ def _not_finite_by_products(
     first, last = found.first, found.safe.best
     if last is None or margins(first.rows).min() < 0:
         return None
-    # Residual shear that grows with the load factor, or that stays.
+    # Residual shear that grows with the load factor, or that stays the same.
     along = (last.shear - first.shear) / max(last.load_factor - first.load_factor, FLOOR)
     for shear in (along, np.zeros_like(along)):
         unsafe = -float(margins(cones.rate + cones.effects(shear)).min().clip(max=0.0))

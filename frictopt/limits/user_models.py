@@ -103,7 +103,7 @@ class SafeModel:
         self._complete()
 
     def _complete(self) -> None:
-        """Check the question further; a model replaces this if it needs to."""
+        """Further checks and data of a model; a subclass replaces this if it needs them."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._question.system!r}, {self._question.cycle!r})"
@@ -167,7 +167,7 @@ class SafeModel:
         return user
 
     def _shown(self, answer: A) -> A:
-        """An answer in the unknowns of this model, which get its values."""
+        """An answer whose unknowns are those of this model; they get the values of the answer."""
         if isinstance(answer, Proven) and answer._solved is not None:
             answer = replace(answer, _solved=replace(answer._solved, unknowns=self._x))
         q, p = answer.reactions
@@ -192,9 +192,9 @@ class ShakedownModel(SafeModel):
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `|v|` that assembly can leave, length, one or one per node or contact, as
-        friction; None for no bound.
-        A rigid slide of a body counts as slip. If nothing resists it, the program chooses it.
+        Largest slip `|v|` that assembly can leave, length, one or one per node or contact, like
+        friction; None for no bound. A rigid slide of a body counts as slip. If nothing resists this
+        slide, the program chooses it.
     simplify
         Whether to omit constraints that cannot change the limit: corners inside the hull of the
         other corners, and in the plane redundant constraints.

@@ -5,7 +5,7 @@ by a mechanism, and `Rated` the rates of the limit with the loads.
 
 Answers that were read from a file are proven again, from the numbers of the file alone: the
 contact law evaluates the slip, which bounds a limit from below, and the slip mechanism bounds it
-from above. Both need no solver.
+from above. Neither check needs a solver.
 """
 
 from __future__ import annotations
@@ -55,9 +55,11 @@ from ..program.solution import Mechanism, Solved, of_nodes
 if TYPE_CHECKING:
     import cvxpy as cp
 
-# Another processor may round the residual of an answer to the other side of its tolerance.
+# Tolerance of a slip that was read from a file. It is wider than that of an answer, because another
+# processor may round the residual to the other side of its tolerance.
 _SLIP = 10 * RESIDUAL
-# Relative to the terms of a mechanism, whose multipliers balance up to the tolerance of solvers.
+# Tolerance of the balance of a mechanism, relative to its terms. Its multipliers balance only up to
+# the tolerance of solvers.
 _BALANCE = 1e-6
 
 
@@ -76,7 +78,7 @@ def check_slip(question: Question, load_factor: float, slip: Array) -> None:
 
 
 def _rounding(question: Question, load_factor: float, slip: Array) -> float:
-    """Rounding of the forces, over the force unit; large friction may hold slips of any size."""
+    """Rounding of the forces, over the force unit: large friction may hold slips of any size."""
     _, r = question.instants(load_factor, slip)
     return ROUNDING * float(np.abs(r).max()) / question.force
 
@@ -127,9 +129,9 @@ def check_bound(question: Question, motion: Mechanism, load_factor: float, bound
 
 
 def check_growth(question: Question, solved: Solved) -> None:
-    """Check that a slip may grow with the load without end; ValueError if it leaves the law."""
+    """Check that a slip may grow with the load without end; ValueError if it breaks the law."""
     rate = solved.values["load_factor"]
-    # Beyond it, all forces that do not grow are below the residual.
+    # From this load factor on, all forces that do not grow are below the residual.
     far = question.load_unit / RESIDUAL
     off = np.inf
     if rate > 0:
@@ -148,12 +150,12 @@ def check_contradiction(question: Question, motion: Mechanism) -> None:
 def bound_of(question: Question, motion: Mechanism) -> float:
     """The load factor above which a mechanism proves that no slip is safe; nan if it proves none.
 
-    If no load factor is safe, it is below 0.
+    If no load factor is safe, this number is below 0.
 
     In a safe state the forces do no negative work on the mechanism: at a closed node friction times
     the pressure is at least the shear force, and the lift at least friction times the slip. Open
-    nodes follow without force, and touch. The residual slip does no work, so that the work is that
-    of the loads.
+    nodes follow without force, and touch. The forces of a residual slip do no work, so that all
+    work is that of the loads.
     """
     system = question.system
     normals = len(system.S) - system.nodes
@@ -179,7 +181,7 @@ def bound_of(question: Question, motion: Mechanism) -> float:
     drive = motion.drive(question)
     if drive > 0:
         return resistance / drive
-    # Rounding may hide whether loads, which do no work on it, do negative work.
+    # If the loads do almost no work on the mechanism, rounding may hide its sign.
     return -np.inf if RESIDUAL * resistance < question.load_unit * drive else np.nan
 
 
@@ -206,7 +208,7 @@ class Answered(Recorded, Plotted):
     _question: Question
 
     def check_kept(self) -> None:
-        """Check the slip of a loaded answer; ValueError if it shall be safe and is not."""
+        """Check the slip of an answer from a file; ValueError if it should be safe and is not."""
         if self._has_safe_slip:
             check_slip(self._question, self.load_factor, self.slip)
 
@@ -265,10 +267,11 @@ class Answered(Recorded, Plotted):
         """The nodes that open and close in each cycle, in the order in which the load meets them.
 
         Columns: node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way,
-        loads (at this place, for load factor 1). The way counts legs: 2.5 is half way from corner 2
-        on. If the load goes to and fro on a line, it is 0 at one end and 1 at the other, and on the
-        way back the order is reversed; but all events of the cycle are listed if normal loads alone
-        open and close nodes. Empty if no node comes and goes.
+        loads (at this place, for load factor 1). The way counts segments: 2.5 is half way from
+        corner 2 to the next one. If the load goes to and fro on a line, the way is 0 at one end and
+        1 at the other. Only events on the way there are then listed, because the way back has them
+        in reverse. But if normal loads alone open and close nodes, all events of the cycle are
+        listed. The table is empty if no node opens and closes.
         """
         import pandas as pd  # imported here, because only tables need it
 
@@ -299,7 +302,7 @@ class Answered(Recorded, Plotted):
     def state(self) -> ContactState | None:
         """The state at the last corner; None without a finite load factor.
 
-        A transient at this load factor stays stuck from there, if the slip is safe.
+        If the slip is safe, a transient from this state at this load factor stays stuck.
         """
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
@@ -356,8 +359,8 @@ class Proven(Answered, Explained):
     def problem(self) -> cp.Problem:
         """The cvxpy problem in your units, with the values and multipliers of the answer.
 
-        It is listed when it is first read. The answer of a model has the variables of the model,
-        whose values are then those of this answer.
+        The problem is made when this attribute is first read. The answer of a model has the
+        variables of the model, whose values are then those of this answer.
         """
         self._check_exact("problem")
         solved = self._solved
@@ -379,9 +382,9 @@ class Proven(Answered, Explained):
         ...` and `p[k] == ...` are slips and lifts of the mechanism (1 / force if the goal is a load
         factor). The multipliers of `stuck[k]` are the sizes of these slips; the multipliers of
         `strength[k]` are the sizes of slips at which the surface shears off. A row without a label
-        has the name of its left side, or of its right side if the left is constant. In your own
-        rows, node is the first index of an entry and component the other indices. Empty without a
-        program.
+        has the name of its left side, or of its right side if the left is constant. In user
+        constraints, node is the first index of an entry and component the other indices. The table
+        is empty if no program was solved.
         """
         import pandas as pd  # imported here, because only tables need it
 
@@ -419,7 +422,7 @@ class Proven(Answered, Explained):
         """(N,) rate with the friction of each node: multipliers of its bounds times pressures."""
         _, _, p = self._instants
         if self._question.moves:
-            # The corners of the program are other instants at other nodes.
+            # In this program a corner is not the same instant at each node.
             return np.asarray((self._motion.size * p).sum(axis=0))
         stuck = self._solved.multipliers.get("stuck", 0.0) if self._solved else 0.0
         return np.asarray((np.maximum(stuck, 0.0) * p).sum(axis=0))
@@ -434,7 +437,7 @@ def answered(claim: A, record: SolveRecord) -> A:
     left_out = list(record.left_out)
     corners = len(question.r1)
     listed = len(question.listed_corners)
-    # Rows of the user may contain any corner, and places of events those between the outer ones.
+    # Rows of the user may contain any corner, and events may lie between the outer corners.
     plain = isinstance(claim, Proven) and not claim.constraints and not question.events
     if plain and listed < corners:
         left_out.append(
@@ -462,9 +465,10 @@ class Rated(Proven):
         Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
         all load cases of the system, also unused ones: the bolt to tighten is the row with the
         largest rate. The limit has a kink if several nodes, such as mirror images, govern at once;
-        then the rate is one-sided. NaN without a finite limit, and under user constraints: these
-        may depend on the loads. NaN, too, if loads alone open and close nodes in each cycle
-        (`events`): the loads then move the events, which the mechanism does not know.
+        then the rate is one-sided. The rates are NaN without a finite limit, and under user
+        constraints, which may depend on the loads. They are NaN, too, if loads alone open and close
+        nodes in each cycle (`events`): the loads then move the events, and the mechanism does not
+        show this.
         """
         self._check_exact("load_rates")
         cycle = self.cycle

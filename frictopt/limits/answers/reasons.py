@@ -165,7 +165,7 @@ def governing_node(limit: ShakedownAnswer) -> str:
     The limit may depend on the mesh, or only residual slip may press the node.
     """
     question = limit._question
-    # A rough mechanism may move other nodes, too.
+    # The mechanism of a limit with a gap is rough, and may move other nodes, too.
     if limit.kind is not LimitKind.FINITE or limit.gap is not None:
         return ""
     node = limit._ruling
@@ -212,7 +212,7 @@ def _mean_load(limit: ShakedownAnswer) -> str:
     """Diagnosis of the mean load, in words."""
     question = limit._question
     if isinstance(question.system, ContactProducts):
-        # Products are too few to diagnose it.
+        # The diagnosis needs the stiffness itself, not only its products.
         return "see the mechanism"
     advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
     return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
@@ -234,10 +234,10 @@ def _call_with_events(limit: ShakedownAnswer) -> str:
     """The advice to pass `events=True`, if nodes can open and close in a state of rest."""
     question = limit._question
     unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
-    # Such a node would have to keep its slip in a state of rest with events, too.
+    # A node without friction would have to keep its slip in a state of rest with events, too.
     if limit.kind is LimitKind.FINITE and _slides_freely(limit):
         return ""
-    # Products know no open nodes.
+    # In `ContactProducts` no node can open.
     if isinstance(question.system, ContactProducts):
         return ""
     if unknown or not may_open_and_close(question, path_of(question.cycle)):
@@ -277,7 +277,7 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
         return " from some on", START_UNKNOWN
     if not least > 0:
         return "", ""
-    # The sentence of a finite limit names the open nodes itself.
+    # The sentence of a finite limit already names the open nodes.
     grows = limit.kind is LimitKind.UNBOUNDED
     node_states = f"{limit._question.node_states[1:]} " if grows else ""
     below = UNSAFE_BELOW.format(node_states=node_states, least=least)
@@ -394,7 +394,7 @@ def safe_slip_reason(safe: Proven, exists: bool) -> str:
 
 
 def _cause_of_slip(areas: MovingAreas, load_factor: float) -> str:
-    """Why nothing rests at a load factor: the node that slips, whatever friction is, if any."""
+    """Why no state of rest exists at a load factor: a node that slips with any friction, if any."""
     node = areas.slipping_at(load_factor)
     if node is None:
         return TOO_LITTLE_FRICTION

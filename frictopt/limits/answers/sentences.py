@@ -19,8 +19,7 @@ INFINITE = (
 )
 """Assumption: the load factor grows without bound along safe slips."""
 NO_EVENTS = "; no transient at a small load factor comes to rest with nodes that open and close"
-"""Assumption: the search of events begins with such transients, and nothing is safe without events.
-"""
+"""Assumption: the search of events begins with such transients; without events no slip is safe."""
 CALL_WITH_EVENTS = "; a state of rest with nodes that open and close may exist: pass events=True"
 """Assumption: the load returns along its path, so that nodes can open and close in a state of rest.
 """
@@ -28,7 +27,9 @@ NO_BOUND = (
     "the search finds no safe {slip} above it{node_states}; fixed and scaled loads both vary where "
     "nodes open or close, so that no bound is proven, and lower load factors may have no safe slip"
 )
-"""Assumption: a product of load factor and place is in the program, which is not convex."""
+"""Assumption: the program contains a product of the load factor and the place of an event, and is
+not convex.
+"""
 HIGHEST = "no {slip} is safe above it{node_states}{others}{below}"
 """Assumption: the limit is finite, above 0."""
 BETWEEN = (
@@ -66,9 +67,9 @@ CHOSEN = (
 CONTRADICTED = (
     "no residual slip that is safe at any load factor{node_states} obeys {rows}: drop or relax them"
 )
-"""Assumption: constraints of the user are among the rows that contradict each other."""
+"""Assumption: user constraints are among the rows that contradict each other."""
 ONLY_SLIP_PRESSES = "; only residual slip presses node {node}{contact}, which governs the limit"
-"""Assumption: all nodes are closed, and the mean load would pull this one open."""
+"""Assumption: all nodes are closed, and the mean load alone would open this node."""
 BELONGS_TO_MESH = (
     "; node {node}{contact} governs, next to open nodes, where pressure falls to zero: the limit "
     "depends on the mesh, and falls as elements shrink there"
@@ -179,30 +180,30 @@ NO_SLIP_IS_SAFE = (
     "no residual slip{within} is safe at this load factor{node_states}; shakedown_limit gives the "
     "load factors with a safe slip; without residual slip {mean}"
 )
-"""Assumption: the same nodes are closed; with nodes that open and close, the contact may also shake
-down.
+"""Assumption: the same nodes are closed at all corners; with nodes that open and close, the contact
+may also shake down.
 """
 NOR_WITH_SOME_OPEN = (
     " with all nodes closed, or with the open nodes that the search finds ({opened}); with other "
     "nodes open a slip may be safe"
 )
-"""Assumption: the same nodes are closed; with nodes that open and close, the contact may also shake
-down.
+"""Assumption: the same nodes are closed at all corners; with nodes that open and close, the contact
+may also shake down.
 """
 
 NO_REST_THERE = (
     "no state of rest exists at this load factor, for all openings and closings: the contact is "
     "uncoupled (B = 0), and {cause}"
 )
-"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor, without
-slip bound and constraints of the user.
+"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor; no
+slip bound and no user constraints.
 """
 TOO_LITTLE_FRICTION = (
     "friction holds no slip at all instants; shakedown_limit gives the load factors with a state "
     "of rest"
 )
-"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor, without
-slip bound and constraints of the user.
+"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor; no
+slip bound and no user constraints.
 """
 
 # Required friction
@@ -212,8 +213,9 @@ NONE_NEEDED = (
 )
 """Assumption: none: the slip obeys the contact law at every corner."""
 LESS_IS_NOT_SAFE = "no residual slip{within} is safe with less, {node_states}: see the mechanism"
-"""Assumption: all nodes are closed, or the counted nodes are open; if nodes open and close in each
-cycle, the search has found no state of rest with less friction, which is not proven.
+"""Assumption: all nodes are closed, or only the nodes that the sentence counts are open; if nodes
+open and close in each cycle, the search has found no state of rest with less friction, but it is
+not proven that none exists.
 """
 REQUIRED_BETWEEN = (
     "the least friction is between {lower:.6g} and {upper:.6g} (gap {gap:.2g} %) with all nodes "
@@ -238,8 +240,8 @@ NOT_FROM_EVERY_START = (
 NONE_IS_ENOUGH = "no friction is enough to keep all nodes closed: {why}"
 """Assumption: all nodes are closed; with open nodes, friction may not be needed."""
 NONE_STOPS_IT = "no friction is enough: {why}"
-"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor, without
-slip bound and constraints of the user.
+"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor; no
+slip bound and no user constraints.
 """
 LOADS_OPEN = (
     "under any residual slip{within}, the loads open one of these nodes ({where}) at some "
@@ -250,17 +252,17 @@ LOADS_OPEN = (
 # Safe regions
 
 SIDES = "{opened}beyond each side its mechanism slips for ever{node_states}"
-"""Assumption: the same nodes are closed: the closed nodes of the limit under both loads."""
+"""Assumption: the limit under both loads has the same closed nodes."""
 GAP_OF_SIDES = "; amplitudes between points and sides, up to {gap:.1e} apart, are undecided"
-"""Assumption: the same nodes are closed: the closed nodes of the limit under both loads."""
+"""Assumption: the limit under both loads has the same closed nodes."""
 NO_AMPLITUDES = "no amplitudes are safe: {limit}"
-"""Assumption: the same nodes are closed: the closed nodes of the limit under both loads."""
+"""Assumption: the limit under both loads has the same closed nodes."""
 NO_AMPLITUDES_ABOVE_ZERO = "no amplitudes above 0 are safe: {limit}"
-"""Assumption: the same nodes are closed: the closed nodes of the limit under both loads."""
+"""Assumption: the limit under both loads has the same closed nodes."""
 ALL_AMPLITUDES = "all amplitudes are safe: {limit}"
-"""Assumption: the same nodes are closed: the closed nodes of the limit under both loads."""
+"""Assumption: the limit under both loads has the same closed nodes."""
 ONE_UNLIMITED = "the amplitude of {load!r} has no limit: it shears no node beyond its bound"
-"""Assumption: the same nodes are closed: the closed nodes of the limit under both loads."""
+"""Assumption: the limit under both loads has the same closed nodes."""
 
 # Designs
 
@@ -353,7 +355,7 @@ BAND_OF_FAMILY = (
     "{parameter} of the points is at least {least:.6g}, and reaches {most:.6g}; other steady "
     "cycles may have more"
 )
-"""Assumption: a transient has reached a cycle that repeats; found, not proven for other cycles."""
+"""Assumption: a transient has reached a cycle that repeats; nothing is proven for other cycles."""
 WEDGES = "; friction wedges, so that slips may press the contact without end; give a slip_bound"
 """Assumption: a slip that no load resists adds pressure."""
 GROWS_WITH_MESH = (

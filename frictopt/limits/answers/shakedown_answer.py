@@ -93,7 +93,8 @@ class LeastSlip(Kept):
     def of(self, slip: Any, gap: Any = None) -> float:
         """The sum of `g @ slip + h @ gap` over the corners of a cycle, to compare with `bound`.
 
-        Slips (K, N), in space (K, N, 2), and gaps (K, N) are lengths. None: all nodes are closed.
+        Slips (K, N), in space (K, N, 2), and gaps (K, N) are lengths. If `gap` is None, all nodes
+        are closed.
 
         Raises
         ------
@@ -110,9 +111,10 @@ class LeastSlip(Kept):
     def to_frame(self) -> Any:
         """The nodes that must slip, largest weight first.
 
-        In every cycle of closed nodes at least one of them slips. Columns: node; its place; weight;
-        alone, the slip between corners of this node if no other node slips, length; its weight `g`
-        at each corner, with the loads of the corner in the name (in space `g1`, `g2`).
+        In every cycle that keeps all nodes closed, at least one of these nodes slips. Columns:
+        node; its place; weight; alone, the slip between corners of this node if no other node
+        slips, length; its weight `g` at each corner, with the loads of the corner in the name (in
+        space `g1`, `g2`).
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
@@ -133,8 +135,8 @@ class Searched(NamedTuple):
     """Knowledge of all sets of nodes that stay open, from the search of open nodes."""
 
     programs: int = 0
-    # Load factor that no set exceeds, apart from sets that are not safe at the limit: these are
-    # safe only from the load factor `separate` on. -inf if no set has a safe load factor.
+    # A load factor that no set exceeds; -inf if no set has a safe load factor. Sets that are not
+    # safe at the limit may exceed it, but are safe only from the load factor `separate` on.
     bound: float = np.inf
     separate: float = np.inf
 
@@ -151,14 +153,14 @@ class ShakedownAnswer(Rated):
     # The reason that there is no largest safe load factor, or one that replaces the usual reason.
     _why: str = ""
     _searched: Searched = Searched()
-    # Whether it ends load factors of rest, for all openings and closings.
+    # Whether no state of rest exists just above the limit, for all openings and closings.
     _ends_rests: bool = False
 
     def check_kept(self) -> None:
-        """Check the numbers of a loaded limit, its slip and mechanism; ValueError if they are off.
+        """Check the numbers, slip and mechanism of a limit from a file; ValueError if one is wrong.
 
-        A slip bound and rows of the user have further multipliers, and nodes that open and close
-        another proof; then only the slip is checked.
+        Only the slip is checked if there is a slip bound or rows of the user, which have further
+        multipliers, or if nodes open and close, which needs another proof.
         """
         question = self._question
         plain = type(question) is Question and question.slip_bound is None
@@ -176,7 +178,7 @@ class ShakedownAnswer(Rated):
         if self.least > self.load_factor + RESIDUAL * question.load_unit:
             raise ValueError(f"its least load factor {self.least:g} is above {self.load_factor:g}")
         if plain:
-            # A wider gap needs no agreement: the slip above proves the lower number.
+            # With a gap the mechanism need not agree with the lower number, which the slip proves.
             lower = self.load_factor if self.gap is None else self.bound
             check_bound(question, self._motion, lower, self.bound)
 
@@ -199,7 +201,7 @@ class ShakedownAnswer(Rated):
     def mechanism(self) -> Table:
         """The nodes that limit the load, largest share of the slip first.
 
-        A symmetric contact has several such mechanisms, and this is one. Columns: node, x, corner,
+        A symmetric contact has several such mechanisms; one is shown. Columns: node, x, corner,
         its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
         """
         return self._motion.table(self.system, self._question.names)
@@ -261,8 +263,8 @@ class ShakedownAnswer(Rated):
 
         It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
         open ones, by branch and bound. Sets that are safe only from a load factor above the limit
-        on do not count; `covers` names this load factor. False if the search ended before, or if
-        the set was given.
+        on do not count; `covers` names this load factor. It is False if the search ended early, or
+        if the set was given.
         """
         if not np.isfinite(self.load_factor):
             return bool(self._searched.bound == -np.inf or self.load_factor > 0)
@@ -293,8 +295,8 @@ class ShakedownAnswer(Rated):
 
         The mean load is applied to a contact without slip. NaN if the limit is not finite. If the
         distance is far larger than the slip that assembly can leave, usual starts do not lead to
-        the state of rest: it needs `slip` itself. NoContinuation or SolverError if no state under
-        the mean load is found.
+        the state of rest; only a start with `slip` itself does. NoContinuation or SolverError if no
+        state under the mean load is found.
         """
         # Imported here, because other results do not need it.
         from ...transients.march import mean_state

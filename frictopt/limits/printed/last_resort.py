@@ -1,8 +1,8 @@
 """The last resort: plain cvxpy solves the printed problem of a shakedown limit.
 
-It is tried if no answer of the arrays passes its checks. Its unknowns and multipliers are read as
-those of the arrays, so that polish and proof are the same. It handles only Coulomb's law with
-friction at all nodes, without a slip bound and without user constraints.
+It is tried if no answer of the arrays passes its checks. The unknowns and multipliers that cvxpy
+finds are converted to those of the arrays, so that polish and proof are the same. Only Coulomb's
+law with friction at all nodes is handled, without a slip bound and without user constraints.
 """
 
 from __future__ import annotations
@@ -92,7 +92,8 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
         shears = [q[at, axis * n + nodes] for axis in range(question.system.tangents)]
         if rows.kind == CONE:
             return np.column_stack([own, *shears]).ravel()
-        # Two rows share the multiplier of `abs(q) <= f p`, by the sign of the shear force.
+        # In the arrays `abs(q) <= f p` is two rows, one for each sign of q, which share its
+        # multiplier.
         return np.asarray((own + rows.weights[: len(at)] * shears[0]) / 2)
 
     rows = program.form.stacked

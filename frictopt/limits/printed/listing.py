@@ -1,12 +1,12 @@
 """The printed problem of an answer: `models.py` with the values and multipliers of the answer.
 
-The arrays of the solver never pass through cvxpy (`rest_program.py`). What is found with them is
-put into the printed problem, where `problem.solve()` finds it again.
+The arrays of the solver never pass through cvxpy (`rest_program.py`). The answer that is found with
+them is put into the printed problem, and `problem.solve()` then finds it again.
 
-In the problem of an order of events, the load of an event lies at an unknown place of its leg. If
-only the scaled loads vary on a leg, the unknown is the place times the load factor; if only fixed
-ones vary, it is the place. If both vary, the problem is linear about the load factor and the place
-of the answer.
+In the problem of an order of events, the load of an event lies at an unknown place of its leg, the
+segment between two corners. If only the scaled loads vary on a leg, the unknown is the place times
+the load factor. If only fixed loads vary, the unknown is the place. If both vary, the problem is
+linearised about the load factor and the place of the answer.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _fill_row(row: Row, solved: Solved) -> None:
 
 
 def _multipliers(name: str, solved: Solved) -> Any:
-    """The multipliers of a row of `models.py`, in column order; None if it is no row of these."""
+    """The multipliers of a row of `models.py`, in column order; None if the name is no such row."""
     if name in solved.multipliers:
         return solved.multipliers[name]
     question = solved.question
@@ -101,7 +101,7 @@ def _multipliers(name: str, solved: Solved) -> Any:
 
 
 def ordered(solved: Solved) -> cp.Problem:
-    """The largest load factor of an order of events, or the largest margin at a given one."""
+    """The problem of an order of events: the largest load factor, or the margin at a given one."""
     question = solved.question
     assert isinstance(question, LiftOff)
     values = solved.values
@@ -123,7 +123,7 @@ def ordered(solved: Solved) -> cp.Problem:
     if "later_slip" in values:
         more["later_slip"] = cp.Variable(values["later_slip"].shape, name="later_slip")
 
-    # At a given load factor its product with a place is linear.
+    # If the load factor is given, its product with a place is linear.
     places = [0.0] * len(way) if margin is not None else values["ways"].tolist()
     about = About(values["load_factor"], places)
     forces = forces_of_order(question, LaterSlips.of(question), None, about)
@@ -155,7 +155,7 @@ def _parts(
     forces: Forces,
     more: Mapping[str, cp.Variable],
 ) -> Iterator[tuple[list[Row], Solved]]:
-    """The rows of instants with the same open nodes and slips, and what is solved there."""
+    """For each set of open nodes: the rows of its instants, and the multipliers at these."""
     question = solved.question
     assert isinstance(question, LiftOff)
     slip_shape = question.system.slip_shape
@@ -179,7 +179,7 @@ def _parts(
 
 
 def _inside(question: Question, margin: cp.Variable) -> partial[list[Row]]:
-    """The friction rows with a margin. Nodes have no reserve at their events, and while open."""
+    """The friction rows with a margin. Nodes have no reserve at their events or while open."""
     sticks = question.statuses[0]
     suffixes = [""] * len(question.r1)
     if isinstance(question, LiftOff):
@@ -198,7 +198,7 @@ def _inside(question: Question, margin: cp.Variable) -> partial[list[Row]]:
 def _more(
     of_set: Question, forces: Forces, m: int, unknown: Mapping[str, cp.Variable]
 ) -> list[cp.Expression]:
-    """The terms of q, p and gaps that the places of events and later slips add at an instant."""
+    """The terms of q, p and gaps at an instant that depend on places of events or later slips."""
     terms = dict[str, list[cp.Expression]]()
     for name, variable in unknown.items():
         effect = forces.effects[name][m]
@@ -231,7 +231,10 @@ def _ways_of_legs(
 def _multipliers_of_events(
     question: LiftOff, solved: Solved, touching: Mapping[int, Sequence[int]]
 ) -> dict[str, Array]:
-    """Multipliers of the rows without force at events; the arrays have them by component."""
+    """Multipliers of the rows by which nodes have no force at their events.
+
+    The arrays have these multipliers by component.
+    """
     multipliers = dict[str, Array]()
     for m, nodes in touching.items():
         by_axis = [
@@ -275,7 +278,8 @@ def problem_of(
 ) -> cp.Problem:
     """The printed problem of a solved program, with its values and multipliers.
 
-    `user_rows`, `objective`: those of the user, whose multipliers are in them already.
+    `user_rows`, `objective`: the rows, which have their multipliers already, and the objective of
+    the user.
     """
     if solved.problem is not None:
         return solved.problem
@@ -301,7 +305,7 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
 def _rows(
     question: Question, x: Unknowns, f: Any, extended: bool, friction: Any = None
 ) -> list[Row]:
-    """The rows of a state of rest; of all corners and all slips if there are rows of the user."""
+    """The rows of a state of rest. `extended`, with rows of the user: all corners and all slips."""
     corners = [*x.q] if extended else question.listed_corners
     rows = state_rows(question, x, f, corners, friction)
     if extended and question.compliance is not None:
@@ -318,8 +322,8 @@ def _shakedown(solved: Solved, extended: bool) -> Listed:
 def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
     """Rows that set the slip of open nodes to their slip under the mean load.
 
-    Rows of the user may contain this slip. It is `v0 + V slip`: the slip without slip of the closed
-    nodes, and the part that follows them. `more`: terms due to unknown loads.
+    Rows of the user may contain this slip. It is `v0 + V slip`: v0 if the closed nodes do not slip,
+    and the part that follows their slip. `more`: terms due to unknown loads.
     """
     system = question.system
     opened = np.tile(question.open_nodes, system.tangents)  # (t N,)

@@ -7,7 +7,7 @@ conditions are (theory, eq. (7))::
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
     p_r = B slip        p_k = p0 + load_factor p1_k + p_r
 
-    |q_k| <= f p_k,   p_k >= 0,   and further terms of the contact law, as |q_k| <= c
+    |q_k| <= f p_k,   p_k >= 0,   and further terms of the contact law, such as |q_k| <= c
 
 If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
 open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the equations of the forces and
@@ -95,7 +95,7 @@ def unknowns(
 
 
 class Uncopied:
-    """A matrix that a cvxpy constant does not copy, as it copies arrays only."""
+    """A matrix that a cvxpy constant does not copy, because cvxpy copies only arrays."""
 
     def __init__(self, matrix: Any) -> None:
         self._matrix = matrix

@@ -1,9 +1,9 @@
 """Constraints and objectives of the user: their checks, and their rows of the arrays.
 
-cvxpy compiles the rows of the user alone, to `right - matrix @ z` in cones, where z are the entries
-of their variables. The variables of a model are linear in the quantities of its program
-(`rest_program.py`), so each row is substituted. All other variables are own unknowns of the
-program.
+cvxpy compiles only the rows of the user, not the program of the model. The result is slacks
+`right - matrix @ z` in cones, where z are the entries of the variables in these rows. The variables
+of a model are linear in the quantities of its program (`rest_program.py`), which are substituted
+for them. All other variables become own unknowns of the program.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def labelled_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> d
 def check_rows(name: str, row: Row, known_ids: set[int]) -> None:
     """Refuse a constraint that is not made of linear rows and second-order cones.
 
-    Multipliers could not prove the answer. It also refuses constraints that are not convex, or on
-    unknowns of another model.
+    With other constraints, multipliers could not prove the answer. Constraints that are not convex,
+    or that contain unknowns of another model, are refused, too.
     """
     if not row.is_dcp(dpp=True):
         raise ModelError(
@@ -161,7 +161,8 @@ class UserRows:
     named
         Other variables of the model, each with its name in the program.
     open_slip
-        Rates (open slips, n) of the slips of open nodes with all named unknowns; None: no rates.
+        (open slips, n) changes of the slips of open nodes for each unit of the n named unknowns.
+        None: they do not change.
     """
 
     def __init__(
@@ -253,7 +254,7 @@ class UserRows:
     def listed(self, solved: Solved) -> Solved:
         """A solved program with its printed problem, which has the rows and the objective.
 
-        If the rows of the user have no part in the proof of an answer, they have no multipliers.
+        If the rows of the user have no part in the proof of an answer, their multipliers are 0.
         """
         solved = replace(solved, unknowns=self._x)
         if "user" in solved.values:
@@ -305,9 +306,9 @@ class UserRows:
         return [name for name, size in sizes.items() if size > RESIDUAL * largest]
 
     def prices(self, solution: Solution) -> dict[str, Array]:
-        """Rate of the objective, >= 0, as each of the user's constraints gives way; user units.
+        """Rate of the objective, >= 0, as each of the user's constraints is relaxed; user units.
 
-        That of an equation is the rate with its right side.
+        The rate of an equation is the rate with its right side.
         """
         self.save(solution.program.user.values(solution))
         # 0.0 + makes an array without axes a number.
@@ -346,7 +347,7 @@ class Substituted:
         if of.slip.id in columns:
             start = columns[of.slip.id]
             self._of_slip = csr_array(matrix[:, start : start + of.slip.size])
-        # Both factors of a product get one size, and own unknowns the units of their rows.
+        # Both factors of a product get one size, and own unknowns get units from their rows.
         self._balance = Balance(matrix, right, linear + np.cumsum(sizes) - sizes, unit)
         matrix, right = csr_array(self._balance(matrix)), self._balance(right)
         entry_sizes, constants = csr_array(abs(matrix)), np.abs(right)
@@ -378,7 +379,7 @@ class Substituted:
         return z, self._balance(y)
 
     def completed(self, solved: Solved, solution: Solution) -> Solved:
-        """A solved program with what the rows of the user contain: own unknowns, and all slips."""
+        """A solved program completed by what rows of the user contain: own unknowns, all slips."""
         z, y = self.values(solution)
         question = solution.program.question
         opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))

@@ -5,7 +5,7 @@
 - `rest_program.py`: the arrays of a program, and its unknowns; `assembled.py`: the programs of the
   questions, with the rows of the contact law.
 - `solution.py`: the solution of a program, what its multipliers prove, and the slip mechanism that
-  they are.
-- `rest_slips.py`: the slips of states of rest and of steady cycles, and their ends.
+  they form.
+- `rest_slips.py`: the sets of slips of states of rest and of steady cycles, and how far they go.
 - `mean_load.py`: the nodes that the mean load opens, and whether a slip is safe under it.
 """

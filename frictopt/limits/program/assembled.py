@@ -2,8 +2,8 @@
 
 A program is a `RestProgram`; its goal is the largest or least value of one of its named unknowns.
 `at_corners` begins a program. `law_rows` adds the rows of the contact law: `|q| <= f p`, its
-further terms, `p >= 0`, open gaps; `stuck` adds them at the corners. `within_slip_bound` adds the
-slip bound. `printed/models.py` lists programs for readers:
+further terms, `p >= 0`, gaps of open nodes; `stuck` adds them at the corners. `within_slip_bound`
+adds the slip bound. `printed/models.py` lists most programs for readers:
 
 ================================================  ================================================
 program as arrays                                 listing in `models.py`
@@ -33,7 +33,7 @@ from ...solve.arrays import CONE, LINEAR, Term
 from .question import Question, ruling
 from .rest_program import RestProgram
 
-# With more friction the rows `|q| <= f p` imply `p >= 0` to all digits.
+# Above this friction the rows `|q| <= f p` imply `p >= 0` to all digits.
 _LOW_FRICTION = 0.01
 
 
@@ -98,7 +98,7 @@ def _space_friction(
     mean_bound = question.mean_bound
     for term in question.law.terms:
         has_term = closed & np.isfinite(term.constant)
-        # A cone without room holds one point: its shear forces are zero.
+        # A cone without room is a single point: the shear forces are zero.
         room = has_term & ((term.slope > 0) | (term.constant > 0) | (reserve is not None))
         at, nodes = np.nonzero(room)
         ones = np.ones(len(nodes))
@@ -136,7 +136,7 @@ def _normal(
 def _reserve(
     program: RestProgram, unit: Any, reserve: Booleans, at: Integers, nodes: Integers
 ) -> Term:
-    """The term `-unit margin` of rows with a reserve, 0 in other rows; `unit` is one or (N,)."""
+    """The term `-unit margin` of rows with a reserve, 0 in others; `unit` is one number or (N,)."""
     units = unit * reserve.astype(float)
     return np.full(len(nodes), program.unknown("margin")), -units[at, nodes]
 
@@ -145,7 +145,7 @@ def _governing(program: RestProgram, rows: Booleans, slope: Array) -> tuple[Bool
     """Masks (K, N) of the rows `q <= slope p` and `-q <= slope p` that govern at some load factor.
 
     Load factors are at least 0. The slip enters the rows of a node alike at all corners, so only
-    the loads decide. All nodes with rows have them at the same corners.
+    the loads decide which rows govern. All nodes with rows have them at the same corners.
     """
     corners = rows.any(axis=1)
     rate = np.zeros_like(program.start)
@@ -167,9 +167,10 @@ def at_corners(
 ) -> RestProgram:
     """The program at the corners of a load cycle, without the rows of the contact law.
 
-    `load_factor`: the given one. None: it is a named unknown and the goal, with the row
-    `load_factor >= 0`. A slip bound has its rows. `units` and `effects` belong to further named
-    unknowns. With `residual`, a further, last instant has the forces of the slip alone.
+    `load_factor`: the given load factor. If it is None, the load factor is a named unknown and the
+    goal, with the row `load_factor >= 0`. If the question has a slip bound, its rows are added.
+    `units` and `effects` belong to further named unknowns. With `residual`, one more instant comes
+    last, at which the forces are those of the slip alone.
     """
     rate = question.rate
     start = np.broadcast_to(question.start, rate.shape)
@@ -199,9 +200,9 @@ def stuck(
 ) -> RestProgram:
     """Add the rows of the contact law at the corners, and return the program.
 
-    They are `models.stuck`; with `margin` all rows have a reserve, as in `models.inside`. The node
-    `but` has no rows, because the equations of its critical state imply them. `every`: forces at
-    the corners differ by more than the loads, so that each corner has rows.
+    The rows are those of `models.stuck`; with `margin` all rows have a reserve, as in
+    `models.inside`. The node `but` has no rows, because the equations of its critical state imply
+    them. `every`: each corner has rows, because its forces differ by more than the loads.
     """
     question = program.question
     corners = np.zeros(len(program.start), dtype=bool)
@@ -222,22 +223,26 @@ def stuck(
 
 
 def shakedown(question: Question) -> RestProgram:
-    """The load factors of states of rest, for their largest or least value."""
+    """The program of the load factors of states of rest; its goal is the largest or the least."""
     return stuck(at_corners(question))
 
 
 def safe_slip(question: Question, load_factor: float) -> RestProgram:
-    """The slips at a load factor with a reserve in all rows, for the largest `margin` up to 1."""
+    """The program of slips at a load factor; its goal is the largest `margin`, at most 1.
+
+    The margin is the reserve in all rows.
+    """
     program = stuck(at_corners(question, load_factor, {"margin": 1.0}), margin=True)
     program.row("cap", {"margin": -1.0}, 1.0)
     return program
 
 
 def wedging(question: Question) -> RestProgram:
-    """Slips that obey the contact law without any load, for the largest `wedge`.
+    """The program of slips that obey the contact law without any load; its goal is `wedge`.
 
     `wedge` is at most the sum of the normal forces, divided by the mean normal force, and at most
-    1. It is 1 if friction wedges: then residual slips may press the contact without end.
+    1. Its largest value is 1 if friction wedges: then residual slips may press the contact without
+    end.
     """
     n = question.system.nodes
     program = RestProgram([question], {"wedge": 1.0}, np.zeros((1, len(question.S))), {})
@@ -256,9 +261,10 @@ def wedging(question: Question) -> RestProgram:
 
 
 def most_pressed(question: Question, load_factor: float) -> RestProgram:
-    """All slips without friction, for the largest `margin`: the least normal force, at most 1.
+    """The program of all slips that friction need not hold; its goal is the largest `margin`.
 
-    It is the least over nodes and corners, in mean normal forces. All nodes are closed.
+    The margin is the least normal force over nodes and corners, divided by the mean normal force,
+    and at most 1. All nodes are closed.
     """
     program = at_corners(question, load_factor, {"margin": 1.0})
     everywhere = np.ones((len(program.start), question.system.nodes), dtype=bool)
@@ -271,7 +277,7 @@ def most_pressed(question: Question, load_factor: float) -> RestProgram:
 def within_slip_bound(program: RestProgram, number: int = 0) -> None:
     """Add the rows `|slip| <= slip_bound` of closed nodes for one slip, if it has a bound.
 
-    `number`: that of the slip and its question.
+    `number`: the number of the slip and of its question.
     """
     question = program.questions[number]
     slip_bound = question.slip_bound

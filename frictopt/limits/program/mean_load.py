@@ -17,11 +17,11 @@ TOUCHES = COUNTS
 
 
 def open_under_mean(question: Question, friction: Array | None = None) -> list[Booleans]:
-    """Masks (N,) of the nodes that the mean load, applied without slip before, leaves open.
+    """Masks (N,) of the nodes that the mean load leaves open in a contact without earlier slip.
 
-    The list is empty if no node opens, or if the contact finds no state of rest. If fixed parts
-    differ, there is a mask for each corner at load factor 0, and one of the nodes that all corners
-    leave open. `friction` replaces the friction of the question.
+    The list is empty if no node opens, or if the contact finds no state of rest. If the fixed parts
+    of the corners differ, there is a mask for each corner at load factor 0, and one of the nodes
+    that all corners leave open. `friction` replaces the friction of the question.
     """
     # Imported here, because a closed contact does not need it.
     from ...transients.march import open_at_rest
@@ -43,7 +43,8 @@ def open_under_mean(question: Question, friction: Array | None = None) -> list[B
 def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
     """Whether one of three likely slips is safe under the mean load alone.
 
-    They are zero slip, the given slip, and the slip after the mean load is applied in one step.
+    These slips are zero slip, the given slip if it is not None, and the slip after the mean load is
+    applied in one step.
     """
     if question.settles_closed:
         return True

@@ -3,7 +3,7 @@
 `pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
 `with_friction` change the open nodes or the friction, and compute the arrays anew.
 `Question.violation` checks answers: it measures how far a residual slip is from being safe.
-`units_of` has the units of the unknowns, `outer_corners` and `ruling` the corners that matter.
+`units_of` computes the units of the unknowns, `outer_corners` and `ruling` the corners that matter.
 """
 
 from collections.abc import Mapping
@@ -78,10 +78,11 @@ class Question:
 
     compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
 
-    # The forces of a node are q and p; of an open node q, which is 0, and its gap w. With all nodes
-    # in the order of S they are linear in the load factor and in the slips of the closed nodes.
-    start: Array  # (K0, M) without slip at load factor 0
-    rate: Array  # (K, M) those that a load factor of 1 adds
+    # The forces of a closed node are q and p. In their place, an open node has q, which is 0, and
+    # its gap w. In the order of S, they are linear in the load factor and in the slips of the
+    # closed nodes.
+    start: Array  # (K0, M) forces without slip at load factor 0
+    rate: Array  # (K, M) forces that a load factor of 1 adds
 
     # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
     r0: Array  # (K0, t + 1, N) force, normal ones last
@@ -113,7 +114,7 @@ class Question:
 
     @classmethod
     def from_kept(cls, fields: Mapping[str, Any]) -> "Question":
-        """The question of the fields in a file."""
+        """The question, from the fields that a file holds."""
         system = fields["system"]
         open_nodes = fields["open_nodes"]
         compliance = None
@@ -208,7 +209,7 @@ class Question:
         return {"q": q.reshape(self.system.slip_shape, order="F"), "p": p, "w": w}
 
     def parts(self, forces: Array) -> tuple[Array, Array, Array]:
-        """Shear forces, normal forces and gaps of open nodes of forces (M, ...), see `response`."""
+        """Forces (M, ...) split into shear forces, normal forces and gaps of open nodes."""
         shear, normal = np.split(forces, [-self.system.nodes])
         pressures = normal.copy()
         pressures[self.open_nodes] = 0.0
@@ -227,7 +228,7 @@ class Question:
         """The slip of all nodes: open nodes have their slip under the mean load."""
         if self.compliance is None:
             return slip
-        # A LiftOff has other states: here the same nodes are open at all corners.
+        # Not the states of a subclass such as LiftOff: here the same nodes are open at all corners.
         u, _ = Question.states(self, 0.0, slip)
         return u[0, :-1].T.reshape(slip.shape)
 
@@ -332,8 +333,8 @@ def pose(
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
     `slip_bound` is one largest slip, one per node, or None. `question_name` is the name of the
-    public question, which decides whether laws other than Coulomb's are allowed. A mean load whose
-    shear hides its pressure is refused.
+    public question, which decides whether laws other than Coulomb's are allowed. A mean load is
+    refused if its shear is so large that the pressure is lost in rounding.
     """
     started = perf_counter()
     checked_law(system, question_name)
@@ -395,10 +396,10 @@ def pose_like(
 
 
 def with_open(question: Question, open_nodes: Booleans) -> Question | None:
-    """The question with some nodes open at all corners; None if the others do not hold them.
+    """The question with some nodes open at all corners; None if the closed ones do not hold them.
 
-    If all nodes are open, only supports can hold them. If these nodes are open already, it is the
-    given question itself.
+    If all nodes are open, only supports can hold them. If these nodes are open already, the given
+    question itself is returned.
     """
     if (open_nodes == question.open_nodes).all():
         return question
@@ -414,7 +415,7 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
 
 
 def with_friction(question: Question, friction: PerNode) -> Question:
-    """The question with other friction, and its time starts anew; ModelError for bad friction."""
+    """The question with other friction, posed now (`started`); ModelError for bad friction."""
     coefficients = friction_coefficients(friction, question.system)
     return _changed(question, friction=coefficients, started=perf_counter())
 
@@ -511,7 +512,10 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
 
 
 def vertices_of_hull(points: Array) -> list[int]:
-    """Points (K, any number) that are no mean of the others; in many directions more points."""
+    """Numbers of the points (K, any dimension) that are no mean of the others.
+
+    If the points spread in many directions, all points are returned.
+    """
     count = len(points)
     # Coordinates in the directions in which the points differ.
     spread = np.ptp(points, axis=0)
@@ -524,11 +528,11 @@ def vertices_of_hull(points: Array) -> list[int]:
         return [0]
     if dimension == 1:
         return sorted({int(along.argmin()), int(along.argmax())})
-    # Hulls of corners are looked for in at most so many directions. With more, each corner has
-    # rows.
+    # The hull is computed only if the points spread in at most this many directions. Otherwise each
+    # corner has rows.
     most_directions = 6
     if dimension <= most_directions and count > dimension + 1:
-        # A hull that is nearly flat has no vertices that rounding leaves alone.
+        # The vertices of a hull that is nearly flat would depend on rounding.
         with suppress(scipy.spatial.QhullError):
             return sorted(scipy.spatial.ConvexHull(along).vertices.tolist())
     return list(range(count))
@@ -563,7 +567,7 @@ def units_of(
     # Sizes of normal and shear forces (K, N), at load factor 0 and of the scaled loads.
     normal, cyclic_normal = np.abs(r0[:, -1]), np.abs(r1[:, -1])
     shear, cyclic_shear = (np.linalg.norm(r[:, :-1], axis=1) for r in (r0, r1))
-    # Without closed nodes all of them are zero.
+    # If no node is closed, the open nodes take their place.
     closed = ~open_nodes | open_nodes.all()
 
     def mean(forces: Array) -> float:
@@ -573,14 +577,15 @@ def units_of(
     bound, size = mean(friction * r0[:, -1]), mean(friction * normal)
     mean_bound = bound if bound > CONDENSATION * size else force
     # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced
-    # by it, so that the unit is finite.
+    # by this value, so that the unit is finite.
     least_friction = 0.01
 
     without_friction = cyclic_normal[:, closed & (friction == 0)].sum() / closed.sum()
     demand = mean(cyclic_shear) + mean(friction * cyclic_normal) + float(without_friction)
 
-    # Least force unit of a node, divided by the mean normal force: answers have errors of this
-    # size. A node without pressure under the mean load has its largest other force.
+    # The least force unit of a node. It is a millionth of the mean normal force, because answers
+    # have errors of this size. The unit of a node without pressure under the mean load is its
+    # largest other force.
     smallest = 1e-6 * force
     others = np.max([part.max(axis=0) for part in (shear, cyclic_shear, cyclic_normal)], axis=0)
     pressure = normal.max(axis=0)

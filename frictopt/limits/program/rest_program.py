@@ -1,4 +1,4 @@
-"""The programs of states of rest as arrays: one assembly for answers, searches and user rows.
+"""The programs of states of rest as arrays, for answers, searches and user constraints.
 
 A program has quantities, in the units of the user and in this order::
 
@@ -7,8 +7,8 @@ A program has quantities, in the units of the user and in this order::
     slip        (t N,) of the closed nodes, by component
     own         unknowns of the rows of the user
 
-A row `weights @ quantities + constant` is zero, or at least zero, or a part of a cone. Forces are
-those without slip, plus the effects of the named unknowns, plus the response to the slip::
+A row `weights @ quantities + constant` is zero, or at least zero, or a part of a cone. The forces
+are the forces without slip, plus the effects of the named unknowns, plus the response to the slip::
 
     forces_k = start_k + effects_k named + response slip
 
@@ -38,14 +38,14 @@ from .question import Question
 
 
 class Elastic(NamedTuple):
-    """The closed nodes of a question: what resists their slips, and what does not."""
+    """The closed nodes of a question: which of their slips meet a resistance, and which do not."""
 
     closed: Integers
     slips: Integers  # (c,) entries of their slips among those of all nodes
     slides: Array  # (c, k) slips that nothing resists
-    compliance: Array  # (c, c) of all other slips
-    normal: Array  # (N, c) normal forces, or gaps of open nodes, by residual shear forces
-    opening: Array  # (N, k) gaps of open nodes by slides
+    compliance: Array  # (c, c) of the slips that meet a resistance
+    normal: Array  # (N, c) normal forces, or gaps of open nodes, due to unit residual shear forces
+    opening: Array  # (N, k) gaps of open nodes due to unit slides
 
 
 # The elastic data of the closed contact, and of the last set of open nodes, by system.
@@ -69,7 +69,8 @@ def elastic(question: Question) -> Elastic:
             system.pressing,
             opening=np.zeros((n, system.slides.shape[1])),
         )
-    # The arrays of moving areas are those of the closed contact, whichever nodes never press.
+    # `MovingAreas` has no compliance: its arrays are those of the closed contact, even if some
+    # nodes never touch.
     opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
     closed = np.flatnonzero(~opened)
     slips = np.concatenate([closed + axis * n for axis in range(t)])
@@ -101,15 +102,15 @@ def slip_units(question: Question) -> Array:
 class SlipUnknowns:
     """The unknowns of the slip of a state of rest, each in its unit.
 
-    They are the residual shear forces of the closed nodes, which do no work on slides that nothing
-    resists, and these slides.
+    They are the slides that nothing resists, and the residual shear forces of the closed nodes,
+    which do no work on these slides.
 
     Parameters
     ----------
     question
         The closed nodes, their stiffness, and the units.
     with_slides
-        Whether rows depend on the slides. If not, they are unknowns only if they change gaps.
+        Whether rows depend on the slides. If not, a slide is an unknown only if it changes gaps.
     start
         (M,) forces without slip. The slip is counted from a reference slip that takes their shear
         away: with little friction all safe slips are close to it, and small differences keep their
@@ -311,9 +312,10 @@ class RestProgram:
         return replace(arrays, cost=cost)
 
     def violation(self, x: Array, ray: bool = False, label: str | None = None) -> float:
-        """Largest violation of a row (with a label) by unknowns, relative to its terms.
+        """Largest violation of a row by the unknowns x, relative to the terms of the row.
 
-        `ray`: by a direction, beyond what rounding of the stiffness explains.
+        `label`: only rows with this label count. `ray`: x is a direction, and only the violation
+        counts that rounding of the stiffness does not explain.
         """
         _, units, at, quantities, weights, constants, *_ = self.form.stacked
         count = len(constants)
@@ -412,7 +414,7 @@ def _form(program: RestProgram) -> Form:
         entries.append((work[of_slide, of_shear], slides + of_slide, columns))
         slides += len(work)
 
-    # A quantity is an entry of [x, block @ x]. A force has also the effects of the named unknowns.
+    # A quantity is an entry of [x, block @ x]. A force also has the effects of the named unknowns.
     block, places, scales = _block(program, slips, width, has_slip)
     weights = weights / units[at]
     entries.append((-weights * scales[quantities], slides + at, places[quantities]))
@@ -465,7 +467,7 @@ def _block(
         scales[number, dense] = 1.0
         end += len(dense)
 
-    # So are the slips, if rows contain them.
+    # The slips are in the block, too, if rows contain them.
     slip_places = np.zeros((len(slips), entries - n), dtype=int)
     slip_scales = np.zeros((len(slips), entries - n))
     for number, slip in enumerate(slips if has_slip else []):

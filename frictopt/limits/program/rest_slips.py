@@ -1,4 +1,4 @@
-"""Sets of residual slips under which all changes of a load cycle are the same, and their ends.
+"""Sets of residual slips that leave all changes during a load cycle the same, and their ends.
 
 `Rests` are the states of rest at a load factor. `SteadyCycles` are steady cycles that differ by a
 slip that does not change in time. In an uncoupled contact these are all steady cycles, otherwise a
@@ -46,12 +46,12 @@ class Rests:
 @kept
 @dataclass(frozen=True, eq=False)
 class SteadyCycles:
-    """The slips that make other steady cycles of one steady cycle, if added at all instants."""
+    """The slips that turn one steady cycle into others, if they are added at all its instants."""
 
     question: Question
     q: Array  # (T, N) or (T, N, 2) shear forces of the steady cycle
     p: Array  # (T, N) normal forces
-    moved: Booleans  # (N,) nodes that slip or open: their forces stay as they are
+    moved: Booleans  # (N,) nodes that slip or open: the slips leave their forces unchanged
 
     def program(self, units: Mapping[str, Any]) -> RestProgram:
         """The program of the slips; at its last instant the forces are those of the slip alone."""
@@ -81,7 +81,7 @@ class SteadyCycles:
 
 
 class Furthest:
-    """The slips of a set that go furthest in a direction, without free slides."""
+    """The slips of a set that go furthest in a direction, without slides that nothing resists."""
 
     def __init__(self, slips: Rests | SteadyCycles) -> None:
         self._slips = slips
@@ -92,13 +92,13 @@ class Furthest:
             self._warm = WarmProgram(self._arrays)
 
     def along(self, direction: Array) -> Array | None:
-        """The slip, length, that goes furthest in a direction (t N,); None if there is no end."""
+        """The slip, length, that goes furthest in a direction (t N,); None if it has no end."""
         unknowns = self._program.form.slips[0]
         rates, _ = unknowns.rates_of(direction)
         cost = np.zeros(len(self._arrays.cost))
         cost[unknowns.shear] = -rates / (np.abs(rates).max(initial=0.0) or 1.0)
         if self._warm is not None:
-            # In the plane a program continues from the last one, whose rows it has.
+            # In the plane each program starts from the solution of the last one, whose rows it has.
             self._warm.price(cost)
             outcome, *solution = self._warm.solve()
             if outcome == OPTIMAL:

@@ -53,11 +53,12 @@ _SURELY = 1e6
 @kept
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A slip mechanism: a closed cycle of slips and lifts of node i at corner k.
+    """A slip mechanism: slips and lifts of the nodes at the corners, in a closed cycle.
 
-    The multipliers of a safe slip form it. Its net motion causes no stress: `A d + B^T l = 0` with
-    the sums d of the slips and l of the lifts. So no residual slip resists it (Bjorkman & Klarbring
-    1987). Under a slip bound it may stress nodes whose slip is at the bound.
+    The multipliers of the program of a safe slip form it. Its net motion causes no stress:
+    `A d + B^T l = 0` with the sums d of the slips and l of the lifts over the corners. So no
+    residual slip resists it (Bjorkman & Klarbring 1987). Under a slip bound it may stress nodes
+    whose slip is at the bound.
 
     Attributes
     ----------
@@ -78,8 +79,8 @@ class Mechanism:
     def of(cls, question: Question, moves: Array) -> Mechanism:
         """The mechanism of multipliers (K, M) of the forces, see `Question.response`.
 
-        Open nodes follow the closed ones. The multipliers of their gaps, if they are positive, are
-        forces with which they touch.
+        Open nodes follow the closed ones. A positive multiplier of a gap is the force with which
+        the open node touches.
         """
         shape = (len(moves), *question.r1.shape[1:])
         if question.compliance is None:
@@ -99,11 +100,11 @@ class Mechanism:
 
     @property
     def opening(self) -> Array:
-        """(K, N) openings without slip, >= 0, of nodes with little friction or pressure."""
+        """(K, N) lifts beyond friction times slip, >= 0; nodes that press little may have them."""
         return (self.moves[:, -1] - self.friction * self.size).clip(0.0)
 
     def parts(self, system: ContactSystem) -> Array:
-        """(2, K, N) sizes of the slips and of the openings; of open nodes, how far they touch."""
+        """(2, K, N) sizes of the slips and openings; for open nodes, 0 and how far they touch."""
         along = self.size
         opening = self.opening
         if self.open is not None:
@@ -179,7 +180,7 @@ class Solved:
         (K, M) multipliers of the equations of q and p, and of the gaps of open nodes. In the
         program of a critical node, a further instant has the multipliers of q_r and p_r.
     multipliers
-        Those of the rows by label, (K, N) for rows of corners.
+        Multipliers of the rows by label, (K, N) for rows of corners.
     own
         Multipliers of the rows of the user by name.
     unknowns, problem
@@ -237,7 +238,7 @@ class Solution:
 
     @property
     def load_factor(self) -> float:
-        """The load factor, >= 0; rounding of its unit counts as 0."""
+        """The load factor, >= 0; a value within rounding of its unit counts as 0."""
         factor = float(self.values("load_factor")[0])
         return factor if factor > ZERO_LOAD_FACTOR * self.program.question.load_unit else 0.0
 
@@ -248,7 +249,7 @@ class Solution:
 
     @cached_property
     def _work(self) -> Array:
-        """(Q,) sums of the weights of the rows, times their multipliers."""
+        """(Q,) for each quantity the sum over the rows of its weight times the multiplier."""
         program = self.program
         rows = program.form.stacked
         size = program.first_own + len(program.own_units)
@@ -311,7 +312,7 @@ class Solution:
     def gap(self) -> float:
         """Distance of the bound from the value, with its error, relative to the value.
 
-        Relative to a thousandth of the unit, if the value is smaller.
+        If the value is smaller than a thousandth of the unit, the distance is relative to that.
         """
         bound, defect = self.bound
         size = max(abs(self.value), FLOOR * self.program.place.unit)
@@ -362,7 +363,7 @@ class Solution:
         return Mechanism.of(question, self.moves[: len(question.r1)])
 
     def solved(self, goal: str, **values: Any) -> Solved:
-        """The program as data; `goal` names its listing, `values` are those of further unknowns."""
+        """The solved program as data; `goal` names its listing; `values` are further unknowns."""
         values["slip"] = self.closed_slip()
         if "load_factor" in self.program.named:
             values["load_factor"] = self.load_factor
@@ -390,10 +391,10 @@ class Solution:
 
     @cached_property
     def multipliers(self) -> dict[str, Array]:
-        """Multipliers of the rows by label, (K, N): of cones, those of their first rows.
+        """Multipliers of the rows by label, (K, N); of a cone, the multiplier of its first row.
 
-        Those of equations have the sign of the multipliers of `left == right` in cvxpy. If a law
-        leaves a node no shear force, they are the size of the multipliers of its two equations.
+        Multipliers of equations have the sign of those of `left == right` in cvxpy. If a law leaves
+        a node in space no shear force, its two equations have one multiplier: the length of both.
         """
         by_label = dict[str, Array]()
         for rows, part in self.program.form.stacked.parts:
@@ -430,8 +431,8 @@ def solve(
 ) -> tuple[C, SolveRecord]:
     """The claim about the largest (sense 1) or least value of the goal, see `answer`.
 
-    `no_optimum` makes the claim if a solver reports another outcome. `NotAbove` if multipliers
-    prove that the goal is at most `above`, which needs no exact answer.
+    `no_optimum` makes the claim if a solver reports that there is no optimum. The error is
+    `NotAbove` if multipliers prove that the goal is at most `above`, which needs no exact answer.
     """
 
     def read(x: Array, y: Array) -> C:
@@ -445,7 +446,8 @@ def solve(
     arrays = program.arrays(sense)
     solver = program.question.solver
     if kind_of(arrays) == LP and solver not in LP_SOLVERS:
-        # In space the program of a node alone has no cones, and solvers of cones are not asked.
+        # In space the program of a single node has no cones. A requested solver of cones does not
+        # apply to it.
         solver = None
     return answer(
         arrays,
@@ -457,9 +459,10 @@ def solve(
 
 
 def contradiction(program: RestProgram) -> tuple[Solution, float] | None:
-    """Multipliers of rows that no unknowns obey at once, and their error; None if not proven.
+    """Multipliers that prove that no unknowns satisfy all rows, and their error; None if none do.
 
-    The proof holds for unknowns up to a million times their units, and along a ray of growth.
+    The proof holds for unknowns up to a million times their units. If there is a direction in which
+    the goal grows without end, it also holds along this direction.
     """
     arrays = program.arrays()
     ray = next((ray for ray, _ in _rays(program, arrays)), None)
@@ -477,7 +480,8 @@ def contradiction(program: RestProgram) -> tuple[Solution, float] | None:
 def growth(program: RestProgram) -> tuple[Solution, float] | None:
     """A direction in which the goal grows without end, and its error; None if not proven.
 
-    Along it all rows hold up to the rounding of the stiffness. It begins at values that obey them.
+    The direction begins at values that satisfy all rows, and along it all rows hold up to the
+    rounding of the stiffness.
     """
     arrays = program.arrays()
     for ray, leaving in _rays(program, arrays):
@@ -498,9 +502,9 @@ def _rays(program: RestProgram, arrays: Arrays) -> Iterator[tuple[Array, float]]
 
 
 def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
-    """A slip that exceeds its bound by no more than the tolerance of solvers, within it.
+    """The slip made shorter to lie within its bound, if it exceeds it only by a solver's tolerance.
 
-    It becomes shorter as a whole: a change of one node alone would change larger forces.
+    All nodes get the same factor: to change one node alone would change forces by more.
     """
     slip = np.where(slip_bound == 0, 0.0, slip.T).T
     if question.excess_over_slip_bound(slip) > RESIDUAL:
@@ -514,11 +518,11 @@ def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
 
 
 def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Array:
-    """(t N,) the rigid slide in a slip that only keeps gaps open, beyond what the gaps need.
+    """(t N,) the part of a slip that is a rigid slide, and which the gaps do not need to stay open.
 
-    Interior-point solvers make it large. The smallest slide that leaves the gaps open is a problem
-    of least distance, which is solved as one of nonnegative least squares (Lawson and Hanson 1974,
-    chapter 23).
+    Interior-point solvers make this slide large. The smallest slide that leaves the gaps open is a
+    problem of least distance, which is solved as one of nonnegative least squares (Lawson and
+    Hanson 1974, chapter 23).
     """
     program = solution.program
     question = slip.question
