@@ -1,4 +1,4 @@
-"""Tools for all rooms, independent of contact mechanics.
+"""Tools for the whole package, independent of contact mechanics.
 
 `checks.py`
     Checks of input, with their error messages.

@@ -1,6 +1,7 @@
 """Results in files: an npz archive of their arrays, and one text of JSON for all else.
 
-The text defines the place of each array. Nothing is pickled, so reading a file runs no code of it.
+The text defines the place of each array. Nothing is pickled, so reading a file runs none of its
+code.
 """
 
 import json
@@ -23,9 +24,9 @@ _FORMAT = "frictopt result 1"
 
 
 class _Form(NamedTuple):
-    """The form of a type of values in a file, `{name: content}`; `made` restores a value from it.
+    """The form of a type of values in a file, `{name: content}`.
 
-    A content is another value, or a list of values.
+    A content is another value, or a list of values; `made` restores a value from its content.
     """
 
     name: str
@@ -55,7 +56,7 @@ def load(path: str | Path) -> Any:
 
 
 class _Writer:
-    """A result as JSON with the numbers of its arrays and things.
+    """Writes a result as JSON, in which arrays and things are given by their numbers.
 
     Things are results and their parts. A thing that several others refer to, such as the contact of
     a result, is written once.
@@ -117,7 +118,7 @@ class _Writer:
 
 
 class _Reader:
-    """The values of a text, with its arrays and things by their numbers."""
+    """Reads the values of a JSON text; the numbers in it refer to lists of arrays and things."""
 
     def __init__(self, arrays: list[Any], things: list[Any]) -> None:
         self._arrays = arrays
@@ -168,7 +169,7 @@ def _restored(kind: type[Any], state: dict[str, Any]) -> object:
 
 
 def _hints(kind: type[Any]) -> dict[str, Any]:
-    """The types of the fields of a class, of which some name pandas `pd`."""
+    """The types of the fields of a class; some of these types are written with the name `pd`."""
     return get_type_hints(kind, localns={"pd": pd})
 
 

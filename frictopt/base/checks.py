@@ -98,11 +98,11 @@ def real_array(name: str, values: object) -> Array:
             raise TypeError(f"its dtype is {raw.dtype}")
         if any(isinstance(part, bool | np.bool_) for part in parts):
             raise TypeError("True and False are not numbers")
-        # Extended precision may not fit. Infinities are for the caller to refuse.
+        # A number in extended precision may become infinite; the caller refuses infinite numbers.
         with np.errstate(over="ignore"):
             return np.array(raw, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        # A start or a result has the array under the name of the argument.
+        # The user may have passed a start or a result, which has the array as an attribute.
         part = name.removeprefix("initial_")
         remedy = f"its `.{part}`" if hasattr(values, part) else "an array of real numbers"
         raise ModelError(f"{name}: {shown(values)} ({error}); give {remedy}") from error
@@ -164,7 +164,7 @@ def is_named(values: object) -> bool:
 
 
 def by_contact(name: str, values: object, system: Any) -> Any:
-    """Values with the names of the contacts of a system as one for each node; others as given."""
+    """One value for each node, from values by the names of contacts; other values as given."""
     if not is_named(values):
         return values
     named = dict(values)  # type: ignore[call-overload]
@@ -330,7 +330,7 @@ def checked_loads(name: str, loads: object) -> Mapping[str, float]:
 
 
 def checked_contact(argument: str, contact: object, n: int) -> Names:
-    """Check the names of the contacts of n nodes, each name in one run; returns them read-only."""
+    """Check the names of the contacts of n nodes; the nodes of a name must follow each other."""
     names = listed(argument, by_labels(argument, contact))
     if len(names) != n:
         raise ModelError(

@@ -52,10 +52,10 @@ def output(name: str | Path, *endings: str) -> Path:
 
 @contextmanager
 def written(path: str | Path, ending: str) -> Iterator[Path]:
-    """Give a file in a temporary folder to write to. It takes its place when it is complete.
+    """Give the path of a file in a temporary folder; once it is complete, it is moved to `path`.
 
-    So do all files that are written beside it, such as the parts of a format of several files. If
-    the disk is full or the process is killed, the files of before stay as they were.
+    So are all files that are written beside it, such as the parts of a format of several files. If
+    the disk is full or the process is killed, earlier files stay as they were.
 
     Raises
     ------
@@ -110,7 +110,8 @@ def write_sheets(file: Path, tables: Mapping[str, Any]) -> None:
 
     if find_spec("openpyxl") is None:
         raise ImportError("files in .xlsx need openpyxl: python -m pip install 'frictopt[xlsx]'")
-    # A workbook that fails to be written to the disk would leave its file open.
+    # The workbook is made in memory: if it could not be written to the disk, its file would stay
+    # open.
     whole = BytesIO()
     with pd.ExcelWriter(whole, engine="openpyxl") as writer:
         for name, table in tables.items():
@@ -162,7 +163,7 @@ def written_by() -> dict[str, str]:
 def packed(path: str | Path, form: str, **arrays: Any) -> None:
     """Write an npz archive of plain arrays under exactly this name, with the name of its form.
 
-    It also says which version of frictopt wrote it, and when.
+    The archive also holds the version of frictopt that wrote it, and the date.
     """
     with written(path, ".npz") as part:
         if part.suffix.lower() in _OTHER_FORMATS:
@@ -197,8 +198,8 @@ def unpacked(
 ) -> T:
     """Read an archive of this form, and return the value that `made` builds from its arrays.
 
-    Any other file, a damaged one, and if not `any_version` one of another version of frictopt, is a
-    ModelError.
+    ModelError for any other file, for a damaged file and, unless `any_version`, for a file of
+    another version of frictopt.
     """
     try:
         if not Path(source).is_file():
@@ -210,7 +211,7 @@ def unpacked(
             arrays = dict(archive)
         if str(arrays.pop("format", "")) != form:
             raise ValueError(f"it does not hold the arrays of {what}")
-        # Files of earlier versions have neither of these three.
+        # Files of earlier versions have no seal, version or date.
         if arrays.pop("seal", seal) != seal:
             raise ValueError("it was changed after it was written")
         version = str(arrays.pop("version", "before 0.3.0"))
@@ -226,7 +227,7 @@ def unpacked(
 def _check_members(archive: ZipFile) -> None:
     """Check names and sizes of all members; numpy would trust the header of an array.
 
-    The checksums are those of `zipfile`, which reads the members.
+    `zipfile` compares the checksums when it reads the members.
 
     Raises
     ------
@@ -237,7 +238,8 @@ def _check_members(archive: ZipFile) -> None:
     if len({member.filename for member in members}) < len(members):
         raise ValueError("two of its members have one name")
     size = sum(member.file_size for member in members)
-    # Compressed arrays of a contact are a few times smaller than the arrays, if it is sparse tens.
+    # Compression makes the arrays of a contact a few times smaller, those of a sparse one tens of
+    # times.
     most = 100_000_000 + 100 * sum(member.compress_size for member in members)
     if size > most:
         raise ValueError(f"it would grow to {size:.1e} bytes; save it without compression")
@@ -300,7 +302,7 @@ def sealed(content: Mapping[str, Any]) -> str:
 
 
 def unsealed(path: str | Path) -> dict[str, Any]:
-    """The content of a file of JSON that `sealed` made; ModelError for others and changed ones."""
+    """The content of a file of JSON that `sealed` made; ModelError for a changed or other file."""
     try:
         content: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
         seal = content.pop("seal")

@@ -14,8 +14,8 @@ def kept(kind: type[T]) -> type[T]:
 
     A class may have three attributes for its files. `KEPT_FIELDS` are the fields that a file holds,
     if the other fields follow from them. `from_kept` then makes a value from a mapping of the kept
-    fields. `check_kept` proves a value that was read again, and raises a ValueError if it does not
-    hold.
+    fields. `check_kept` checks a value that was read from a file, and raises a ValueError if
+    something is wrong.
     """
     KINDS[kind.__name__] = kind
     return kind

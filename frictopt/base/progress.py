@@ -35,7 +35,7 @@ PACE = Pace()
 
 
 class OutOfTime(Exception):
-    """A computation has reached the limit in time of a bar around it."""
+    """A computation has reached the time limit of a bar around it."""
 
 
 class _Here(threading.local):
@@ -70,7 +70,7 @@ class Bar:
         self.count = self.done
 
     def update(self, count: int = 1) -> None:
-        """Count further units; OutOfTime after the limit in time of this bar or an outer one."""
+        """Count further units; OutOfTime after the time limit of this bar or an outer one."""
         self.count += int(count)  # `count` may be a numpy integer, which cannot repeat a text.
         if time.monotonic() >= min((bar.ends for bar in _here.bars), default=math.inf):
             raise OutOfTime
@@ -85,8 +85,8 @@ class Bar:
         """Set the value that a later interrupt keeps, and the `best` result so far in words.
 
         The interrupt gets the value as this attribute, and the note. If the value is a function, it
-        is called when the interrupt comes; a function of the best result, when the bar is drawn.
-        Call `keep` before `update`.
+        is called when the interrupt comes. If `best` is a function, it is called when the bar is
+        drawn. Call `keep` before `update`.
         """
         self.partial = attribute, value, note
         if best is not None:

@@ -232,7 +232,10 @@ class SolveRecord:
     seconds: float = 0.0
 
     def joined(self, others: Iterable[SolveRecord], started: float) -> SolveRecord:
-        """The record of a result that needs other programs, too, in order; see `perf_counter`."""
+        """The record of a result that also needed other programs, in their order.
+
+        `started` is a time of `perf_counter`.
+        """
         records = [self, *others]
         return replace(
             self,
@@ -271,7 +274,7 @@ class Plotted:
         return self._pictures().draw(self, ax)
 
     def _pictures(self) -> Any:
-        """The pictures of the room of this class, or of the class that it is derived from."""
+        """The file of pictures in the folder of this class, or of the class it is derived from."""
         package = __name__.split(".")[0]
         modules = [base.__module__ for base in type(self).__mro__]
         ours = next(module for module in modules if module.split(".")[0] == package)
@@ -279,7 +282,7 @@ class Plotted:
 
 
 def pictures_of(module: str) -> Any:
-    """The file of pictures in the room of a module.
+    """The file of pictures in the folder of a module.
 
     It is imported here, because matplotlib is slow to import and need not be installed.
 

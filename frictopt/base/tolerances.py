@@ -2,8 +2,8 @@
 
 The three numbers are the rounding of the arithmetic, the rounding of the data, and the largest
 residual of an answer. This file also has the products that several files use. Only compiled files
-(`kernel.py`, `sweeps.py` of `transients`) have copies, as their machine code does not follow an
-edit of another file.
+(`kernel.py`, `sweeps.py` of `transients`) have copies of these numbers, because their machine code
+does not follow an edit of another file.
 """
 
 ROUNDING = 1e-12
@@ -53,8 +53,8 @@ REPEATED = ROUNDING / 10
 # only their last digit.
 NO_DRIVE = ROUNDING / 1e3
 
-# A free motion has up to this force, relative to the stiffness of the nodes that it moves. DMIG has
-# ten digits.
+# Rounding leaves a free motion up to this force, relative to the stiffness of the nodes that it
+# moves: the numbers of a DMIG have ten digits.
 FREE_MOTION = 10 * CONDENSATION
 
 # Entries of B or f B between two nodes up to this share of their diagonal entries of A are zero.

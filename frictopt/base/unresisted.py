@@ -14,8 +14,8 @@ from .tolerances import COUNTS, FREE_MOTION, ROUNDING
 def free_motions(stiffness: Array, sizes: Array) -> Array:
     """The orthonormal motions (t, k) that a positive semi-definite stiffness does not resist.
 
-    `sizes` (t,) are those of the stiffness at its nodes: with them a soft body beside a stiff one
-    is not free.
+    `sizes` (t,) are the sizes of the stiffness at its nodes. The resistance of a motion is compared
+    with them, so that a soft body beside a stiff one does not count as free.
     """
     root = np.sqrt(sizes)
     soft = _factored(stiffness / np.outer(root, root)).soft
@@ -26,8 +26,9 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     """The motions (t, k) that a stiffness (t, t) does not resist, and its inverse on all others.
 
     The motions are orthonormal, and the inverse (t, t) is taken on all motions normal to them.
-    `sizes` (t,) are those of the stiffness at its nodes, see `free_motions`. `pressing` (o, t) are
-    normal forces over the roots of their own sizes: a soft motion that presses is resisted.
+    `sizes` (t,) are the sizes of the stiffness at its nodes, see `free_motions`. `pressing` (o, t)
+    are the normal forces due to unit motions, divided by the roots of their own sizes: a soft
+    motion that presses counts as resisted.
     """
     from scipy.linalg.lapack import dpotri
 
@@ -36,15 +37,16 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     scaled /= along
     first, leading, soft, left = _factored(scaled)
     del scaled
-    # Their resistances are independent: some may have one, and others none.
+    # In these directions the resistances are independent: some motions may be resisted, and others
+    # not.
     values, independent = np.linalg.eigh(left)
     soft = soft @ independent
     held = np.zeros(len(values), dtype=bool)
     if pressing is not None:
         pressed = np.abs(pressing @ (soft / along[:, None])).max(axis=0, initial=0.0)
-        # In a semi-definite stiffness the square of the pressing is at most the resistance. A small
-        # motion that presses by nearly that much is no rounding, which presses as much as it
-        # resists.
+        # In a semi-definite stiffness the square of the pressing is at most the resistance. If it
+        # is nearly that large, a small resistance is real. In mere rounding, the pressing itself is
+        # of the size of the resistance, and its square is far smaller.
         held = (values > 0) & (pressed > ROUNDING) & (pressed**2 > COUNTS * values)
 
     inverse = np.zeros_like(square)
@@ -70,7 +72,7 @@ class _Factored(NamedTuple):
 
 def _factored(scaled: Array) -> _Factored:
     """See `_Factored`. The factor overwrites the matrix."""
-    # Imported here, because loads that the closed contact bears need no motions.
+    # Imported here, because it is not needed if the closed contact bears the loads.
     from scipy.linalg import solve_triangular
     from scipy.linalg.lapack import dpstrf
 
@@ -89,8 +91,8 @@ def _rank(pivots: Array) -> int:
     """The number of pivots that are a stiffness; all others are the rounding of a matrix.
 
     The pivots are relative to the stiffness of the nodes. The rounding depends on the digits of the
-    data and on the mesh, so no number divides free motions from soft ones. Between the rounding of
-    the arithmetic and that of the data, the widest gap between the pivots does.
+    data and on the mesh, so no fixed number divides free motions from soft ones. They are divided
+    at the widest gap of the pivots between the rounding of the arithmetic and that of the data.
     """
     falling = np.sort(pivots)[::-1].clip(ROUNDING)
     above = np.concatenate([[1.0], falling])

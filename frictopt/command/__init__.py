@@ -1,8 +1,8 @@
 """The command line `frictopt`: from files to limits, steady states, tables and pictures.
 
-In come the arguments of a shell, out go a text or JSON, files, and an exit code.
+The arguments of a shell come in. A text or JSON, files, and an exit code go out.
 
-- `main.py`: a command is run; errors, interrupts and their exit codes
+- `main.py`: runs a command; errors, interrupts and their exit codes
 - `questions.py`: the list of the questions, and how each is asked of a contact in a file
 - `options.py`: options of a command from signature and docstring of its function
 - `inputs.py`: contact, load cycle and friction from files and arguments

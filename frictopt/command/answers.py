@@ -134,7 +134,7 @@ def with_numbers(table: Table, numbers: Mapping[str, object]) -> Table:
     columns = {
         name: value.name if isinstance(value, Enum) else value for name, value in columns.items()
     }
-    # An answer without rows has its numbers all the same.
+    # A table without rows gets one row for the numbers of the answer.
     if not len(table):
         return pd.DataFrame([columns])
     repeated = pd.DataFrame([columns] * len(table), index=table.index)

@@ -64,8 +64,8 @@ def _look(options: argparse.Namespace) -> None:
 def _sums(system: ContactSystem) -> Table:
     """Sums of the bonded reactions of each load case, and extreme normal forces.
 
-    If the tangents of a contact turn, the sums are components in x, y, z. What is only rounding is
-    zero.
+    If the tangents of a contact turn, the sums are components in x, y, z. Sums that are only
+    rounding are zero.
     """
     import numpy as np
 

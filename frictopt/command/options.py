@@ -118,7 +118,7 @@ def _add_option(
 _SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?:\n\n\w[\w ]*\n-+\n|\Z)", re.MULTILINE | re.DOTALL)
 _ENTRY = re.compile(r"^(\w+(?:, \w+)*)\n((?: {4}.*(?:\n|\Z)|\n)+)", re.MULTILINE)
 _ELSEWHERE = re.compile(r"^(?:See|As in|As) `([\w.]+)`[^.;:]*[.;:]?\s*", re.DOTALL)
-# A parameter that shares its text with `progress` does not need the sentence on it.
+# If a parameter shares its text with `progress`, the words on the progress are cut off.
 _ON_PROGRESS = re.compile(r",? and whether to show .*", re.DOTALL)
 
 

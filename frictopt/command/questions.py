@@ -162,7 +162,7 @@ def _refuse_options_of_other_kinds(
 
 
 def tables_of(answer: Any, model: Any = None) -> "dict[str, Table]":
-    """The tables of an answer by their names; the first one is that of its file.
+    """The tables of an answer by their names; the first one is written to its file.
 
     The model, if it is known, gives the forces through ties.
     """

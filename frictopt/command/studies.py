@@ -97,7 +97,7 @@ def _study(options: argparse.Namespace) -> int:
 
 
 def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -> Table:
-    """The table of a study; an interrupt is told how many runs its store keeps."""
+    """The table of a study; an interrupt gets a text on the number of runs that the store keeps."""
     from threadpoolctl import threadpool_limits
 
     from ..study.dissipation import dissipation_study

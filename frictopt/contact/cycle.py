@@ -225,10 +225,11 @@ class LoadCycle:
         """The load cycle of loads that vary as cosines of one frequency around a mean load.
 
         At the angle t of the cycle a load of amplitude a and phase phi is `a cos(t + phi)`: a load
-        with a phase of 90 degrees leads a load of phase 0 by a quarter of the cycle. Together they
-        run along an ellipse, and the corners are points of it, at even angles. If there is one
-        load, or all are in phase or opposed, they run along a straight line. Then the corners are
-        its two ends, and the cycle is exact, because friction does not depend on time.
+        with a phase of 90 degrees leads a load of phase 0 by a quarter of the cycle. Together the
+        loads run along an ellipse, and the corners are points of the ellipse, at equal steps of t.
+        If there is one load, or all are in phase or opposed, they run along a straight line. Then
+        the corners are its two ends, and the cycle is exact, because friction does not depend on
+        time.
 
         The polygon of `points` corners leaves out up to `1 - cos(pi / points)` of the amplitude of
         an ellipse: 1.9 % with 16 points, 0.5 % with 32. While all nodes stay closed, the shakedown

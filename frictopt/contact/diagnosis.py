@@ -60,7 +60,7 @@ def counted(system: ContactSystem, selected: Booleans) -> str:
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
     """Sentence about the resultants of the forces q, p of each contact.
 
-    Forces below the rounding errors of the size `force` are shown as zero.
+    Forces that are only rounding errors of forces of the size `force` are shown as zero.
     """
     names = np.array(["the contact"] * system.nodes)
     if system.contact is not None:
@@ -69,7 +69,7 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     rounding = CONDENSATION * force
 
     def total(values: Array) -> float:
-        """Sum of the forces of some nodes, without rounding."""
+        """Sum of the forces of some nodes; zero if it is only rounding."""
         resultant = float(values.sum())
         return resultant if abs(resultant) > rounding else 0.0
 
@@ -130,8 +130,8 @@ def settled(system: ContactSystem, p: Array) -> tuple[Booleans, Array] | None:
     """Open nodes (N,) and normal reactions (N,) >= 0 of a contact in which no node slips.
 
     p (N,) are the normal reactions of the closed contact. The gaps w solve `p + C w >= 0, w >= 0, w
-    (p + C w) = 0`: the set of open nodes is corrected until it no longer changes. None if it keeps
-    changing, or if the open nodes are not held.
+    (p + C w) = 0`: the set of open nodes is corrected until it no longer changes. The result is
+    None if the set keeps changing, or if nothing holds the open nodes.
     """
     force = float(np.abs(p).max()) or 1.0
     stiffness = float(np.abs(system.C).max()) or 1.0

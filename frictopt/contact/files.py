@@ -50,7 +50,7 @@ def read(source: str | Path, kind: Any) -> dict[str, Any]:
 
 
 def is_contact(source: str | Path) -> bool:
-    """Whether a file says that it is an archive of a contact system, in any version."""
+    """Whether a file is marked as an archive of a contact system, of any version."""
     try:
         with np.load(source, allow_pickle=False) as archive:
             return str(archive["format"]).startswith(_FORM.rstrip("0123456789"))

@@ -31,12 +31,12 @@ _SOFTEST = 1e-150
 
 
 def _is_empty(name: str, values: object) -> bool:
-    """Whether an optional array is None or has no entries."""
+    """Whether an optional array is None or has no entries, and so has its default."""
     return values is None or real_array(name, values).size == 0
 
 
 def checked_frames(frames: object, n: int, axes: int) -> Array:
-    """Check the directions of the nodes, (N, axes, axes); None or empty: the axes."""
+    """Check the directions of the nodes, (N, axes, axes); by default they are the axes."""
     if _is_empty("frames", frames):
         return frozen(np.tile(np.eye(axes), (n, 1, 1)))
     checked = finite_array("frames", frames, (n, axes, axes))
@@ -57,7 +57,7 @@ def positive(name: str, values: object, shape: tuple[int, ...], remedy: str) -> 
 
 
 def checked_gap(gap: object, n: int) -> Array:
-    """Check initial gaps (N,) >= 0; None or empty: no gap."""
+    """Check initial gaps (N,) >= 0; by default all are 0."""
     if _is_empty("gap", gap):
         return frozen(np.zeros(n))
     checked = finite_array("gap", gap, (n,))
@@ -67,14 +67,14 @@ def checked_gap(gap: object, n: int) -> Array:
 
 
 def checked_stretch(stretch: object, shape: tuple[int, ...]) -> Array:
-    """Check the factors (in the shape of slips) that stretch slips, > 0; None or empty: 1."""
+    """Check the factors > 0 that stretch slips, in the shape of slips; by default all are 1."""
     if _is_empty("stretch", stretch):
         return frozen(np.ones(shape))
     return positive("stretch", stretch, shape, "give a ratio above 0")
 
 
 def checked_strength(argument: str, strength: object, n: int) -> Array:
-    """Check shear strengths, one number or (N,), > 0 and up to infinity; None or empty: inf."""
+    """Check shear strengths > 0, one number or (N,); by default all are inf."""
     if _is_empty(argument, strength):
         return frozen(np.full(n, np.inf))
     checked = real_array(argument, strength)

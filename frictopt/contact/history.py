@@ -41,12 +41,12 @@ def turning_points(loads: Array) -> list[int]:
 
 
 def reversals(points: Array) -> list[int]:
-    """Indices of the points (K, cases) of a simpler load path within 1 of all points.
+    """Indices of those points (K, cases) that form a simpler load path within 1 of all points.
 
-    The distance is the Frechet distance in each load case: two points can move along both paths at
-    once, never back, and stay within 1 of each other. So a single load case keeps all reversals of
-    more than 2. A segment is split at its worst point if a point is farther than 1 from it, or if
-    the order of the points would be reversed on it.
+    The distance is the Frechet distance in each load case: one point can move along each of the two
+    paths, never back, so that both stay within 1 of each other. So a single load case keeps all
+    reversals of more than 2. A segment is split at its worst point if a point is farther than 1
+    from it, or if the order of the points would be reversed on it.
     """
     chosen = {0, len(points) - 1}
     segments = [(0, len(points) - 1)]
@@ -64,8 +64,9 @@ def reversals(points: Array) -> list[int]:
 def _worst_point(points: Array) -> int | None:
     """Index of the point that the straight segment from the first to the last one fits worst.
 
-    None if all points lie within 1 of it, in their order. Else it is the point farthest from the
-    segment, if one is farther than 1, and otherwise the point that goes back most.
+    The result is None if all points lie within 1 of the segment, in their order. If a point is
+    farther than 1, the worst point is the farthest one; otherwise it is the point that goes back
+    most.
     """
     segment = points[-1] - points[0]
     inner = points[1:-1] - points[0]
@@ -75,7 +76,8 @@ def _worst_point(points: Array) -> int | None:
         share = np.clip(inner @ segment / square, 0.0, 1.0)
     distance = np.abs(inner - np.multiply.outer(share, segment)).max(axis=1, initial=0.0)
 
-    # Shares of the segment within 1 of each point, in the load cases that move along it.
+    # The part of the segment that is within 1 of each point, from one share of its length to
+    # another, in the load cases that vary along it.
     moves = segment != 0
     ends = (inner[:, moves, None] + [-1.0, 1.0]) / segment[moves, None]
     ends = np.sort(ends, axis=-1)
@@ -141,7 +143,7 @@ def _closed(points: Array) -> Booleans:
 
 
 def _with_time(history: Any, time: object) -> tuple[Table, str | None]:
-    """The history with its time in a column, and the name of that column; None without a time."""
+    """The history with its time in a column, and the name of this column, None without a time."""
     import pandas as pd  # imported here, because only a history needs it
 
     if not isinstance(history, pd.DataFrame):
@@ -277,7 +279,7 @@ def _amplitude_and_phase(name: str, wave: object) -> tuple[float, float]:
 
 
 def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
-    """All sums with a corner of each load, ordered so that from sum to sum only one load changes.
+    """All sums of one corner of each load, in an order in which only one load changes at a time.
 
     See `LoadCycle.vertices`.
     """

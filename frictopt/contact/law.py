@@ -125,15 +125,15 @@ class OtherLaw:
     Attributes
     ----------
     holds
-        Whether a contact has it.
+        Whether a contact has this law.
     term
         The term that this law adds to the contact law.
     row
         Label of the rows of this term.
     known_by
-        The public questions that know it.
+        The public questions that can be answered with this law.
     remedy
-        How to leave it out.
+        How to leave this law out.
     """
 
     holds: Callable[[ContactSystem], bool]
@@ -164,7 +164,7 @@ def other_laws(system: ContactSystem) -> list[str]:
 
 
 def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
-    """Check a coefficient of friction, one for all nodes, each node or contact; returns (N,).
+    """Check coefficients of friction: one, one per node or one per contact; returns (N,).
 
     ModelError if it is not a real finite number or array, if it is negative, or if its length is
     neither 1 nor N.
@@ -174,9 +174,9 @@ def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
 
 
 def checked_law(system: object, question: str) -> ContactSystem:
-    """Check that a `question` knows the law of a contact; all know Coulomb's.
+    """Check that a `question` can be answered with the law of a contact; all know Coulomb's law.
 
-    `question` is a name of `known_by` in `OTHER_LAWS`, or a name for an error.
+    `question` is a name as in `known_by` of `OTHER_LAWS`, or another name for error messages.
     """
     checked = checked_system(system)
     for name in other_laws(checked):

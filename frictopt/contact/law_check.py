@@ -117,7 +117,7 @@ def check_contact_law(
     >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     >>> bonded = node.reaction({"P": 1.0, "Q": 0.8})
 
-    A state that sticks beyond its friction bound, and the one that slips:
+    A state that sticks although its shear force exceeds the bound, and the state that slips:
 
     >>> fo.reference.check_contact_law(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])
     Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)

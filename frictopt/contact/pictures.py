@@ -88,7 +88,7 @@ def _seen_along_normal(system: ContactSystem, contact: str, nodes: Integers) -> 
 
 
 def _share(system: ContactSystem, nodes: Integers) -> Array:
-    """(n,) share of each of some nodes in their area; alike if areas are unknown."""
+    """(n,) share of each of some nodes in their total area; equal shares if areas are unknown."""
     width = np.ones(len(nodes)) if system.width is None else system.width[nodes]
     return np.asarray(width / width.sum())
 
@@ -184,12 +184,13 @@ def shear_ratios(
         color = looks[corner]["color"]
         circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, color, label)
         label = None
-    # The axis ends at 3, or a node with almost no pressure would flatten all other lines.
+    # The axis ends at 3 at most. Otherwise a node with almost no pressure would flatten all other
+    # lines.
     height = np.clip(1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0)
     axes.set_ylim(-height, height)
     label_panels([axes], system, zero=False)
     if opened is not None and opened.any():
-        # They carry nothing.
+        # Open nodes carry no force.
         x = system.x[opened]
         axes.scatter(x, 0 * x, marker="v", s=20, zorder=3, label="open", color=BLACK)
     legend(axes)

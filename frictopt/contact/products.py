@@ -1,4 +1,4 @@
-"""A contact that is known by products with its elastic bodies, without a stiffness matrix."""
+"""A contact whose bodies are known by products with vectors, without a stiffness matrix."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ADJOINT = 1e-9
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactProducts(ContactSystem):
-    """N node pairs of two elastic bodies, known by products instead of a stiffness matrix.
+    """N node pairs of two elastic bodies, known by products with vectors, without a stiffness.
 
     `shakedown_limit(..., gap=)` and `required_friction(..., gap=)` need no more (theory, "A limit
     between two proven numbers"). Other questions need the stiffness `S`, and raise a ModelError
@@ -33,19 +33,19 @@ class ContactProducts(ContactSystem):
     Parameters
     ----------
     points, bonded
-        See `ContactSystem`, as for its parameters that are not listed here.
+        See `ContactSystem`, also for its other parameters, which are not listed here.
     pressing
         (N, t N) operator T, with its transpose: pressures due to unit shear forces on the bodies,
-        which stay in contact and slip freely. Shear forces are ordered by component, as in `S`. It
-        needs 10 digits: it proves both numbers.
+        which stay in contact and slip freely. Shear forces are ordered by component, as in `S`. Its
+        products need 10 correct digits, because they prove both numbers.
     slipping
         (t N, t N) operator, symmetric: the slips due to the same shear forces, length per force.
     rough
         The operator T in single precision with 4 digits, for the search; None: `pressing`.
     slides
         (t N, r) slips that nothing resists: rigid motions of the bodies along the contact, which
-        open no pair. None: supports hold the bodies. Products need to be right for forces that do
-        no work on slides.
+        open no pair. None: supports hold the bodies. Products need to be right only for forces that
+        do no work on slides.
 
     Raises
     ------

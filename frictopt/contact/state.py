@@ -27,8 +27,8 @@ class ContactState(Kept):
     """Slip and gap of all nodes under a load.
 
     The further motion of a quasi-static contact depends only on this state. Nodes may be open. The
-    reactions follow from the system, so the state fits the system and the friction that it was
-    computed with.
+    reactions follow from the system, so the state is valid only for the system and the friction
+    with which it was computed.
 
     Parameters
     ----------

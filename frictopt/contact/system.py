@@ -394,7 +394,7 @@ class ContactSystem(Shown, Plotted):
         return joined(np.zeros(self.slip_shape), self.gap)
 
     def pressing_shut(self, gap: Array) -> Array:
-        """(M,) reactions that the bonded ones lose when the load presses a gap (N,) shut."""
+        """(M,) reactions by which the bonded ones fall when the load presses a gap (N,) shut."""
         if not gap.any():
             return np.zeros((self.tangents + 1) * self.nodes)
         return self.S[:, -self.nodes :] @ gap

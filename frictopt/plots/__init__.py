@@ -1,4 +1,4 @@
-"""The ways to draw tables of results. This room knows no result.
+"""Ways to draw values at nodes and meshes of bodies. Nothing here knows a class of results.
 
 - `along.py`: lines, bands and circles over the nodes of contacts in the plane.
 - `face.py`: maps of faces in space, with arrows of slips.
@@ -6,6 +6,6 @@
 - `style.py`: colours, axes, legends, arrows, and the names of units; `draw` draws a result by the
   picture that is registered for its class.
 
-The `pictures.py` of each room say in a few lines what is drawn of its results. matplotlib comes
+The `pictures.py` of each folder says in a few lines what is drawn of its results. matplotlib comes
 with the extra `figures`.
 """

@@ -79,7 +79,7 @@ def along(
 ) -> None:
     """Draw a panel for each row: the name of its axis, and values (N,) by their labels.
 
-    None: a panel that is drawn already.
+    A row that is None belongs to a panel that is already drawn.
     """
     for axes, row in zip(panels, rows, strict=True):
         if row is None:

@@ -1,6 +1,6 @@
 """Meshes of bodies: their lines in the plane, their surfaces in space.
 
-Plain pictures, which matplotlib draws in any document. PyVista draws models in space as they are
+matplotlib draws these plain pictures in any document. PyVista draws models in space as they are
 seen, see `ContactModel.view`.
 """
 

@@ -67,8 +67,8 @@ def picture(result: object, ax: AnyAxes = None) -> AnyAxes:
 
 def screen() -> AbstractContextManager[None]:
     """Context in which a picture of its own is drawn, larger than on a journal page."""
-    # This begins the backend: that of notebooks switches interactive mode on, which the end of the
-    # context would undo.
+    # This starts the backend before the context begins. The backend of notebooks switches
+    # interactive mode on, and the end of the context would undo this.
     plt.draw_if_interactive()
     sizes = {
         name: value * 1.3
@@ -82,14 +82,14 @@ def screen() -> AbstractContextManager[None]:
 
 
 def series(number: int, count: int = 1) -> Look:
-    """Look of a series, of so many that have different colours.
+    """Look of one series, of `count` series that differ in colour.
 
-    The colours of many series are those of a sequence, in their order.
+    If there are many series, their colours follow a colour map, in order.
     """
     look = SERIES[number % len(SERIES)]
     if count <= len(SERIES):
         return look
-    # The end of the sequence, yellow, can hardly be seen on white.
+    # The end of the colour map, yellow, can hardly be seen on white.
     return {**look, "color": to_hex(colormaps["viridis"](0.92 * number / (count - 1)))}
 
 
@@ -109,7 +109,7 @@ def new_axes(
 ) -> list[Any]:
     """Axes to draw in, one for each panel: the given axes, or the axes of a new figure, row by row.
 
-    The labels of a column stand in a line.
+    The axis labels of a column of panels are aligned.
 
     Raises
     ------
@@ -123,8 +123,8 @@ def new_axes(
         grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look)
         for spare in grid.flat[panels:]:
             spare.remove()
-        # Only now: matplotlib would keep spare axes in the group of aligned labels, without a
-        # figure to draw them in.
+        # Labels are aligned only now, without the spare axes: matplotlib would keep these in the
+        # group of aligned labels, without a figure to draw them in.
         figure.align_ylabels()
         return list(grid.flat[:panels])
     axes = np.ravel(np.asarray(ax, dtype=object))

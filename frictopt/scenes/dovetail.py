@@ -43,8 +43,8 @@ class Dovetail(Scene):
         Height of the disc above the flanks, half-width of the disc, and its depth below the middle
         of the flanks, length.
     edge_radius, edge_length
-        Radius at both ends of the blade's flanks. Over this length before the end, the gap is a
-        parabola with the curvature of the radius. 0: sharp ends.
+        Radius at both ends of the blade's flanks (0: sharp ends), and the length before each end
+        over which the gap is a parabola with the curvature of this radius.
     grading, growth
         Size of the middle element of a flank divided by the size of its end element, >= 1; ratio of
         neighbouring sizes away from the flanks, > 1.
@@ -119,7 +119,7 @@ class Dovetail(Scene):
 
     @property
     def _disc_grid(self) -> tuple[Array, Array]:
-        """Its x is 1 at the wall of the slot, and 2 at the side of the disc."""
+        """Grid of the disc, whose x is 1 at the wall of the slot and 2 at the side of the disc."""
         h = self._half_height
         first = self.corner_size
         lug = away(self.lug_height, first, self.growth)

@@ -15,9 +15,9 @@ from ..fem.model import ContactModel
 
 @dataclass(frozen=True)
 class SceneLimits:
-    """The largest scenes."""
+    """The limits on the size of a scene."""
 
-    # Elements along the contact: with so many the dense S of a plane contact takes 3 GB.
+    # Elements along the contact: with this number the dense S of a plane contact takes 3 GB.
     elements: int = 10_000
     # Nodes of all meshes: twenty times those of the paper's scene.
     nodes: int = 1_000_000
