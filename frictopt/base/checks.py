@@ -3,7 +3,7 @@
 A check returns the checked value, or raises a `ModelError` that names argument, value and remedy.
 """
 
-# One file because the checks use each other, and all rooms find them in one place.
+# One file because the checks use each other, and the whole package finds them in one place.
 import copyreg
 import sys
 import warnings
@@ -409,7 +409,7 @@ def _checks_call(question: F, name: str) -> F:
 def first_of(bad: Booleans | np.bool_, most: Array | None = None) -> int | None:
     """Index of the first True entry of `bad`, or of the True entry with the largest `most`.
 
-    None if all entries are False.
+    The result is None if all entries are False.
     """
     if not np.any(bad):
         return None
@@ -422,8 +422,8 @@ def _odd_values(arguments: Mapping[str, Any]) -> Iterator[str]:
     # Reading an iterator here would use it up; an array without dimensions cannot be iterated.
     if isinstance(frictions, Collection) and np.iterable(frictions):
         friction = max((_largest("friction", value) for value in frictions), default=0.0)
-        # Largest coefficient of friction without a warning: of dry metals it is 0.1 to 1.5, of
-        # rubber up to 4.
+        # Largest coefficient of friction without a warning. Dry metals have 0.1 to 1.5, and rubber
+        # up to 4.
         rough = 5.0
         if friction > rough:
             yield (
@@ -474,8 +474,8 @@ def _wear_in_other_units(coefficient: Any, units: str | None) -> Iterator[str]:
     largest = _largest("coefficient", coefficient)
     pascal = _NEWTON[force] / _METRE[length] ** 2  # the unit of pressure, in Pa
     in_pascal = largest / pascal
-    # Coefficients of wear, in 1/Pa, without a warning: of diamond-like coatings 1e-17 and more, of
-    # soft metals that seize up to 1e-10.
+    # Coefficients of wear in this range, in 1/Pa, give no warning. Those of diamond-like coatings
+    # are 1e-17 and more, and those of soft metals that seize are up to 1e-10.
     usual = (1e-17, 1e-9)
     if largest > 0 and not usual[0] <= in_pascal <= usual[1]:
         yield (

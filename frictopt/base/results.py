@@ -321,7 +321,7 @@ def frame(
 def components(name: str, values: Array) -> dict[str, Array]:
     """Columns of a table from values with one tangent, (N,), or with two, (N, 2).
 
-    Two columns have a number behind their name.
+    With two tangents the names of the columns end with the numbers 1 and 2.
     """
     if values.ndim == 1:
         return {name: values}

@@ -57,20 +57,22 @@ NO_DRIVE = ROUNDING / 1e3
 # moves: the numbers of a DMIG have ten digits.
 FREE_MOTION = 10 * CONDENSATION
 
-# Entries of B or f B between two nodes up to this share of their diagonal entries of A are zero.
+# Entries of B or f B between two nodes count as zero up to this share of the diagonal entries of A
+# of these nodes.
 NO_COUPLING = ROUNDING / 10
 
 # In a slip that grows with the load, reactions up to this share of the mean friction bound are
 # zero, because the rows of its program have this error.
 GROWN = 10 * RESIDUAL
 
-# Dimensionless load factors up to this are zero.
+# Dimensionless load factors up to this number count as zero.
 ZERO_LOAD_FACTOR = ROUNDING
 
 # The error of a value is relative to the value, or to this share of its unit if that is larger.
 FLOOR = 1e6 * RESIDUAL
 
-# A cycle from a steady state returns to it up to this share of the largest value.
+# A cycle that starts from a steady state returns to this state up to this share of the largest
+# value.
 SAME_STATE = 100 * RESIDUAL
 
 # Works of friction with a smaller relative difference are equal: the error of a work is up to the

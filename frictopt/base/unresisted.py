@@ -23,7 +23,7 @@ def free_motions(stiffness: Array, sizes: Array) -> Array:
 
 
 def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tuple[Array, Array]:
-    """The motions (t, k) that a stiffness (t, t) does not resist, and its inverse on all others.
+    """The motions (t, k) that a stiffness (t, t) does not resist, and the inverse of the stiffness.
 
     The motions are orthonormal, and the inverse (t, t) is taken on all motions normal to them.
     `sizes` (t,) are the sizes of the stiffness at its nodes, see `free_motions`. `pressing` (o, t)

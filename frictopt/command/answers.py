@@ -24,11 +24,11 @@ class ExitCode(IntEnum):
     BAD_INPUT = 2
     NO_ANSWER = 3
     BAD_FILE = 4
-    # As shells have it after SIGINT.
+    # The exit code that shells have after SIGINT.
     INTERRUPTED = 130
 
 
-# Rows of a table that are printed.
+# Largest number of rows of a table that are printed.
 _ROWS = 8
 # Attributes of an interrupt that hold what is known so far, see `Bar.keep`.
 _PARTIAL = ("report", "curve", "limit", "table", "work")

@@ -184,7 +184,7 @@ def load_of(text: str) -> Any:
 
 
 def scatter_of(text: str) -> Any:
-    """A number, a list of several, the tuple of three of ".1:.15:.2", or a distribution."""
+    """A number, a list of several, a distribution, or a tuple of three, as from ".1:.15:.2"."""
     if ":" not in text:
         return numbers_of(text)
     return _scattered(text, text, (3,), "LEAST:NOMINAL:MOST, or numbers with commas between")
@@ -202,7 +202,7 @@ def _scattered(text: str, part: str, counts: Sequence[int], form: str) -> Any:
         if family.isidentifier():
             return named_distribution(family, family, *map(float, parameters))
         ends = tuple(map(float, part.split(":")))
-    except ValueError as error:  # a ModelError is one
+    except ValueError as error:  # a ModelError is a ValueError
         raise argparse.ArgumentTypeError(
             f"{text!r}: {error}; give {form}, or a distribution of scipy.stats: norm:MEAN:DEVIATION"
         ) from error

@@ -90,7 +90,7 @@ def commands() -> tuple[Command, ...]:
 
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of all commands; only the command among the words has its options.
+    """The parser of all commands; only a command that is among the words gets its options.
 
     The options of a question come from its function, which is slow to import.
     """

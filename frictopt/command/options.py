@@ -17,7 +17,7 @@ from .inputs import load_of, loads_of, numbers_of, ranges_of
 
 # Parameters that a command supplies.
 _SUPPLIED = ("system", "cycle", "friction", "progress")
-# Arrays and states of nodes are for Python.
+# Parameters that are given in Python only: arrays and states of nodes.
 _FOR_PYTHON = ("open_nodes", "initial_slip", "initial_state")
 
 _BY_NAME: dict[str, dict[str, Any]] = {

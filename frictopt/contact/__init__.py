@@ -9,7 +9,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
 - `system.py`: the contact and its copies; `given_parts.py` checks its parts, `stiffness.py` has the
   algebra of its stiffness, `components.py` the order of its vectors, tangents and normals,
   `files.py` its files.
-- `products.py`: a contact that is known by products, without its stiffness.
+- `products.py`: a contact that is known by products with vectors, without its stiffness.
 - `cycle.py`: load cycles; `history.py` makes their corners from histories and harmonic loads.
 - `law.py`: the bound of the shear force. A new law of friction begins there.
 - `law_check.py`: how much a state violates the law; `state.py`: a state to start from.

@@ -368,7 +368,7 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         if isinstance(time, Real):
             finite_number("times", time)
             continue
-        # A missing date differs from itself.
+        # A missing date (NaT) is not equal to itself.
         is_date = hasattr(time, "isoformat") and time == time
         if not is_date:
             raise ModelError(
@@ -400,7 +400,7 @@ def _amplitude_texts(loads: Mapping[str, float]) -> list[str]:
 
 def _printed(loads: Sequence[Mapping[str, float]]) -> str:
     """A list of loads as a text; a long list is cut, and its length follows."""
-    # Two independent loads have four corners.
+    # The number of loads that are printed: two independent loads have four corners.
     printed = 4
     text = ", ".join(str(dict(load)) for load in loads[:printed])
     if len(loads) > printed:

@@ -22,7 +22,7 @@ def names_of_several(system: ContactSystem) -> Names | None:
 def in_contact(system: ContactSystem, nodes: ArrayLike) -> str:
     """The numbers of some nodes in the deck, if known, and their contacts, if there are several.
 
-    The text, such as " (66 in the deck, head)", is to be written after the node numbers. It is
+    The text, such as " (66 in the deck, head)", stands after the node numbers in a sentence. It is
     empty without nodes.
     """
     if not np.size(nodes):

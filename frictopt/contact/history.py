@@ -231,8 +231,8 @@ def _amplitudes(table: Table, cases: list[str]) -> Array:
 def harmonic_corners(loads: object, points: object) -> list[dict[str, float]]:
     """Corners of loads that vary as cosines, see `LoadCycle.harmonic`.
 
-    They are points of an ellipse. If all loads are in phase or opposed, they are the two ends of a
-    straight line.
+    The corners are points of an ellipse. If all loads are in phase or opposed, they are the two
+    ends of a straight line.
     """
     meaning = "amplitude, or (amplitude, phase in degrees)"
     waves = {

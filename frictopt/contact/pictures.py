@@ -42,7 +42,7 @@ _NOT_STEEP = 0.5
 def faces_of(system: ContactSystem) -> list[Face]:
     """A single face if all nodes lie beside each other in a plane; else a face for each contact.
 
-    If one of the faces is curved, or some of its nodes hide others, all places are in space.
+    If one of the faces is curved, or some of its nodes hide others, all faces are drawn in space.
     """
     every_node = np.arange(system.nodes)
     groups = {"": every_node}
@@ -146,7 +146,7 @@ def shear_ratios(
     slip: Array | None = None,
     opened: Booleans | None = None,
 ) -> AnyAxes:
-    """Draw shear over friction bound of the reactions at K corners, with circles at some nodes.
+    """Draw the ratio of shear to friction bound at K corners, with circles at some nodes.
 
     No ratio is drawn where the bound is zero up to rounding. In the plane all corners are drawn, or
     those with the largest circles if there are many. In space maps show the corner `at`, with the

@@ -114,7 +114,7 @@ def following(
 ) -> Array | None:
     """(M, M) compliance of the open nodes, which carry no force; zero elsewhere.
 
-    None if the open nodes can move freely while the closed nodes are held.
+    The result is None if the open nodes can move freely while the closed nodes are held.
     """
     components = np.tile(open_nodes, len(S) // len(open_nodes))
     free, inverse = unresisted(S[np.ix_(components, components)], sizes[components])

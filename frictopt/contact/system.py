@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# One file because all rooms share this type: its data, their shapes, and its copies.
+# One file because the whole package shares this type: its data, their shapes, and its copies.
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
@@ -656,7 +656,8 @@ class ContactSystem(Shown, Plotted):
         The springs model the asperities of real surfaces. They act between the bodies and the
         contact. Slip and gap of the copy are the slip and gap of the contact itself, without the
         deformation of the springs. Without springs, the corner of a complete contact is singular.
-        With springs, its limits converge as the mesh is refined. Theory, "Joints".
+        With springs, the limits of such a contact converge as the mesh is refined. Theory,
+        "Joints".
 
         Parameters
         ----------

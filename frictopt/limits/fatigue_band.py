@@ -58,7 +58,7 @@ class FatigueBand(Recorded, Plotted):
     least, bound, least_slip
         The least value, over all states of rest, of the largest value over the points; its lower
         bound, which multipliers prove; and the slip (N,) or (N, 2) of the state of rest with this
-        value, length. -inf if there is no least value.
+        value, length. `least` is -inf if there is no least value.
     most, worst_slip
         The largest value of a point that the search finds over all states of rest, and the slip of
         the state of rest in which it occurs. It is inf if friction wedges: residual slips may then
@@ -261,13 +261,13 @@ def fatigue_band(
     load_factor
         Load factor, >= 0.
     parameter
-        "SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland" or "Dang_Van": see the columns of
-        `SteadyState.fretting_table`, whose values they are. Matake is Findley's sum on the plane of
-        the largest shear amplitude. Dang Van is the largest sum of Tresca's shear stress about the
-        centre of the smallest ball around the deviators, and the weighted hydrostatic stress.
+        "SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland" or "Dang_Van": the values of the
+        columns of `SteadyState.fretting_table`. Matake is Findley's sum on the plane of the largest
+        shear amplitude. Dang Van is the largest sum of Tresca's shear stress about the centre of
+        the smallest ball around the deviators, and the weighted hydrostatic stress.
     weight
-        Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van).
-        Fatemi and Socie: 1 / stress. SWT has none.
+        Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van). Its
+        unit is 1 / stress for Fatemi and Socie. SWT has no weight.
     initial_slip
         Slip (N,) or (N, 2) of the start of a transient, length, see `steady_state`. None: the band
         of the states of rest.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
-import scipy  # a part of it is imported when it is used
+import scipy  # its parts are imported when they are used
 
 from ..base import (
     ROUNDING,
@@ -37,8 +37,9 @@ class FatigueLimit(Answered):
     parameter, weight, allowable, every
         As given.
     load_factor
-        Up to it, every (or some) state of rest has at most the allowable value at all points. 0 if
-        the mean load alone exceeds it, the shakedown limit if the value is not reached.
+        Up to this load factor, every (or some) state of rest has at most the allowable value at all
+        points. It is 0 if the mean load alone exceeds the value, and the shakedown limit if the
+        value is not reached.
     reached
         Whether the allowable value is reached below the shakedown limit.
     slip
@@ -132,9 +133,9 @@ def fatigue_limit(
         The allowable value of the parameter at all points, > 0.
     every
         True: every state of rest has at most this value. The limit is the first load factor at
-        which some state of rest has it; near the shakedown limit all may be below it again. False:
-        some state of rest has at most this value. The mean load must then be a mean of the loads at
-        the corners.
+        which some state of rest has this value; near the shakedown limit all states may be below it
+        again. False: some state of rest has at most this value. The mean load must then be a mean
+        of the loads at the corners.
     progress
         Whether to show a progress bar after two seconds.
 

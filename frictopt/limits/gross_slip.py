@@ -72,8 +72,8 @@ class GrossSlip(Explained):
     load_factor
         Above it no state of rest exists, from any start, for all slips and openings. Inf if the
         loads drive no motion that only the contact holds; NaN if no load factor has a state of
-        rest. With a `self_stress`: the load factor above which the transient from no slip slides
-        off, if it is smaller.
+        rest. With a `self_stress` it is the load factor above which the transient that starts
+        without slip slides off, if that is smaller.
     bound
         Upper bound of the load factor from equilibrium, also with a `self_stress`. It is `phi`
         times the reactions at load factor 0, divided by minus `phi` times the reactions of the

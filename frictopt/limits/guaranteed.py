@@ -175,8 +175,8 @@ class GuaranteedLimit(Proven):
         """A load factor above the limit, and the slip that makes `node` critical there.
 
         The load factor is at most `most`. A transient from this slip slips for ever at load factors
-        just above it or, if the load presses the contact, just below it. None if the limit is above
-        `least`.
+        just above it or, if the load presses the contact, just below it. The result is None if the
+        limit is above `least`.
         """
         most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)
         if self._above is None:
@@ -362,8 +362,8 @@ def guaranteed_limit(
         As in `GuaranteedModel`.
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`. Ctrl-C raises
-        KeyboardInterrupt. Once the shakedown limit is known, its attribute `table` has the load
-        factors of the nodes so far; their minimum is an upper bound of the limit.
+        KeyboardInterrupt. Once the shakedown limit is known, the attribute `table` of the interrupt
+        has the load factors of the nodes so far; their minimum is an upper bound of the limit.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Pictures of limits, designs and safe regions: distances from slip, and limiting nodes."""
+"""Pictures of limits, designs and safe regions: how close nodes are to slip, and which limit."""
 
 from itertools import pairwise
 from typing import TypeAlias

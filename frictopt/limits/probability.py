@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import scipy  # a part of it is imported when it is used
+import scipy  # its parts are imported when they are used
 from scipy.linalg import block_diag
 
 from ..base import (

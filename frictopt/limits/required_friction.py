@@ -167,7 +167,7 @@ _UNDECIDED = (
 )
 
 
-# Numbers of the search for the least friction.
+# Constants of the search for the least friction.
 
 # Frictions that are tried until one is enough; larger ones act as infinite in linear programs.
 _TRIED = tuple(4.0**k for k in range(8))
@@ -331,8 +331,8 @@ def required_friction(
         Load factor, >= 0.
     events
         See `shakedown_limit`. The answer without events is checked by a search just below it; each
-        friction that needs events has a search of its own. Not needed if slip changes no pressure
-        (B = 0): then loads alone open and close nodes.
+        friction that needs events has a search of its own. True is not needed if slip changes no
+        pressure (B = 0): then loads alone open and close nodes.
     gap
         Relative distance that `RequiredFriction.required` and `RequiredFriction.bound` may have,
         above 0 and below 1, such as 0.01; None: below 1e-5. With a gap, all nodes stay closed, and
@@ -607,7 +607,7 @@ def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFric
     without = pose(system, question.cycle, 0.0, slip_bound=slip_bound)
 
     def claimed(solution: Solution) -> Judged:
-        """The least normal force under the best slip, in mean forces, and the mechanism."""
+        """The least normal force under the best slip, over the mean one, and the mechanism."""
         slip = solution.slip_of_nodes
         bound, defect = solution.bound
         _, r = without.states(load_factor, slip)

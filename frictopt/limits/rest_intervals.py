@@ -10,10 +10,10 @@ is the shakedown limit.
 In an ordinary question the same nodes are open at all corners. It has the limit of contact areas
 that move, and its answer is completed for all instants:
 
-- The nodes that never open have the stiffness that the rim leaves them. The slip of the rim, which
-  its equations give, adds to their loads.
-- The shear forces of the rim are linear in the load factor alone. Its nodes have no stiffness here,
-  so their slip changes nothing.
+- The nodes that never open have the stiffness of a contact whose rim follows them. The slip of the
+  rim, which follows from its equations, adds to their loads.
+- The shear forces of the rim are linear in the load factor alone. The nodes of the rim have no
+  stiffness here, so their slip changes nothing.
 - If the equations of the rim have no solution, the forces that they leave act on nodes without
   pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
 
@@ -245,7 +245,7 @@ def safe_with_moving_areas(
     return replace(safe, slip=slip, record=record, _question=areas, _motion=motion)
 
 
-# Numbers of the walk along the load factors.
+# Constants of the walk along the load factors.
 
 # A piece is computed at this distance above its beginning, relative to the load factor plus its
 # unit. A piece, or a hole between two intervals, that is shorter than this is missed.

@@ -359,8 +359,8 @@ def safe_region(
 ) -> SafeRegion:
     """Amplitudes of two independent loads for which a safe residual slip exists.
 
-    The amplitudes and slips that are safe for all loads of the domain are a convex set. So is its
-    projection on the plane of the two amplitudes, the safe region. Each shakedown limit along a ray
+    The amplitudes and slips that are safe for all loads of the domain are a convex set. So is the
+    safe region, the projection of this set on the two amplitudes. Each shakedown limit along a ray
     gives a point of the border. The mechanism of the limit gives a straight line beyond which no
     amplitudes are safe. The next ray leads to the point where two neighbouring lines meet. If this
     point is safe, it is a vertex; otherwise the limit along the ray gives a line between the two.
@@ -518,7 +518,7 @@ class Side:
 
     @property
     def error(self) -> float:
-        """Largest distance of its ends from the line, relative to the line's distance from zero."""
+        """Largest distance of an end from the line, relative to the line's distance from zero."""
         return max(abs(self.point.excess(self.start)), abs(self.point.excess(self.end)))
 
 

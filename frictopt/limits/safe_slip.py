@@ -109,7 +109,7 @@ class SafeSlip(Proven):
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         It has slips on which the loads do more work than friction can dissipate. No residual slip
-        does work on them. With a slip bound, its work is too small. None if a slip is safe.
+        does work on them; within a slip bound, its work is too small. None if a slip is safe.
         """
         if self.exists:
             return None

@@ -102,10 +102,10 @@ def shakedown_limit(
     every corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With
     `events`, nodes may also be open during a part of the cycle. Of a small contact all sets of open
     nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger
-    contact only sets near that of the settled mean load are searched: with other nodes open, the
-    contact may shake down above the limit. If the contact is uncoupled (B = 0), only loads open and
-    close nodes. Then the limit holds for all openings and closings (theory, "Contact areas that
-    move").
+    contact only sets near the nodes that the settled mean load opens are searched: with other nodes
+    open, the contact may shake down above the limit. If the contact is uncoupled (B = 0), only
+    loads open and close nodes. Then the limit holds for all openings and closings (theory, "Contact
+    areas that move").
     If the load factor scales normal loads, too, the contact may shake down again above the limit,
     see `ShakedownLimit.intervals`. Ctrl-C in a search raises KeyboardInterrupt with an attribute
     `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
@@ -130,8 +130,9 @@ def shakedown_limit(
         Largest number of programs of the search of open nodes. If it is given, the search compares
         all sets as far as this number allows. None: 2000 if the contact has at most 14 nodes, in
         space 8, and if corners times nodes times axes are at most 240; all sets are then compared,
-        too. Otherwise 60, and only sets near that of the settled mean load are compared.
-        `ShakedownLimit.bound_of_sets` is what is proven of all sets.
+        too. Otherwise 60, and only sets near the nodes that the settled mean load opens are
+        compared.
+        `ShakedownLimit.bound_of_sets` is the upper bound that is proven for all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     gap
@@ -527,7 +528,7 @@ def checked_limit(
 def without_limit(program: RestProgram) -> ShakedownLimit | None:
     """The answer that no load factor is safe, or that all above some value are safe, proven.
 
-    None without a proof. ModelError if an objective of the user grows without end.
+    The result is None without a proof. ModelError if an objective of the user grows without end.
     """
     question = program.question
     if program.constraints:
@@ -628,9 +629,9 @@ class ShakedownLimit(ShakedownAnswer):
     """Shakedown limit with its proof from both sides, for one set of `open` nodes.
 
     A search finds the set. If `best_of_all` is True, no other set is better; else `bound_of_sets`
-    is what is proven of all sets. With `events` some nodes may open and close in each cycle. With
-    other open nodes, or another order of events, the contact may shake down above the limit, see
-    `covers`. Theory, eq. (8).
+    is the upper bound that is proven for all sets. With `events` some nodes may open and close in
+    each cycle. With other open nodes, or another order of events, the contact may shake down above
+    the limit, see `covers`. Theory, eq. (8).
 
     Attributes
     ----------
@@ -799,7 +800,7 @@ class ShakedownLimit(ShakedownAnswer):
         correlation_length
             Length over which the friction of a face varies from node to node. The correlation of
             two nodes is `exp(-distance / correlation_length)`; 0 makes nodes independent. None: a
-            face has one coefficient. The scatter of nodes lowers the limit itself.
+            face has one coefficient. The scatter from node to node lowers the limit itself.
         assembled
             Whether to compute the probability from no slip, too, by a steady state for each draw. A
             draw whose transient finds no continuation counts as slip that does not stop.

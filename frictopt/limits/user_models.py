@@ -267,7 +267,7 @@ class ShakedownModel(SafeModel):
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
             and on your own variables. A label (`set_label`) must not be that of a row of the model,
-            such as "stuck[0]". They may be linear, or use abs, max, norms and similar
+            such as "stuck[0]". Constraints may be linear, or use abs, max, norms and similar
             functions, which cvxpy turns into linear rows and second-order cones. Their multipliers
             contribute to the proof of the limit. `bound` and `residual` include them. The open
             nodes are the open nodes of the limit without constraints. At open nodes q and p are 0,

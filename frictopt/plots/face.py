@@ -19,7 +19,7 @@ _NOWHERE: tuple[list[float], ...] = ([], [], [])
 
 
 class Face(NamedTuple):
-    """A map: a contact, or several contacts in one plane, without a name.
+    """A map of a contact, or, without a name, of all contacts in one plane.
 
     `nodes` (n,) are the numbers of its nodes, `places` (n, 2) their places on the map, in space
     (n, 3), `labels` names the axes of the map, `turn` (n, 2 or 3, 2) takes slips to directions on

@@ -66,7 +66,7 @@ def picture(result: object, ax: AnyAxes = None) -> AnyAxes:
 
 
 def screen() -> AbstractContextManager[None]:
-    """Context in which a picture of its own is drawn, larger than on a journal page."""
+    """Context for drawing a picture in a new figure, larger than on a journal page."""
     # This starts the backend before the context begins. The backend of notebooks switches
     # interactive mode on, and the end of the context would undo this.
     plt.draw_if_interactive()
@@ -153,9 +153,9 @@ def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **lo
 
 
 def spread(points: Array, most: int) -> list[int]:
-    """Numbers of at most so many points, each as far as possible from those before it.
+    """Indices of at most `most` points, each as far as possible from the points before it.
 
-    On a straight side they are evenly spaced.
+    On a straight side the points are evenly spaced.
     """
     chosen = [int(points.sum(axis=0).argmin())]
     distance = np.linalg.norm(points - points[:, chosen], axis=0)
@@ -176,7 +176,7 @@ def named(panels: Sequence[AnyAxes]) -> Look:
 
 def legend(axes: Axes, title: str | None = None) -> None:
     """Legend beside the axes, where it covers no data, in columns if it is long."""
-    # Names that fit beside a panel.
+    # Largest number of names that fit beside a panel.
     longest = 10
     names = named([axes])
     axes.legend(
@@ -220,7 +220,7 @@ def no_lines(panels: Sequence[Axes], why: str) -> None:
 
 
 def name_units(axes: Axes, units: str | None) -> None:
-    """Name the units in all texts of a picture."""
+    """Write the units in place of their meanings in all texts of a picture."""
     if units is not None:
         for text in axes.figure.findobj(Text):
             text.set_text(in_units(text.get_text(), as_is(units)))

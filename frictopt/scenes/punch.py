@@ -208,9 +208,9 @@ class RoundedPunch(Scene):
     """Punch with a flat middle and round ends on a block that represents a half-plane.
 
     Without a flat middle it is a cylinder. The initial gap is `max(|x| - flat_half_width, 0)^2 / (2
-    radius)`, the parabola of the radius, between straight meshes. `PunchOnHalfPlane` describes the
-    load cases. Outer nodes are open under any load, and pressure falls to zero at the end of the
-    contact.
+    radius)`, a parabola in place of the arc, between straight meshes. `PunchOnHalfPlane` describes
+    the load cases. Outer nodes are open under any load, and pressure falls to zero at the end of
+    the contact.
 
     Parameters
     ----------

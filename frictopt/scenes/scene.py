@@ -55,7 +55,7 @@ class Scene:
         self._check_nodes()
 
     def _checked(self, name: str, kind: object, value: Any) -> Any:
-        """The value of a field of some kind."""
+        """The checked value of a field of this kind."""
         if name == "elements":
             least = max(2, self._multiple)
             value = whole_number(name, value, least=least, most=LIMITS.elements)

@@ -52,9 +52,9 @@ def answer(
     """The claim of the first solver whose residual is within the tolerance, and its record.
 
     `claimed(x, y)` makes the claim from an optimum. If a solver reports that there is no optimum,
-    `no_optimum(outcome)` makes it. The outcome of a cone program is INFEASIBLE only if multipliers
-    prove it; otherwise it is NONE. A solver may end as soon as it has proven that `-cost @ x` is at
-    most `above`. SolverError if no claim is within the tolerance.
+    `no_optimum(outcome)` makes the claim. The outcome of a cone program is INFEASIBLE only if
+    multipliers prove it; otherwise it is NONE. A solver may end as soon as it has proven that
+    `-cost @ x` is at most `above`. SolverError if no claim is within the tolerance.
     """
     started = perf_counter()
     attempts = list[Attempt]()
@@ -178,8 +178,8 @@ def contradictions(program: Arrays) -> Iterator[Array]:
 def infeasible(program: Arrays) -> tuple[Array, float] | None:
     """Multipliers that prove that no values of the size of their units satisfy all rows.
 
-    They come with the error of the proof: those with the smallest error, or the first whose error
-    is mere rounding. The result is None if no proof is found.
+    Returned are the multipliers with the smallest error of this proof, or the first ones whose
+    error is mere rounding, and their error. The result is None if no proof is found.
     """
     best: tuple[Array, float] | None = None
     for y in contradictions(program):
@@ -247,7 +247,7 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
         bounds[1, :width] = cost
     bound_right = np.array([1.0, -1.0][: len(bounds)])
     arrays = _least_raise(program, right, csr_array(bounds), bound_right)
-    # The search ends if, as is proven, all values leave some slack this far outside of its cone.
+    # The search ends if it is proven that all values leave some slack this far outside of its cone.
     # Rounding could then hide only values more than a hundred thousand times their units.
     outside = 1e-3
     for solutions in _optima(arrays):

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array, eye_array, hstack, vstack
 
 from ..base import ROUNDING, STALLED, Array, Integers
 
-# Numbers of the polish.
+# Constants of the polish.
 
 # Singular values up to this share of the largest one count as zero; along their directions the
 # solution is not changed.
@@ -322,7 +322,7 @@ class Rows(NamedTuple):
     kind: int  # EQUATION, LINEAR or CONE
     sizes: Integers  # (n,) 1, or the size of each cone
     at: Integers  # (entries,) number of the row of each entry, cones row by row
-    quantities: Integers  # (entries,)
+    quantities: Integers  # (entries,) number of the unknown, in user units, of each entry
     weights: Array  # (entries,) in user units
     constants: Array  # (rows,)
     unit: Array  # (n,)

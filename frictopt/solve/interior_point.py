@@ -18,7 +18,7 @@ from .arrays import Arrays
 from .condensed import Condensed, Cones, Scaling
 from .step_equations import Equations, begins_through_block
 
-# Numbers of the method; errors are those of `_Residuals.error`.
+# Constants of the method; errors are those of `_Residuals.error`.
 
 # Largest number of steps.
 _STEPS = 100

@@ -27,10 +27,10 @@ from scipy.sparse.linalg import splu
 from ..base import Array
 from .condensed import Condensed, Scaling
 
-# Numbers of the equations of a step.
+# Constants of the equations of a step.
 
-# Relative increases of the diagonal of a step's matrix; the first one is used with which the
-# Cholesky factorisation succeeds.
+# Relative increases of the diagonal of a step's matrix, tried in turn until the Cholesky
+# factorisation succeeds.
 _SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)
 # Error of the equations of a step, relative to their right side, below which it is not
 # corrected.
@@ -45,8 +45,8 @@ _UNKNOWNS = 600
 _UNKNOWNS_PER_ROW = 1.5
 # Largest number of entries of R for each of its rows: blocks of a node have three.
 _ENTRIES = 12
-# Error of the equations, relative to their right side, above which the way through the block
-# ends. The direct way usually leaves a larger one near an optimum.
+# Error of the equations, relative to their right side, above which the direct way takes over from
+# the way through the block. Near an optimum the direct way itself usually leaves a larger error.
 _ENOUGH = 1e-12
 
 
@@ -181,9 +181,10 @@ class _ThroughBlock:
 def _inverse_root(weights: csr_array, n: int) -> csr_array:
     """The matrix `X = R^-1` with `weights = R' R`, for a sparse positive definite matrix.
 
-    The rows of X are in the order of the weights. Its columns begin with those of the entries from
-    n on, and in both parts the columns of few entries come first: then R has few entries, and so
-    has X. ArithmeticError if R or X has many, or if rounding leaves the weights indefinite.
+    The rows of X are in the order of the weights. The columns of X are reordered: first come those
+    for the weights from number n on, and in both parts the columns with few entries come first.
+    Then R has few entries, and so has X. ArithmeticError if R or X has many, or if rounding leaves
+    the weights indefinite.
     """
     counts = np.diff(weights.indptr)
     order = np.concatenate(

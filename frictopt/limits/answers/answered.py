@@ -69,7 +69,7 @@ def check_slip(question: Question, load_factor: float, slip: Array) -> None:
     if slip.shape != shape:
         raise ValueError(f"its slip has the shape {slip.shape}, its contact needs {shape}")
     off = question.violation(load_factor, slip)
-    # Margins are relative to friction bounds, which exceed the forces if friction is large.
+    # Errors are relative to the friction bounds, which exceed the forces if friction is large.
     largest = max(1.0, question.mean_bound / question.force)
     if not off <= _SLIP * largest + _rounding(question, load_factor, slip):
         raise ValueError(
@@ -121,7 +121,7 @@ def check_margin(
 def check_bound(question: Question, motion: Mechanism, load_factor: float, bound: float) -> None:
     """Check that a mechanism proves the bound of a limit; ValueError if it does not."""
     if not motion.moves.any() and not question.system.B.any():
-        return  # Just above it, the loads of this uncoupled contact open and close nodes.
+        return  # Just above the limit, the loads of this uncoupled contact open and close nodes.
     proven = bound_of(question, motion)
     for name, value in (("load factor", load_factor), ("bound", bound)):
         if not abs(proven - value) <= _BALANCE * max(abs(value), question.load_unit):
@@ -129,7 +129,7 @@ def check_bound(question: Question, motion: Mechanism, load_factor: float, bound
 
 
 def check_growth(question: Question, solved: Solved) -> None:
-    """Check that a slip may grow with the load without end; ValueError if it breaks the law."""
+    """Check that a slip may grow with the load without end; ValueError if it violates the law."""
     rate = solved.values["load_factor"]
     # From this load factor on, all forces that do not grow are below the residual.
     far = question.load_unit / RESIDUAL
@@ -320,7 +320,7 @@ class Answered(Recorded, Plotted):
         """
         q, p = self.reactions
         f = self.friction
-        # Smaller bounds have the size of the error of the answer.
+        # Smaller bounds are within the error of the answer.
         pressed = f * p > 10 * RESIDUAL * self._question.mean_bound
         bound = np.where(pressed, most_shear(self.system, f, p), 1.0)
         return np.where(pressed, lengths(q, p) / bound, np.nan)
@@ -359,8 +359,8 @@ class Proven(Answered, Explained):
     def problem(self) -> cp.Problem:
         """The cvxpy problem in your units, with the values and multipliers of the answer.
 
-        The problem is made when this attribute is first read. The answer of a model has the
-        variables of the model, whose values are then those of this answer.
+        The problem is made when this attribute is first read. If a model gave this answer, its
+        problem has the variables of the model, which then get the values of this answer.
         """
         self._check_exact("problem")
         solved = self._solved

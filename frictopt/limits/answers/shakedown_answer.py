@@ -132,7 +132,7 @@ class LeastSlip(Kept):
 
 @kept
 class Searched(NamedTuple):
-    """Knowledge of all sets of nodes that stay open, from the search of open nodes."""
+    """Proven facts on all sets of nodes that stay open, from the search of open nodes."""
 
     programs: int = 0
     # A load factor that no set exceeds; -inf if no set has a safe load factor. Sets that are not
@@ -150,7 +150,7 @@ class ShakedownAnswer(Rated):
     least: float = np.nan
     objective: float | None = None
     gap: float | None = None
-    # The reason that there is no largest safe load factor, or one that replaces the usual reason.
+    # Why there is no largest safe load factor, in words, or a text that replaces the usual reason.
     _why: str = ""
     _searched: Searched = Searched()
     # Whether no state of rest exists just above the limit, for all openings and closings.
@@ -274,7 +274,7 @@ class ShakedownAnswer(Rated):
 
     @property
     def _of_every_start(self) -> bool:
-        """Whether the theorem of uncoupled contacts covers the limit, if the contact is one.
+        """Whether the theorem of uncoupled contacts covers the limit, if the contact is uncoupled.
 
         If nodes open and close in each cycle, its proof needs supports that hold the bodies.
         """

@@ -14,7 +14,7 @@ open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the equation
 gaps, `stuck` the rows of the contact law; each question below is one goal over them, apart from
 `gross_slip`, which has no slip. Each row has a label. An equation that defines an unknown has its
 name as label. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each node. There
-is no scaling, symmetry or elimination here: these problems are printed. The table in
+is no scaling, symmetry or elimination here, because people read these problems. The table in
 `program/assembled.py` shows which arrays solve them, and which programs have no listing.
 """
 

@@ -2,8 +2,8 @@
 
 cvxpy compiles only the rows of the user, not the program of the model. The result is slacks
 `right - matrix @ z` in cones, where z are the entries of the variables in these rows. The variables
-of a model are linear in the quantities of its program (`rest_program.py`), which are substituted
-for them. All other variables become own unknowns of the program.
+of a model are linear in the quantities of its program (`rest_program.py`), so they are replaced by
+these quantities. All other variables become own unknowns of the program.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .models import Row, Unknowns
 # Attributes of the user's own variables that cvxpy turns into linear rows.
 _LINEAR_ATTRIBUTES = {"nonneg", "nonpos", "pos", "neg", "bounds", "symmetric"}
 
-# Names of unknowns of models, before the number of the corner.
+# Names of the unknowns of models, without the number of a corner.
 _NAMES = {"slip", "load_factor", "q", "p", "q_r", "p_r", "margin", "preload", "profile"}
 
 _CONES = (
@@ -275,7 +275,7 @@ class UserRows:
                 )
             dual = dual_of(row)
             if dual is not None:
-                # Sides of several rows may be equal.
+                # The printed sides of several rows may be equal; then the names differ.
                 printed = label_of(row)
                 unique = name if printed in taken or printed in own else printed
                 own[unique] = np.atleast_1d(np.array(dual, dtype=float))

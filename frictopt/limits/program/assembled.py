@@ -48,7 +48,7 @@ def law_rows(
 ) -> None:
     """Add rows of the contact law: `closed` and `opened` are masks (K, N) of nodes at instants.
 
-    The question has the contact law and the units.
+    The contact law and the units are those of the question.
 
     `reserve`: a mask (K, N) of rows that must hold with a reserve. The unknown `margin` is this
     reserve, in the units of `SafeSlip`. `only_governing`: the instants are corners whose forces
@@ -202,7 +202,8 @@ def stuck(
 
     The rows are those of `models.stuck`; with `margin` all rows have a reserve, as in
     `models.inside`. The node `but` has no rows, because the equations of its critical state imply
-    them. `every`: each corner has rows, because its forces differ by more than the loads.
+    them. `every`: all corners have rows, even those within the hull of the others, because their
+    forces differ by more than the loads.
     """
     question = program.question
     corners = np.zeros(len(program.start), dtype=bool)
@@ -261,7 +262,7 @@ def wedging(question: Question) -> RestProgram:
 
 
 def most_pressed(question: Question, load_factor: float) -> RestProgram:
-    """The program of all slips that friction need not hold; its goal is the largest `margin`.
+    """The program of slips that friction need not bound; its goal is the largest `margin`.
 
     The margin is the least normal force over nodes and corners, divided by the mean normal force,
     and at most 1. All nodes are closed.

@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 import numpy as np
-import scipy  # a part of it is imported when it is used
+import scipy  # its parts are imported when they are used
 
 from ...base import (
     CONDENSATION,
@@ -101,7 +101,7 @@ class Question:
     shear_unit: Array  # (N,) shear force at each node
     clearance: float  # unit of gaps, length: closing it needs a force of `mean_bound`
 
-    # Files hold the input alone, and the arrays are computed anew.
+    # Files hold only the input, and the arrays are computed anew.
     KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
         "system",
         "cycle",
@@ -195,7 +195,7 @@ class Question:
         return self.named_loads((start, suffix), (self.rate[k], f"[{k}]"))
 
     def named_loads(self, start: tuple[Array, str], rate: tuple[Array, str]) -> dict[str, Array]:
-        """Forces (M,) by their printed names, which end with a text; see `loads`."""
+        """Forces (M,) by their printed names, which end with the given texts; see `loads`."""
         loads = dict[str, Array]()
         for parts in ("qp", "w"):
             for number, (forces, suffix) in enumerate((start, rate)):
@@ -267,7 +267,7 @@ class Question:
         return self.bonded[0] + load_factor * self.bonded[1]
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the corners. The motion at an event is divided between two corners."""
+        """Motions at the corners; the motion at an event is divided between its two corners."""
         return moves
 
     @property
@@ -563,8 +563,8 @@ def ruling(constant: Array, rate: Array) -> Booleans:
 def units_of(
     system: ContactSystem, friction: Array, open_nodes: Booleans, r0: Array, r1: Array
 ) -> dict[str, Any]:
-    """The units, see the fields of `Question` of these names."""
-    # Sizes of normal and shear forces (K, N), at load factor 0 and of the scaled loads.
+    """Name -> unit. The fields of `Question` with these names describe the units."""
+    # Sizes of normal and shear forces (K, N), at load factor 0 and due to the scaled loads.
     normal, cyclic_normal = np.abs(r0[:, -1]), np.abs(r1[:, -1])
     shear, cyclic_shear = (np.linalg.norm(r[:, :-1], axis=1) for r in (r0, r1))
     # If no node is closed, the open nodes take their place.

@@ -15,9 +15,9 @@ are the forces without slip, plus the effects of the named unknowns, plus the re
 The solver has other unknowns x: the named ones, the residual shear forces of the closed nodes, the
 slides that nothing resists, and own ones, each divided by its unit (`SlipUnknowns`). A residual
 shear force is then one entry of x. The rest of the response is one dense block for all instants.
-`Solution` reads an answer back. It proves the bound from the stiffness and the loads, without the
-solver and without the unknowns x. `printed/models.py` lists most programs for readers and users;
-`assembled.py` has the table.
+`Solution` turns an answer back into quantities. It proves the bound from the stiffness and the
+loads, without the solver and without the unknowns x. `printed/models.py` lists most programs for
+readers and users; `assembled.py` has the table.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ class SlipUnknowns:
             self.reference[slips] = -self.elastic.compliance @ start[slips]
 
     def slip_of(self, x: Array) -> Array:
-        """(t N,) slip of the closed nodes from the reference on, from the solver's unknowns."""
+        """(t N,) slip of the closed nodes beyond the reference, from the solver's unknowns."""
         slip = np.zeros(len(self.reference))
         by_shear = self.elastic.compliance @ (self.shear_units * x[self.shear])
         slip[self.elastic.slips] = by_shear + self.slides @ x[self.slide]
@@ -314,8 +314,8 @@ class RestProgram:
     def violation(self, x: Array, ray: bool = False, label: str | None = None) -> float:
         """Largest violation of a row by the unknowns x, relative to the terms of the row.
 
-        `label`: only rows with this label count. `ray`: x is a direction, and only the violation
-        counts that rounding of the stiffness does not explain.
+        `label`: only rows with this label count. `ray`: x is a direction, and a violation counts
+        only as far as rounding of the stiffness does not explain it.
         """
         _, units, at, quantities, weights, constants, *_ = self.form.stacked
         count = len(constants)
@@ -389,7 +389,7 @@ def _form(program: RestProgram) -> Form:
         end = slips[-1].slide.stop
     width = end + len(program.own_units)
 
-    # The quantities if all unknowns are zero: the slips are then the references.
+    # The quantities if all unknowns are zero: the slips are then the reference slips.
     references = [slip.reference for slip in slips]
     shift = [
         response @ references[number]

@@ -39,7 +39,7 @@ class Rests:
         )
 
     def violation(self, slip: Array) -> float:
-        """How far a slip (N,) or (N, 2) is from being one of them."""
+        """How far a slip (N,) or (N, 2) is from belonging to this set."""
         return self.question.violation(self.load_factor, slip)
 
 
@@ -70,7 +70,7 @@ class SteadyCycles:
         return program
 
     def violation(self, slip: Array) -> float:
-        """How far a slip (N,) or (N, 2) is from being one of them."""
+        """How far a slip (N,) or (N, 2) is from belonging to this set."""
         question = self.question
         shear, pressure = question.reactions_of_slip(slip)
         p = self.p + pressure

@@ -1,6 +1,6 @@
 """The solution of a program of states of rest: what it says, and what its multipliers prove.
 
-The multipliers are a slip mechanism (`Mechanism`). `Solved` keeps a solution as data, from which
+The multipliers form a slip mechanism (`Mechanism`). `Solved` keeps a solution as data, from which
 the printed problem and the proof of an answer follow.
 """
 
@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy  # a part of it is imported when it is used
+import scipy  # its parts are imported when they are used
 
 from ...base import (
     FLOOR,
@@ -130,7 +130,7 @@ class Mechanism:
 
         sizes = self.parts(system)  # (2, K, N): slips, openings
         share = sizes / (float(sizes.sum()) or 1.0)
-        # Smaller shares have the error of the answer.
+        # Smaller shares are within the error of the answer.
         kind, corner, node = np.nonzero(share > RESIDUAL)
         order = np.lexsort([corner, node, -share[kind, corner, node]])
         kind = kind[order]
@@ -312,7 +312,7 @@ class Solution:
     def gap(self) -> float:
         """Distance of the bound from the value, with its error, relative to the value.
 
-        If the value is smaller than a thousandth of the unit, the distance is relative to that.
+        If the value is below a thousandth of the unit, the distance is relative to this thousandth.
         """
         bound, defect = self.bound
         size = max(abs(self.value), FLOOR * self.program.place.unit)
@@ -502,7 +502,7 @@ def _rays(program: RestProgram, arrays: Arrays) -> Iterator[tuple[Array, float]]
 
 
 def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
-    """The slip made shorter to lie within its bound, if it exceeds it only by a solver's tolerance.
+    """A slip, shortened to its bound if it exceeds the bound only by the tolerance of solvers.
 
     All nodes get the same factor: to change one node alone would change forces by more.
     """
