@@ -232,7 +232,7 @@ def _check_members(archive: ZipFile) -> None:
     Raises
     ------
     ValueError
-        An archive of a few bytes could fill the memory, or is damaged.
+        The archive is damaged, or its few bytes would fill the memory.
     """
     members = archive.infolist()
     if len({member.filename for member in members}) < len(members):

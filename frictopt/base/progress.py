@@ -96,7 +96,7 @@ class Bar:
         """Update the bar of tqdm, and return it."""
         if self.drawn is None:
             self.drawn = self._new_drawn()
-        if not self.drawn.disable:  # by the variable TQDM_DISABLE
+        if not self.drawn.disable:  # True if the environment variable TQDM_DISABLE is set
             self.drawn.n = self.count
             self.drawn.bar_format = self._format
             best = self.best() if callable(self.best) else self.best

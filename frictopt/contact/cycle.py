@@ -333,7 +333,7 @@ class LoadCycle:
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1.
 
-        They are without the mean load and the fixed part.
+        The mean load and the fixed part are not included.
         """
         return parted(reactions(system, self.corners), system.tangents + 1)
 

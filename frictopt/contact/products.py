@@ -21,10 +21,10 @@ _ADJOINT = 1e-9
 class ContactProducts(ContactSystem):
     """N node pairs of two elastic bodies, known by products with vectors, without a stiffness.
 
-    `shakedown_limit(..., gap=)` and `required_friction(..., gap=)` need no more (theory, "A limit
-    between two proven numbers"). Other questions need the stiffness `S`, and raise a ModelError
-    that says so. The bodies stay in contact at all nodes: initial gaps and open nodes need the
-    stiffness, too.
+    `shakedown_limit(..., gap=)` and `required_friction(..., gap=)` need only products (theory, "A
+    limit between two proven numbers"). Other questions need the stiffness `S`, and raise a
+    ModelError that says so. The bodies stay in contact at all nodes: initial gaps and open nodes
+    need the stiffness, too.
 
     `ContactModel.products` makes it of finite elements. You can make your own, for instance of a
     boundary-element code with hierarchical matrices: all products are linear operators of

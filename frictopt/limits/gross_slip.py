@@ -327,7 +327,7 @@ def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer, least: f
 def _least_load_factors(
     question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
 ) -> list[CornerAnswer]:
-    """The least load factors of the corners."""
+    """The answers for the least load factor of each corner; one answer if all corners have 0."""
     lower: list[CornerAnswer] = []
     for k in corners:
         # At load factor 0 all corners are alike, unless their fixed parts differ.

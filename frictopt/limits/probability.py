@@ -1,11 +1,11 @@
 """The probability that a contact can stop slipping, if its friction and its loads are random.
 
 FORM (the first-order reliability method): each input is a function of standard normal numbers u.
-The design point is the point nearest to u = 0 at which the limit equals the load. The rates of the
-limit lead to it. If the limit is replaced by its tangent plane there, the probability is Phi(|u|),
-or Phi(-|u|) if the load is above the limit at u = 0. A sample of limits corrects this value: the
-plane is a control variate, so that only the draws count that the plane gets wrong. Hasofer and Lind
-(1974), Rackwitz and Fiessler (1978).
+The design point is the point nearest to u = 0 at which the limit equals the load. It is found with
+the rates of the limit. If the limit is replaced by its tangent plane there, the probability is
+Phi(|u|), or Phi(-|u|) if the load is above the limit at u = 0. A sample of limits corrects this
+value: the plane is a control variate, so that only the draws count that the plane gets wrong.
+Hasofer and Lind (1974), Rackwitz and Fiessler (1978).
 """
 
 from __future__ import annotations

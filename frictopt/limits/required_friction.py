@@ -281,7 +281,7 @@ class RequiredFriction(Answered):
         super().check_kept()
         if not (self._question.friction == self.required).all():
             raise ValueError(f"it requires the friction {self.required:g}, its slip another one")
-        # Unless a gap is given, both frictions are within the widest proof of the least friction.
+        # Unless a gap is given, both frictions are close to the least one, as far as a proof needs.
         exact = self._solved is not None or np.isinf(self.required)
         nearest = (1 - 3 * _WIDEST_PROOF) * self.required if exact else 0.0
         if not (nearest <= self.bound <= self.required or self.required == 0):

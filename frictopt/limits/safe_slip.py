@@ -108,8 +108,8 @@ class SafeSlip(Proven):
     def certificate(self) -> Table | None:
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
-        It has slips on which the loads do more work than friction can dissipate. No residual slip
-        does work on them; within a slip bound, its work is too small. None if a slip is safe.
+        The table has slips on which the loads do more work than friction can dissipate. No residual
+        slip does work on them; within a slip bound, its work is too small. None if a slip is safe.
         """
         if self.exists:
             return None

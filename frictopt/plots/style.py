@@ -191,7 +191,7 @@ def legend(axes: Axes, title: str | None = None) -> None:
 
 
 def as_is(name: object) -> str:
-    """A name that the user gave, as a text of a picture in which no sign is markup."""
+    """A name that the user gave, as a text for a picture in which no sign acts as markup."""
     text = str(name).replace("$", r"\$")
     # matplotlib leaves labels that begin with an underscore out of legends.
     return rf"$\_${text[1:]}" if text.startswith("_") else text

@@ -167,7 +167,7 @@ def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
 
 
 def _engine(program: Arrays, method: Mapping[str, object]) -> Any:
-    """HiGHS with a linear program."""
+    """An instance of HiGHS that holds a linear program."""
     engine = highspy.Highs()
     rows = csr_array(program.matrix)
     m, n = rows.shape

@@ -112,10 +112,10 @@ class SlipUnknowns:
     with_slides
         Whether rows depend on the slides. If not, a slide is an unknown only if it changes gaps.
     start
-        (M,) forces without slip. The slip is counted from a reference slip that takes their shear
-        away: with little friction all safe slips are close to it, and small differences keep their
-        digits. None: the slip is counted from zero, because rows contain it, and the reference may
-        be far larger than the slip.
+        (M,) forces without slip. The slip is counted from a reference slip that takes the shear of
+        these forces away: with little friction all safe slips are close to the reference, and small
+        differences keep their digits. None: the slip is counted from zero, because rows contain it,
+        and the reference may be far larger than the slip.
     first
         Number of unknowns of the solver before these.
     """
