@@ -64,13 +64,11 @@ def critical_planes(
         "Crossland": crossland,
     }
     values = dict[str, Array]()
+    planes = dict[str, list[Array]]()
     for name, weight in weights.items():
-        values[name], planes = largest(name, sigma, epsilon, weight)
-        if name == "SWT":
-            normal_stress = _normal(sigma, np.array(planes))[..., 0]
-            values["from"] = normal_stress.min(axis=0)
-            values["to"] = normal_stress.max(axis=0)
-    return values
+        values[name], planes[name] = largest(name, sigma, epsilon, weight)
+    normal_stress = _normal(sigma, np.array(planes["SWT"]))[..., 0]
+    return values | {"from": normal_stress.min(axis=0), "to": normal_stress.max(axis=0)}
 
 
 def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[Array, list[Array]]:

@@ -1,6 +1,6 @@
 """Tables of a steady cycle: fretting of each node, the state of each contact, tensions of bolts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -116,57 +116,27 @@ def slip_ways(states: Trajectory) -> Array:
     return furthest(np.where((states.gap <= 0)[..., None], slip, np.nan))
 
 
-def with_worst_planes(
+def with_critical_planes(
     table: Table, fields: object, side: int, weights: Mapping[str, float]
 ) -> Table:
-    """Add the parameters of the worst cycle, for each node and each parameter.
-
-    `fields` is a list of the fields at the states of one cycle, or a list of such lists.
-    """
-    cycles = [_parameters(cycle, side, weights) for cycle in _cycles_of(fields)]
-    worst = {
-        name: np.max([cycle[name] for cycle in cycles], axis=0)
-        for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland")
-    }
-    worst_swt = np.argmax([cycle["SWT"] for cycle in cycles], axis=0)
-    for name in ("from", "to"):
-        worst[name] = np.choose(worst_swt, [cycle[name] for cycle in cycles])
-    if len(worst_swt) != len(table):
+    """Add the parameters on critical planes; `fields` is a list, one for each state of a cycle."""
+    states = listed("fields", fields if np.iterable(fields) else [])
+    if len(states) < 2 or not all(hasattr(state, "tensors_at_contact") for state in states):
         raise ModelError(
-            f"fields: they belong to a contact with {number_of(len(worst_swt), 'node')}, but this "
-            f"contact has {len(table)}; give the fields of its model"
+            "fields: give fields of ContactModel.recover at two states of a cycle or more, or the "
+            "model itself"
         )
-    table = table.assign(**worst)
-    table.attrs["note"] += ENDS_NOTE
-    return table
-
-
-def _cycles_of(fields: object) -> list[list[Any]]:
-    """The fields of each cycle, at two or more states; ModelError if they are not given so."""
-    entries = listed("fields", fields if np.iterable(fields) else [])
-    if entries and _is_field(entries[0]):
-        cycles = [entries]
-    else:
-        cycles = [listed("fields", cycle if np.iterable(cycle) else []) for cycle in entries]
-    for cycle in cycles or [[]]:
-        if len(cycle) < 2 or not all(_is_field(state) for state in cycle):
-            raise ModelError(
-                "fields: give fields of ContactModel.recover at two states of a cycle or more, a "
-                "list of such lists, or the model itself"
-            )
-    return cycles
-
-
-def _is_field(state: object) -> bool:
-    return hasattr(state, "tensors_at_contact")
-
-
-def _parameters(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -> dict[str, Array]:
-    """Name -> (N,) values of the parameters in one cycle, see `critical_planes`."""
-    tensors = [state.tensors_at_contact(side) for state in cycle]
+    tensors = [state.tensors_at_contact(side) for state in states]
     stress = np.array([pair[0] for pair in tensors])  # (M, N, 3, 3)
     strain = np.array([pair[1] for pair in tensors])
-    return critical_planes(stress, strain, **weights)
+    if stress.shape[1] != len(table):
+        raise ModelError(
+            f"fields: they belong to a contact with {number_of(stress.shape[1], 'node')}, but this "
+            f"contact has {len(table)}; give the fields of its model"
+        )
+    table = table.assign(**critical_planes(stress, strain, **weights))
+    table.attrs["note"] += ENDS_NOTE
+    return table
 
 
 def contact_table(

@@ -38,7 +38,7 @@ from ..contact import (
     reactions,
 )
 from ..errors import ModelError, SolverError
-from .fretting import contact_table, fretting_table, tensions, with_worst_planes
+from .fretting import contact_table, fretting_table, tensions, with_critical_planes
 from .march import amplitudes_at, march
 from .trajectory import LoadLoop, Trajectory
 from .transient import Scales, scales
@@ -346,9 +346,7 @@ class SteadyState(Recorded, Plotted):
         fields, side
             All stress components of body `side`, instead of `stress` and `strain`. Give the
             `ContactModel` that was condensed, for its fields at all states; or the fields of
-            `ContactModel.recover` at two or more states of the cycle; or a list of such lists, for
-            the steady cycles of several residual slips. Each parameter of a node is then the value
-            of its worst cycle.
+            `ContactModel.recover` at two or more states of the cycle.
         findley, crossland, fatemi_socie
             Weights of the largest normal stress (Findley), of the largest hydrostatic stress
             (Crossland), and of the largest normal stress (Fatemi and Socie: k divided by the yield
@@ -426,7 +424,7 @@ class SteadyState(Recorded, Plotted):
             # If nothing slips or opens, stresses are linear in the loads from corner to corner.
             every = bool(self.slipping.any() or (states.gap > 0).any())
             fields = list(fields._over(self, every=every))
-        return with_worst_planes(table, fields, body, weights)
+        return with_critical_planes(table, fields, body, weights)
 
     def _answer(self) -> Mapping[str, object]:
         last = "unproven" if self.engine == "path" else "step_error"
