@@ -104,7 +104,10 @@ def history_corners(
     table, clock = _with_time(history, time)
     cases = [name for name in table.columns if clock is None or name != clock]
     loads = _amplitudes(table, cases)
-    static = _middle(cases, loads) if mean is None else dict(checked_loads("mean", mean))
+    middle = loads.min(axis=0) / 2 + loads.max(axis=0) / 2
+    static = dict(zip(cases, middle.tolist(), strict=True))
+    if mean is not None:
+        static = dict(checked_loads("mean", mean))
 
     varying = loads - np.array([static.get(name, 0.0) for name in cases])
     moves = varying.any(axis=0)
@@ -118,14 +121,6 @@ def history_corners(
         numbers.pop()
     corners = [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers]
     return static, corners, times
-
-
-def _middle(cases: list[str], loads: Array) -> dict[str, float]:
-    """The middle between the smallest and the largest amplitude of each load case."""
-    middle = {}
-    for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True):
-        middle[name] = float(low / 2 + high / 2)
-    return middle
 
 
 def _corner_numbers(points: Array, tolerance: float) -> list[int]:
@@ -240,28 +235,23 @@ def harmonic_corners(loads: object, points: object) -> list[dict[str, float]]:
         for name, wave in checked_cases("loads", loads, meaning).items()
     }
     count = whole_number("points", points, least=3, most=_LARGEST_NUMBER_OF_CORNERS)
-    phases = np.radians([phase for amplitude, phase in waves.values() if amplitude])
-    if not len(phases):
+    amplitudes, degrees = np.reshape([*waves.values()], (-1, 2)).T
+    phases = np.radians(degrees)
+    acting = phases[amplitudes != 0]
+    if not len(acting):
         raise ModelError(
             f"loads: {shown(loads)}; give at least one load case an amplitude other than 0"
         )
 
-    angle_rounding = _ROUNDING * max(1.0, np.abs(phases).max())
-    on_a_line = np.abs(np.sin(phases - phases[0])).max() <= angle_rounding
+    angle_rounding = _ROUNDING * max(1.0, np.abs(acting).max())
+    on_a_line = np.abs(np.sin(acting - acting[0])).max() <= angle_rounding
     if on_a_line:
-        angles = -phases[0] + np.array([0.0, np.pi])
+        angles = -acting[0] + np.array([0.0, np.pi])
     else:
         angles = 2 * np.pi / count * np.arange(count)
-    shares = np.cos(angles[:, None] + np.radians([phase for _, phase in waves.values()]))
+    shares = np.cos(angles[:, None] + phases)
     shares = np.where(np.abs(shares) > _ROUNDING, shares, 0.0)
-
-    corners = []
-    for row in shares:
-        corner = {}
-        for (name, (amplitude, _)), share in zip(waves.items(), row, strict=True):
-            corner[name] = float(amplitude * share)
-        corners.append(corner)
-    return corners
+    return [dict(zip(waves, row, strict=True)) for row in (amplitudes * shares).tolist()]
 
 
 def _amplitude_and_phase(name: str, wave: object) -> tuple[float, float]:

@@ -374,9 +374,10 @@ def onset_from(
         # The start has one row if it is the same for all corners.
         start = LinearForces(*(part[number if len(part) > 1 else 0] for part in starts))
         approach = _Approach(system, friction, (number, name), start, rate, floor)
-        events = [_slip(approach), _separation(approach)]
+        events = [_slip(approach), _at_zero(approach, "separation", start.p, rate.p, floor)]
         if state is not None and state.open.any():
-            events.append(_touch(approach))
+            length = floor / system.stiffness_scale
+            events.append(_at_zero(approach, "touch", start.gap, rate.gap, length))
             touches.append(events[2])
         slips.append(events[0])
         separations.append(events[1])
@@ -423,20 +424,12 @@ def _slip_at_term(approach: _Approach, term: BoundTerm) -> OnsetEvent:
     return slip if slip.node is None else replace(slip, node=int(nodes[slip.node]))
 
 
-def _separation(approach: _Approach) -> OnsetEvent:
-    factors = first_zero(approach.start.p, approach.rate.p, approach.floor)
-    return _without_sense(approach, "separation", factors)
-
-
-def _touch(approach: _Approach) -> OnsetEvent:
-    floor = approach.floor / approach.system.stiffness_scale
-    factors = first_zero(approach.start.gap, approach.rate.gap, floor)
-    return _without_sense(approach, "touch", factors)
-
-
-def _without_sense(approach: _Approach, event: str, factors: Array) -> OnsetEvent:
+def _at_zero(
+    approach: _Approach, event: str, slack: Array, rate: Array, floor: float
+) -> OnsetEvent:
+    """The separation or the touch: the first pressure or gap that falls to zero."""
     sense = 0 if approach.system.tangents == 1 else (0.0, 0.0)
-    return OnsetEvent(*approach.corner, event, *_least(factors), sense)
+    return OnsetEvent(*approach.corner, event, *_least(first_zero(slack, rate, floor)), sense)
 
 
 def _residual(approach: _Approach, load_factor: float) -> float:
