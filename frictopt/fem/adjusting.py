@@ -17,8 +17,8 @@ from ..errors import ModelError
 from .bodies import Body, check_elements
 from .contacts import Contact
 from .elasticity import corner_weights
-from .faces import mortar_projection, unit_vectors
-from .mortar import Face, edge_length, faces_of, facing, sags, without_slivers
+from .faces import Face, mortar_projection, unit_vectors
+from .mortar import edge_length, faces_of, facing, sags, without_slivers
 from .normals import Planes, node_normals
 from .supports import Place, nodes_of
 from .ties import Tie, Tied

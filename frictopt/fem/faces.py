@@ -59,30 +59,47 @@ def areas_of(corners: Array) -> Array:
     return np.asarray(np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1) / 2)
 
 
-def sag(facets: Integers, points: Array, errors: Array) -> Array:
-    """(nodes,) distance by which facets at a node may miss the curved face.
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A face of a body: nodes (facets, corners) of its facets, and all points with errors."""
 
-    It follows from the angle between the facets at the node. The errors (nodes, d) of the
-    coordinates cause such an angle in flat faces, too; their part is subtracted.
-    """
-    corners = points[facets]
-    normals = normals_of(corners)[:, None]
-    edges = corners[:, :, None] - corners[:, None]
-    longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
+    facets: Integers
+    points: Array
+    errors: Array
 
-    total = np.zeros_like(points)
-    np.add.at(total, facets, normals)
-    half_chord = np.linalg.norm(unit_vectors(total)[facets] - normals, axis=2) / 2
-    turn = np.zeros(len(points))
-    np.maximum.at(turn, facets, 4 * np.arcsin(np.minimum(half_chord, 1.0)))
+    @property
+    def corners(self) -> Array:
+        """(facets, corners, d) places of the corners of the facets."""
+        return self.points[self.facets]
 
-    area = np.linalg.norm(areas_of(corners), axis=1)
-    error = np.linalg.norm(errors[facets], axis=2).max(axis=1)
-    flat = error * longest ** (points.shape[1] - 1) / area
-    of_facets = np.maximum(turn[facets].max(axis=1) * longest / 8 - flat, 0.0)
-    of_nodes = np.zeros(len(points))
-    np.maximum.at(of_nodes, facets, of_facets[:, None])
-    return of_nodes
+    @property
+    def sizes(self) -> Array:
+        """(facets,) lengths or areas of the facets."""
+        return np.asarray(np.linalg.norm(areas_of(self.corners), axis=1))
+
+    def sag(self) -> Array:
+        """(nodes,) distance by which facets at a node may miss the curved face.
+
+        It follows from the angle between the facets at the node. The errors (nodes, d) of the
+        coordinates cause such an angle in flat faces, too; their part is subtracted.
+        """
+        facets, points, corners = self.facets, self.points, self.corners
+        normals = normals_of(corners)[:, None]
+        edges = corners[:, :, None] - corners[:, None]
+        longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
+
+        total = np.zeros_like(points)
+        np.add.at(total, facets, normals)
+        half_chord = np.linalg.norm(unit_vectors(total)[facets] - normals, axis=2) / 2
+        turn = np.zeros(len(points))
+        np.maximum.at(turn, facets, 4 * np.arcsin(np.minimum(half_chord, 1.0)))
+
+        error = np.linalg.norm(self.errors[facets], axis=2).max(axis=1)
+        flat = error * longest ** (points.shape[1] - 1) / self.sizes
+        of_facets = np.maximum(turn[facets].max(axis=1) * longest / 8 - flat, 0.0)
+        of_nodes = np.zeros(len(points))
+        np.maximum.at(of_nodes, facets, of_facets[:, None])
+        return of_nodes
 
 
 def neighbours(
@@ -167,12 +184,6 @@ class Overlaps:
     chi: Array
 
 
-def faced(overlaps: Overlaps, corners: Array) -> Array:
-    """(facets,) share of each facet (facets, corners, d) of body 1 that faces body 2."""
-    areas = np.linalg.norm(areas_of(corners), axis=1)
-    return np.asarray(np.bincount(overlaps.facet, overlaps.weights, minlength=len(corners)) / areas)
-
-
 def mortar_projection(overlaps: Overlaps, nodes: Integers, count: int) -> tuple[csr_matrix, Array]:
     """Dual mortar projection of displacements from body 2 to n nodes of body 1 (Wohlmuth 2000).
 
@@ -208,26 +219,23 @@ def _by_points(values: Array, columns: Integers, size: int) -> csr_matrix:
     return csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(values), size))
 
 
-def facet_overlaps(
-    facets_1: Integers, points_1: Array, facets_2: Integers, points_2: Array
-) -> Overlaps:
+def facet_overlaps(face_1: Face, face_2: Face) -> Overlaps:
     """The overlaps of the facets of two faces, seen along the normals of the first face.
 
-    Faces that look away from each other do not overlap. Each face is given by the nodes (facets,
-    corners) of its facets, and by the coordinates (nodes, d) of all nodes. Facets are edges,
-    triangles or quadrilaterals, ordered so that their normals point into the body.
+    Faces that look away from each other do not overlap. Facets are edges, triangles or
+    quadrilaterals, ordered so that their normals point into the body.
 
     A quadrilateral is four triangles around its middle, which moves by the mean of its corners. A
     uniform traction then loads the corners as bilinear functions would, and all integrals are
     exact.
     """
-    corners = points_1[facets_1]
+    corners = face_1.corners
     frames = frames_of(normals_of(corners))
     middles = corners.mean(axis=1)
-    facet, hats_1 = _parts_of(facets_1)
-    facet_2, hats_2 = _parts_of(facets_2)
+    facet, hats_1 = _parts_of(face_1.facets)
+    facet_2, hats_2 = _parts_of(face_2.facets)
     parts_1 = np.einsum("mck,mkd->mcd", hats_1, corners[facet])
-    parts_2 = np.einsum("mck,mkd->mcd", hats_2, points_2[facets_2][facet_2])
+    parts_2 = np.einsum("mck,mkd->mcd", hats_2, face_2.corners[facet_2])
     i, j = _facing(parts_1, frames[facet, -1], parts_2)
     e = facet[i]
 
@@ -243,9 +251,9 @@ def facet_overlaps(
     return Overlaps(
         facet=e[pair],
         weights=weights,
-        nodes_1=facets_1[e[pair]],
+        nodes_1=face_1.facets[e[pair]],
         phi=phi,
-        nodes_2=facets_2[facet_2[j[pair]]],
+        nodes_2=face_2.facets[facet_2[j[pair]]],
         chi=chi,
     )
 

@@ -25,14 +25,13 @@ from .contacts import Contact
 from .elasticity import Kinematics, circumference
 from .faces import (
     FACED,
+    Face,
     Overlaps,
     areas_of,
-    faced,
     facet_overlaps,
     facets_around,
     mortar_projection,
     ordered_nodes,
-    sag,
     unit_vectors,
 )
 from .loads import values_at
@@ -46,24 +45,6 @@ from .ties import Tie
 _LEAST_SHARE = 1e-3
 # If a smaller share of a flat facet lies beyond the other face, this is rounding of the drawing.
 _DRAWN = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class Face:
-    """A face of a body: nodes (facets, corners) of its facets, and all points with errors."""
-
-    facets: Integers
-    points: Array
-    errors: Array
-
-    @property
-    def corners(self) -> Array:
-        """(facets, corners, d) places of the corners of the facets."""
-        return self.points[self.facets]
-
-    def sag(self) -> Array:
-        """(nodes,) distances by which facets may miss the curved face."""
-        return sag(self.facets, self.points, self.errors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,10 +213,15 @@ def sags(face_1: Face, face_2: Face, nodes: Integers, P: csr_matrix) -> Array:
 
 def facing(face_1: Face, face_2: Face, part: Contact | Tie) -> tuple[Overlaps, Array]:
     """The overlaps of two faces, and the share (facets,) of each facet of face 1 that faces 2."""
-    overlaps = facet_overlaps(face_1.facets, face_1.points, face_2.facets, face_2.points)
-    share = faced(overlaps, face_1.corners)
+    overlaps = facet_overlaps(face_1, face_2)
+    share = _sums(overlaps, overlaps.weights, face_1) / face_1.sizes
     _check_faced(share, face_1, part)
     return overlaps, share
+
+
+def _sums(overlaps: Overlaps, values: Array, face_1: Face) -> Array:
+    """(facets,) sums of the values (m,) at points of integration over each facet of face 1."""
+    return np.bincount(overlaps.facet, values, len(face_1.facets)).astype(float)
 
 
 def edge_length(corners: Array) -> float:
@@ -270,7 +256,7 @@ def _part_beyond(share: Array, face_1: Face) -> tuple[float, float]:
 
     Facets of round faces may miss each other by their sag: this does not count.
     """
-    areas = np.linalg.norm(areas_of(face_1.corners), axis=1)
+    areas = face_1.sizes
     is_flat = face_1.sag()[face_1.facets].max(axis=1) == 0
     counts = (share < FACED) | (is_flat & (share < 1 - _DRAWN))
     beyond = float(np.sum((1 - share) * areas * counts))
@@ -344,13 +330,15 @@ def check_touching(
         # The box in which both bodies are.
         low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near
         high = np.min([mesh.p.max(axis=1) for mesh in meshes], axis=0) + near
-        facets_1, facets_2 = (
-            _free_facets(mesh, np.concatenate([*joined.get(pair, []), no_nodes]), low, high)
-            for mesh, pair in zip(meshes, ((name_1, name_2), (name_2, name_1)), strict=True)
-        )
-        if not len(facets_1) or not len(facets_2):
+        faces = []
+        for mesh, error, pair in zip(
+            meshes, errors, ((name_1, name_2), (name_2, name_1)), strict=True
+        ):
+            nodes = np.concatenate([*joined.get(pair, []), no_nodes])
+            faces.append(Face(_free_facets(mesh, nodes, low, high), mesh.p.T, error))
+        if not all(len(face.facets) for face in faces):
             continue
-        middles = _touching(facets_1, meshes[0].p.T, errors[0], facets_2, meshes[1].p.T, errors[1])
+        middles = _touching(*faces)
         if len(middles):
             raise ModelError(
                 f"contacts: bodies {name_1!r} and {name_2!r} touch around {place(middles[0])}, "
@@ -371,32 +359,24 @@ def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Integ
     return facets_around(mesh, outline[~is_joined & above & below])
 
 
-def _touching(
-    facets_1: Integers,
-    x: Array,
-    x_errors: Array,
-    facets_2: Integers,
-    y: Array,
-    y_errors: Array,
-) -> Array:
-    """(m, d) middles of the parts of facets of body 1 that lie on facets of body 2.
+def _touching(face_1: Face, face_2: Face) -> Array:
+    """(m, d) middles of the parts of facets of face 1 that lie on facets of face 2."""
+    overlaps = facet_overlaps(face_1, face_2)
 
-    Facets are given by their nodes, with the coordinates of the bodies and their errors.
-    """
-    overlaps = facet_overlaps(facets_1, x, facets_2, y)
-    points_1 = np.einsum("mk,mkd->md", overlaps.phi, x[overlaps.nodes_1])
-    points_2 = np.einsum("mk,mkd->md", overlaps.chi, y[overlaps.nodes_2])
-    errors = np.einsum("mk,mkd->md", overlaps.phi, x_errors[overlaps.nodes_1]) + np.einsum(
-        "mk,mkd->md", overlaps.chi, y_errors[overlaps.nodes_2]
-    )
+    def at_points(of_1: Array, of_2: Array) -> tuple[Array, Array]:
+        """(m, d) values of nodes of both faces at the points of integration."""
+        return (
+            np.einsum("mk,mkd->md", overlaps.phi, of_1[overlaps.nodes_1]),
+            np.einsum("mk,mkd->md", overlaps.chi, of_2[overlaps.nodes_2]),
+        )
+
+    points_1, points_2 = at_points(face_1.points, face_2.points)
     difference = points_1 - points_2
-    error = error_along(unit_vectors(difference), errors)
+    errors_1, errors_2 = at_points(face_1.errors, face_2.errors)
+    error = error_along(unit_vectors(difference), errors_1 + errors_2)
     is_apart = measured(np.linalg.norm(difference, axis=1), error) > 0
     weights = np.where(is_apart, 0.0, overlaps.weights)
-    count = len(facets_1)
-    sizes = np.bincount(overlaps.facet, weights, minlength=count)
-    touching = sizes > COUNTS * np.linalg.norm(areas_of(x[facets_1]), axis=1)
-    moments = np.column_stack(
-        [np.bincount(overlaps.facet, weights * x_i, minlength=count) for x_i in points_1.T]
-    )
+    sizes = _sums(overlaps, weights, face_1)
+    touching = sizes > COUNTS * face_1.sizes
+    moments = np.column_stack([_sums(overlaps, weights * x, face_1) for x in points_1.T])
     return np.asarray(moments[touching] / sizes[touching, None])

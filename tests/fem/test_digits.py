@@ -11,7 +11,7 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 from frictopt.fem.coincidence import coordinate_errors, measured
-from frictopt.fem.faces import sag
+from frictopt.fem.faces import Face
 from helpers.cases import few
 
 
@@ -152,7 +152,7 @@ def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
 
     def of_line(curvature):
         points = digits(np.column_stack([x, 0.1 + x / 3 + curvature * x**2 / 2]), count)
-        return sag(facets, points, coordinate_errors(points))
+        return Face(facets, points, coordinate_errors(points)).sag()
 
     slope = 1 / 3 + 0.2 * x[3]
     edge = (x[1] - x[0]) * np.sqrt(1 + slope**2)

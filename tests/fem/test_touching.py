@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from frictopt.fem.faces import facet_overlaps, neighbours, normals_of
+from frictopt.fem.faces import Face, facet_overlaps, neighbours, normals_of
 from frictopt.fem.mortar import check_touching
 from helpers.cases import few
 from helpers.meshes import blocks, hung, rotation, turned, uniform_loads
@@ -78,7 +78,8 @@ def test_facets_face_each_other_up_to_sixty_degrees(degrees):
     """Two edges cross in the middle: the projection of one edge covers the cosine of the other."""
     along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))]) / 2
     edge, ends = np.array([[0, 1]]), np.array([[-0.5, 0.0], [0.5, 0.0]])
-    overlaps = facet_overlaps(edge, ends, edge, np.array([along, -along]))
+    faces = (Face(edge, points, 0 * points) for points in (ends, np.array([along, -along])))
+    overlaps = facet_overlaps(*faces)
     shared = np.cos(np.radians(degrees)) if degrees <= 60 else 0.0
     assert overlaps.weights.sum() == pytest.approx(shared, rel=1e-12)
 
