@@ -72,27 +72,25 @@ def notes_on_moves(cause: str, before: Mapping[str, Body], after: Mapping[str, B
     """
     notes = []
     for name, body in before.items():
-        notes += _note_on_moves(f"{cause}, body {name!r}", body, after[name])
+        argument = f"{cause}, body {name!r}"
+        moved = after[name].mesh
+        count = moved.nvertices
+        length = np.linalg.norm(moved.p - body.mesh.p, axis=0)[:count]
+        length[length <= np.linalg.norm(body.errors[:count], axis=1)] = 0.0
+        if not length.any():
+            continue
+        edge = _shortest_edges(body.mesh)
+        if (i := first_of(length > _LARGEST_MOVE * edge, length / edge)) is not None:
+            raise ModelError(
+                f"{argument}: node {body.numbers[i]} at {place(body.mesh.p[:, i])} would move by "
+                f"{length[i]:.3g}, and an element there has an edge of {edge[i]:.3g}; a node may "
+                f"move by {_LARGEST_MOVE:g} of the shortest edge: reduce the tolerance, or repair "
+                "the mesh"
+            )
+        check_elements(moved)
+        nodes = number_of(int(np.count_nonzero(length)), "node")
+        notes.append(f"{argument}: {nodes} moved, by up to {length.max():.3g}")
     return notes
-
-
-def _note_on_moves(argument: str, before: Body, after: Body) -> list[str]:
-    count = before.mesh.nvertices
-    length = np.linalg.norm(after.mesh.p - before.mesh.p, axis=0)[:count]
-    length[length <= np.linalg.norm(before.errors[:count], axis=1)] = 0.0
-    if not length.any():
-        return []
-    edge = _shortest_edges(before.mesh)
-    if (i := first_of(length > _LARGEST_MOVE * edge, length / edge)) is not None:
-        raise ModelError(
-            f"{argument}: node {before.numbers[i]} at {place(before.mesh.p[:, i])} would move by "
-            f"{length[i]:.3g}, and an element there has an edge of {edge[i]:.3g}; a node may "
-            f"move by {_LARGEST_MOVE:g} of the shortest edge: reduce the tolerance, or repair "
-            "the mesh"
-        )
-    check_elements(after.mesh)
-    moved = number_of(int(np.count_nonzero(length)), "node")
-    return [f"{argument}: {moved} moved, by up to {length.max():.3g}"]
 
 
 def _shortest_edges(mesh: Mesh) -> Array:

@@ -158,10 +158,9 @@ class Body:
         """
         if self.element != "quadratic":
             return self
-        body = self.with_mesh(through_corners(self.mesh))
-        corners = slice(body.mesh.p.shape[1])
-        vars(body).update(errors=self.errors[corners], written=self.written[:, corners])
-        return body
+        mesh = through_corners(self.mesh)
+        corners = slice(mesh.p.shape[1])
+        return self.with_mesh(mesh, errors=self.errors[corners], written=self.written[:, corners])
 
     @cached_property
     def errors(self) -> Array:
@@ -186,19 +185,21 @@ class Body:
         """(nodes,) numbers of the nodes in errors, from the deck or from the mesh."""
         return np.arange(self.mesh.p.shape[1]) if self.deck_node is None else self.deck_node
 
-    def with_mesh(self, mesh: Mesh) -> Body:
-        """The body with another mesh. It is not checked: a body that a bolt cuts has two parts."""
+    def with_mesh(self, mesh: Mesh, **known: Array) -> Body:
+        """The body with another mesh, with known `errors` and `written`.
+
+        It is not checked: a body that a bolt cuts has two parts.
+        """
         body = copy(self)
-        for known in ("errors", "written"):
-            vars(body).pop(known, None)
-        object.__setattr__(body, "mesh", mesh)
+        for name in ("errors", "written"):
+            vars(body).pop(name, None)
+        vars(body).update(mesh=mesh, **known)
         return body
 
     def moved(self, points: Array) -> Body:
         """The body with its nodes at other points (d, nodes); their errors and names stay."""
-        body = self.with_mesh(replace(self.mesh, doflocs=np.ascontiguousarray(points)))
-        vars(body).update(errors=self.errors, written=self.written)
-        return body
+        mesh = replace(self.mesh, doflocs=np.ascontiguousarray(points))
+        return self.with_mesh(mesh, errors=self.errors, written=self.written)
 
 
 def check_kind(mesh: Mesh) -> None:

@@ -77,8 +77,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
         return MatrixJob(K, labels)
 
     deck_path = inp if deck is None else file_path("deck", deck)
-    _check_widths(deck_path)
-    _check_keywords(deck_path)
+    _check_deck(deck_path)
     listed = read_deck(deck_path)
     labels = with_generalised(labels, listed)
     _check_no_plane_stress(labels, listed)
@@ -114,9 +113,17 @@ def _stiffness(path: Path, dof: Path, size: int) -> csr_matrix:
     return symmetric(row - 1, column - 1, value.astype(np.float64), size)
 
 
-def _check_widths(path: Path) -> None:
-    """Check that CalculiX has read each number of the deck whole."""
+def _check_deck(path: Path) -> None:
+    """Check that CalculiX has read each number of the deck whole, and which rows the matrix has.
+
+    Some keywords make rows that are no displacements of nodes. CalculiX 2.20 puts the springs of a
+    contact into the matrix of a perturbation step.
+    """
+    keywords = set()
+    has_perturbation = False
     for block in blocks(path):
+        keywords.add(block.keyword)
+        has_perturbation |= block.keyword == "STEP" and "PERTURBATION" in block.parameters
         for entry in (entry for line in block.lines for entry in entries(line)):
             if len(entry) > _WIDTH and _is_cut(entry):
                 raise ModelError(
@@ -124,6 +131,16 @@ def _check_widths(path: Path) -> None:
                     f"{_WIDTH} characters, {entry[:_WIDTH]}; write numbers with fewer, such as "
                     "%.12e, and let CalculiX write its matrix again"
                 )
+    if has_perturbation and "CONTACTPAIR" in keywords:
+        raise ModelError(
+            f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into "
+            "the matrix; take *CONTACT PAIR out"
+        )
+    if keywords & {"RIGIDBODY", "KINEMATIC"}:
+        raise ModelError(
+            f"deck {path.name}: the matrix has rotations of its *RIGID BODY or *COUPLING; read the "
+            "deck itself, by read_joint, or write the constraint as *EQUATION"
+        )
 
 
 def _is_cut(entry: str) -> bool:
@@ -138,28 +155,6 @@ def _is_cut(entry: str) -> bool:
     except ValueError:
         return True
     return not abs(cut - value) <= ROUNDING * abs(value)
-
-
-def _check_keywords(path: Path) -> None:
-    """Refuse keywords whose rows of the matrix are no displacements of nodes.
-
-    CalculiX 2.20 puts the springs of a contact into the matrix of a perturbation step.
-    """
-    keywords = set()
-    has_perturbation = False
-    for block in blocks(path):
-        keywords.add(block.keyword)
-        has_perturbation |= block.keyword == "STEP" and "PERTURBATION" in block.parameters
-    if has_perturbation and "CONTACTPAIR" in keywords:
-        raise ModelError(
-            f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into "
-            "the matrix; take *CONTACT PAIR out"
-        )
-    if keywords & {"RIGIDBODY", "KINEMATIC"}:
-        raise ModelError(
-            f"deck {path.name}: the matrix has rotations of its *RIGID BODY or *COUPLING; read the "
-            "deck itself, by read_joint, or write the constraint as *EQUATION"
-        )
 
 
 def _check_no_plane_stress(labels: Integers, deck: Deck) -> None:
