@@ -285,7 +285,7 @@ CLAIMS = (
         by="`GuaranteedLimit`",
         holds_if="always: the slip of the answer brings this node to these bounds",
         source="the contact law, checked in each run",
-        tests="test_limit_kinds::test_the_reason_of_a_witness_names_node_and_corners test_least_load::test_the_guaranteed_limit_of_an_interval test_reasons::test_a_node_that_slip_unloads_is_named",
+        tests="test_limit_kinds::test_the_reason_of_a_witness_names_node_and_corners test_reasons::test_a_node_that_slip_unloads_is_named",
     ),
     Claim(
         "answers.sentences.WEDGED",

@@ -196,44 +196,6 @@ def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_ref
             )
 
 
-def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():
-    """Two bolts share a budget b in proportion to the shears of their nodes.
-
-    No mean load presses the nodes, only the bolts do. A node that is sheared along X, then along Y,
-    by s needs the force |s| / (sqrt 2 f) of its bolt per unit of the load factor. Each bolt has a
-    least force; else one bolt would carry all, and the node of the other one would be open.
-    """
-    shears, f, budget = np.array([1.0, 0.4]), 0.3, 5.0
-    none = np.zeros(2)
-    loads = {
-        "one": [0, 0, 0, 0, 1, 0],
-        "two": [0, 0, 0, 0, 0, 1],
-        "X": np.r_[shears, none, none],
-        "Y": np.r_[none, shears, none],
-    }
-    contact = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
-    model = fo.DesignModel(
-        contact, fo.LoadCycle({}, [{"X": 1.0}, {"Y": 1.0}]), preloads=["one", "two"]
-    )
-    design = model.solve(
-        f, [(cp.sum(model.preload) <= budget).set_label("budget"), model.preload >= 1.0]
-    )
-    # The circle through both points has half their distance.
-    assert design.load_factor == pytest.approx(f * budget * np.sqrt(2) / 1.4, rel=1e-8)
-    assert design.preload.to_numpy() == pytest.approx(budget * shears / 1.4, rel=1e-6)
-    assert float(design.prices["budget"]) == pytest.approx(f * np.sqrt(2) / 1.4, rel=1e-6)
-    assert design.prices["constraints[1]"] == pytest.approx([0.0, 0.0], abs=1e-8)
-    assert list(design.preload.index) == ["one", "two"]
-    assert design.slip == pytest.approx(
-        -design.load_factor / 2 * np.column_stack([shears, shears]), abs=1e-6
-    )
-    least = model.solve(
-        f, [model.load_factor == 1.0, model.preload >= 0.9], objective=-cp.sum(model.preload)
-    )
-    assert least.preload.sum() == pytest.approx(1.4 / f / np.sqrt(2), rel=1e-7)
-    assert least.bound == pytest.approx(least.objective, rel=1e-8)
-
-
 @pytest.mark.parametrize("mean", [1.0, 1e-12])
 @pytest.mark.filterwarnings("ignore:friction")
 def test_a_bolt_on_a_joint_that_hardly_carries(mean):

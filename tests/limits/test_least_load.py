@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
-from helpers.motions import about_its_middle
-from helpers.systems import CYCLE, NODE, SEEDS, excess, linprog_limit, on_both_bounds, random_system
+from helpers.systems import CYCLE, NODE, SEEDS, excess, linprog_limit, random_system
 from studies.validation.verify import verify
 
 Z = [0.0, 0.0]
@@ -189,61 +188,6 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
     assert endless.least == pytest.approx(1.25)
     assert endless.load_factor == np.inf
     assert "from 1.25 on" in endless.reason
-
-
-def least_on_both_bounds(contact, cycle, f, least):
-    """The least load factor at which a safe slip holds a node on both its bounds.
-
-    Only load factors above `least` count, and only nodes that can be on both bounds.
-    """
-    return min(
-        (
-            low
-            for low, high in on_both_bounds(contact, cycle, f)
-            if high > least * (1 + 1e-6) + 1e-6
-        ),
-        default=np.inf,
-    )
-
-
-@settings(max_examples=few(12))
-@given(seed=SEEDS, nodes=st.integers(1, 3), corners=st.integers(2, 3), f=st.floats(0.1, 0.9))
-def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
-    """The guaranteed limit of an interval agrees with linear programs over raw slips.
-
-    Below the limit transients come to rest unless nodes open. Next to a limit at the lower end of
-    the interval some transients do not come to rest.
-    """
-    rng = np.random.default_rng(seed)
-    contact, cycle = pressing_cycle(rng, nodes, corners)
-    limit = fo.guaranteed_limit(contact, cycle, f)
-    if not limit.least > 0 or limit.open.any():  # the oracle keeps all nodes closed
-        return
-    least, largest = oracle(contact, cycle, f)
-    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8)
-    if not limit.proven:
-        assert limit.load_factor == pytest.approx(
-            min(largest, least_on_both_bounds(contact, cycle, f, least)), rel=1e-6
-        )
-    if limit.load_factor > 1.001 * least:
-        for share in (0.02, 0.5):
-            load_factor = least + share * (min(limit.load_factor, 3 * least) - least)
-            about = about_its_middle(cycle, load_factor)
-            slip = rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5)
-            steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
-            if steady.outcome is not fo.Outcome.SHAKEDOWN:
-                path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
-                assert path.gap[path.time > corners].max() > 1e-9
-    elif largest > 1.001 * least:
-        at, slip = limit.witness_above_least(1.05 * least)
-        assert least < at <= 1.05 * least and "at every load factor just above" in limit.reason
-        ends = [about_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
-        assert fo.Outcome.CYCLIC_SLIP in [
-            fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends
-        ]
-        assert verify(limit, starts=4, moved=0).persists
-        with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):
-            limit.witness_above_least(0.5 * least)
 
 
 def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so():

@@ -1,5 +1,4 @@
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -8,45 +7,13 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.separation import pulled_system
 from helpers.spatial import random_contact, vectors
-from helpers.systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, random_system, system
+from helpers.systems import CYCLE, random_system, system
 
 ONE_WAY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
 
 
 def pulled(sigma):
     return fo.LoadCycle({"P": 1.0}, [{"sigma": sigma}])
-
-
-@pytest.mark.parametrize(
-    ("data", "friction", "expected"),
-    [
-        (ONE_NODE, 0.4, 0.326086956522),
-        (FIRST_PAIR, 0.6, 0.576923076923),
-        (SECOND_PAIR, 0.4, 0.909090909091),
-        (THREE, 0.4, 0.760869565217),
-    ],
-)
-def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
-    contact = system(*data)
-    found = fo.onset(contact, CYCLE, friction)
-    assert found.slip.load_factor == pytest.approx(expected, rel=1e-11)
-    alone = [
-        fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [corner]), friction)
-        for corner in CYCLE.corners
-    ]
-    table = found.to_frame()
-    for event, events in (
-        ("slip", [one.slip for one in alone]),
-        ("separation", [one.separation for one in alone]),
-    ):
-        rows = table[table["event"] == event]
-        assert rows["corner"].tolist() == [0, 1]
-        assert rows["loads"].tolist() == list(CYCLE.corner_names)
-        assert rows["load_factor"].tolist() == [one.load_factor for one in events]
-        assert rows["sense"].tolist() == [one.sense for one in events]
-        assert [None if pd.isna(node) else node for node in rows["node"]] == [
-            one.node for one in events
-        ]
 
 
 @pytest.mark.parametrize("make", [random_system, random_contact], ids=["plane", "space"])

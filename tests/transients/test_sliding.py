@@ -3,8 +3,6 @@
 The forces of equilibrium are found by a cone program.
 """
 
-import re
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -14,44 +12,6 @@ from frictopt.contact.components import frames_of
 from frictopt.transients.statics import check_sliding, rigid_motions
 from helpers.cases import few
 from helpers.components import joined
-
-SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
-
-
-def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
-    """The answer names the direction in which a punch slides that only friction holds.
-
-    By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P = 1.2.
-    """
-    system = SCENE.condense()
-    turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(9))  # the tangents by a right angle
-    loads = {name: turn @ joined(*pair) for name, pair in system.bonded.items()}
-    frames = system.frames[:, [1, 0, 2]] * [[1], [-1], [1]]
-    turned = fo.ContactSystem(turn @ system.S @ turn.T, system.points, loads, frames=frames)
-    for corner, along, demand in (
-        ({"Qx": -0.31}, "(-1, 0, 0)", 1.24),
-        ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697),
-    ):
-        cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
-        load = f"the load at the corner ({cycle.corner_names[1]})"
-        message = f"the body slides as a whole: {load} has the shear force {demand} along {along}, above f P = 1.2;"
-        for ask, contact in ((fo.march, system), (fo.steady_state, turned)):
-            with pytest.raises(fo.NoContinuation, match=re.escape(message)):
-                ask(contact, cycle, 0.3, 1.0)
-    assert (
-        fo.march(
-            system, fo.LoadCycle({"P": 1.0}, [{"Qx": 0.299}]), 0.3, 1.0, cycles=1, steps=2
-        ).residual
-        <= 1e-9
-    )
-    with pytest.raises(
-        fo.NoContinuation,
-        match=r"^the body slides as a whole: the mean load has the shear force 1\.6 along",
-    ):
-        fo.march(system, fo.LoadCycle({"P": 1.0, "Qx": 0.4}, [{"Qx": 0.1}]), 0.3, 1.0)
-    with pytest.raises(fo.NoContinuation, match="the body lifts off or turns over"):
-        fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": -1.5}]), 0.3, 1.0)
-
 
 MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
 
