@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import matplotlib
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -104,30 +104,6 @@ def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
         assert row["turn"] == 0
 
 
-@pytest.mark.parametrize("angle", [20.0, 45.0, 70.0])
-@pytest.mark.parametrize("held", [True, False])
-def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_leave(angle, held):
-    """The normals of the two faces lean by an angle to either side. Forces along the line between
-    the faces are either within friction, or no forces balance themselves."""
-    beta = np.radians(angle)
-    normals = np.array([[np.sin(beta), np.cos(beta)], [-np.sin(beta), np.cos(beta)]])
-    system = body(
-        np.random.default_rng(5),
-        np.array([[-1.0, 0.0], [1.0, 0.0]]),
-        normals,
-        {"P": [0.0, 0.0, 1.0, 1.0], "Q": [1.0, 1.0, 0.0, 0.0]},
-    )
-    friction = np.tan(np.pi / 2 - beta + (0.01 if held else -0.01))
-    cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
-    forces = fo.gross_slip(system, cycle, friction, seconds=0).self_stress
-    assert (forces is not None) is held
-    if held:
-        assert forces[1] == pytest.approx([0.5, 0.5], abs=1e-6)
-        along = np.einsum("an,nak->nk", forces, system.frames)
-        assert along[0] == pytest.approx(-along[1], abs=1e-5)
-        assert along[0, 1] == pytest.approx(0.0, abs=1e-5)
-
-
 def test_what_has_no_forces_in_balance_is_asked_no_transients():
     """Contacts without forces in balance need no transients, which would have no time here.
 

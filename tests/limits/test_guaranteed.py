@@ -98,34 +98,6 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
     assert set(limit.to_frame().how) <= {"solved", "never critical", "one corner alone governs"}
 
 
-def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper_cycle):
-    contact = punch(16)
-    free = fo.guaranteed_limit(contact, paper_cycle, 0.5)
-    slide = (free.slip.max() + free.slip.min()) / 2  # the punch may slide as a whole
-    size = np.abs(free.slip - slide).max()
-    limits = []
-    for share in (100.0, 1.0, 0.6, 0.3):
-        most = share * size * (1 + 1e-9)
-        limit = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=most)
-        limits.append(limit.load_factor)
-        check(limit)
-        assert np.abs(limit.slip).max() <= most
-    assert limits[0] == pytest.approx(free.load_factor, rel=1e-8)
-    assert np.all(np.diff(limits) >= -1e-9)
-    assert limits[2] > 1.05 * free.load_factor
-    assert limits[-1] <= free.shakedown.load_factor
-    # Some nodes slip under P alone.
-    nothing = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=0.0)
-    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP
-    assert not nothing.proven
-    assert np.isnan(nothing.load_factor)
-    assert np.isnan(nothing.reactions).all()
-    only = np.where(np.arange(17) == 8, 0.0, 1e3)
-    assert fo.guaranteed_limit(
-        contact, paper_cycle, 0.5, slip_bound=only
-    ).load_factor == pytest.approx(free.load_factor, rel=1e-6)
-
-
 @pytest.mark.parametrize("solver", ["HIGHS", "CLARABEL", "HIGHS_IPM"])
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_each_solver_alone_is_named(punch, paper_cycle, ask, solver):

@@ -128,27 +128,6 @@ def test_one_node_and_two_corners_in_closed_form(seed):
         assert critical >= limit.load_factor * (1 - 1e-8)
 
 
-@pytest.mark.parametrize("seed", [0, 3, 5])
-def test_a_slip_bound_and_constraints_of_your_own(seed):
-    contact, loads, f = centred(seed, most=4)
-    free = fo.guaranteed_limit(contact, loads, f)
-    most = 0.7 * free.largest_slip
-    limit = fo.guaranteed_limit(contact, loads, f, slip_bound=most)
-    least = min(least_of_node(contact, loads, f, node, most=most) for node in range(contact.nodes))
-    assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6)
-    assert limit.load_factor > free.load_factor
-    model = fo.GuaranteedModel(contact, loads)
-    constrained = model.solve(f, [model.slip[0, 0] >= free.slip[0, 0] + 0.1])
-    rows = [lambda slip: slip[0, 0] >= free.slip[0, 0] + 0.1]
-    least = min(
-        least_of_node(contact, loads, f, node, user_rows=rows) for node in range(contact.nodes)
-    )
-    assert constrained.load_factor == pytest.approx(
-        min(least, constrained.shakedown.load_factor), rel=1e-6
-    )
-    assert constrained.constraints
-
-
 def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
     contact, loads, f = centred(192, most=4)
     limit = fo.guaranteed_limit(contact, loads, f)

@@ -14,10 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
-from matplotlib.quiver import Quiver
 from matplotlib.text import Text
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
-from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from frictopt.fem.supports import nodes_of
@@ -391,43 +388,6 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
     assert [text.get_text() for text in ax.texts] == (numbers if several else [])
     names = {f"{number}: {contact.name}" for number, contact in enumerate(model.contacts, start=1)}
     assert names <= set(named) or not several
-
-
-@pytest.mark.parametrize("element", ["linear", "quadratic"])
-@pytest.mark.parametrize("mesh", [MeshTri, MeshQuad, MeshTet, MeshHex])
-def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
-    """This also holds where corner nodes carry no force of a uniform traction, or a force against
-    it."""
-    line, d = np.linspace(0.0, 1.0, 4), mesh.elem.refdom.dim()
-    lines = [line] * (d - 1)
-    pad = mesh.init_tensor(*lines, line).with_boundaries(
-        {"foot": lambda x: x[-1] == 0, "end": lambda x: x[0] == 1}
-    )
-    base = mesh.init_tensor(*lines, line - 1).with_boundaries(
-        {"face": lambda x: x[-1] == 0, "low": lambda x: x[-1] == -1}
-    )
-    direction = np.array([2.0, 3.0, -6.0])[:d]
-    model = fo.fem.ContactModel(
-        {"pad": fo.fem.Body(pad, element=element), "base": fo.fem.Body(base, element=element)},
-        contacts=[fo.fem.Contact("pad", "base", "foot", "face")],
-        supports=[fo.fem.Support("base", "low")],
-        loads={
-            "pull": [fo.fem.Traction("pad", "end", **dict(zip("xyz", direction, strict=False)))]
-        },
-    )
-    axes = model.plot()
-    if d == 2:
-        (drawn,) = (one for one in axes.collections if isinstance(one, Quiver))
-        begin, step = np.asarray(drawn.XY), np.column_stack([drawn.U, drawn.V])
-    else:
-        (drawn,) = (one for one in axes.collections if isinstance(one, Line3DCollection))
-        # The shafts, before the halves of the heads.
-        ends = np.asarray(drawn._segments3d)[: len(drawn._segments3d) // 3]
-        begin, step = ends[:, 1], ends[:, 0] - ends[:, 1]
-    assert len(begin) == (3 if d == 2 else 9) and np.allclose(begin[:, 0], 1.0)
-    assert np.allclose(
-        step / np.linalg.norm(step, axis=1)[:, None], direction / np.linalg.norm(direction)
-    )
 
 
 def test_fields_show_the_von_mises_stress_of_all_bodies():

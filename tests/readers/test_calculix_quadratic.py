@@ -13,7 +13,6 @@ from skfem import MeshTri
 
 import frictopt as fo
 from helpers.calculix import KINDS, NODES, deck, displacements, elements, run
-from helpers.components import joined
 from helpers.quadratic import dimensions, two_boxes
 
 pytestmark = pytest.mark.ccx
@@ -44,34 +43,6 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     assert tied.force("CU", pressure=1.0).sum() == pytest.approx(1.0)
     assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1])
     assert len(tied.normals("CU")) == 3 ** (d - 1)
-
-
-@pytest.mark.parametrize("kind", ["CPE6", "C3D10"])
-def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
-    """Straight triangles and tetrahedra have the same matrices in any code. Shear acts on the top;
-    from edges it goes to the corners, too."""
-    d = dimensions(KINDS[kind])
-    bodies = two_boxes(KINDS[kind], fo.fem.Material(2.0, 0.3), bulge=None)
-    job = fo.readers.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces(
-        "CU", "CL"
-    )
-    load = dict(zip("xyz", [1.0, *[-0.5] * (d - 1)], strict=False))
-    system = condensed(
-        job, lambda job: job.force("TOP", traction=list(load.values())), np.eye(d)[-1]
-    )
-    reference = fo.fem.ContactModel(
-        bodies, [fo.fem.Support("lower", "far")], {"P": [fo.fem.Traction("upper", "far", **load)]}
-    ).condense()
-    place = np.array(
-        [np.linalg.norm(reference.points - point, axis=1).argmin() for point in system.points]
-    )
-    order = np.concatenate([place + axis * reference.nodes for axis in range(d)])
-    assert np.allclose(
-        system.S, reference.S[np.ix_(order, order)], rtol=0, atol=1e-9 * np.abs(reference.S).max()
-    )
-    assert np.allclose(
-        joined(*system.bonded["P"]), joined(*reference.bonded["P"])[order], rtol=0, atol=1e-9
-    )
 
 
 @pytest.mark.parametrize("kind", ["CPE8", "C3D20", "C3D10"])

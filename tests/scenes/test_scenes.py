@@ -102,50 +102,6 @@ def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
     assert found.separation.load_factor == pytest.approx(1 / C, rel=5e-3)
 
 
-def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
-    """A shear force in the plane of the contact: that on the top of the punch, and a couple there
-    that takes its moment away."""
-    scene = fo.scenes.RoundedPunch(
-        radius=50.0, punch=fo.scenes.PunchOnHalfPlane(elements=80, grading=1.0, growth=1.2)
-    )
-    model, height = scene.model(), scene.punch.punch_height
-    punch = model.bodies["punch"]
-    mesh = punch.mesh.with_boundaries(
-        {
-            "one": lambda x: (x[1] == height) & (x[0] < 0),
-            "two": lambda x: (x[1] == height) & (x[0] > 0),
-        }
-    )
-    shear = [
-        fo.fem.Traction("punch", "top", x=1.0),
-        fo.fem.Traction("punch", "two", y=2 * height),
-        fo.fem.Traction("punch", "one", y=-2 * height),
-    ]
-    model = replace(
-        model,
-        bodies={**model.bodies, "punch": replace(punch, mesh=mesh)},
-        loads={"P": model.loads["P"], "Q": shear},
-    )
-    system = model.condense().with_gap(scene.gap)
-    assert abs(system.bonded["Q"][1] @ system.x) < 1e-10 and system.bonded["Q"][
-        0
-    ].sum() == pytest.approx(-2.0)
-    a, f = 0.2, 0.5
-    P = np.pi * system.E_star * a**2 / (4 * scene.radius)
-    hertz = fo.reference.LineContact(P, scene.radius, system.E_star, f)
-    cycle = fo.LoadCycle({"P": P / 2}, [{"Q": 1.0}, {"Q": -1.0}])
-    steady = fo.steady_state(system, cycle, f, 0.3 * f * P)
-    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
-        hertz.dissipation(0.6 * f * P), rel=0.06
-    )
-    p = fo.march(system, cycle, f, 0.3 * f * P, cycles=1).p[-1]
-    assert system.width[p > 0].sum() / 2 == pytest.approx(a, abs=0.02)
-    inside = np.abs(system.x) < 0.8 * a
-    assert np.allclose(
-        p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03
-    )
-
-
 @refused(
     (fo.scenes.Dovetail, {"angle": 5.0}, "angle: 5"),
     (fo.scenes.Dovetail, {"elements": 5}, "multiple of 2"),

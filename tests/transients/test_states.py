@@ -31,29 +31,6 @@ def same_end(one, other, size):
     )
 
 
-def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean_load(
-    rounded, paper_cycle, whole
-):
-    size = float(np.abs(whole.p).max())
-    inside = [int(np.argmin(np.abs(whole.time - time))) for time in (0.5, 1.4, 2.6)]
-    corners = [int(np.flatnonzero(whole.time == number)[-1]) for number in (0, 1, 2, 3)]
-    for row in inside + corners:
-        state = whole.state_at(row)
-        # The state's own cycle ends in any case.
-        done = int(whole.time[row]) // 2 + (state.next_corner > 0)
-        again = fo.march(rounded, paper_cycle, 0.6, 1.5, initial_state=state, cycles=3 - done)
-        assert again.time[0] == state.next_corner
-        assert again.time[-1] == 2 * (3 - done) + 2 * (state.next_corner > 0)
-        assert again.residual < 1e-9 and same_end(whole, again, size)
-        assert np.array_equal(again.slip[0], whole.slip[row])
-        assert again.cycle_work.shape == (3 - done, 25)
-        # Only the rest of that cycle is followed.
-        part = int(row in inside and state.next_corner == 0)
-        assert np.allclose(
-            again.cycle_work[part:], whole.cycle_work[done + part :], rtol=1e-8, atol=1e-12
-        )
-
-
 @pytest.mark.parametrize("seed", few(range(10)))
 def test_random_contacts_go_on_from_any_state(seed):
     rng = np.random.default_rng(seed)
