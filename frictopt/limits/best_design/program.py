@@ -28,7 +28,7 @@ from ..printed.user_rows import UserRows
 from ..program.assembled import law_rows, within_slip_bound
 from ..program.question import Question, pose_like, with_open
 from ..program.rest_program import RestProgram
-from ..program.solution import Judged, Solution, contradiction, growth, solve
+from ..program.solution import Judged, Solution, Solved, contradiction, growth, solve
 from ..search.loose_nodes import own_motions
 from .design import NoneSafeError
 
@@ -65,12 +65,7 @@ def design_problem(
             listed += rest_rows(question, x, opened)
             slip = whole.values["slip"]
         here = slice(first, first := first + len(question.r1))
-        multipliers = {
-            name: value[here] if value.ndim == 2 and len(value) > len(question.r1) else value
-            for name, value in whole.multipliers.items()
-        }
-        part = replace(whole, question=question, moves=whole.moves[here], multipliers=multipliers)
-        fillings.append((listed, part, {own.slip: slip}))
+        fillings.append((listed, _of_scenario(whole, question, here), {own.slip: slip}))
         rows += listed
     problem = models.shakedown(x, rows)
     if user is not None:
@@ -84,6 +79,15 @@ def design_problem(
     for listed, part, values in fillings:
         fill(problem, listed, part, values)
     return problem
+
+
+def _of_scenario(whole: Solved, question: Question, here: slice) -> Solved:
+    """The part of a solved design that belongs to one scenario; `here` are its instants."""
+    multipliers = {
+        name: value[here] if value.ndim == 2 and len(value) > len(question.r1) else value
+        for name, value in whole.multipliers.items()
+    }
+    return replace(whole, question=question, moves=whole.moves[here], multipliers=multipliers)
 
 
 def _added(choice: Choice, scenario: Scenario, suffix: str) -> list[cp.Expression]:

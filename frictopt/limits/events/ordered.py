@@ -103,17 +103,9 @@ def forces_of_order(
         response_of[m] = keys[key]
         later[m] = of_set.response @ np.kron(np.eye(axes), slips.placed(m))
         if instant.event is not None:
-            at_zero, scaled = _changes(question, m)
-            fixed_varies, scaled_varies = varying(question, instant.leg)
-            change = at_zero if fixed_varies else scaled
-            if fixed_varies and scaled_varies:
-                # The product of load factor and place, linear about given values of both.
-                at = load_factor if about is None else about.load_factor
-                place = 0.0 if about is None else about.places[instant.event]
-                change = at_zero + (at or 0.0) * scaled
-                if load_factor is None:
-                    rate[m] += place * scaled
-                    start[m] -= place * (at or 0.0) * scaled
+            change, moved = _moved_by_event(question, m, instant.event, load_factor, about)
+            start[m] -= moved[0]
+            rate[m] += moved[1]
             effect = effects.setdefault(f"way{instant.event}", np.zeros((count, entries)))
             effect[m] = change
     if load_factor is None:
@@ -123,6 +115,30 @@ def forces_of_order(
     if slips.later:
         effects["later_slip"] = later
     return Forces(start, effects, responses, response_of)
+
+
+def _moved_by_event(
+    question: LiftOff, m: int, event: int, load_factor: float | None, about: About | None
+) -> tuple[Array, tuple[Array, Array]]:
+    """The change (M,) of the forces as an event moves along its leg, and what it takes and adds.
+
+    If fixed and scaled loads both vary, the forces contain the product of load factor and place.
+    About given values of both it is linear: a constant is taken off, and a rate with the load
+    factor added.
+    """
+    at_zero, scaled = _changes(question, m)
+    nothing = np.zeros_like(scaled)
+    fixed_varies, scaled_varies = varying(question, question.at[m].leg)
+    if not fixed_varies:
+        return scaled, (nothing, nothing)
+    if not scaled_varies:
+        return at_zero, (nothing, nothing)
+    at = (load_factor if about is None else about.load_factor) or 0.0
+    change = at_zero + at * scaled
+    if load_factor is not None:
+        return change, (nothing, nothing)
+    place = 0.0 if about is None else about.places[event]
+    return change, (place * at * scaled, place * scaled)
 
 
 def ordered_program(
