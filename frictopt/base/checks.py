@@ -164,7 +164,7 @@ def is_named(values: object) -> bool:
 
 
 def by_contact(name: str, values: object, system: Any) -> Any:
-    """One value for each node, from values by the names of contacts; other values as given."""
+    """Values for each node, from values by the names of contacts; other values as given."""
     if not is_named(values):
         return values
     named = dict(values)  # type: ignore[call-overload]
