@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from skfem import Mesh
+from skfem.quadrature import get_quadrature
 
 from ..base import Array, Booleans, Integers, check_text, choice, first_of, shown
 from ..errors import ModelError
@@ -27,7 +28,7 @@ from .elasticity import (
     quadratic,
     through_corners,
 )
-from .mixed import MIXED, MIXED_QUADRATIC, corner_sizes, with_wedges
+from .mixed import MIXED, MIXED_QUADRATIC, with_wedges
 
 # Ratios of moduli and sizes of two bodies that suggest different units.
 
@@ -242,12 +243,16 @@ def check_elements(mesh: Mesh) -> None:
 
 
 def _sizes(mesh: Mesh) -> Array:
-    """(nodes, elements) signed area or volume, from the Jacobian of the elements at their nodes."""
-    if isinstance(mesh, MIXED):
-        return corner_sizes(mesh)
+    """(places, elements) signed area or volume, from the Jacobian of the elements at their nodes.
+
+    Corners that coincide have none, so elements of several shapes have it at points of integration.
+    """
     element = mesh.elem()
     nodes = mesh.dofs.element_dofs
-    slopes = functions_of(element, len(nodes), element.doflocs.T)[1]
+    places = element.doflocs.T
+    if isinstance(mesh, MIXED):
+        places = get_quadrature(element.refdom, 2 * element.maxdeg)[0]
+    slopes = functions_of(element, len(nodes), places)[1]
     return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, nodes], slopes)))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import skfem
 from skfem import Mesh
 
-from ..base import Array, Integers
+from ..base import Integers
 
 # Corners of each shape at the corners of a hexahedron or quadrilateral, both in the order of decks.
 COLLAPSED = {
@@ -26,17 +26,6 @@ COLLAPSED = {
 }
 # Corners of scikit-fem's hexahedron, by their numbers in decks.
 HEXAHEDRON = np.array([0, 4, 3, 1, 7, 5, 2, 6])
-# Shapes by their number of corners, in the plane and in space, with their element in scikit-fem. It
-# has no pyramid.
-_SHAPES: dict[int, dict[int, tuple[str, Any]]] = {
-    2: {3: ("triangle", skfem.ElementTriP1), 4: ("quad", skfem.ElementQuad1)},
-    3: {
-        4: ("tetra", skfem.ElementTetP1),
-        5: ("pyramid", None),
-        6: ("wedge", skfem.ElementWedge1),
-        8: ("hexahedron", skfem.ElementHex1),
-    },
-}
 
 
 class _WithCollapsed:
@@ -148,47 +137,3 @@ def polygons(facets: Integers) -> list[Integers]:
     is_triangle = ~differs.all(axis=1)
     triangles = facets[is_triangle][differs[is_triangle]].reshape(-1, corners - 1)
     return [part for part in (triangles, facets[~is_triangle]) if len(part)]
-
-
-def shapes_of(mesh: Mesh) -> dict[str, tuple[Integers, Integers]]:
-    """Shape -> elements (m,) of this shape, and corners (corners, m) in the order of decks."""
-    corners = mesh.t
-    if mesh.dim() == 3:
-        corners = mesh.t[np.argsort(HEXAHEDRON)]
-    ordered = np.sort(corners, axis=0)
-    distinct = len(corners) - np.count_nonzero(ordered[1:] == ordered[:-1], axis=0)
-    shapes = {}
-    for count, (shape, _) in _SHAPES[mesh.dim()].items():
-        elements = np.flatnonzero(distinct == count)
-        if len(elements):
-            first = np.unique(COLLAPSED[shape], return_index=True)[1]
-            shapes[shape] = (elements, corners[first][:, elements])
-    return shapes
-
-
-def corner_sizes(mesh: Mesh) -> Array:
-    """(corners, elements) signed areas or volumes at the corners of each element.
-
-    They are the Jacobian of the element, in pyramids at the base. The row of a corner that is
-    repeated has the value of the first corner.
-    """
-    sizes = np.zeros(mesh.t.shape)
-    elements_of = {shape: kind for shape, kind in _SHAPES[mesh.dim()].values()}
-    for shape, (elements, nodes) in shapes_of(mesh).items():
-        if shape == "hexahedron":
-            nodes = mesh.t[:, elements]
-        x = mesh.p[:, nodes]  # (d, corners, elements)
-        if elements_of[shape] is None:
-            sides = [np.roll(x[:, :4], -1, axis=1), np.roll(x[:, :4], 1, axis=1), x[:, [4] * 4]]
-            arms = np.stack([side - x[:, :4] for side in sides])
-            of_shape = np.linalg.det(arms.transpose(2, 3, 1, 0))
-        else:
-            element = elements_of[shape]()
-            slopes = [
-                np.broadcast_to(element.lbasis(element.refdom.p, i)[1], element.refdom.p.shape)
-                for i in range(len(nodes))
-            ]
-            of_shape = np.linalg.det(np.einsum("aie,ibk->keab", x, np.array(slopes)))
-        sizes[:, elements] = of_shape[0]
-        sizes[: len(of_shape), elements] = of_shape
-    return sizes
