@@ -1,7 +1,8 @@
 """Meshes of the elements of decks, of one shape or several, with their midside nodes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import skfem
@@ -94,32 +95,48 @@ def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     if deck.is_linear:
         shape = (mesh.p.shape[1], len(deck.points))
         return mesh, csr_matrix((np.ones(len(rows)), (mesh_nodes, rows)), shape=shape)
-    kind = QUADRATIC[type(mesh)]
     t = mesh_nodes[corner_places.reshape(mesh.t.shape[::-1])].T
-    curved = kind(mesh.p, np.ascontiguousarray(t), mesh.boundaries, mesh.subdomains)
-    _check_edges_are_alike(curved, np.concatenate([_are_linear(part) for part in parts]))
-    weights = corner_weights(kind)
-    node, place_in_element, element = _first_places(curved)
-    entries = []
-    for part, first in _with_first(parts):
-        of_shape = np.zeros((len(weights), CORNERS[part.kind]))
-        np.add.at(of_shape.T, _at_corners(type(mesh), part.kind), weights.T)
-        here = np.flatnonzero((element >= first) & (element < first + len(part.numbers)))
-        values = _functions(part.kind, of_shape)[place_in_element[here]]
-        entries.append((values, node[here], part.nodes[element[here] - first]))
-    return _placed(curved, entries, deck)
-
-
-def _with_first(parts: Sequence[Elements]) -> Iterator[tuple[Elements, int]]:
-    """Each part with the number of its first element."""
-    first = 0
+    pieces = []
     for part in parts:
-        yield part, first
-        first += len(part.numbers)
+        corners = np.tile(_at_corners(type(mesh), part.kind), (len(part.numbers), 1))
+        pieces.append(_Pieces(part, np.arange(len(corners)), corners))
+    straight = replace(mesh, t=np.ascontiguousarray(t), sort_t=False)
+    return _curved(QUADRATIC[type(mesh)], straight, pieces, deck)
 
 
-def _are_linear(part: Elements) -> Booleans:
-    return np.full(len(part.numbers), is_linear(part.kind))
+class _Pieces(NamedTuple):
+    """Elements of a mesh that are elements of a part of a deck, or pieces of these.
+
+    They have the numbers (n,) of these elements in the part, and as their corners (n, k) corners of
+    these elements.
+    """
+
+    part: Elements
+    parent: Integers
+    corners: Integers
+
+
+def _curved(
+    kind: type[Mesh], straight: Mesh, pieces: Sequence[_Pieces], deck: Deck
+) -> tuple[Mesh, csr_matrix]:
+    """The quadratic mesh of pieces through their corners, and the matrix that makes its nodes."""
+    mesh = kind(straight.p, straight.t, straight.boundaries, straight.subdomains)
+    of_linear = [np.full(len(parent), is_linear(part.kind)) for part, parent, _ in pieces]
+    _check_edges_are_alike(mesh, np.concatenate(of_linear))
+    weights = corner_weights(kind)
+    # Each node in the first element that has it.
+    nodes, first = np.unique(mesh.dofs.element_dofs, return_index=True)
+    place_in_element, element = np.divmod(first, mesh.nelements)
+    entries = []
+    start = 0
+    for part, parent, corners in pieces:
+        here = np.flatnonzero((element >= start) & (element < start + len(parent)))
+        piece = element[here] - start
+        start += len(parent)
+        w = np.zeros((CORNERS[part.kind], len(here)))
+        np.add.at(w, (corners[piece].T, np.arange(len(here))), weights[place_in_element[here]].T)
+        entries.append((_functions(part.kind, w.T), nodes[here], part.nodes[parent[piece]]))
+    return _placed(mesh, entries, deck)
 
 
 def _check_edges_are_alike(mesh: Mesh, of_linear: Booleans) -> None:
@@ -136,13 +153,6 @@ def _check_edges_are_alike(mesh: Mesh, of_linear: Booleans) -> None:
             f"mesh: the edge at {place(middle)} belongs to linear and to quadratic elements; give "
             "both one order"
         )
-
-
-def _first_places(mesh: Mesh) -> tuple[Integers, Integers, Integers]:
-    """Each node of a mesh, its place in the first element that has it, and this element."""
-    node, first = np.unique(mesh.dofs.element_dofs, return_index=True)
-    place_in_element, element = np.divmod(first, mesh.t.shape[1])
-    return node, place_in_element, element
 
 
 def _placed(
@@ -227,43 +237,27 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     """
     d = mesh.dim()
     linear, kind = _SIMPLICES[d]
-    cuts = []
-    for part, first in _with_first(deck.by_shape()):
+    pieces = []
+    owner = []
+    first = 0
+    for part in deck.by_shape():
         parent, corners = _cut(corner_shape(part.kind), part.nodes[:, : CORNERS[part.kind]], d)
-        cuts.append((part, first, parent, corners))
-    t = np.concatenate([part.nodes[parent[:, None], corners] for part, _, parent, corners in cuts])
-    owner = np.concatenate([first + parent for _, first, parent, _ in cuts])
+        pieces.append(_Pieces(part, parent, corners))
+        owner.append(first + parent)
+        first += len(part.numbers)
+    t = np.concatenate([part.nodes[parent[:, None], corners] for part, parent, corners in pieces])
     subdomains = {
-        name: np.flatnonzero(np.isin(owner, elements))
+        name: np.flatnonzero(np.isin(np.concatenate(owner), elements))
         for name, elements in (mesh.subdomains or {}).items()
     }
-    straight = linear(mesh.p, np.ascontiguousarray(t.T))
+    straight = linear(mesh.p, np.ascontiguousarray(t.T), sort_t=False)
     facets = np.array(straight.facets.T)
     boundaries = {
         name: np.setdiff1d(places_among(_simplices(mesh.facets[:, members].T), facets), [-1])
         for name, members in (mesh.boundaries or {}).items()
     }
-    used, renumbered = np.unique(t, return_inverse=True)
-    curved = kind(
-        np.ascontiguousarray(mesh.p[:, used]),
-        np.ascontiguousarray(renumbered.reshape(t.shape).T),
-        boundaries,
-        subdomains,
-    )
-    of_linear = [_are_linear(part)[parent] for part, _, parent, _ in cuts]
-    _check_edges_are_alike(curved, np.concatenate(of_linear))
-    weights = corner_weights(kind)
-    node, place_in_element, element = _first_places(curved)
-    entries = []
-    start = 0
-    for part, _, parent, corners in cuts:
-        here = np.flatnonzero((element >= start) & (element < start + len(parent)))
-        piece = element[here] - start
-        start += len(parent)
-        w = np.zeros((len(here), CORNERS[part.kind]))
-        w[np.arange(len(here))[:, None], corners[piece]] = weights[place_in_element[here]]
-        entries.append((_functions(part.kind, w), node[here], part.nodes[parent[piece]]))
-    return _placed(curved, entries, deck)
+    straight = straight.with_boundaries(boundaries).with_subdomains(subdomains)
+    return _curved(kind, straight.remove_unused_nodes(), pieces, deck)
 
 
 def _simplices(facets: Integers) -> Integers:
