@@ -24,7 +24,7 @@ from ..contact.components import frames_of
 from ..errors import ModelError
 from .adjusting import adjusted, notes_on_moves
 from .bodies import Body, on_axis
-from .bolts import BoltPreload, Cut, check_ends, cut_bodies, joined_by_elements, released
+from .bolts import BoltPreload, Cut, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
 from .condense import Glued
 from .contacts import Contact, contact_names, independent_pairs
@@ -195,12 +195,18 @@ class Assembly:
         # Nodes that couplings hold have no stiffness left, but elements still join them.
         meshes = [body.mesh for body in self.bodies.values()]
         graph = node_graph(self.whole, self.rows) + joined_by_elements(meshes)
-
-        def is_held(nodes: Integers, axis: Array) -> bool:
-            by_supports = self._are_held(nodes, axis, self.free_rows == -1).any()
-            return bool(by_supports or self.coupled.hold(nodes, axis))
-
-        check_ends(self.cuts, assemblies(graph, self.pairs), is_held, self.points)
+        part = assemblies(graph, self.pairs)
+        for cut in self.cuts:
+            ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
+            for end in ends if len(ends) > 1 else ():
+                nodes = np.flatnonzero(part == end)
+                by_supports = self._are_held(nodes, cut.axis, self.free_rows == -1).any()
+                if not by_supports and not self.coupled.hold(nodes, cut.axis):
+                    raise ModelError(
+                        f"bolt {cut.bolt.body!r}: nothing holds the part around "
+                        f"{place(self.points[nodes].mean(axis=0))} against the force along the "
+                        "axis; add the Contact of the head or the nut there, or a Support"
+                    )
 
     def _number_nodes(self) -> None:
         """Number nodes and unknowns, body after body."""

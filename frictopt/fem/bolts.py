@@ -1,13 +1,13 @@
 """Tightened bolts: a cut through a shank, whose faces a given force pulls together."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, hstack
 from skfem import Mesh
 
-from ..base import Array, Booleans, Integers, choice, finite_number, flag, place
+from ..base import Array, Booleans, Integers, choice, finite_number, flag
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import (
@@ -253,31 +253,6 @@ def joined_by_elements(meshes: Sequence[Mesh]) -> csr_matrix:
         entries = np.ones(mesh.t.size), (first.ravel(), mesh.t.ravel())
         links.append(csr_matrix(entries, shape=(mesh.p.shape[1],) * 2))
     return csr_matrix(block_diag(links))
-
-
-def check_ends(
-    cuts: Sequence[Cut],
-    part: Integers,
-    is_held: Callable[[Integers, Array], bool],
-    points: Array,
-) -> None:
-    """Check that the ends of each cut are one part, or that each end is held along the axis.
-
-    `part` (nodes,) are the connected parts of the model, and `is_held` says whether some nodes
-    cannot move together along a direction.
-    """
-    for cut in cuts:
-        ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
-        if len(ends) == 1:
-            continue
-        for end in ends:
-            nodes = np.flatnonzero(part == end)
-            if not is_held(nodes, cut.axis):
-                raise ModelError(
-                    f"bolt {cut.bolt.body!r}: nothing holds the part around "
-                    f"{place(points[nodes].mean(axis=0))} against the force along the axis; add "
-                    "the Contact of the head or the nut there, or a Support"
-                )
 
 
 def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:

@@ -384,17 +384,10 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
         return T, front
 
     # A rotation is eliminated with the displacement that it is connected to most strongly.
-    # Generalised coordinates with many connections come last.
     connections = abs(csr_matrix((K[generalised] @ T)[:, front >= 0]))
-    count = np.diff(connections.indptr)
-    # Largest number of displacements in the elements at a node, to which a rotation is connected.
-    # The amplitude of a mode is connected to more displacements.
-    most_of_a_rotation = 300
-    is_rotation = (count > 0) & (count <= most_of_a_rotation)
     strongest = np.asarray(connections.argmax(axis=1)).ravel()
-    own_front = np.where(is_rotation, front[front >= 0][strongest], front.max() + 1)
     T = csr_matrix(hstack([T, identity(K.shape[0], format="csr")[:, generalised]]))
-    return T, np.r_[front, own_front]
+    return T, np.r_[front, front[front >= 0][strongest]]
 
 
 def eliminated(

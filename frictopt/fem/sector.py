@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, identity, kron
-from scipy.sparse.linalg import LinearOperator, cg
+from scipy.sparse.linalg import cg
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -259,15 +259,10 @@ def on_seam(
     leads = identity(n, format="csr")[original][:, np.delete(np.arange(n), high)]
     spread = csr_matrix(blocks_of(turns) @ kron(leads, identity(9)))
     spread.eliminate_zeros()
-    scale = np.repeat(leads.T @ mass.diagonal(), 9)
-
-    def applied(values: Array) -> Array:
-        return np.asarray(spread.T @ (mass @ (spread @ values).reshape(n, 9)).ravel())
-
+    of_leads = spread.T @ kron(mass, identity(9)) @ spread
     # A mass is well conditioned, so conjugate gradients take few steps.
-    operator = LinearOperator((len(scale), len(scale)), matvec=applied, dtype=np.float64)
-    forces = spread.T @ whole.ravel()
-    values = spread @ cg(operator, forces, rtol=ROUNDING, M=diags(1 / scale))[0]
+    scaled = diags(1 / of_leads.diagonal())
+    values = spread @ cg(of_leads, spread.T @ whole.ravel(), rtol=ROUNDING, M=scaled)[0]
     tensors = values.reshape(whole.shape)
     return [tensors[:, i, j] for i, j in zip(a, b, strict=True)]
 
