@@ -7,8 +7,7 @@ The arguments of a shell come in. A text or JSON, files, and an exit code go out
 - `options.py`: options of a command from signature and docstring of its function
 - `inputs.py`: contact, load cycle and friction from files and arguments
 - `answers.py`: an answer as text, as JSON, as a table and as a picture
-- `check.py`: `check`, on files of all kinds
-- `look.py`: the content of a contact, a deck or a joint file
+- `files.py`: `look`, `compare` and `check`, on files alone
 - `studies.py`: `study` and `merge`
 
 Commands import what they need when they run, so that `frictopt --help` is quick.

@@ -15,7 +15,7 @@ from pathlib import Path
 from .. import __version__
 from ..base.files import TABLES, output, strict_json, to_its_end
 from ..errors import FrictoptError, ModelError, StoreError
-from . import check, look, questions, studies
+from . import files, questions, studies
 from .answers import ExitCode, partial_answer
 from .options import Command
 
@@ -86,7 +86,7 @@ def _check_files(options: argparse.Namespace) -> None:
 
 def commands() -> tuple[Command, ...]:
     """All commands, in the order of `frictopt --help`."""
-    return (*look.COMMANDS, *questions.COMMANDS, *studies.COMMANDS, *check.COMMANDS)
+    return (files.LOOK, *questions.COMMANDS, *studies.COMMANDS, *files.COMMANDS)
 
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:

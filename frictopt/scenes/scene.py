@@ -12,20 +12,14 @@ from ..errors import ModelError
 from ..fem.elasticity import Material
 from ..fem.model import ContactModel
 
+# The largest scenes.
 
-@dataclass(frozen=True)
-class SceneLimits:
-    """The limits on the size of a scene."""
-
-    # Elements along the contact: with this number the dense S of a plane contact takes 3 GB.
-    elements: int = 10_000
-    # Nodes of all meshes: twenty times those of the paper's scene.
-    nodes: int = 1_000_000
-    # The largest length divided by the smallest length.
-    length_ratio: float = 1e6
-
-
-LIMITS = SceneLimits()
+# Elements along the contact: with this number the dense S of a plane contact takes 3 GB.
+_ELEMENTS = 10_000
+# Nodes of all meshes: twenty times those of the paper's scene.
+_NODES = 1_000_000
+# The largest length divided by the smallest length.
+_LENGTH_RATIO = 1e6
 # Ranges of the numbers that are not positive lengths.
 _RANGES: dict[str, dict[str, float]] = {
     "angle": {"least": 10.0, "below": 80.000_001},
@@ -58,7 +52,7 @@ class Scene:
         """The checked value of a field of this kind."""
         if name == "elements":
             least = max(2, self._multiple)
-            value = whole_number(name, value, least=least, most=LIMITS.elements)
+            value = whole_number(name, value, least=least, most=_ELEMENTS)
             if value % self._multiple:
                 raise ModelError(
                     f"elements: {value}; give a multiple of {self._multiple}, "
@@ -87,10 +81,10 @@ class Scene:
         lengths = self._lengths
         smallest = min(lengths, key=lambda name: lengths[name])
         largest = max(lengths, key=lambda name: lengths[name])
-        if lengths[largest] > LIMITS.length_ratio * lengths[smallest]:
+        if lengths[largest] > _LENGTH_RATIO * lengths[smallest]:
             raise ModelError(
                 f"{largest}: {lengths[largest]:g} beside {smallest} = {lengths[smallest]:g}; "
-                f"give at most {LIMITS.length_ratio:g} times as much"
+                f"give at most {_LENGTH_RATIO:g} times as much"
             )
 
     def _check_sizes(self) -> None:
@@ -99,12 +93,12 @@ class Scene:
     def _check_nodes(self) -> None:
         """Refuse meshes of too many nodes."""
         nodes = sum(np.prod([float(len(line)) for line in lines]) for lines in self._grids)
-        if nodes > LIMITS.nodes:
+        if nodes > _NODES:
             names = ("elements", *self._lengths, "grading", "growth")
             sizes = [f"{name} = {getattr(self, name)}" for name in names if hasattr(self, name)]
             raise ModelError(
                 f"{', '.join(sizes)}: they make a mesh of {nodes:.0e} nodes, "
-                f"the most are {LIMITS.nodes:.0e}; give less, or more growth"
+                f"the most are {_NODES:.0e}; give less, or more growth"
             )
 
     @property
@@ -157,10 +151,10 @@ def along(half_length: float, elements: int, grading: float) -> Array:
 def away(length: float, first: float, growth: float) -> Array:
     """Coordinates from 0 to exactly `length`; steps grow by `growth` from about `first`."""
     steps = max(1.0, np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth)))
-    if steps > LIMITS.nodes:
+    if steps > _NODES:
         raise ModelError(
             f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, "
-            f"the most are {LIMITS.nodes:g}; give more"
+            f"the most are {_NODES:g}; give more"
         )
     nodes = np.concatenate([[0.0], np.cumsum(growth ** np.arange(steps))])
     nodes *= length / nodes[-1]
