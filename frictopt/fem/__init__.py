@@ -10,10 +10,9 @@ inside the bodies, and z. S is the Schur complement of z in `T^T K T`.
 | `model.py` | `ContactModel`: the description by the user, and its condensation |
 | `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
 | `mixed.py` | meshes of elements of several shapes |
-| `contacts.py` | contacts, and the corners that they share |
+| `contacts.py` | contacts, the corners that they share, and faces that are glued for good |
 | `supports.py`, `couplings.py` | supports, and nodes coupled to a point |
 | `sector.py` | sectors of a ring |
-| `ties.py` | faces that are glued for good |
 | `adjusting.py` | position tolerances: nodes moved onto the opposite face |
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
 | `bolts.py` | tightened bolts |

@@ -1,6 +1,6 @@
 from .bodies import Body, split_bodies
 from .bolts import BoltPreload
-from .contacts import Contact, Interference
+from .contacts import Contact, Interference, Tie
 from .couplings import DistributingCoupling, RigidCoupling
 from .elasticity import Material
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
@@ -8,7 +8,6 @@ from .model import ContactModel
 from .node_forces import PointForce, RemoteForce
 from .sector import Cyclic
 from .supports import Support
-from .ties import Tie
 
 __all__ = [
     "Body",

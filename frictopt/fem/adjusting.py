@@ -15,13 +15,12 @@ from skfem import Mesh
 from ..base import Array, Integers, choice, first_of, number_of, place
 from ..errors import ModelError
 from .bodies import Body, check_elements
-from .contacts import Contact
+from .contacts import Contact, Tie, Tied
 from .elasticity import corner_weights
 from .faces import Face, mortar_projection, unit_vectors
 from .mortar import edge_length, faces_of, facing, sags, without_slivers
 from .normals import Planes, node_normals
 from .supports import Place, nodes_of
-from .ties import Tie, Tied
 
 # Limits of moves, over the shortest edge at the node.
 

@@ -27,7 +27,7 @@ from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
 from .condense import Glued
-from .contacts import Contact, contact_names, independent_pairs
+from .contacts import Contact, Tie, contact_names, followers_of, independent_pairs
 from .couplings import Coupling, coupled
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .interface import Interface, guided_pairs, notes_on_held, openings
@@ -36,7 +36,6 @@ from .mortar import Joint, check_touching, faces_of, join_faces, normals_into, r
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .sector import Cyclic, sector_of
 from .supports import Support, nodes_of
-from .ties import Tie, followers_of
 
 
 class Assembly:

@@ -31,7 +31,7 @@ from .assembly import Assembly
 from .bodies import Body, checked_kinematics, units_apart
 from .bolts import bolts_of, by_their_forces
 from .condense import condensed
-from .contacts import Contact
+from .contacts import Contact, Tie
 from .couplings import Coupling
 from .elasticity import Kinematics
 from .fields import Recoverable
@@ -42,7 +42,6 @@ from .modes import Vibrating
 from .products import products_of
 from .sector import Cyclic
 from .supports import Support
-from .ties import Tie
 
 S = TypeVar("S", bound=ContactSystem)
 

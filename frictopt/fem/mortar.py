@@ -21,7 +21,7 @@ from ..base import COUNTS, ROUNDING, Array, Booleans, Integers, first_of, place
 from ..errors import ModelError
 from .bodies import Body
 from .coincidence import error_along, measured
-from .contacts import Contact
+from .contacts import Contact, Tie
 from .elasticity import Kinematics, circumference
 from .faces import (
     FACED,
@@ -36,7 +36,6 @@ from .faces import (
 )
 from .loads import values_at
 from .normals import Planes, normals_of_faces
-from .ties import Tie
 
 # Numbers for faces that reach beyond each other.
 

@@ -15,7 +15,7 @@ from ..errors import ModelError
 from ..fem.adjusting import even_overlap
 from ..fem.bodies import Body, split_bodies, with_parts
 from ..fem.bolts import BoltPreload
-from ..fem.contacts import Contact, Interference
+from ..fem.contacts import Contact, Interference, Tie
 from ..fem.couplings import DistributingCoupling, RigidCoupling
 from ..fem.elasticity import Kinematics, Material
 from ..fem.load_cases import Load
@@ -25,7 +25,6 @@ from ..fem.mortar import faces_of
 from ..fem.node_forces import PointForce, RemoteForce
 from ..fem.sector import Cyclic
 from ..fem.supports import Support
-from ..fem.ties import Tie
 from ..readers.meshes import corner_mesh, named_mesh
 from .deck_conditions import Conditions, Coupled, Pair
 from .refused import FIT

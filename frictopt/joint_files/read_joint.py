@@ -11,14 +11,13 @@ from ..base import choice, flag
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
-from ..fem.contacts import Contact
+from ..fem.contacts import Contact, Tie
 from ..fem.couplings import Coupling
 from ..fem.elasticity import Material
 from ..fem.load_cases import Load
 from ..fem.model import ContactModel
 from ..fem.sector import Cyclic
 from ..fem.supports import Support
-from ..fem.ties import Tie
 from ..readers.deck_text import blocks, flat, text_of
 from ..readers.keywords import read_deck
 from ..readers.meshes import read_mesh
