@@ -53,8 +53,6 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
     """
     where = f"{what} {path.name}"
     found: list[Card] = []
-    # Name of a line -> the card that it continues.
-    waiting: dict[str, Card] = {}
     card: Card | None = None
     previous = Line("", [], "", "", is_large=False)
     for text in _bulk_data(list(_lines(path, what, path.parent, [])), where):
@@ -64,12 +62,10 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
         if line.name:
             card = Card(line.name, [])
             found.append(card)
-        elif _names_another(line, previous):
-            card = waiting.get(line.first[1:])
-            if card is None:
-                raise ModelError(
-                    f"{where}: the line {text!r} continues no card above it; sort the lines"
-                )
+        elif line.first[1:] not in ("", previous.last[1:]):
+            raise ModelError(
+                f"{where}: the line {text!r} does not continue the line above it; sort the lines"
+            )
         elif previous.is_large and not line.first:
             # Results in a punch file begin with blanks.
             card = None
@@ -81,14 +77,8 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
                 f"{where}: {card} has a line of more than ten fields, {text!r}; "
                 "continue it on the next line"
             )
-        waiting[line.last[1:]] = card
         previous = line
     return [_without_blanks_at_end(card) for card in found if card.name in names]
-
-
-def _names_another(line: Line, previous: Line) -> bool:
-    """Whether a line that continues a card names another line than the previous one."""
-    return line.first[1:] not in ("", previous.last[1:])
 
 
 def _without_blanks_at_end(card: Card) -> Card:

@@ -95,16 +95,16 @@ def test_elements_in_other_forms(tmp_path, form):
     agrees(read(tmp_path, deck(brick=BRICKS[form])))
 
 
-def test_lines_that_continue_cards_may_come_later(tmp_path):
+def test_lines_that_continue_cards_stand_below_them(tmp_path):
     heads = deck(
         lambda n, x, y, _: large("GRID*", n, "", x, y).rstrip("\n") + f"*G{n}\n",
         lambda n, *c: small("CHEXA", n, 1, *c[:6], f"+E{n}"),
     )
     tails = "".join(large(f"*G{name}", point[2]) for name, point in POINTS.items())
     tails += "".join(small(f"+E{name}", *nodes[6:]) for name, nodes in NODES.items())
-    agrees(read(tmp_path, heads + tails))
-    with pytest.raises(fo.ModelError, match=r"deck j\.bdf: the line '\*G1 .* continues no card"):
-        read(tmp_path, tails + heads)
+    for lines in (heads + tails, tails + heads):
+        with pytest.raises(fo.ModelError, match=r"deck j\.bdf: the line '\*G.* does not continue"):
+            read(tmp_path, lines)
 
 
 def test_what_stands_outside_the_bulk_data_is_left_out(tmp_path):
