@@ -1,7 +1,7 @@
 """Base classes of the answers to limit questions: a state under a residual slip, and its proof.
 
 `Answered` is the base of answers that consist of a slip at a load factor. `Proven` adds the proof
-by a mechanism, and `Rated` the rates of the limit with the loads.
+by a mechanism.
 
 Answers that were read from a file are proven again, from the numbers of the file alone: the
 contact law evaluates the slip, which bounds a limit from below, and the slip mechanism bounds it
@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -31,7 +31,6 @@ from ...base import (
     Table,
     components,
     frame,
-    frozen,
     places,
 )
 from ...contact import (
@@ -40,7 +39,6 @@ from ...contact import (
     ContactSystem,
     LoadCycle,
     contact_law,
-    joined,
     lengths,
     most_shear,
     parted,
@@ -448,54 +446,3 @@ def answered(claim: A, record: SolveRecord) -> A:
         left_out.append(f"nodes: {opened} of {len(question.open_nodes)} stay open")
     seconds = perf_counter() - question.started
     return replace(claim, record=replace(record, left_out=tuple(left_out), seconds=seconds))
-
-
-class Rated(Proven):
-    """Base of limits whose mechanism gives the rates of the limit with the loads."""
-
-    @property
-    def _rated(self) -> bool:
-        finite = bool(np.isfinite(self.load_factor))
-        return finite and not self.constraints and not self._question.moves
-
-    @cached_property
-    def load_rates(self) -> Table:
-        """Rate of the limit with each amplitude of the load cycle.
-
-        Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
-        all load cases of the system, also unused ones: the bolt to tighten is the row with the
-        largest rate. The limit has a kink if several nodes, such as mirror images, govern at once;
-        then the rate is one-sided. The rates are NaN without a finite limit, and under user
-        constraints, which may depend on the loads. They are NaN, too, if loads alone open and close
-        nodes in each cycle (`events`): the loads then move the events, and the mechanism does not
-        show this.
-        """
-        self._check_exact("load_rates")
-        cycle = self.cycle
-        moves = self._question.by_corner(self._motion.moves)  # (K, t + 1, N)
-        net_motion = moves.sum(axis=0)
-        rows = list[dict[str, Any]]()
-
-        def add(loads: Mapping[str, float], part: str, moves: Array, factor: float = 1.0) -> None:
-            for case, amplitude in loads.items():
-                work = float(moves.ravel() @ joined(*self.system.bonded[case]))
-                rate = factor * work if self._rated else np.nan
-                rows.append({"load": case, "part": part, "amplitude": amplitude, "rate": rate})
-
-        absent = {case: 0.0 for case in self.system.bonded if case not in cycle.mean}
-        add({**cycle.mean, **absent}, "mean", net_motion)
-        for k, loads in enumerate(cycle.fixed or ()):
-            add(loads, f"fixed at {cycle.corner_names[k]}", moves[k])
-        for k, loads in enumerate(cycle.corners):
-            add(loads, cycle.corner_names[k], moves[k], self.load_factor)
-        return frame(rows, names=["load", "part", "amplitude", "rate"])
-
-    @cached_property
-    def interference_rate(self) -> Array:
-        """(N,) rate of the limit with an interference at each node, 1 / length.
-
-        The rate with a gap (profile) has the opposite sign. NaN if `load_rates` is NaN.
-        """
-        self._check_exact("interference_rate")
-        rate = self.system.S[-self.system.nodes :] @ self._motion.moves.sum(axis=0).ravel()
-        return frozen(rate if self._rated else np.full_like(rate, np.nan))

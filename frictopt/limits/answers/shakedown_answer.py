@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -25,12 +26,12 @@ from ...base import (
     number_of,
     places,
 )
-from ...contact import ContactSystem, LoadCycle, lengths, parted
+from ...contact import ContactSystem, LoadCycle, joined, lengths, parted
 from ...errors import ModelError, SolverError
 from ..moving.moving_areas import has_all_states
 from ..program.question import Question
 from ..program.rest_program import is_held
-from .answered import Rated, check_bound, check_contradiction, check_growth, check_slip
+from .answered import Proven, check_bound, check_contradiction, check_growth, check_slip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,7 +143,7 @@ class Searched(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownAnswer(Rated):
+class ShakedownAnswer(Proven):
     """Base of `ShakedownLimit`, whose docstring describes the fields."""
 
     kind: LimitKind
@@ -215,6 +216,53 @@ class ShakedownAnswer(Rated):
         """
         self._check_exact("friction_rate")
         return frozen(self._by_friction)
+
+    @property
+    def _rated(self) -> bool:
+        finite = bool(np.isfinite(self.load_factor))
+        return finite and not self.constraints and not self._question.moves
+
+    @cached_property
+    def load_rates(self) -> Table:
+        """Rate of the limit with each amplitude of the load cycle.
+
+        Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
+        all load cases of the system, also unused ones: the bolt to tighten is the row with the
+        largest rate. The limit has a kink if several nodes, such as mirror images, govern at once;
+        then the rate is one-sided. The rates are NaN without a finite limit, and under user
+        constraints, which may depend on the loads. They are NaN, too, if loads alone open and close
+        nodes in each cycle (`events`): the loads then move the events, and the mechanism does not
+        show this.
+        """
+        self._check_exact("load_rates")
+        cycle = self.cycle
+        moves = self._question.by_corner(self._motion.moves)  # (K, t + 1, N)
+        net_motion = moves.sum(axis=0)
+        rows = list[dict[str, Any]]()
+
+        def add(loads: Mapping[str, float], part: str, moves: Array, factor: float = 1.0) -> None:
+            for case, amplitude in loads.items():
+                work = float(moves.ravel() @ joined(*self.system.bonded[case]))
+                rate = factor * work if self._rated else np.nan
+                rows.append({"load": case, "part": part, "amplitude": amplitude, "rate": rate})
+
+        absent = {case: 0.0 for case in self.system.bonded if case not in cycle.mean}
+        add({**cycle.mean, **absent}, "mean", net_motion)
+        for k, loads in enumerate(cycle.fixed or ()):
+            add(loads, f"fixed at {cycle.corner_names[k]}", moves[k])
+        for k, loads in enumerate(cycle.corners):
+            add(loads, cycle.corner_names[k], moves[k], self.load_factor)
+        return frame(rows, names=["load", "part", "amplitude", "rate"])
+
+    @cached_property
+    def interference_rate(self) -> Array:
+        """(N,) rate of the limit with an interference at each node, 1 / length.
+
+        The rate with a gap (profile) has the opposite sign. NaN if `load_rates` is NaN.
+        """
+        self._check_exact("interference_rate")
+        rate = self.system.S[-self.system.nodes :] @ self._motion.moves.sum(axis=0).ravel()
+        return frozen(rate if self._rated else np.full_like(rate, np.nan))
 
     @property
     def covers(self) -> str:
