@@ -5,7 +5,7 @@ Substructures of Abaqus are linear user elements, with their nodes in comments.
 
 import re
 from io import StringIO
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -342,24 +342,25 @@ _AS_WRITTEN = "give the file as the code wrote it"
 
 def _stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
     """Stiffness of a user element, and the labels (n, 2) of its rows: node and direction."""
-    comments = _NODES.search(text)
-    node_lines = comments[1].splitlines() if comments else []
-    listed = [*blocks(path)]
-    element_blocks = [block for block in listed if block.keyword == "USERELEMENT"]
-    matrices = [block for block in listed if block.keyword == "MATRIX"]
-    triangles = [block for block in matrices if block.parameters.get("TYPE") == "STIFFNESS"]
+    elements = 0
+    directions = list[list[int]]()
+    triangle = list[float]()
     try:
-        nodes = [int(entry) for line in node_lines for entry in fields(line.strip(" *"))]
-        directions = [list(map(int, row)) for block in element_blocks for row in block.rows]
-        triangle = [number(entry) for block in triangles for row in block.rows for entry in row]
+        nodes = _nodes_in_comments(text)
+        for block in blocks(path):
+            if block.keyword == "USERELEMENT":
+                elements += 1
+                directions += [list(map(int, row)) for row in block.rows]
+            elif block.keyword == "MATRIX" and block.parameters.get("TYPE") == "STIFFNESS":
+                triangle += map(number, chain.from_iterable(block.rows))
     except ValueError as error:
         raise ModelError(
             f"stiffness: {path.name} cannot be read ({error}); {_AS_WRITTEN}"
         ) from error
-    if len(element_blocks) != 1 or not (nodes and directions and triangle):
+    if elements != 1 or not (nodes and directions and triangle):
         raise ModelError(
-            f"stiffness: {path.name} has elements: {len(element_blocks)}, nodes: {len(nodes)}, "
-            f"numbers of a stiffness: {len(triangle)}; {_WRITE}"
+            f"stiffness: {path.name} has elements: {elements}, nodes: {len(nodes)}, numbers "
+            f"of a stiffness: {len(triangle)}; {_WRITE}"
         )
     # Abaqus lists each node once.
     if nodes[0] in nodes[1:]:
@@ -370,6 +371,13 @@ def _stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
         )
     labels = _labels(nodes, directions, path.name)
     return csr_matrix(_whole(triangle, len(labels), path.name)), labels
+
+
+def _nodes_in_comments(text: str) -> list[int]:
+    """Numbers of the nodes in the comments after "ELEMENT NODES"."""
+    comments = _NODES.search(text)
+    lines = comments[1].splitlines() if comments else []
+    return [int(entry) for line in lines for entry in fields(line.strip(" *"))]
 
 
 def _labels(nodes: list[int], direction_lines: list[list[int]], file: str) -> Integers:
