@@ -147,11 +147,14 @@ def test_a_punch_that_tips_about_its_last_nodes_is_named_instead_of_followed_wit
     """A transient whose nodes change without end is refused with an error.
 
     95 of 97 nodes are open. The last but one opens against no more than rounding, again and again
-    at one load, or a bit further on. On some processors rounding decides otherwise, and the check
-    of the states refuses the transient.
+    at one load, or a bit further on. On some processors rounding decides otherwise: the check of
+    the states refuses the transient, or the two nodes slide off.
     """
     case = random_scene(1822000013)
-    refused = r"nodes \[.*95.*\] (change without end|are at their bounds)|violate the contact law"
+    refused = (
+        r"nodes \[.*95.*\] (change without end|are at their bounds)|slides or opens freely|"
+        "violate the contact law"
+    )
     with pytest.raises((fo.NoContinuation, fo.SolverError), match=refused):
         fo.march(
             case.system, case.cycle, case.friction, 1.7017650431480644, initial_slip=case.start
