@@ -1,8 +1,8 @@
 """Contact forces within friction that balance loads in rigid motions of the bodies.
 
 The functions here list the rows of forces [q, p] that obey the contact law. Three questions use
-them: the largest load that such forces balance (`limits/balance/statics.py`), whether they
-balance themselves, and the motion of negative work in which they cannot balance a load.
+these rows. What is the largest load that such forces balance (`limits/balance/statics.py`)? Can
+such forces balance each other without a load? In which motion can they not balance a load?
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ BALANCED = 1e-6
 
 
 def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) -> list[Rows]:
-    """The rows of the contact law on forces [q, p] (M,), which are the first quantities."""
+    """The rows of the contact law on forces [q, p] (M,), the first quantities of the program."""
     n = len(node_unit)
-    # A friction bound in proportion to the pressure has no room below zero.
+    # A friction bound in proportion to the pressure already excludes negative pressures.
     pressed = np.zeros(n, dtype=bool)
     for term in law.terms:
         pressed[term.nodes] |= (term.slope > 0)[term.nodes] & (term.constant == 0)[term.nodes]
@@ -48,9 +48,10 @@ def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) 
 
 
 def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
-    """Forces have the work of the load `r0 + load_factor r1` (M,) in each motion of V (M, k).
+    """Rows: forces do the same work as the load `r0 + load_factor r1` (M,) in each motion of V.
 
-    The load factor is the quantity after the forces; `sizes` (k,) are the units of the works.
+    V is (M, k). The load factor is the quantity after the forces; `sizes` (k,) are the units of
+    the works.
     """
     M, count = V.shape
     entry, motion = np.nonzero(V)
@@ -94,8 +95,8 @@ def distance_row(V: Array, load: Array, size: float) -> Rows:
 class Nearest(NamedTuple):
     """Forces [q, p] (M,) whose works in some motions are closest to those of a load.
 
-    `motion` (M,) is the motion of size 1, or 0, that proves that no forces are closer. `residual`
-    is the error of this proof.
+    `motion` (M,) proves that no forces are closer. Its size is 1, or 0 if the distance is 0.
+    `residual` is the error of this proof.
     """
 
     forces: Array
@@ -105,10 +106,10 @@ class Nearest(NamedTuple):
 
 
 def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL) -> Nearest:
-    """Forces that obey the rows, whose works in the motions V (M, k) are closest to a load's (M,).
+    """Forces that obey the rows, with works in the motions V (M, k) closest to those of a load.
 
-    The distance is in units of the largest force of the load; 1 if this is 0. SolverError without
-    an answer.
+    The load is (M,). The unit of the distance is the largest force of the load, or 1 if this force
+    is 0. SolverError if the solver finds no answer.
     """
     size = float(np.abs(load).max()) or 1.0
     units = np.full(len(load) + 1, size)

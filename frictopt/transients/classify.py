@@ -13,8 +13,8 @@ import numpy as np
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from .transient import FollowedCycle, Transient
 
-# If the pressure of a node, relative to the mean pressure, is at most this number, it is no measure
-# of the work of a slip: friction bounds have the error of an answer.
+# If the pressure of a node, relative to the mean pressure, is at most this number, the work of a
+# slip is not measured by this pressure: it may be no more than the error of an answer.
 _SMALL_PRESSURE = 100 * RESIDUAL
 # Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
 # is a part of the residual.
@@ -38,15 +38,16 @@ class Settled(NamedTuple):
 def classify(
     path: Transient, cycle: FollowedCycle, last: Sequence[FollowedCycle], extrapolated: bool
 ) -> Settled | None:
-    """The outcome that the latest cycle and the last ones show; None if they prove nothing.
+    """The outcome that the last cycles prove; None if they prove none.
 
-    `last` ends with `cycle`. It is empty after the first cycle of a transient.
+    `last` has the last cycles and ends with `cycle`. It is empty after the first cycle of a
+    transient.
 
     1. The slip at the end of the cycle is safe at all corners: the contact is at rest.
-    2. The slip comes back, and will come back after all later cycles (`distance_left`): cyclic slip
-       if the work repeats, rest if the work is negligible.
+    2. The slip at the end of the cycle is that at its beginning, and this remains so in all later
+       cycles (`distance_left`): cyclic slip if the work repeats, rest if the work is negligible.
     3. The slip drifts by the same amount in every cycle, and the drift adds no stress and changes
-       no gap: ratcheting. It may not begin before the third cycle.
+       no gap: ratcheting. At least three cycles are compared.
     """
     resting = _at_rest(path, cycle)
     if resting is not None:
@@ -108,7 +109,7 @@ def _slips(path: Transient, cycle: FollowedCycle, earlier: FollowedCycle | None)
     A slip of 1e-9 slip scales of the mean load is negligible. Its work is computed with the node's
     own pressure, or with the mean pressure if its own is too small. Larger work is certain to be
     slip if it exceeds the work of 1e-9 slip scales of the largest corner force. Between these two
-    works, it counts as slip if it is the same in two cycles and exceeds rounding. If all nodes stay
+    works, a work is slip if it is the same in two cycles and exceeds rounding. If all nodes stay
     closed and have friction, negligible work does not prove rest, because it may be decaying: then
     only a safe slip proves rest.
     """
@@ -121,7 +122,7 @@ def _slips(path: Transient, cycle: FollowedCycle, earlier: FollowedCycle | None)
     pressure = np.where(pressure > _SMALL_PRESSURE * mean, pressure, mean)
     shear_ratio = path.law.bound(pressure) / pressure
     unit = length * np.minimum(1.0, shear_ratio)
-    # Slips lose digits in proportion to their size.
+    # The rounding error of slips is proportional to their size.
     size = float(np.abs(cycle.after).max())
     if np.any(work > max(RESIDUAL, ROUNDING * size) * np.minimum(pressure, force) * unit):
         return True
@@ -192,9 +193,9 @@ def work_error(path: Transient, cycles: Sequence[FollowedCycle], later_changes: 
 def work_to_come(last: Sequence[FollowedCycle], limit: FollowedCycle, no_work: Array) -> float:
     """Relative distance of the last work from the work at the limit; 0 if no node may yet stop.
 
-    Such a node slips in the last cycles, but its work at the limit is at most `no_work` (N,). The
-    distance is also 0 if no node has more work at the limit, or if all these nodes are known to
-    have stopped, because the last cycles have the same events as the limit.
+    A node may yet stop if it slips in the last cycles, but has at most the work `no_work` (N,) at
+    the limit. The distance is also 0 if no node has more work than `no_work` at the limit, or if
+    the last cycles have the same events as the limit: then all these nodes have stopped.
     """
     end = last[-1]
     slipped = (np.array([cycle.work for cycle in last]) > no_work).any(axis=0)
@@ -207,7 +208,7 @@ def work_to_come(last: Sequence[FollowedCycle], limit: FollowedCycle, no_work: A
 
 
 def returns_after(path: Transient, cycle: FollowedCycle) -> int:
-    """True period, 1 or 2 load cycles, of a return of two cycles that repeats state or drift."""
+    """True period, 1 or 2 load cycles, if state or drift repeats after a return of two cycles."""
     middle = cycle.u[len(cycle.u) // 2 - 1, : len(path.unit)] / path.unit
     difference = np.abs(2 * middle - cycle.before - cycle.after).max()
     return 1 if difference <= 2 * SAME_STATE else 2

@@ -14,7 +14,7 @@ from ..base import Array, worst
 _PLANES = 800
 # Number of the best planes that are refined: the single best one may be at a lower peak.
 _BEST = 20
-# Size of the first steps about each of them, degrees.
+# Size of the first steps about each of these planes, degrees.
 _STEP = 5.0
 # Ratio of the step in the next round to the step in the present round.
 _FINER = 0.4
@@ -74,8 +74,8 @@ def critical_planes(
 def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[Array, list[Array]]:
     """(P,) largest values of a parameter over all planes, and the normals of each point's planes.
 
-    Stress and strain are (M, P, 3, 3). A value is 0 if it is negative and the parameter is not, see
-    `planes_of`.
+    Stress and strain are (M, P, 3, 3). The normals are those of `planes_of`. Negative values of the
+    parameters in `NOT_NEGATIVE` count as 0.
     """
     least = 0.0 if name in NOT_NEGATIVE else -np.inf
     values = list[Array]()
@@ -96,9 +96,9 @@ def parameter_on(
     """A parameter of points on planes, and its rate with a stress added to all states.
 
     Stress, tension positive, and strain are (M, P, 3, 3), normals are (P, planes, 3). Values are
-    (P, planes), rates are (P, planes, 3, 3): the added stress leaves all ranges as they are. One
-    point may go without its axis. Amplitudes of vectors are half the largest distance of two
-    states, which is exact for loads in phase.
+    (P, planes), rates are (P, planes, 3, 3): the added stress changes means, but no ranges. For a
+    single point, the axis P may be left out. The amplitude of a vector is half the largest distance
+    between two states, which is exact for loads in phase.
 
     - SWT: largest normal stress on the plane times the amplitude of its normal strain.
     - Findley: shear amplitude plus `weight` times the largest normal stress. Matake: the same, on
@@ -107,8 +107,8 @@ def parameter_on(
       stress.
     - Crossland, which has no plane: amplitude of the root of J2 plus `weight` times the largest
       hydrostatic stress.
-    - Dang_Van, which has no plane: largest sum over the states of Tresca's shear stress, from the
-      centre of the smallest ball around the deviators, and `weight` times the hydrostatic stress.
+    - Dang_Van, which has no plane: Tresca's shear stress, from the centre of the smallest ball
+      around the deviators, plus `weight` times the hydrostatic stress; the largest of all states.
     """
     squares = normals[..., :, None] * normals[..., None, :]
     tension = _normal(sigma, normals).max(axis=0)
@@ -138,8 +138,9 @@ def parameter_on(
 def planes_of(name: str, sigma: Array, epsilon: Array, weight: float) -> Array:
     """(P, planes, 3) normals of the planes on which a parameter of points is largest.
 
-    Matake has all planes with the largest shear amplitude; points with fewer of them have some
-    twice. Crossland and Dang_Van have no plane: any normal.
+    For Matake they are all planes with the largest shear amplitude; at points with fewer such
+    planes, some are listed twice. For Crossland and Dang_Van, which have no plane, the normal is
+    arbitrary.
     """
     if name in SEARCHED:
         return _critical_plane(lambda n: parameter_on(name, sigma, epsilon, weight, n)[0])
@@ -154,7 +155,7 @@ def planes_of(name: str, sigma: Array, epsilon: Array, weight: float) -> Array:
 def _most_sheared(sigma: Array) -> Array:
     """(planes, 3) normals of the planes of one point with the largest shear amplitude.
 
-    If they are a ring, as for tension along one axis, there are 72 of them.
+    If these normals form a ring, as for tension along one axis, 72 of them are returned.
     """
     first, second = np.triu_indices(len(sigma), 1)
     sizes, axes = np.linalg.eigh(sigma[first] - sigma[second])
@@ -169,7 +170,7 @@ def _most_sheared(sigma: Array) -> Array:
         alike = np.abs(same) <= EQUAL * largest
         if alike.any():
             turns = 2 * np.pi * np.arange(72) / 72
-        # The axis that differs from both others, and these.
+        # If two principal values are equal, `lone` is the axis of the third.
         lone, other = (0, 2) if alike[1] else (2, 0)
         around = np.outer(np.cos(turns), axis[:, other]) + np.outer(np.sin(turns), axis[:, 1])
         normals.extend((axis[:, lone] + around) / np.sqrt(2))
@@ -254,7 +255,7 @@ def _amplitude(vectors: Array) -> Array:
 
 
 def _critical_plane(value: Callable[[Array], Array]) -> Array:
-    """(P, 1, 3) normals of the planes with the largest value, a function of (..., planes, 3).
+    """(P, 1, 3) normals with the largest `value`, a function of normals (..., planes, 3).
 
     The search begins at evenly spread points of the half-sphere. It continues from the best of
     them, with ever finer grids about each.

@@ -3,12 +3,14 @@
 The last cycles are enough to prove a steady state. After each cycle, `Run.advance` takes three
 steps:
 
-1. `classify.py` judges the last cycles. The contact is at rest, its slip repeats, or it drifts by
-   the same amount in each cycle. Slip counts as repeated only once its work repeats too.
-2. If this proves nothing, `extrapolation.py` computes the limit of the cycles. If the transient is
-   proven to approach this limit, it continues from there, and the cycle there is judged.
-3. If two cycles together change the state much less than one cycle does, two load cycles count as
-   one from now on. If no cycles are left, or more cycles cannot help, NoContinuation is raised.
+1. `classify.py` checks the last cycles. They prove a steady state if the contact is at rest, if its
+   slip repeats, or if its slip drifts by the same amount in each cycle. Slip counts as repeated
+   only once its work repeats too.
+2. If they prove none, `extrapolation.py` computes the limit of the cycles. If the transient is
+   proven to approach this limit, it continues from the limit, and `classify.py` checks the cycle
+   that starts there.
+3. If two cycles together change the state much less than one cycle does, two load cycles are one
+   return from now on. If no cycles are left, or more cycles cannot help, NoContinuation is raised.
 
 A *return* is the part of a transient that may repeat: one load cycle, or two. The `change` of a
 return is the largest difference between the states at its ends, in slip scales.
@@ -42,7 +44,7 @@ _DYING_WORK = 0.5
 # Relative change of a drift from return to return below which the drift needs more than ten
 # thousand cycles to die out.
 _SLOW_DECAY = 1e-3
-# Number of the last returns whose changes tell how many cycles are left.
+# Number of the last returns whose changes show how many cycles are left.
 _DECAYING_RETURNS = 4
 
 GIVEN_UP = (
@@ -86,7 +88,7 @@ class Run:
         Largest error of the balance of energy in a return.
     later_changes
         Estimated sum of all later changes, relative to the last change, at the time when the
-        transient continued from an extrapolated limit. None: it never did.
+        transient continued from an extrapolated limit; None if it never continued from one.
     search
         The search for the limit of the last returns.
     """

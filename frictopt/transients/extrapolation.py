@@ -33,10 +33,10 @@ Moves: TypeAlias = list[tuple[Array, Array]]
 
 # The numbers of the search for a limit. Lengths are in slip scales.
 
-# Cycles with the same events before the first extrapolation.
+# Least number of cycles with the same events before the first extrapolation.
 _LEAST_CYCLES = 4
-# Deviation of a state from the linear map fitted to all states, relative to its distance. The
-# fit divides by small differences.
+# Accepted deviation of a state from the linear map fitted to all states, relative to its distance
+# from the limit. It exceeds rounding, because the fit divides by small differences.
 _FIT = 1e3 * RESIDUAL
 # Accepted deviation of a cycle from the affine map, relative to the change of the state. Other
 # events would cause a larger deviation.
@@ -48,8 +48,8 @@ _NEAR = 100 * PERIODIC
 _FAR = 1e-2
 # Ratio by which the change must fall from one extrapolation to the next.
 _GAIN = 4.0
-# The change may take several extrapolations to fall: one, and one more for each this many load
-# cycles of the transient.
+# The change may take several extrapolations to fall: one, and one more each time the transient has
+# followed this number of load cycles.
 _CYCLES_PER_TURN = 60
 # Largest number of such extrapolations.
 _MOST_TURNS = 6
@@ -225,10 +225,10 @@ def _iterated(
 ) -> tuple[Limit, int] | None:
     """A fixed point of increments near a start, and a factor on its error; None if none is found.
 
-    `change` is the change of the last return. Each extrapolation uses returns from the previous
-    point. The change must fall to a quarter within `patience` extrapolations: the smallest of the
-    last `patience` changes must be less than a quarter of each earlier change. The factor is 1 if
-    the change falls to a quarter in each extrapolation, else `patience`.
+    `change` is the change of the last return. Each extrapolation uses returns that start at the
+    points found before. The change must fall to a quarter within `patience` extrapolations: the
+    smallest of the last `patience` changes must be less than a quarter of each earlier change. The
+    factor is 1 if the change falls to a quarter in each extrapolation, else `patience`.
     """
     changes = [change]
     returns: list[FollowedCycle] = []
@@ -255,7 +255,9 @@ def _iterated(
 def _is_approached(
     path: Transient, latest: FollowedCycle, at_limit: FollowedCycle, follow: Follow
 ) -> bool:
-    """Whether the latest return and returns from states between come closer to a fixed point."""
+    """Whether the latest return, and returns from states between its end and a fixed point,
+    come closer to the fixed point.
+    """
     limit = at_limit.after
     starts = [limit + share * (latest.after - limit) for share in _SHARES]
     cycles = [latest, *(follow(path.at(start)) for start in starts)]
@@ -333,8 +335,9 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     order = np.argsort(-rates.real)
     rates = rates.real[order]
     modes = modes.real[:, order]
-    # Rates at cycles k until the slowest mode has vanished, (k, m). With c_i, the largest share of
-    # mode i times the number of modes but one, the sum is at most 1; 1 % is for cycles between.
+    # Powers of the rates at cycles k until the slowest mode has vanished, (k, m). If c_i is the
+    # largest share of mode i times the number of modes minus one, the sum is at most 1. The
+    # factor 1.01 covers the cycles between those that are computed.
     cycles = np.unique(np.geomspace(1, 40 / (1 - rates[0]), 200).round())
     powers = rates ** cycles[:, None]
     shares = -np.diff(powers, axis=1) / (1 - powers[:, -1:])
@@ -349,7 +352,8 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
 def fixed_point(returns: Array) -> Array:
     """The fixed point of a map from states and their images, (k, 2, m).
 
-    It is found by reduced-rank extrapolation. If a state does not move, it is the first state.
+    It is found by reduced-rank extrapolation. If some state does not move, the first state is
+    returned.
     """
     before = returns[:, 0]
     steps = returns[:, 1] - before

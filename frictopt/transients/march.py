@@ -68,8 +68,8 @@ def march(
         Residual slip from assembly, (N,) in the plane, (N, 2) in space, length; None: no slip.
     initial_state
         An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a
-        trajectory. Its nodes may be open. The load changes along a straight line from the load of
-        the state to the next corner, and then continues to the end of this cycle.
+        trajectory. Its nodes may be open. The load goes in a straight line from the load of the
+        state to the next corner, and on to the last corner of the cycle. Whole cycles follow.
     cycles
         Number of whole cycles.
     steps
@@ -90,7 +90,7 @@ def march(
     ModelError
         Bad input.
     NoContinuation
-        The exact path ends, or a load is beyond friction.
+        The exact path ends, or friction cannot hold a load.
     SolverError
         An increment has no valid solution, or the residual of the states exceeds the tolerance.
 
@@ -205,7 +205,7 @@ def _in_increments(
 def _change_by_steps(
     path: SteppedPath, u: Array, coarser: Sequence[SteppedPath], runs: _Runs
 ) -> float:
-    """Largest difference of the slip at the corners from runs with fewer steps; inf without any."""
+    """Largest difference of the slip at the corners from runs with fewer steps; inf if none run."""
     if not coarser:
         return np.inf
     n, error = path.nodes, 0.0
@@ -276,8 +276,8 @@ def mean_state(
 ) -> ContactState:
     """The state under the mean load, from no slip; it raises the errors of `march`.
 
-    With `steps`, in space and with other laws than Coulomb's the path takes increments, else it is
-    exact.
+    The transient is followed in increments if `steps` is given, if the contact is in space, or if
+    its law is not Coulomb's; otherwise it is followed exactly.
     """
     path = path_of(system, cycle, friction, 0.0, steps=steps).start()
     slip, _ = parted(path.state.u, system.tangents + 1)

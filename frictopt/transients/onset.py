@@ -52,7 +52,7 @@ from .statics import unscaled_diagnosis
 class LinearForces(NamedTuple):
     """Shear forces, normal forces and gaps, (K, N) or (N,); in space the shear has two columns.
 
-    Gaps of closed nodes are inf: they cannot touch.
+    The gaps of closed nodes are inf, so that only open nodes can touch.
     """
 
     q: Array
@@ -123,14 +123,14 @@ class OnsetEvent(Kept):
     corner, loads
         Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
     event, load_factor
-        "slip", "separation", or "touch" of an open node; and its load factor, inf if it never
-        happens, 0 if it happens under the mean load.
+        The event, "slip", "separation", or "touch" of an open node; and its load factor, inf if it
+        never happens, 0 if it happens under the mean load.
     node
         Index of the node; the lowest index if several events are simultaneous; None if the event
         never happens.
     sense
         +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates or touches,
-        or the event never happens. In three dimensions the unit vector of the slip along the two
+        or the event never happens. In space it is the unit vector of the slip along the two
         tangents.
 
     Examples
@@ -169,12 +169,12 @@ class Onset(Kept, Plotted):
     Attributes
     ----------
     slips, separations, touches
-        First slip and first separation under each of the K corners; and the first touch of an open
-        node.
+        First slip, first separation and, if nodes are open, first touch of an open node, under each
+        of the K corners.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load exceeds the friction bound, and at which it
-        pulls, alone or with the fixed loads of some corner. If there are any, the bonded contact
-        cannot carry the mean load, and the onset is undefined unless there is a `state`.
+        Indices of the nodes at which the mean load exceeds the friction bound, and of the nodes at
+        which it pulls, alone or with the fixed loads of some corner. If there are any, the bonded
+        contact cannot carry the mean load, and the onset is undefined unless there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the
         largest nodal force there. It exceeds rounding only if the bonded contact violates the law
@@ -217,7 +217,7 @@ class Onset(Kept, Plotted):
 
     @property
     def separation(self) -> OnsetEvent:
-        """First separation under any corner; if simultaneous, that of the first corner."""
+        """First separation under any corner; of several at once, that of the first corner."""
         return _earliest(self.separations)
 
     @property
@@ -285,8 +285,8 @@ def onset(
     settled, from no slip: closed nodes stick, open nodes follow the load.
 
     The events have closed forms, node by node. Slip starts, against q, if `|q|` reaches `f p` or
-    the shear strength; in space this is the root of a quadratic. A node separates at `p = 0`, and
-    touches if its gap is zero. Theory, eq. (6).
+    the shear strength; in space this is the root of a quadratic equation. A closed node separates
+    at `p = 0`, and an open node touches when its gap is zero. Theory, eq. (6).
 
     Parameters
     ----------
@@ -469,11 +469,11 @@ def _first_at_bound(
     load_factor, node = _least(factors)
     direction = 0.0, 0.0
     if node is not None:
-        # Slip has the direction opposite to the force, with stretched tangents stretched back.
+        # Slip is opposite to the force. The division undoes the stretch of the tangents.
         force = (q[node] + load_factor * q_rate[node]) / stretch[node]
         size = float(np.linalg.norm(force))
         if size > 0:
-            # 0.0 minus a number is never -0.0 for 0.0.
+            # If the component is 0.0, the difference is 0.0, while its negative would be -0.0.
             direction = 0.0 - float(force[0]) / size, 0.0 - float(force[1]) / size
     return OnsetEvent(*approach.corner, "slip", load_factor, node, direction)
 

@@ -48,7 +48,7 @@ from .transient import Scales, scales
 class SteadyState(Recorded, Plotted):
     """The steady state that a transient reaches, on the exact path or in increments.
 
-    A cycle that starts from it and returns to it proves it. Theory, eq. (15).
+    It is proven by a cycle that starts from this state and returns to it. Theory, eq. (15).
 
     Attributes
     ----------
@@ -91,8 +91,8 @@ class SteadyState(Recorded, Plotted):
         (N,) whether the node is open at some corner of the steady cycle (corners on a straight
         segment between others do not count); in increments, at the end of some increment.
     slipping
-        (N,) whether the node slides against friction in the steady cycle. The distance must exceed
-        rounding, and also the change of slip from one cycle to the next.
+        (N,) whether the node slides against friction in the steady cycle. Its sliding distance must
+        exceed rounding, and also the change of slip from one cycle to the next.
     first_cycle
         Work of friction in the first load cycle; an overload before it is not included.
     cycles
@@ -109,10 +109,10 @@ class SteadyState(Recorded, Plotted):
         True if the state is the extrapolated fixed point of the cycle map, or was reached from it;
         False if the transient reached it cycle by cycle.
     unproven
-        Number of events whose rates are not proven to be unique under the contact law. 0: the
-        transient from this start is unique. Such events occur if nodes lift off, or if friction
-        comes near its critical value. Another transient from the same start may then end in another
-        steady state. In increments no event is proven.
+        Number of events after which the rates of slip and gap are not proven to be unique under the
+        contact law. 0: the transient from this start is unique. Such events occur if nodes lift
+        off, or if friction comes near its critical value. Another transient from the same start may
+        then end in another steady state. In increments uniqueness is proven for no event.
     steps
         Number of increments from corner to corner; 0 for the exact path.
     drift
@@ -268,7 +268,7 @@ class SteadyState(Recorded, Plotted):
             One row for each contact. Columns:
 
             - contact, its name ("the contact" if the system has no names), its number of nodes,
-              and its area (its length), if `width` is known;
+              and its area (in the plane its length), if `width` is known;
             - sticking, slipping, open: shares of the area, or of the nodes without `width`; they
               add up to 1. Slipping nodes slide against friction (`slipping`), open nodes open at
               some corner (`open`) and do not slip, all other nodes stick;
@@ -279,7 +279,7 @@ class SteadyState(Recorded, Plotted):
               positive. Q is the resultant of the shear forces. On a straight plane contact it is
               the component along the tangent; otherwise it is the size of the resultant. fP is the
               sum of friction (along the first tangent) times normal force, or of shear strengths:
-              the largest Q of a flat face.
+              the largest Q that a flat face can carry.
 
             The rows of ties follow, with 0 nodes and without area and fP. P is the sum of the
             forces on body 1 along the normals, Q the size of the resultant of the rest, and the
@@ -291,7 +291,7 @@ class SteadyState(Recorded, Plotted):
         Raises
         ------
         ModelError, SolverError
-            Another model was condensed; see `states`.
+            The system was condensed from another model; or an error of `states`.
 
         Examples
         --------
@@ -313,7 +313,7 @@ class SteadyState(Recorded, Plotted):
 
         Columns are bolt, its load case; force, the force of its `BoltPreload`; tension_mean, the
         middle of the range of its tension; and tension_amplitude, half of the range, for the
-        fatigue of the bolt. In increments the range covers the states at their ends.
+        fatigue of the bolt. In increments it is the range of the states at their ends.
 
         Raises
         ------
@@ -359,7 +359,7 @@ class SteadyState(Recorded, Plotted):
 
             - node, x (in space x, y, z), and contact if the system names its contacts;
             - slip_range, the largest distance of two slips of the cycle while the node is closed
-              (with its drift, if the contact ratchets);
+              (including its drift, if the contact ratchets);
             - tau_amplitude, tau_mean, pressure_amplitude, pressure_mean: half the largest distance
               of two tractions, and the middle of their range, for `q / width` and `p / width` (in
               space tau_mean1 and tau_mean2). Without a width the same values of the nodal forces:
@@ -387,7 +387,7 @@ class SteadyState(Recorded, Plotted):
         Raises
         ------
         ModelError, SolverError
-            Bad input; see `states`.
+            Bad input; or an error of `states`.
 
         Notes
         -----
@@ -421,7 +421,8 @@ class SteadyState(Recorded, Plotted):
         if fields is None:
             return table
         if hasattr(fields, "recover"):
-            # If nothing slips or opens, stresses are linear in the loads from corner to corner.
+            # If nothing slips or opens, stresses change linearly from corner to corner, so the
+            # fields at the corners are enough.
             every = bool(self.slipping.any() or (states.gap > 0).any())
             fields = list(fields._over(self, every=every))
         return with_critical_planes(table, fields, body, weights)

@@ -46,8 +46,8 @@ _WORK = "force times length"
 def _trajectory(path: Trajectory, ax: AnyAxes = None) -> AnyAxes:
     """Panels for the nodes with the most work: shear against slip, and slip against time.
 
-    The shear force has a panel for each tangent; the last panel is over the corners visited, in
-    space with the size of the slip.
+    Shear against slip has a panel for each tangent. The last panel shows the slip, in space its
+    size, over the corners visited.
     """
     system = path.system
     tangents = system.tangents
@@ -115,8 +115,8 @@ def _steady_state(steady: SteadyState, ax: AnyAxes = None) -> AnyAxes:
 def _load_loop(loop: LoadLoop, ax: AnyAxes = None) -> AnyAxes:
     """Load against displacement, with a mark where nodes begin or cease to slip.
 
-    They are force and mean motion if the size of the load is known. If the loop is thin, the load
-    minus secant stiffness times displacement is drawn.
+    If the size of the load is known, the axes are force and mean motion. If the loop is thin, the
+    load minus secant stiffness times displacement is drawn.
     """
     (axes,) = new_axes(ax)
     work = unit(_WORK, loop.per_depth)

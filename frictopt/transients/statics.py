@@ -40,7 +40,8 @@ SLIDES = (
 )
 
 
-# Square of the size of a motion with negative work. The program has the size 1, or 0 for none.
+# A motion is found if the square of its size exceeds this number. The program returns a motion of
+# size 1, or 0 if there is none with negative work.
 _PROVEN_MOTION = 0.5
 # A motion is a slide, not a turn, if its mean is at least this share of its mean size.
 _EVEN = 0.5
@@ -56,9 +57,9 @@ def rigid_motions(S: Array, sizes: Array) -> Array:
     return free_motions(S, sizes)
 
 
-# The motions of each system, and digests of the pairs of friction and load that its contact forces
-# balance. A report follows many transients under the same loads, and each proof takes as long as
-# many increments.
+# The rigid motions of each system, and digests of the pairs of friction and load for which contact
+# forces balance the load. They are kept, because a report follows many transients under the same
+# loads, and each proof takes as long as many increments.
 _KNOWN_MOTIONS: WeakKeyDictionary[ContactSystem, Array] = WeakKeyDictionary()
 _BALANCED: WeakKeyDictionary[ContactSystem, set[bytes]] = WeakKeyDictionary()
 
@@ -92,12 +93,13 @@ class Statics:
     in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state. This proves gross
     sliding, turning over or lift-off, whatever the slip and the history.
 
-    If slip changes no pressure, B = 0, all states have the pressures p of the load. Then v need not
-    lift bodies that supports press: a motion with `A v = 0` and `v . q^w + sum of f p |v| < 0` is
-    the proof.
+    If slip changes no pressure, B = 0, all states have the pressures p of the load. Then the motion
+    need not lift bodies that supports press together: a motion with `A v = 0` and `v . q^w + sum of
+    f p |v| < 0` is the proof.
 
-    A node whose surface has a strength c may slip by s more than its lift opens, `w + f s >= f
-    |v|`. Its forces then recover at most the work c s. Other terms of the law are taken likewise.
+    A node whose surface has a shear strength c may slip by s more than its lift w allows, `w + f s
+    >= f |v|`. The work of its contact forces is then at least -c s. Other terms of the law are
+    treated in the same way.
     """
 
     def __init__(self, system: ContactSystem, friction: Array) -> None:
@@ -105,7 +107,10 @@ class Statics:
         self._friction = friction
 
     def sentence(self, name: str, load: Array) -> str | None:
-        """A sentence on a load (M,) that has no state, with its name; None if none is proven."""
+        """A sentence on a load (M,) that is proven to have no state; None if this is not proven.
+
+        `name` is the name of the load in the sentence.
+        """
         n = self._system.nodes
         gap = self._system.gap
         shear = np.linalg.norm(load[:-n].reshape(-1, n), axis=0)
@@ -168,7 +173,7 @@ class Statics:
         ]
 
     def _within_terms(self, p: Array) -> Array:
-        """(N,) normal forces up to those at which friction reaches another term of the law."""
+        """(N,) normal forces, cut where friction would exceed another term of the law."""
         for bounded, term in self._further_terms:
             friction = np.where(bounded, self._friction, 1.0)
             p = np.minimum(p, np.where(bounded, term.bound(p) / friction, np.inf))
@@ -183,7 +188,7 @@ class Statics:
         return phi if shift is None else shift
 
     def _shifts(self, V: Array) -> Array:
-        """(M, k) the motions within V that move alike all nodes that V moves."""
+        """(M, k) the motions within V in which all nodes that V moves have the same translation."""
         moves = np.abs(V).max(axis=1) > COUNTS
         # Entries of the translations along x, y (and z), (M, d).
         alike = self._system.frames.transpose(1, 0, 2).reshape(len(V), -1) * moves[:, None]
@@ -229,7 +234,7 @@ class Statics:
         return None
 
     def _sheared_off(self, phi: Array) -> float:
-        """Largest work of shear strengths in a motion with more slip than its lift opens."""
+        """Largest work of shear strengths in a motion with more slip than its lift allows."""
         price = np.full(self._system.nodes, np.inf)
         for bounded, term in self._further_terms:
             share = self._friction / np.where(bounded, self._friction - term.slope, 1.0)
@@ -242,7 +247,7 @@ class Statics:
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """Sentence about the moving body, its direction, and the forces of load and friction.
 
-        A force is a work, divided by the mean slip.
+        Each force is the work in the motion, divided by the mean slip.
         """
         n = self._system.nodes
         sheared_off = self._sheared_off(phi)
@@ -274,9 +279,10 @@ class Statics:
 
 
 def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
-    """Check that contact forces can balance each load, by name its bonded reactions (M,).
+    """Check that contact forces can balance each load.
 
-    NoContinuation names the motion, see `Statics`.
+    `loads` has the bonded reactions (M,) of each load by its name. If contact forces cannot balance
+    a load, NoContinuation names the motion that proves this, see `Statics`.
     """
     statics = Statics(system, friction)
     balanced = _BALANCED.setdefault(system, set())
@@ -346,7 +352,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNo
         if glued_p.sum() < -rounding:
             pulls = "pulls the bodies apart"
         return PULLS.format(pulls=pulls, total=glued_p.sum())
-    # Whichever nodes open, a body may slide or turn as a whole.
+    # A body may slide or turn as a whole whichever nodes are open, so this is checked first.
     moved = Statics(system, f).sentence("the mean load", joined(glued_q, glued_p))
     if moved:
         return moved
@@ -358,9 +364,10 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNo
 
 
 def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
-    """The diagnosis of the mean load with the loads that the load factor does not scale.
+    """The diagnosis of all loads that the load factor does not scale.
 
-    It is that of the first `fixed` part with which the mean load is not safe if nothing slips.
+    It is the diagnosis of the mean load with the first `fixed` part with which this load is not
+    safe if nothing slips.
     """
     if checked_cycle(cycle).fixed is None:
         return mean_load_diagnosis(system, cycle, friction)
@@ -417,7 +424,7 @@ def _share(system: ContactSystem, which: Booleans) -> str:
     if names_of_several(system) is not None:
         return counted(system, np.asarray(which))
     places = []
-    # Ranges of nodes that a sentence names.
+    # Largest number of ranges of nodes that a sentence names.
     most_ranges = 4
     if system.tangents == 2:
         points = system.points[numbers]

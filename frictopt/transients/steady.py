@@ -132,8 +132,8 @@ def steady_state(
     ModelError
         Bad input.
     NoContinuation
-        The path ends, a load is beyond friction, or no steady state of period one or two is proven
-        within `most_cycles`. The attributes of the error hold what is known.
+        The path ends, friction cannot hold a load, or no steady state of period one or two is
+        proven within `most_cycles`. The attributes of the error hold what is known.
     SolverError
         An increment has no valid answer, or the states violate the contact law or the balance of
         energy by more than the tolerance.
@@ -192,7 +192,7 @@ def steady_state(
 def settled_from(path: Transient, step_error: float) -> SteadyState:
     """The steady state of a transient that has begun; in increments with a given `step_error`.
 
-    The estimate of this error takes more than half of the time of a steady state.
+    This error is given, because its estimate takes more than half of the time of a steady state.
     """
     run = Run(path, MOST_CYCLES)
     with progress_bar(True, "steady state", "cycle") as bar:
@@ -250,7 +250,7 @@ def _later_difference(run: Run, first_states: Sequence[Array], finer: SteppedPat
 
 
 def _later(changes: Sequence[float], rounding: float) -> float:
-    """Estimated sum of all later changes, at most `longest` times the last change."""
+    """Estimated sum of all later changes, at most `_LONGEST` times the last change."""
     return min(distance_left(changes[-3:], rounding), _LONGEST * changes[-1])
 
 

@@ -45,8 +45,8 @@ class SteppedState(NamedTuple):
 class SteppedPath(Transient):
     """States of a transient in `steps` increments per segment.
 
-    A segment goes from corner to corner. `steps` is 20 if it is None. The other parameters are
-    those of `Transient`.
+    A segment goes from corner to corner. If `steps` is None, it has 20 increments. The other
+    parameters are those of `Transient`.
 
     Attributes
     ----------
@@ -227,7 +227,7 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
 
     `missed` is the work of friction of a node before it opens within an increment. `late` is the
     distance between the point where a node lands and the point where the increment makes it stick.
-    Increments include neither. Both are computed for each node by itself, under a load that changes
+    The states contain neither. Both are computed for each node by itself, under a load that changes
     linearly from the closed end to the open end. In the plane this is exact for a node that is not
     coupled to other nodes.
     """

@@ -57,12 +57,12 @@ class LoadLoop(Kept, Plotted):
         Secant stiffness: range of the amplitude divided by the range of the displacement; inf if
         there is no displacement.
     units, per_depth
-        Names of the units of force and length, or None; whether works are per depth, as in plane
-        strain and stress.
+        Names of the units of force and length, or None if they are not known; and whether works are
+        per depth, as in plane strain and plane stress.
     load_size
-        Force of the amplitude 1, see `ContactSystem.load_size`; NaN if it is not known. The
-        displacement divided by it is a length, and the stiffness times its square is a force over a
-        length. The picture shows these.
+        Force of the amplitude 1, see `ContactSystem.load_size`; NaN if it is not known. The picture
+        shows the displacement divided by this force, which is a length, and the stiffness times its
+        square, which is a force per length.
 
     Examples
     --------
@@ -293,7 +293,9 @@ class Trajectory(Kept, Plotted):
         )
 
     def state_at(self, number: int) -> ContactState:
-        """The state with index `number`, negative from the end, as a start of another transient.
+        """The state with index `number`, from which another transient may start.
+
+        A negative index counts from the end.
 
         Raises
         ------

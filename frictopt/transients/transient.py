@@ -63,8 +63,8 @@ class FollowedCycle:
         A value that describes the changes of status. It is equal for two cycles with the same
         changes; on the exact path their order within a segment does not count.
     bonded, u, r
-        (T, M) loads, motions `[v, w - g0]` and reactions. On the exact path they are at the corners
-        at which it stops, in increments after each increment.
+        (T, M) loads, motions `[v, w - g0]` and reactions. On the exact path they are those at the
+        corners at which the load turns, in increments those after each increment.
     previous
         (T, M) in increments, the motions `u` one increment before each of these states: friction
         opposes the slip from one to the other. None on the exact path, where slip also changes
@@ -99,7 +99,8 @@ class Transient(ABC):
     mean, corners
         Bonded reactions (M,) of the mean load, and of each corner.
     turns
-        Numbers of the corners at which a cycle stops.
+        Numbers of the corners at which a cycle stops: all corners, or, on the exact path, those at
+        which the load turns.
     legs, begun
         Segments of the load path. Each has the bonded reactions at its end, and its name for
         errors. `legs` are the segments of a cycle, `begun` the segments before the first whole
