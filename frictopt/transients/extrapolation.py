@@ -255,8 +255,9 @@ def _iterated(
 def _is_approached(
     path: Transient, latest: FollowedCycle, at_limit: FollowedCycle, follow: Follow
 ) -> bool:
-    """Whether the latest return, and returns from states between its end and a fixed point,
-    come closer to the fixed point.
+    """Whether returns come closer to a fixed point.
+
+    They are the latest return, and returns from states between its end and the fixed point.
     """
     limit = at_limit.after
     starts = [limit + share * (latest.after - limit) for share in _SHARES]

@@ -145,7 +145,7 @@ def contact_table(
     """The table of the contacts, see `SteadyState.by_contact`.
 
     `states` are the states of a steady cycle. `slipping` and `opened` are masks (N,) of the nodes,
-    and `work` (N,) is their work of friction. The model, if it is given, has ties.
+    and `work` (N,) is their work of friction. If the model is given, its ties have rows, too.
     """
     system = states.system
     width = np.ones(system.nodes) if system.width is None else system.width
@@ -193,7 +193,7 @@ def contact_table(
 def _rows_of_ties(through: Mapping[str, Array]) -> Table:
     """A row for each tie: name -> (3, K) normal force, shear and moment at the corners.
 
-    A tie has no nodes of a contact. All of it sticks.
+    A tie has no nodes of a contact, and its whole area sticks.
     """
     rows = []
     for name, forces in through.items():
@@ -220,7 +220,7 @@ def rows_of_corners(states: Trajectory) -> Integers:
 
 
 def _slip_ranges(states: Trajectory) -> Array:
-    """(N,) largest distance of two slips of each node; 0 if it is rounding of the slip."""
+    """(N,) largest distance between two slips of each node; 0 if this is only rounding."""
     ranges = np.linalg.norm(slip_ways(states), axis=-1)
     rounding = ROUNDING * np.abs(states.slip).max()
     return np.where(ranges <= rounding, 0.0, ranges)
