@@ -1,11 +1,11 @@
-"""Steps towards periodic orbits with more or less work of friction.
+"""Steps towards periodic orbits (steady cycles) with more or less work of friction.
 
-The work of a periodic orbit depends on its start only through the slips of the nodes that stay
-locked. A step is a linear program: the change of the locked slips, within a trust region, that
-changes the work most, while every locked node stays within its bound at every event. In space four
-tangents replace the friction circle, one of them at the shear itself. All other motions follow,
-because the orbit stays periodic. The step is only a proposal; the transient from the new start
-decides.
+The work of a periodic orbit depends on its start only through the slips of its locked nodes, which
+stick through the whole cycle. A step is a linear program. It finds the change of these slips,
+within a trust region, that changes the work most, while every locked node stays within its friction
+bound at every event. In space four tangents replace the friction circle, one of them at the shear
+itself. The motions of the other nodes follow, because the orbit stays periodic. The step is only a
+proposal; the transient from the new start decides.
 """
 
 from copy import copy
@@ -47,8 +47,9 @@ class Ascent:
     def step(self, radius: float) -> tuple[Array, float] | None:
         """The change of the slip that changes the work most, and the gain of work to first order.
 
-        The slip, (N,) or (N, 2), changes by at most a radius at a locked node, length. None if no
-        node is locked, nothing changes the work, or the slip exceeds its bound already.
+        At each locked node the slip, (N,) or (N, 2), changes by at most `radius`, length. None if
+        no node is locked, if no change of slip changes the work, or if the slip already exceeds its
+        bound.
         """
         if self._bounds is None:
             return None
@@ -125,7 +126,7 @@ def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Ar
 
 
 def _tangents(q: Array) -> list[Array]:
-    """Unit vectors (..., t, N) of the tangents to the bounds of shear vectors (..., t, N).
+    """Unit normals (..., t, N) of the tangents to the bounds of shear vectors (..., t, N).
 
     In the plane they point both ways; in space along each vector, against it, and across it.
     """
@@ -140,7 +141,7 @@ def _tangents(q: Array) -> list[Array]:
 def increment_map(path: SteppedPath) -> ReturnMap:
     """A cycle of increments with its derivative, from the corner at which a transient is.
 
-    The transient stays there. An increment takes the slip `v'` before it to the state `u = [v, w -
+    The transient itself stays there. An increment takes the slip `v'` to the state `u = [v, w -
     g0]` after it. Sticking nodes keep their slip; a node that slips by `d = v - v'` obeys `q + f p
     d / |d| = 0`, an open one q = p = 0. With these statuses the derivatives follow from one linear
     system for each increment::
@@ -189,7 +190,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
 def _derivative_after(
     S: Array, f: Array, point: SteppedState, D: Array, e: Array, distance: Array
 ) -> Array:
-    """(M, M) derivative of the state after an increment, from the one before it, D.
+    """(M, M) derivative of the state after an increment, from D, the derivative before it.
 
     Nodes slip along e (t, N), which is zero elsewhere, by a distance (N,).
     """

@@ -21,8 +21,8 @@ from .starts import Start
 
 # Digits of numbers in keys; other processors change digits behind them.
 _DIGITS = 9
-# Square root of the rounding of a stiffness, relative to the largest one. Smaller sizes of nodes
-# are raised to this share.
+# Square root of the rounding of a stiffness, relative to the largest stiffness. Sizes of nodes that
+# are below this share of the largest size are raised to it.
 _ROUNDING_OF_SIZE = 1e-8
 
 KEY = 20
@@ -53,7 +53,7 @@ def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
 
 
 def _graded(values: Array) -> Array:
-    """Numbers that differ as much as the values do, relative to each of them.
+    """Numbers whose differences are the relative differences of the values.
 
     Below a thousandth of the largest value the difference is relative to that thousandth, because
     rounding is relative to the largest value.
@@ -68,7 +68,7 @@ class Case:
 
     `contact` is the key of contact and load cycle, `number` the place of the friction in its list,
     `label` the name of the load cycle, "" if the study has a single one. `limit` is the shakedown
-    limit for starts that need it, None if none does or no solver proves one.
+    limit for starts that need it; None if no start needs it or no solver proves a limit.
     """
 
     system: ContactSystem
@@ -161,7 +161,7 @@ FAILED = "FAILED"
 """Outcome of a run that has no result."""
 
 SLIDES_OFF = "SLIDES_OFF"
-"""Outcome of a run at whose loads no forces within friction balance: the bodies slide off."""
+"""Outcome of a run whose loads no forces within friction balance: the bodies slide off."""
 
 LIMIT_COLUMNS = ("load_ratio", "shakedown_limit")
 """Columns of a table that has shakedown limits."""

@@ -64,9 +64,9 @@ def dissipation_study(
     """Follow a transient to its steady state for each friction, load cycle, load factor and start.
 
     The method follows Flicek et al. 2015, section 5. A run that fails is a row with its error. If
-    the bodies slide off at the loads of a run, this is its outcome, and it counts as finished. The
-    executor changes only the column seconds. Ctrl-C raises a KeyboardInterrupt whose attribute
-    `table` has the finished runs. The store also holds them, and is closed.
+    the bodies slide off at the loads of a run, its outcome is "SLIDES_OFF", and it counts as
+    finished. The executor changes only the column seconds. Ctrl-C raises a KeyboardInterrupt whose
+    attribute `table` has the finished runs. The store also holds them, and is closed.
 
     Parameters
     ----------
@@ -100,17 +100,17 @@ def dissipation_study(
     executor
         Number of processes of this machine, each with one BLAS thread; or any executor with the
         interface of `concurrent.futures`, such as a dask client's `get_executor()`; None: this
-        process. It gets at most 256 tasks at a time. A task takes runs until one second has passed,
-        and finishes the last run. A number replaces processes that end, and they end with this
-        process. The runs of a lost task are given to two other tasks. If a run is lost twice with a
-        task of its own, its row contains this error.
+        process. An executor gets at most 256 tasks at a time. A task takes runs until one second
+        has passed, and finishes the last run. Processes of this machine are replaced if they end
+        early, and all of them end with this process. The runs of a lost task are given to two other
+        tasks. If a run is lost twice with a task of its own, its row contains this error.
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
         that is started again, also after it was killed or on another machine, follows only runs
-        that are missing or failed, or that another version of frictopt followed. Contacts whose
-        numbers differ by 1e-9 at most are the same, and random slips of one family, amplitude and
-        seed. Several studies may share the file on a disk of this machine. `results.read_store`
-        reads it.
+        that are missing or failed, or that another version of frictopt followed. Contacts are the
+        same if their numbers differ by 1e-9 at most; random slips are the same if family, amplitude
+        and seed are. Several studies may share the file on a disk of this machine.
+        `results.read_store` reads it.
     progress
         Whether to show count, rate and remaining time in a terminal or notebook.
 
@@ -137,12 +137,12 @@ def dissipation_study(
         - first_cycle: work in the first cycle
         - largest_share: share of the node with the largest dissipation
         - cycles: number of cycles followed
-        - slipping, open: numbers of nodes
+        - slipping, open: number of nodes that slip, and of nodes that open
         - residual, engine, seconds: residual, method and computing time of the run
         - error: text of the error if the run failed, or why the bodies slide off; otherwise empty
 
-        `attrs["missing"]` is the number of runs without a row, in the table of an error.
-        `attrs["per_depth"]` states whether works are per unit depth.
+        `attrs["missing"]` is the number of runs without a row; it is above 0 only in the table of
+        an error or an interrupt. `attrs["per_depth"]` states whether works are per unit depth.
 
     Raises
     ------

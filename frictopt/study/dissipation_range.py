@@ -33,7 +33,8 @@ from .range_starts import RangeStarts
 
 # Numbers of the order in which a range is searched.
 
-# Levels of work from which the first search goes on: those with the most and the least work.
+# Number of levels from which the first search goes on: of those with the most work, and of those
+# with the least work. A level is a work of friction that differs from all others found.
 _CLIMBED = 12
 _DESCENDED = 2
 # Largest number of times that random starts are tried around both ends, and number of the best of
@@ -45,7 +46,7 @@ _CLIMBED_AROUND = 4
 _REACH = 0.2
 # Relative change of an end after which random starts are tried again.
 _MOVED = 1e-3
-# Levels of a rough search at each end that are followed in all increments.
+# Number of levels at each end of a rough search that are followed again in all increments.
 _CONFIRMED = 4
 
 
@@ -62,10 +63,11 @@ class DissipationRange(Kept, Plotted):
         Least and largest work of friction per cycle, force times length per depth, in space force
         times length.
     least_start, worst_start
-        (N,) or (N, 2) residual slips that lead to them, for `steady_state`, length.
+        (N,) or (N, 2) residual slips that lead to `least` and to `most`, for `steady_state`,
+        length.
     least_state, most_state
-        Their steady states. In space `step_error` is the error of the increments, relative to the
-        work.
+        The steady states of these starts. In space `step_error` is the error of the increments,
+        relative to the work.
     levels
         Different works of friction at the ends of the searches, in rising order. With ten
         increments or more, only the last searches are included.
@@ -151,8 +153,8 @@ def dissipation_range(
     later cycles change their work by less than a thousandth. The four levels with the most work and
     the four with the least are then followed in all increments, and the search goes on from the
     best at each end. The search takes some hundreds of transients, for any number of nodes. A
-    transient without a steady state after 200 cycles is given up (after 2000 cycles for the levels
-    above); `to_frame` lists such transients.
+    transient without a steady state after 200 cycles is given up (after 2000 cycles for these eight
+    levels); `to_frame` lists such transients.
 
     The result is an inner estimate without a bound: other starts may have more work. Transients in
     which nodes open are included, but the search does not continue from them.
@@ -165,7 +167,7 @@ def dissipation_range(
         Load factor, >= 0.
     slip_bound
         Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no
-        bound. A slide of the whole body counts.
+        bound. A slide of the whole body counts as slip.
     steps, progress
         Number of increments from corner to corner (None: the exact path in the plane, 20 in space),
         and whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
@@ -270,8 +272,8 @@ def _follow_starts(search: Search, starts: RangeStarts) -> list[Orbit]:
 def _search_from(search: Search, levels: list[Orbit]) -> list[Orbit]:
     """Ends of the search from the best levels, and from the best random starts around both ends.
 
-    A local extreme may have more or less work beside it, or a basin of its own far away. An end
-    that is no local extreme is searched from again.
+    The random starts are needed, because starts beside a local extreme, or far away from it, may
+    have more or less work. If an end is no local extreme, the search goes on from it.
     """
     ends = _climb_from(search, low=levels[:_DESCENDED], high=levels[::-1][:_CLIMBED])
     for _ in range(_ROUNDS):
@@ -307,7 +309,7 @@ def _climb_around(
 
 
 def _climb_from(search: Search, low: list[Orbit], high: list[Orbit]) -> list[Orbit]:
-    """Ends of the search for more work from `high`, and for less from `low` if no start rests."""
+    """Ends of the search for more work from `high`, and for less from `low` if no work is 0."""
     ends = [search.climb(orbit, 1) for orbit in high if orbit.work > 0]
     if low[0].work > 0:
         ends += [search.climb(orbit, -1) for orbit in low]

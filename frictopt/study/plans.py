@@ -43,7 +43,7 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     - optional `limits`: true, if the table shall have the shakedown limits
     - optional `store`, `table` and `picture`: files to write
 
-    ModelError: not such a file, or an entry that the study would refuse.
+    ModelError if it is not such a file, or if it has an entry that the study would refuse.
     """
     path = Path(file)
     try:
@@ -168,7 +168,7 @@ def named_distribution(name: str, family: object, /, *values: float, **parameter
 
 
 def read_table(file: str | Path) -> pd.DataFrame:
-    """The table of a file of pandas; ModelError: another ending, or no table."""
+    """The table in a file that pandas reads; ModelError if it has another ending or no table."""
     path = Path(file)
     if path.suffix not in _READERS:
         raise ModelError(f"history: {str(file)!r}; give a file that ends in {', '.join(_READERS)}")

@@ -77,7 +77,7 @@ class TransientsAfter:
             self.starts += extremes.values()
 
     def outcome_of_starts(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
-        """Whether the contact comes to rest from all starts: an outcome.
+        """The outcome of all starts: `REST` if the contact comes to rest from each of them.
 
         If the contact keeps slipping from a start, this start moves to the front, to be the first
         at the next load factor.
@@ -91,7 +91,7 @@ class TransientsAfter:
         return UNDECIDED if UNDECIDED in outcomes else REST
 
     def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
-        """Whether the contact comes to rest from one start: an outcome."""
+        """The outcome of one start: whether the contact comes to rest from it."""
         path = path_of(self.system, self.cycle, self.friction, load_factor, start, steps=self.steps)
         loads = [step.reactions(self.system, load_factor) for step in protocol]
         if loads:
@@ -118,7 +118,8 @@ class Search:
     """The load factors or the frictions tried, with their outcomes.
 
     `outcome_at` follows the transients at a value. It returns their outcome, and why one of them
-    has no result. `rests_at` is the last value with rest before the first one without.
+    has no result. `rests_at` is the last value tried at which the contact comes to rest, before the
+    first value at which it does not.
     """
 
     def __init__(
@@ -132,9 +133,10 @@ class Search:
         self._outcome_at = outcome_at
 
     def first_slip(self, grid: Array, tolerance: float) -> float:
-        """The first value of a grid that rises or falls without rest; NaN if there is none.
+        """The first value of a grid at which the contact does not come to rest; NaN if none.
 
-        A bisection narrows the interval before it to the tolerance, if its other end is known.
+        The grid rises or falls. A bisection narrows the interval before this value to the
+        tolerance, if the other end of the interval is known.
         """
         first = next((value for value in grid.tolist() if not self._rests(value)), np.nan)
         while tolerance < abs(first - self.rests_at) < np.inf:
@@ -144,7 +146,7 @@ class Search:
         return first
 
     def others_slip(self, grid: Array) -> bool:
-        """Whether no value of the grid beyond the first one without rest has rest."""
+        """Whether the contact comes to rest nowhere beyond the first value without rest."""
         rests_at = self.rests_at
         others = [self._rests(value) for value in grid.tolist() if value not in self.tried]
         self.rests_at = rests_at
@@ -270,15 +272,15 @@ def limit_after_protocol(
         Loads between the start, which is at the mean load, and the cycle. After them, the load
         returns to the mean load.
     start
-        "assembled": the mean load grows from a millionth of itself, without slip. "worst": all
-        extreme slips that the contact can hold under the mean load; the first start that keeps
-        slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
+        "assembled": the contact begins without slip, and the mean load grows from a millionth of
+        itself. "worst": all extreme slips that the contact can hold under the mean load; the first
+        start that keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
     up_to
-        Largest load factor tried; None: that of `limit`.
+        Largest load factor tried; None: the load factor of `limit`.
     scan
         Number of load factors tried before the bisection; or these load factors as shares of
-        `up_to`, rising, above 0, and up to 1, such as the guaranteed limit over the shakedown limit
-        and 1.
+        `up_to`, rising, above 0, and up to 1, such as [the guaranteed limit divided by the
+        shakedown limit, 1].
     tolerance
         Width of the last interval of the bisection, divided by the largest load factor tried.
     steps, progress
@@ -356,13 +358,13 @@ class FrictionAfterProtocol(AfterProtocol):
     ----------
     required, lower
         `required` is the least coefficient of friction such that the contact comes to rest with it
-        and with all larger ones tried; inf if it does not with the largest one. `lower` is the
-        largest friction tried with which it does not, or with which a transient has no result, see
-        `note`. If it comes to rest with all frictions tried, it is the `bound` of
-        `required_friction`.
+        and with all larger ones tried; inf if it does not come to rest with the largest one.
+        `lower` is the largest friction tried with which it does not, or with which a transient has
+        no result, see `note`. If the contact comes to rest with all frictions tried, `lower` is the
+        `bound` of `required_friction`.
     least
-        Result `required` of `required_friction`. With less, no start comes to rest while all nodes
-        stay closed.
+        Result `required` of `required_friction`. With less friction, no start comes to rest while
+        all nodes stay closed.
     load_factor
         The given load factor.
     tried

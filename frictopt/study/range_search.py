@@ -61,10 +61,10 @@ FAR = "far from the end of the range, and its steps gain too little"
 class Orbit:
     """The transient from one start, and the steady state that it leads to.
 
-    `name` is the name of the first start of the search; `start` is the slip, (N,) or (N, 2),
-    length. `state` and `path`, which has reached this state at the last corner, are None if the
-    transient has no result. `end` says why the search from this orbit ended; it is "followed"
-    without a search.
+    `name` is the name of the first start of the search; `start` is the slip at which this transient
+    starts, (N,) or (N, 2), length. `state` and `path`, which has reached this state at the last
+    corner, are None if the transient has no result. `end` says why the search from this orbit
+    ended; it is "followed" if there was no search from it.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Orbit:
 
 
 def levels_of(orbits: Iterable[Orbit]) -> list[Orbit]:
-    """An orbit of each level of work, in the order of rising work."""
+    """An orbit for each different work of friction, in the order of rising work."""
     levels = list[Orbit]()
     results = [orbit for orbit in orbits if orbit.state is not None]
     for orbit in sorted(results, key=lambda orbit: orbit.work):

@@ -17,7 +17,7 @@ from ..limits.program.rest_slips import Furthest, Rests
 class RangeStarts:
     """Starts of a search: extreme slips that one contact can hold under the loads of its cycle.
 
-    If no solver finds an extreme slip, there is one start less.
+    An extreme slip that no solver finds is left out.
     """
 
     def __init__(self, question: Question, load_factor: float) -> None:
@@ -53,7 +53,7 @@ class RangeStarts:
     def multiplied(self) -> list[list[tuple[str, Array]]]:
         """For each extreme slip under the mean load, larger multiples within the slip bound.
 
-        They are more than the closed contact can hold: nodes open on the way to the mean load.
+        The closed contact cannot hold these slips: nodes open on the way to the mean load.
         """
         slip_bound = self._question.slip_bound
         return [
@@ -90,7 +90,8 @@ class RangeStarts:
     def _extreme_slips(self, loads: Mapping[str, float]) -> list[Array | None]:
         """An admissible slip for each direction, first with all nodes closed; [] if none is found.
 
-        If there is none with all nodes closed, the nodes that the loads leave open are open.
+        If no slip is admissible with all nodes closed, the nodes that the loads leave open are
+        open.
         """
         system, friction = self._question.system, self._question.friction
         slips = list[Array | None]()

@@ -54,9 +54,9 @@ Keep = Callable[[list[Row]], None]
 def execute(runs: Sequence[Run], executor: Executor | int | None, keep: Keep) -> None:
     """Follow runs in this process or by an executor; `keep` receives their rows in any order.
 
-    A number is that of processes of this machine. An error or an interrupt cancels the runs that
-    have not begun. After an interrupt, tasks at work have a moment to hand over the rows that they
-    have finished.
+    If `executor` is a number, it is the number of processes of this machine. An error or an
+    interrupt cancels the runs that have not begun. After an interrupt, tasks at work have a moment
+    to hand over the rows that they have finished.
     """
     if executor is None:
         for run in runs:
@@ -90,8 +90,8 @@ def _follow_by_tasks(runs: Sequence[Run], executor: Executor, keep: Keep) -> Non
 class _Tasks:
     """The tasks of an executor, each with its batch of runs, and the runs that wait.
 
-    A batch whose task is lost is halved, until the run that loses its tasks is alone. A run whose
-    task is lost a second time has failed.
+    If the task of a batch is lost, the batch is halved, until the run that ends its tasks is alone.
+    A run that is alone gets a second task. If this task is lost, too, the run has failed.
     """
 
     executor: Executor
@@ -145,13 +145,13 @@ class _Tasks:
                 self.waiting.extend(batch[len(finished) :])
             rows += finished
         keep(rows)
-        # Tasks are deleted only after their rows are kept, because an interrupt asks all listed
-        # tasks.
+        # Tasks are deleted only after their rows are kept, because an interrupt collects the rows
+        # of all listed tasks.
         for future in futures:
             del self.at_work[future]
 
     def _failed_rows(self, batch: list[Run], error: Exception) -> list[Row]:
-        """Give a lost batch back in two halves; a row only for a run that is lost again."""
+        """Put a lost batch back in two halves; return a row only for a run that is lost again."""
         half = len(batch) // 2
         if half:
             self.lost += [batch[:half], batch[half:]]

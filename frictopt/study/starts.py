@@ -73,8 +73,8 @@ class Start(Shown):
     state
         An earlier state, instead of a slip. Its nodes may be open.
     amplitude
-        Root mean square of a random slip, length; None: the slip is not random. A store knows a
-        random slip by its family, amplitude and seed, any other one by its numbers.
+        Root mean square of a random slip, length; None: the slip is not random. A store identifies
+        a random slip by its family, amplitude and seed, and any other slip by its numbers.
 
     Raises
     ------
@@ -199,8 +199,8 @@ def random_slips(
         The contact, which has at least two nodes; and the amplitudes of the slips: root mean
         squares over the nodes, length.
     count, seed
-        Number of slips of each kind and amplitude, and the seed of the first slip. The following
-        slips have the following seeds. There are at most 100,000 slips, and 10^8 numbers in them.
+        Number of slips of each kind and amplitude, and the seed of the first slip. Each further
+        slip has the next seed. There are at most 100,000 slips, and 10^8 numbers in them.
 
     Returns
     -------
@@ -390,9 +390,9 @@ class LoadStep:
 def assembled_slip(
     system: ContactSystem, cycle: LoadCycle, friction: PerNode, *, steps: int | None = None
 ) -> Array:
-    """Slip, (N,) or (N, 2), length, that assembly leaves: the mean load grows from no slip.
+    """Slip, (N,) or (N, 2), length, that assembly leaves.
 
-    The mean load begins at a millionth of itself.
+    The contact begins without slip, and the mean load grows from a millionth of itself.
 
     Parameters
     ----------

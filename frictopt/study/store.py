@@ -221,8 +221,8 @@ def _connect(path: Path, make: bool) -> sqlite3.Connection:
     """Open a file of sqlite; without `make` it must exist."""
     if make:
         path.parent.mkdir(parents=True, exist_ok=True)
-    # A reader may write, too: if a writer was killed, sqlite first takes its half write back. Of a
-    # file that cannot be written, sqlite makes a reader by itself.
+    # A connection that only reads may write, too: if a writer was killed, sqlite first undoes its
+    # unfinished write. If the file cannot be written, sqlite itself opens it for reading alone.
     place = path if make else f"{path.as_uri()}?mode=rw"
     # Seconds to wait for another process that is writing.
     patience = 60
@@ -234,7 +234,7 @@ def _connect(path: Path, make: bool) -> sqlite3.Connection:
 
 @contextmanager
 def _store_errors(path: object) -> Iterator[None]:
-    """Raise a StoreError for each error of the file. An unknown home folder is a RuntimeError."""
+    """Raise a StoreError for each error of the file; an unknown home folder is a RuntimeError."""
     try:
         yield
     except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:
