@@ -24,9 +24,9 @@ from .thresholds import QUANTITIES, SLIP_RANGE
 # Names of the motions in which bodies slide off: slides, turns, pries, lifts off.
 
 SLIDES, TURNS, PRIES, LIFTS_OFF = "slides", "turns", "pries", "lifts off"
-# If the contacts of a joint move in several ways, the first of these motions names its motion.
+# If the contacts of a joint move in several ways, the joint gets the first of these motions.
 _ORDER = (PRIES, TURNS, SLIDES, LIFTS_OFF)
-_MOST_NAMES = 4  # contacts that a sentence names
+_MOST_NAMES = 4  # largest number of contacts that a sentence names
 
 
 def motions_of_contacts(system: ContactSystem, gross_slip: GrossSlip) -> dict[str, str]:
@@ -47,10 +47,10 @@ def motions_of_contacts(system: ContactSystem, gross_slip: GrossSlip) -> dict[st
 def _motion(phi: Array, turn: float, is_flat: bool) -> str:
     """Name of a motion (t + 1, n) of the nodes of a contact, with its angle, NaN if not known.
 
-    A turn tilts a face that it pries open: its lifts differ by more than its slips. A turn about
-    the normal of a flat face, or of a shaft in its hub, lifts all nodes alike. The angle is 0 if
-    only nodes move that lift by the same distance; if the face is flat, they differ from the nodes
-    at rest.
+    A turn that pries a face open tilts it: the lifts of its nodes differ by more than their mean
+    slip. A turn about the normal of a flat face, or of a shaft in its hub, lifts all nodes alike.
+    If all nodes that move lift by the same distance, the angle is 0. A flat face is then pried
+    open, too, if its other nodes stay at rest.
     """
     *slips, lift = phi
     slip = float(np.linalg.norm(slips, axis=0).mean())

@@ -56,7 +56,7 @@ _FAR = 1e6
 _LARGEST_GROWTH = 4.0
 _SMALLEST_GROWTH = 0.2
 _SAFETY = 0.9
-# Attempts at a jump, each shorter.
+# Largest number of attempts at a jump; each is shorter than the one before.
 _ATTEMPTS = 20
 
 
@@ -145,7 +145,7 @@ class Course:
         return self.settle(worn, began), began
 
     def jump(self, most_cycles: float) -> None:
-        """The next jump, as long as the tolerance allows, to at most `most_cycles` in all.
+        """Make the next jump, as long as the tolerance allows, up to `most_cycles` in all.
 
         It is a step of a linearly implicit Rosenbrock method of second order. The first stage of
         this step is a step of first order, which estimates the error.
@@ -199,7 +199,7 @@ class Course:
         return ""
 
     def _never_changes(self, rate: Array) -> bool:
-        """Whether the rates (N,) are the same after all pressure that wear takes off is gone."""
+        """Whether the rates (N,) are still the same once wear has taken off all that it can."""
         damping = self.damping
         cycles = _FAR / (np.abs(damping).max() or 1.0)
         late = np.linalg.solve(np.eye(len(rate)) + cycles * damping, rate)
@@ -207,7 +207,7 @@ class Course:
 
 
 def _growth(error: float) -> float:
-    """Ratio of the next jump or attempt to a jump with this error."""
+    """Length of the next jump or attempt, divided by the length of a jump with this error."""
     if error == 0:
         return _LARGEST_GROWTH
     growth = _SAFETY / np.sqrt(error)
@@ -359,8 +359,8 @@ def wear(
     coefficient
         Archard's coefficient of wear, volume per normal force and sliding distance, both bodies
         together, one or one per node, >= 0: 1e-8 for 1e-8 mm^3/(N mm), if forces are in N and
-        lengths in mm. Its number depends on the units, see the tutorial. A wear volume per work of
-        friction has to be multiplied by the coefficient of friction.
+        lengths in mm. Its number depends on the units, see the tutorial. If you know the wear
+        volume per work of friction instead, multiply it by the coefficient of friction.
     cycles
         Number of load cycles, >= 1; None: until the contact is worn in.
     initial_state

@@ -195,7 +195,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
         through the number. Transients narrow this interval to a ten thousandth of the load factor
         in the plane, and to a hundredth in space. The steady state at its upper end is returned.
         Its share or work is at least the number. It may be larger, because nodes begin to slip one
-        by one. If the curve begins with the number, the interval begins at the load factor 0.
+        by one. If the curve has the number at its first load factor, the interval begins at 0.
 
         Parameters
         ----------
@@ -305,9 +305,9 @@ def backbone_curve(
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the gross-slip load.
     natural_frequency
         Natural frequency in cycles per unit of time, if the load of amplitude 1 is the load of a
-        mass-normalised mode. It is the frequency of the glued contact; nodes that are open under
-        the mean load may also be open. The compliance also gives a frequency, which the curve uses;
-        the two may differ by 1 %. None: the load is not the load of a mode.
+        mass-normalised mode. It is the frequency of the glued contact; the nodes that are open
+        under the mean load may be glued or open. The compliance also gives a frequency, which the
+        curve uses; the two may differ by 1 %. None: the load is not the load of a mode.
     with_range
         Whether to search the residual slips for the smallest and the largest damping, and to
         compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no

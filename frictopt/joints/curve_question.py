@@ -87,8 +87,8 @@ class Swing:
 def swing_of(level: Array, displacement: Array) -> Swing | None:
     """The swing of a load whose level rises from one corner to the other, and falls back.
 
-    None if the displacement stands still or turns back between the corners: a cosine then has no
-    loop.
+    None if the displacement stands still or turns back between the corners: then no motion like a
+    cosine has this loop.
     """
     length = np.ptp(displacement)
     if not length > 0:
@@ -108,8 +108,8 @@ def swing_of(level: Array, displacement: Array) -> Swing | None:
 class CurveLoad:
     """A load with its amplitudes (cases,) at load factor 1 and its compliance on the glued bodies.
 
-    `natural_frequency` is NaN if the load is no mode. `missing` says why the load has no
-    displacement, "" if it has one.
+    `natural_frequency` is NaN if the load is not that of a mode. `missing` says why the load has no
+    displacement; it is "" if the load has one.
     """
 
     direction: Array = field(default_factory=lambda: np.zeros(0))
@@ -140,8 +140,8 @@ class CurveLoad:
     def _motion(self, steady: SteadyState) -> tuple[float, float]:
         """Half the range of the displacement of the load, and the first harmonic of the load.
 
-        Both are NaN if the displacement drifts or is not known. The harmonic is NaN if no cosine
-        has the loop, see `swing_of`, or if the state repeats after two cycles.
+        Both are NaN if the displacement drifts or is not known. The harmonic is NaN if no motion
+        like a cosine has this loop, see `swing_of`, or if the state repeats after two cycles.
         """
         if self.missing or steady.outcome is Outcome.RATCHETING:
             return np.nan, np.nan
@@ -205,9 +205,10 @@ def _missing(system: ContactSystem, cycle: LoadCycle, direction: Array | None) -
 
 
 def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
-    """(cases,) amplitudes of the first corner; None if there are not two opposed corners alone.
+    """(cases,) amplitudes of the first corner; None unless the cycle has just two opposed corners.
 
-    Amplitudes about a computed mean load, such as the mean load of a history, have rounding errors.
+    They may be opposed up to rounding, because amplitudes about a computed mean load, such as the
+    mean load of a history, have rounding errors.
     """
     amplitudes = [
         np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners

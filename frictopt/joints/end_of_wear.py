@@ -51,10 +51,10 @@ class WornIn(Worn):
         Its steady state, which is shakedown, and the record of this state. The `system` of the
         steady state is the worn contact, and all other functions accept it.
     depth, stick
-        (N,) depth worn off at each node, of both bodies together, length, and the nodes that never
-        slip while the contact wears; in the end only they are in contact. The depth exceeds the
-        depth of the theorem by a billionth of the largest depth, so that worn nodes are open in all
-        other functions.
+        (N,) depth worn off at each node, of both bodies together, length; and the nodes that never
+        slip while the contact wears. In the end only these nodes are in contact. The depth exceeds
+        the depth of the theorem by a billionth of the largest depth, so that worn nodes are open in
+        all other functions.
     proven
         True: the conditions of the theorem were checked, and the worn contact is at rest.
 
@@ -111,7 +111,7 @@ def worn_in(
     direction, by at least friction times the change of pressure. Then the stick zone equals the
     contact area of the same bodies under a smaller normal force: the mean normal force minus half
     the change of shear divided by friction (Ciavarella 1998, Jäger 1998). A larger gap outside the
-    stick zone does not change it, so it is the same at any depth of wear. Outside the stick zone,
+    stick zone does not change this zone, so it is the same at any depth of wear. Outside the zone,
     wear continues while there is pressure (Popov 2014), if wear at one place does not reduce the
     pressure elsewhere. In the end the contact is confined to the stick zone. Theory, eq. (30).
     `wear` computes the number of cycles.
@@ -122,9 +122,9 @@ def worn_in(
         The contact, its load cycle, its coefficient of friction, the same at all nodes, and the
         load factor, >= 0.
     progress
-        Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. If the
-        theorem has been applied, its attribute `depth` has the depths, (N,), which are then not yet
-        checked by a transient.
+        Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Once the
+        theorem has been applied, the attribute `depth` of this error has the depths, (N,), which no
+        transient has checked yet.
 
     Returns
     -------
@@ -216,7 +216,7 @@ def _check_similar(system: ContactSystem) -> None:
     )
     diagonal = np.diag(C)
     # Largest pressure that wear at one node takes off another node, divided by the pressure that it
-    # takes off its own node. Half-planes in cells have 0.01.
+    # takes off its own node. For half-planes that are divided into cells it is 0.01.
     most_relief = 0.03
     relief = C - np.diag(diagonal) - most_relief * diagonal[:, None]
     relieved, worn = np.unravel_index(relief.argmax(), C.shape)
@@ -273,7 +273,7 @@ def _stick_zone(
 
 
 def _depth(system: ContactSystem, stick: Booleans, first: Array, last: Array) -> Array:
-    """(N,) the larger overlap at the two loads, if only the stick zone is in contact.
+    """(N,) the larger of the overlaps at the two loads, if only the stick zone is in contact.
 
     Nodes outside the stick zone carry no force.
     """
@@ -299,7 +299,7 @@ def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
 
 
 def _check_lead(shear_change: Array, bound_change: Array) -> None:
-    """Check that the shear changes by more than the friction bound at each node, (N,) each."""
+    """Check that at each node the shear changes at least as much as its friction bound, (N,)."""
     lead = shear_change - bound_change
     _require(
         lead.min() >= -CONDENSATION * np.abs(lead).max(),

@@ -56,12 +56,12 @@ class ForcedResponse(Kept, Plotted):
         degrees, near 90. NaN beyond the curve.
     least_peak, most_peak
         (F,) the smallest and the largest peak over the residual slips that the range of the curve
-        found, for a start at any amplitude. A sweep shakes out most residual slip and sees a part
-        of this band. NaN without a range; inf beyond the curve.
+        found, for a start at any amplitude. A sweep shakes out most residual slip, so it sees only
+        a part of this band. NaN without a range; inf beyond the curve.
     sensitivity
         (F,) -d ln peak / d ln work: if the work of friction is larger by a small share, the peak is
-        smaller by about this number times the share. It is measured from the force to one that is
-        5 % smaller. 0 without friction. NaN beyond the curve.
+        smaller by about this number times the share. It is computed from the peaks of this force
+        and of a force that is 5 % smaller. 0 without friction. NaN beyond the curve.
     interaction
         (F,) relative change of the peak that two effects outside the approximation may cause:
         harmonics of the frequency move the mode itself, and `other_modes` respond to harmonics

@@ -27,7 +27,7 @@ from .curve_question import opposed_direction, swing_of
 # Ratio of neighbouring amplitudes in the search for roots. Two roots that are closer together are
 # missed, but measured amplitudes scatter more than this.
 _RATIO = 1.001
-# Part of the static amplitude at which the search begins. There is no root below half of it.
+# Share of the static amplitude at which the search begins. There is no root below it.
 _BEGIN = 0.5
 # Halvings of a range of frequencies: 2^-60 of it is rounding.
 _HALVINGS = 60
@@ -39,8 +39,8 @@ _ROOT = 1e-14
 class ModalOscillator(Kept):
     """A mode at K rising amplitudes, with interpolation between them.
 
-    Below the first amplitude the stiffness stays and the loss falls in proportion to the amplitude,
-    as for a work that grows with its cube.
+    Below the first amplitude the stiffness stays the same, and the loss falls in proportion to the
+    amplitude, as if the work grew with the cube of the amplitude.
 
     Attributes
     ----------
@@ -118,8 +118,8 @@ class ModalOscillator(Kept):
     def peaks(self, force: float) -> list[float]:
         """Amplitudes at which the resonance needs this force, rising.
 
-        The curve from rest ends at the first. Between the second and the third lies a detached
-        curve. There is none if the peak lies beyond the known amplitudes.
+        The curve from rest ends at the first of them. Between the second and the third lies a
+        detached curve. The list is empty if the peak lies beyond the known amplitudes.
         """
         lowest = _BEGIN * force / (self.stiffness.max() + self.loss.max())
         if lowest >= self.largest:
@@ -140,7 +140,7 @@ class ModalOscillator(Kept):
     def frequencies(self, force: float, a: Array, side: int) -> Array:
         """Angular frequencies below (-1) or above (1) the resonance of amplitudes (n,).
 
-        NaN where the force moves the mode further at any frequency on this side. The range between
+        NaN for amplitudes that the force exceeds at every frequency on this side. The range between
         the resonance and a frequency that is too far from it is halved again and again.
         """
         resonance = self.resonance(a)
@@ -156,7 +156,7 @@ class ModalOscillator(Kept):
         return np.where(is_far_enough, is_far, np.nan)
 
     def friction_share(self, a: float) -> float:
-        """D ln f / d ln W at an amplitude: the share of friction in the force of the peak."""
+        """Derivative d ln f / d ln W at an amplitude: the share of friction in the peak's force."""
         amplitude = np.asarray(a)
         balance = complex(self.balance(amplitude, self.resonance(amplitude)))
         return float(self._loss(a)) * balance.imag / abs(balance) ** 2
@@ -173,16 +173,16 @@ class ModalOscillator(Kept):
 
 # Forces of a swing that the first harmonic of one mode leaves out.
 #
-# The force of the loop has a mean and harmonics, which move the mode itself. A quasi-static loop
-# moves the other modes as their stiffness says. At multiples of the frequency they respond
-# dynamically, most of all if a multiple is near a natural frequency.
+# The force of the loop has a mean and harmonics, which move the mode itself. In a quasi-static loop
+# the other modes move as their stiffness says. In a vibration they respond dynamically at multiples
+# of the frequency, most of all if a multiple is near a natural frequency.
 
 # The numbers of the interaction.
 
 # Damping ratio of the other modes, which bounds their answer at a multiple of the frequency.
 _DAMPING = 0.005
-# Relative compliance between two loads up to which they are of two modes. Other codes write
-# modes with few digits.
+# Relative compliance between two loads up to which they count as loads of two modes. It exceeds
+# rounding, because other codes write modes with few digits.
 _ORTHOGONAL = 1e-2
 
 
@@ -236,8 +236,8 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
 def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float) -> float:
     """Modal force that the first harmonic of the mode leaves out, over the load factor.
 
-    The state swings with an angular frequency. The force is the largest one of the mode itself and
-    of the other modes. NaN if no cosine has this loop.
+    `omega` is the angular frequency of the motion. The force is the largest of that on the mode
+    itself and those on the other modes. NaN if no motion like a cosine has this loop.
     """
     rests = steady.outcome is Outcome.SHAKEDOWN
     if rests and steady.friction.all() and not steady.open.any():
@@ -261,8 +261,9 @@ def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float)
 def _own_force(force: Array) -> float:
     """Modal force due to the motion of the mode by the mean and the harmonics of its force.
 
-    The mean moves the mode as its stiffness says, and the harmonic n moves its unit mass, both by
-    about the force, divided by the square of the frequency and by n^2.
+    The mean of the force moves the mode by the mean divided by the stiffness, which is about the
+    square of the frequency. Harmonic n moves the unit mass by its force divided by n^2 times this
+    square.
     """
     divisor = np.maximum(np.arange(len(force)), 1) ** 2
     moves = np.abs(force) / divisor

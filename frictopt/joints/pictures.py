@@ -35,8 +35,8 @@ from .report import Comparison
 
 # The numbers of pictures of curves.
 
-# Farthest limit that is drawn, over the largest value of a curve, or under the smallest. Limits
-# farther away are in the legend alone.
+# Largest ratio of a drawn limit to the largest value of a curve, and of the smallest value to a
+# drawn limit. Limits farther away are in the legend alone.
 _FARTHEST = 1.5
 # Room around the values and the limits that are drawn, as a factor.
 _ROOM = 1.12
@@ -160,7 +160,7 @@ def _draw_stiffness(axes: AnyAxes, x: Array, curve: BackboneCurve) -> None:
     """Frequencies of a mode, or the stiffness of another load."""
     ends = curve.least_frequency, curve.most_frequency
     if np.isnan(curve.natural_frequency):
-        # Of a load whose size is known, the stiffness is that of its force over its mean motion.
+        # If the size of the load is known, the stiffness is its force over its mean motion.
         size = load_size(curve.system, curve.cycle)
         name = unit("force per length", curve.system.per_depth)
         if np.isnan(size):
@@ -232,7 +232,7 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
 
 @picture.register
 def _worn(worn: WearHistory | WornIn, ax: AnyAxes = None) -> AnyAxes:
-    """Depth worn off; of a history also the pressure, of a worn-in contact what never slips.
+    """Depth worn off; of a history also the pressure, of a worn-in contact also the stick zone.
 
     In space a map of the depth in the end.
     """

@@ -78,23 +78,24 @@ class Report(Kept, ReportParts):
         slip, it is inf if no body slides off at any load, and 0 if no state of rest exists.
     verdicts
         DataFrame with a row for each threshold: columns quantity, value, limit, unit, passed,
-        margin, where, at (the worst input). The margin is the limit divided by the value. A work is
-        increased by its `step_error` first. For gross slip the margin is the safety factor divided
-        by its limit. Without a steady state the value is NaN and the threshold is not passed.
+        margin, where, at (the worst input). The margin is the limit divided by the value; a work is
+        first increased by its `step_error`. For gross slip and face slip the margin is the safety
+        factor divided by its limit. Without a steady state the value is NaN and the threshold is
+        not passed.
     scatter
         The ranges of friction and preloads in words; "" if there is no scatter.
     probability
-        DataFrame with a row for each probability that slip stops at load factor 1, or at the load
-        factors of its distribution, if an input has a distribution: columns number, value, error
-        (standard error of a sample), and meaning, which has the method.
+        DataFrame with a row for each probability that slip stops at your load, without rows if no
+        input has a distribution: columns number, value, error (standard error of a sample), and
+        meaning, which has the method. If `load` has a distribution, the load varies with it.
     title, notes, life, origin
         The input; notes are facts that the model leaves out, and the life is an empty table if none
         is given. The origin is the version of frictopt, the day, a checksum of the input, and the
         name of its file with its SHA-256.
     states, identity
         The steady states that were followed, (corner of the scatter, load factor) -> state, or the
-        reason why there is none; and numbers of the input, by which a `store` is found to be of the
-        same call.
+        reason why there is none; and numbers of the input, which show whether a `store` belongs to
+        the same call.
     bodies, model
         DataFrame with a row for each body of the model, and the model. A file of the report leaves
         the model out, and with it the picture of the joint.
@@ -105,9 +106,9 @@ class Report(Kept, ReportParts):
         - slides_at, slides_at_steady: the load factor at which this face slides in full. Its shear
           forces have the resultant and the moment that the loads send through it while all faces
           stick; its pressure is distributed as under the mean load, or as in the steady state. If
-          bodies slide off earlier, with this face, it is the gross-slip load. A face that is not
-          flat has NaN. Parts of the mean load that slide no body, such as preloads, do not count,
-          since slip relieves them.
+          bodies slide off at a lower load factor and this face moves, it is the gross-slip load. A
+          face that is not flat has NaN. Parts of the mean load that slide no body, such as
+          preloads, do not count, since slip relieves them.
         - utilisation: the largest Q / fP of all corners;
         - carries: the share of this face in the work of friction as bodies slide off;
         - where: the place of its largest slip range.
@@ -216,10 +217,10 @@ def report(
 
     For a part without an answer there is a reason. The guaranteed limit and the required friction
     do not support a shear strength. If the mean load leaves nodes open, the third page depends on
-    the mesh and is omitted unless `mesh_limits`, or normal loads alone open and close nodes in each
-    cycle. In space the shakedown limit is then computed with these open nodes only. The other two
-    results are omitted, because their search takes minutes: for full searches, call the functions
-    themselves.
+    the mesh and is omitted, unless `mesh_limits` is True or normal loads alone open and close nodes
+    in each cycle. With `mesh_limits` in space, the shakedown limit is computed with these open
+    nodes only. The guaranteed limit and the required friction are then omitted, because their
+    searches take minutes: for full searches, call the functions themselves.
 
     Safety factors against gross slip follow theorems. The load from equilibrium never falls as
     friction grows, and it is a concave function of the preloads, so its minimum is at a corner of
@@ -235,16 +236,17 @@ def report(
         Coefficient of friction, one, one per node, or contact -> coefficient. A tuple of three is
         (least, nominal, most). A frozen distribution of `scipy.stats` has its median as nominal
         value, and 95 % between least and most. The report then has the probability that slip stops.
-        Some contacts may have either by their names.
+        Contacts may also have tuples or distributions by their names.
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2
         (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to
         end there.
     preload
         Load case of the mean load -> (least, most) amplitude, or its distribution, for the scatter
-        of tightening; or the tightening factor alpha_A of VDI 2230, the most over the least: a
-        normal distribution with 95 % between both. At most four load cases. Bolts with the same
-        scatter belong in one load case. Each corner of the scatter needs its own steady states.
+        of tightening; or the tightening factor alpha_A of VDI 2230, which is the largest preload
+        divided by the least: this gives a normal distribution with 95 % between both. At most four
+        load cases. Bolts with the same scatter belong in one load case. Each corner of the scatter
+        needs its own steady states.
     load
         (least, most) load factor around 1, or its distribution, for safety factors, verdicts and
         the probability. Numbers and curves belong to load factor 1.
@@ -401,8 +403,9 @@ class Comparison(Kept, Plotted):
     ----------
     table
         DataFrame with a row for each number: number, unit, its value in each variant, its
-        difference from the first variant, and `best`: the variants with the largest load factor or
-        probability, or more cycles, or with the least value of other numbers; "" if all are equal.
+        difference from the first variant, and `best`: the variants with the largest load factor,
+        probability or number of cycles, or with the least value of any other number; "" if all
+        variants are equal.
     names
         Names of the variants.
 

@@ -72,7 +72,7 @@ _SEARCHED = (SLIP_RANGE, SLIPPING_SHARE)
 _SOME_START = "probability for some start"
 _AS_ASSEMBLED = "probability as assembled"
 # Width of the interval of the limit and of the friction as assembled, relative to the largest value
-# tried: with the values that are tried first, at most eight transients.
+# tried. Together with the values that are tried first, this takes at most eight transients.
 _TOLERANCE = 1 / 64
 _OF_THE_MESH = (
     "omitted, because the mean load leaves nodes open and the answer changes with the mesh: pass "
@@ -161,7 +161,8 @@ class Pages(Generic[Parts]):
     def ask(self, part: str, question: Callable[[], Any]) -> Any:
         """Keep and return an answer; if there is none, keep the reason and return None."""
         self._keep(part)
-        # Parts of other pages depend on thresholds and load factors, or follow from the states.
+        # Only parts of page 3 are taken from the store. Parts of other pages depend on thresholds
+        # and load factors, or follow from the stored states.
         attribute, page = _PARTS[part]
         stored = getattr(self._stored, attribute, None) if page == 3 else None
         is_known = not stored.empty if isinstance(stored, pd.DataFrame) else stored is not None
@@ -220,7 +221,7 @@ class Pages(Generic[Parts]):
         answer = self.states.at(self.scatter.nominal(), 1.0)
         if not isinstance(answer, SteadyState):
             raise answer
-        answer.states()  # tables need them: an error of theirs is one of the steady state
+        answer.states()  # tables need the states: their error counts as that of the steady state
         return answer
 
     def ask_with_load(self) -> None:
@@ -323,7 +324,8 @@ class Pages(Generic[Parts]):
             raise NoContinuation("no load factor is known above which the contact slips for ever")
         scan = [1.0]
         if "guaranteed" in self.known:
-            # It does not cover cycles in which nodes open and close, so it is tried, too.
+            # The guaranteed limit is tried, too, because it does not cover cycles in which nodes
+            # open and close.
             share = self.known["guaranteed"].load_factor / limit.load_factor
             scan = [share, 1.0] if 0 < share < 1 else scan
         return limit_after_protocol(limit, scan=scan, **self._from_no_slip())
@@ -455,7 +457,7 @@ def _origin(identity: Array) -> str:
 
 
 def without_lists(reason: str) -> str:
-    """A reason in which long lists of node numbers are numbers of nodes."""
+    """A reason in which the number of nodes replaces each long list of node numbers."""
 
     def counted(match: re.Match[str]) -> str:
         numbers = match[2].split(",")

@@ -133,7 +133,7 @@ def _faces(parts: ReportParts) -> Iterator[Section]:
         f"shear, and the most that friction can hold{along}; utilisation: Q / fP. carries: "
         "share of the friction as bodies slide off."
     )
-    # Those of a single face are among the numbers.
+    # If there is a single face, its slip and work are already among the numbers.
     faces = contacts[~is_tie].dropna(axis=1, how="all")
     known = _OF_ONE_FACE if len(faces) == 1 else []
     table = faces[[name for name in _OF_FACES if name in faces and name not in known]]
@@ -149,7 +149,7 @@ def _faces(parts: ReportParts) -> Iterator[Section]:
 
 
 def verdicts_in_words(parts: ReportParts) -> pd.DataFrame:
-    """The verdicts with words for `passed`; only scatter has inputs to be named."""
+    """The verdicts with words for `passed`; the worst input is named only if the input scatters."""
     table = parts.verdicts.assign(passed=np.where(parts.verdicts["passed"], "yes", "NO"))
     return table if parts.scatter else table.drop(columns="at")
 
@@ -182,7 +182,7 @@ def _limits(parts: ReportParts) -> Iterator[Section]:
 
 
 def missing_in_words(parts: ReportParts) -> list[str]:
-    """A sentence for each reason, with the parts that lack an answer by it."""
+    """A sentence for each reason, with the parts that lack an answer for this reason."""
     by_reason = dict[str, list[str]]()
     for name, reason in parts.missing.items():
         by_reason.setdefault(reason, []).append(name)
@@ -197,7 +197,7 @@ def page_text(parts: ReportParts, page: int) -> str:
 def _section_text(section: Section) -> str:
     """The text of a section; the sentences that a report begins with need no heading."""
     heading = [] if section.title == _FIRST else [f"{section.title}:"]
-    # The columns of the tables are explained on the sheet and on the page of the report.
+    # Sentences beside a table are left out here: the sheet explains the columns.
     if section.table is None:
         return "\n".join([*heading, *(fill(sentence, PAPER) for sentence in section.sentences)])
     table = section.table
@@ -245,7 +245,7 @@ def _head(parts: ReportParts) -> str:
 
 
 def table_lines(table: pd.DataFrame, units: Mapping[str, tuple[str, str]]) -> Iterator[str]:
-    """The lines of a table on paper; columns that do not fit follow below, after the first one.
+    """The lines of a table on paper; columns that do not fit follow below, beside the first again.
 
     Units stand below the names of their columns.
     """
@@ -336,7 +336,7 @@ def write_html(parts: ReportParts, file: Path) -> None:
     picture = [] if parts.model is None else [_image("joint", parts.model)]
     for section in sections:
         if section.title == "Numbers":
-            # Beside narrow tables there is room for it.
+            # Beside narrow tables there is room for the picture.
             lines += picture
             picture = []
         lines.append(f"<h2>{section.title}</h2>")

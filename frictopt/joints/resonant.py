@@ -30,7 +30,8 @@ from .modal_oscillator import ModalOscillator, OtherModes, checked_modes, intera
 # Between the load factors of a curve, stiffness and loss are interpolated. A steady state at the
 # amplitude of a peak shows the force that the peak needs.
 
-# The mode at some points, and the wanted amplitudes, each with the name of what wants it.
+# A function of the points of a curve: it returns the mode, and the amplitudes at which states are
+# wanted, each with the name of the force or of the limit that needs it.
 WantedOf: TypeAlias = Callable[[pd.DataFrame], tuple[ModalOscillator, Iterable[tuple[str, float]]]]
 
 
@@ -39,7 +40,8 @@ WantedOf: TypeAlias = Callable[[pd.DataFrame], tuple[ModalOscillator, Iterable[t
 # Relative difference in amplitude, and in the force that it needs, up to which a state is at a
 # wanted amplitude.
 _SAME = 0.01
-# Most steady states for one name. 300 forces on random joints of one mass needed at most 10.
+# Largest number of steady states for one name. 300 forces on random joints of one mass needed at
+# most 10.
 _MOST = 20
 # Each third state halves an interval of load factors, because interpolation fails where a small
 # rise of the load moves the joint far.
@@ -55,9 +57,10 @@ def checked_points(
     ----------
     points
         The points of the curve, with the columns load_factor, displacement, resonance, steady and
-        those that `wanted_of` needs; the first two rise.
+        those that `wanted_of` needs; load factor and displacement rise from row to row.
     wanted_of, follow
-        See `WantedOf`; the row of a point at a load factor, with its steady state.
+        See `WantedOf`; and a function that returns the row of a point at a load factor, with its
+        steady state.
 
     Returns
     -------
@@ -146,8 +149,8 @@ class Resonant:
             (F,) amplitudes of the modal force, > 0, force / square root of mass: `Modes.force` has
             that of a load, and that of a shaken base.
         damping
-            Damping ratio of material and air for the glued mode, at least 0 and below 1. With 0
-            friction alone damps; a friction that slides in full cannot hold every force.
+            Damping ratio of material and air for the glued mode, at least 0 and below 1. With 0,
+            friction alone damps, and once the contact slides in full it cannot hold every force.
         scale
             Motion of a point per modal amplitude, > 0. All amplitudes are then amplitudes of this
             point.
@@ -347,9 +350,10 @@ def _of_arrays(
 def _extreme(
     curve: Any, points: pd.DataFrame, extreme: str, damping: float
 ) -> ModalOscillator | None:
-    """The mode in its states of least or most damping; None if there are no such states.
+    """The mode in its states of least or most damping.
 
-    They fail if they lack a resonance or if their amplitudes do not rise.
+    None if a point has no such state, if a state has no resonance, or if their amplitudes do not
+    rise.
     """
     states = curve.extremes[curve.extremes["extreme"] == extreme]
     states = states[states["load_factor"].isin(points["load_factor"])]
@@ -381,7 +385,7 @@ def _amplitude_at(points: pd.DataFrame, name: str, limit: float, scale: float) -
 
 @dataclass(frozen=True)
 class _Answer:
-    """A curve, its points with a resonance, forces, and all that makes a response of them."""
+    """The data of a response: a curve, its points with a resonance, the forces, and the mode."""
 
     curve: Any
     points: pd.DataFrame

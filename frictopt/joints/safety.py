@@ -112,7 +112,7 @@ def factor_of(gross: GrossSlip) -> float:
 def _under_mean_load(
     system: ContactSystem, cycle: LoadCycle, mean: ContactState
 ) -> dict[int, FaceLoad]:
-    """The corners that matter, with the normal forces of the state under the mean load."""
+    """The vertices of the hull of the load corners, with the normal forces of the state `mean`."""
     bonded = joined(mean.bonded_q, mean.bonded_p)
     p = (bonded + system.S @ joined(mean.slip, mean.gap - system.gap))[-system.nodes :]
     motions = motions_of_bodies(system)
@@ -220,7 +220,7 @@ class SteadyStates:
         return self.mean_states[corner.name]
 
     def judged(self, name: str, corner: Corner, factor: float) -> Judged:
-        """A quantity of this steady state; infinite without one."""
+        """A quantity in the steady state of a corner; infinite if there is no steady state."""
         steady = self.at(corner, factor)
         if not isinstance(steady, SteadyState):
             return Judged(np.nan, _NO_STEADY_STATE.format(reason=steady), np.inf)
@@ -230,7 +230,7 @@ class SteadyStates:
             return Judged(np.nan, str(error), np.inf)
 
     def factors(self, corner: Corner) -> list[float]:
-        """The load factors at which a corner is known."""
+        """The load factors at which the steady state of a corner has been followed."""
         return [factor for name, factor in self.known if name == corner.name]
 
 
@@ -327,7 +327,7 @@ def _factor(
     end: float,
     tolerance: float,
 ) -> float:
-    """The load factor up to which a corner keeps a threshold; inf without such an end."""
+    """The load factor up to which a corner keeps a threshold; inf if it keeps it at all loads."""
 
     def value_at(factor: float) -> float:
         value = states.judged(name, corner, factor).value
@@ -347,8 +347,8 @@ def verdict_table(
 ) -> pd.DataFrame:
     """A row for each threshold, with columns `VERDICT_COLUMNS`: the worst of all corners.
 
-    The margin of a threshold is the threshold over the judged value; of gross slip it is the safety
-    factor over the threshold.
+    The margin of a threshold is the threshold divided by the value compared with it; of gross slip
+    and face slip it is the safety factor divided by the threshold.
     """
     rows = list[tuple[object, ...]]()
     for name, threshold in limits.items():

@@ -18,7 +18,7 @@ from ..errors import ModelError
 NOMINAL = "the nominal input"
 """Name of the corner of the nominal input."""
 QUANTILES = (0.025, 0.5, 0.975)
-"""The least, the nominal and the most of a distribution: 95 % of it is between the ends."""
+"""Shares of a distribution below its least, nominal and largest value: 95 % lies in between."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Scatter:
 
     Frictions are (N,); `least_friction` and `most_friction` are None if the friction has no range.
     `preload` maps a load case of the mean load to its least and largest amplitude. `load` has the
-    least and the largest load factor, or 1 alone. `laws` are the arguments of
-    `ShakedownLimit.probability`, with the distributions of ranges that come from one. `tightening`
-    maps a load case to its factor alpha_A.
+    least and the largest load factor, or 1 alone. `laws` are arguments of
+    `ShakedownLimit.probability`: the distributions of all ranges that come from a distribution.
+    `tightening` maps a load case to its factor alpha_A.
     """
 
     cycle: LoadCycle
@@ -175,7 +175,7 @@ def checked_scatter(
 def _checked_frictions(
     system: ContactSystem, friction: Any, is_random: bool
 ) -> tuple[Array, Array | None, Array | None]:
-    """The nominal, the least and the most friction of the nodes; the nominal alone has no range."""
+    """The nominal, least and most friction of the nodes; without a range the last two are None."""
     named = dict(friction).values() if is_named(friction) else ()
     has_ranges = any(isinstance(part, tuple) for part in named)
     if has_ranges and is_random:
@@ -211,9 +211,9 @@ def _friction_law(system: ContactSystem, friction: Any) -> Any:
 
 
 def at_share(friction: Any, share: float) -> Any:
-    """The friction below which this share of all joints is; of each contact if it has names.
+    """The friction such that this share of all joints has less; by contact if it has names.
 
-    (least, nominal, most) have the shares of `QUANTILES`.
+    The parts of a tuple (least, nominal, most) have the shares of `QUANTILES`.
     """
     if isinstance(friction, tuple) and len(friction) == len(QUANTILES):
         return friction[QUANTILES.index(share)]
@@ -266,7 +266,8 @@ def _checked_preload(
 def _tightened(nominal: float, factor: float) -> Any:
     """The normal distribution of a preload whose largest value is alpha_A times its smallest.
 
-    VDI 2230 gives no law; 95 % of all preloads are between both, symmetric to the nominal one.
+    VDI 2230 gives no distribution. Here 95 % of all preloads are between the smallest and the
+    largest, which are symmetric to the nominal preload.
     """
     from scipy.stats import norm  # imported here, because scipy.stats is slow to import
 

@@ -49,7 +49,7 @@ class Quantity:
         """The value in a steady state; the value to compare includes its estimated error."""
         value, where = self.found(steady)
         error = steady.step_error if self.of_work and steady.steps else 0.0
-        # At rest, an infinite error says that finer increments may slip.
+        # At rest, an infinite error means that the contact may slip in finer increments.
         return Judged(value, where, np.inf if np.isinf(error) else value * (1 + error))
 
 
@@ -90,7 +90,7 @@ def place_of_node(system: ContactSystem, node: int) -> str:
     """The number and the place of a node, to four digits of the size of the contact."""
     number = in_deck(system, node)
     size = float(np.ptp(system.points, axis=0).max()) or 1.0
-    # The size has one digit itself.
+    # The first of the four digits is that of the size itself.
     digits = 3 - int(np.floor(np.log10(size)))
     at = place(np.round(system.points[node], digits) + 0.0)  # adding 0 turns -0 into 0
     return f"node {node}{f' ({number})' if number else ''} at {at}"
@@ -124,7 +124,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     ),
     "drift": Quantity("drift", lambda steady: (steady.drift, "")),
 }
-"""Name of a threshold -> its quantity. `gross slip` is the least safety factor against it."""
+"""Name of a threshold -> its quantity. Thresholds of gross slip and face slip have none."""
 
 # The load factor at which a quantity of the steady state reaches a threshold.
 
@@ -151,7 +151,7 @@ _BEYOND = 0.4
 
 @dataclass(frozen=True)
 class Reached:
-    """A threshold is kept at `load_factor`, and exceeded at `above`, inf if it is not reached."""
+    """A threshold is kept at `load_factor` and exceeded at `above`, which is inf if it never is."""
 
     load_factor: float
     above: float

@@ -1,8 +1,8 @@
 """Closed-form solutions of frictional contact, and the check of states by the contact law.
 
-Tests compare results of the package with them. Each has its citation and units. `corners.py` has
-the singular fields at corners, `half_spaces.py` discrete contacts of half-planes and half-spaces,
-`hertz.py` cylinder and sphere, `sliders.py` rods.
+Tests compare results of the package with these solutions. Each has its citation and units.
+`corners.py` has the singular fields at corners, `half_spaces.py` discrete contacts of half-planes
+and half-spaces, `hertz.py` cylinder and sphere, `sliders.py` rods.
 
 A dissipation is the work of friction in one cycle of the steady state. `ModelError` is raised for
 values that are not real and finite or out of the given range, and for lengths that do not match.

@@ -1,9 +1,9 @@
 """The corner of a square punch on a half-plane of the same material, bonded and sliding.
 
-The bonded corner has Williams' eigenfunctions of a three-quarter plane. Polar coordinates sit at
-the left corner of the contact, `theta` anticlockwise from the bisector of the material. The free
-face of the block is `theta = -3 pi/4`, the interface `theta = pi/4` (running along +x into the
-contact), the free side of the punch `theta = 3 pi/4`.
+The bonded corner has Williams' eigenfunctions of a three-quarter plane. Polar coordinates have
+their origin at the left corner of the contact; `theta` is anticlockwise from the bisector of the
+material. The free face of the block is `theta = -3 pi/4`, the interface `theta = pi/4` (running
+along +x into the contact), the free side of the punch `theta = 3 pi/4`.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ _INTERFACE = pi / 4
 class CornerMode:
     """A singular mode, of arbitrary amplitude.
 
-    Stress is proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`. Made by
-    `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError`
-    for distances that are not positive.
+    Stress is proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`. Use only
+    the modes that `bonded_corner` returns: with any other exponent the faces are not free. `stress`
+    raises `ModelError` for distances that are not positive.
 
     Attributes
     ----------
@@ -74,8 +74,9 @@ class CornerMode:
         """Signed `q / p` on the interface at the left corner; with the other sign at the right one.
 
         `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
-        at every distance. Under only the symmetric mode (pressed together) the corner sticks if the
-        coefficient of friction exceeds it; otherwise the punch slips outward.
+        at every distance. If only the symmetric mode is present (bodies pressed together), the
+        corner sticks if the coefficient of friction exceeds this ratio; otherwise the punch slips
+        outward.
         """
         _, s_tt, s_rt = self.stress(1.0, _INTERFACE)
         return float(s_rt / s_tt)
@@ -105,8 +106,9 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     The symmetric mode comes first, and is the stronger one. Punch (quarter-plane) and block
     (half-plane) are of the same material, so the bonded pair is one wedge of angle `2 alpha = 3 pi
     / 2` with free faces, `F = F' = 0` at `theta = +-alpha`. For the symmetric and the antisymmetric
-    function that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here `sin(3 pi l / 2) = +-l`; each has
-    one root in (0, 1), near 0.544 and 0.909, independent of the elastic constants.
+    function this condition is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here `sin(3 pi l / 2) = +-l`.
+    Each equation has one root in (0, 1), near 0.544 and 0.909, independent of the elastic
+    constants.
 
     Returns
     -------

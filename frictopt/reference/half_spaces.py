@@ -29,8 +29,8 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     G is an energy: `r G r / 2` is the work of the tractions. If the forces add up to zero,
     differences of displacements do not depend on the rigid motion. All other results depend on the
     choice of the zero displacement. Here lengths are in units of the length of the interface, so
-    that the logarithm is zero at its far end. With this choice G is positive definite, and does not
-    depend on the length.
+    that the logarithm is zero at this distance. With this choice G is positive definite, and does
+    not depend on the length.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class _Round:
 def _work(a: float, x: float) -> float:
     """The series `x^3 / 6 (1 + a x / 2 + ...)` of a work of friction, at a share x of the force.
 
-    Its closed form loses digits of a small x.
+    The closed form of this series loses digits if x is small.
     """
     # Imported here, because other closed forms need numpy alone.
     from scipy.special import hyp2f1
@@ -144,8 +144,8 @@ class LineContact(_Round):
     def dissipation(self, Q0: float) -> float:
         """Work of friction in one cycle of the shear force between `-Q0` and `Q0`.
 
-        Its unit is force per depth times length. Pressure times slip, integrated over both slipping
-        edges; with `z = |Q0| / (f P)`::
+        Its unit is force per depth times length. It is the integral of friction times slip over
+        both slipping edges. With `z = |Q0| / (f P)`::
 
             W = 4 f^2 P^2 / (pi E_star) (z - z^2 / 2 + (1 - z) log(1 - z))
         """

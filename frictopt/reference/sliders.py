@@ -13,10 +13,11 @@ from ..base import finite_number, whole_number
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     """Work of friction in one cycle of a rod on a Coulomb foundation.
 
-    A force of amplitude F0 pulls its end to and fro. Friction balances the force over the slip
-    length `F0 / tau`. Beyond it the rod is at rest. These are `n = F0 / (tau h)` nodes; if n is
-    whole, the last of them does not slip. In each cycle, a node travels four times its largest
-    displacement against `tau h`. For whole n (any n is accepted)::
+    A force of amplitude F0 pulls the end of the rod to and fro. Friction balances the force over
+    the slip length `F0 / tau`. Beyond this length the rod is at rest. The slip length has `n = F0 /
+    (tau h)` nodes; if n is whole, the last of them does not slip. In each cycle, a node travels
+    four times its largest displacement against the friction `tau h`. For whole n (any n is
+    accepted)::
 
         W = 2 F0^3 / (3 EA tau) (1 - 1/n^2)
 
