@@ -45,7 +45,7 @@ def motions_of_contacts(system: ContactSystem, gross_slip: GrossSlip) -> dict[st
 
 
 def _motion(phi: Array, turn: float, is_flat: bool) -> str:
-    """Name of a motion (t + 1, n) of the nodes of a contact, with its angle, NaN if not known.
+    """Name of a motion (t + 1, n) of the nodes of a contact; `turn` is its angle, NaN if unknown.
 
     A turn that pries a face open tilts it: the lifts of its nodes differ by more than their mean
     slip. A turn about the normal of a flat face, or of a shaft in its hub, lifts all nodes alike.
@@ -92,7 +92,7 @@ def _some(contacts: Sequence[str]) -> str:
 
 # Largest coefficient of friction that advice asks for. Dry metals reach about 1.
 _PRACTICAL_FRICTION = 1.0
-# Prying says little about slip if the load is below this share of the sliding-off load,
+# The sliding-off load of a joint that pries says little about slip if the load is below this share,
 _FAR_BELOW = 0.5
 # and more than this share of the contacts slips.
 _MUCH_SLIPS = 0.05

@@ -359,7 +359,7 @@ def wear(
     coefficient
         Archard's coefficient of wear, volume per normal force and sliding distance, both bodies
         together, one or one per node, >= 0: 1e-8 for 1e-8 mm^3/(N mm), if forces are in N and
-        lengths in mm. Its number depends on the units, see the tutorial. If you know the wear
+        lengths in mm. Its value depends on the units, see the tutorial. If you know the wear
         volume per work of friction instead, multiply it by the coefficient of friction.
     cycles
         Number of load cycles, >= 1; None: until the contact is worn in.
@@ -442,7 +442,7 @@ def wear(
 
 
 def _keep(bar: Bar, course: Course) -> None:
-    """Keep the history so far for an interrupt or an error, which is its reason."""
+    """Keep the history so far for an interrupt or an error, which is the reason for its end."""
 
     def history() -> WearHistory:
         error = sys.exception()

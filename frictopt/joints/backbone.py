@@ -289,13 +289,13 @@ def backbone_curve(
 ) -> BackboneCurve:
     """Work of friction, slipping share, slip, stiffness and damping of a joint for rising loads.
 
-    Each load factor has a quasi-static steady cycle, followed from no residual slip: no dynamics,
-    no Masing's rule (Festjens et al. 2013, Allen et al. 2016). Work and slipping share of a bolted
-    joint converge with the mesh even if its limits do not. For a mode of a structure use the load
-    from `Modes.load`, and give the `natural_frequency` of the mode. The load factor is then the
-    modal force, and the displacement is the modal amplitude. Other loads have no frequency.
-    Displacement, stiffness and damping need two opposed corners around a mean load, and a
-    `compliance`; the other columns need neither. Theory, "Joints".
+    Each load factor has a quasi-static steady cycle, followed from no residual slip, without
+    dynamics and without Masing's rule (Festjens et al. 2013, Allen et al. 2016). Work and slipping
+    share of a bolted joint converge with the mesh even if its limits do not. For a mode of a
+    structure use the load from `Modes.load`, and give the `natural_frequency` of the mode. The load
+    factor is then the modal force, and the displacement is the modal amplitude. Other loads have no
+    frequency. Displacement, stiffness and damping need two opposed corners around a mean load, and
+    a `compliance`; the other columns need neither. Theory, "Joints".
 
     Parameters
     ----------

@@ -65,7 +65,8 @@ class ForcedResponse(Kept, Plotted):
     interaction
         (F,) relative change of the peak that two effects outside the approximation may cause:
         harmonics of the frequency move the mode itself, and `other_modes` respond to harmonics
-        dynamically, not statically. A measure that sorts cases, not an error. NaN beyond the curve.
+        dynamically, not statically. It serves to compare peaks, and is no estimate of their error.
+        NaN beyond the curve.
     beyond
         (F,) whether the peak lies above the largest amplitude of the curve.
     branches

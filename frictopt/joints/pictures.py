@@ -68,8 +68,9 @@ def backbone(curve: BackboneCurve, ax: AnyAxes = None, scale: float | None = Non
     """Work, slipping share of each contact, stiffness and damping over the load factor (log).
 
     Stiffness and damping are drawn if they are known. For a mode, frequencies replace the
-    stiffness. With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of
-    increments, bands are ranges over the residual slips, vertical lines are limits.
+    stiffness. With a `scale` the horizontal axis is the amplitude at a point. The band of the work
+    is the error of increments, other bands are ranges over the residual slips, and vertical lines
+    are limits.
     """
     x, label = curve.load_factor, r"load factor $\lambda$"
     if scale is not None:
@@ -194,8 +195,8 @@ def _draw_with_band(
 def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
     """Amplitude over the frequency of each force, with the backbone through the peaks.
 
-    Bars are the band of the peaks over the residual slips. The part between the folds is dotted;
-    curves that end at the largest amplitude of the backbone go on beyond it.
+    A thick bar along the backbone is the range of a peak over the residual slips. The part between
+    the folds is dotted. Curves that end at the largest amplitude of the backbone go on beyond it.
     """
     (axes,) = new_axes(ax)
     oscillator = answer.oscillator

@@ -215,18 +215,18 @@ def report(
     3. Shakedown and guaranteed limit, and the limit as assembled between them; the friction that
        would keep the contact stuck (`required_friction`), and the friction as assembled.
 
-    For a part without an answer there is a reason. The guaranteed limit and the required friction
-    do not support a shear strength. If the mean load leaves nodes open, the third page depends on
-    the mesh and is omitted, unless `mesh_limits` is True or normal loads alone open and close nodes
-    in each cycle. With `mesh_limits` in space, the shakedown limit is computed with these open
-    nodes only. The guaranteed limit and the required friction are then omitted, because their
-    searches take minutes: for full searches, call the functions themselves.
+    For a part without an answer, `missing` has the reason. The guaranteed limit and the required
+    friction do not support a shear strength. If the mean load leaves nodes open, the third page
+    depends on the mesh and is omitted, unless `mesh_limits` is True or normal loads alone open and
+    close nodes in each cycle. With `mesh_limits` in space, the shakedown limit is computed with
+    these open nodes only. The guaranteed limit and the required friction are then omitted, because
+    their searches take minutes: for full searches, call the functions themselves.
 
-    Safety factors against gross slip follow theorems. The load from equilibrium never falls as
-    friction grows, and it is a concave function of the preloads, so its minimum is at a corner of
-    their ranges. If contact forces balance themselves, and for steady slip, no such theorem exists.
-    Transients then follow the nominal input and all corners of the ranges. An input between the
-    corners may be worse.
+    Safety factors against gross slip follow theorems. The gross-slip load from equilibrium never
+    falls as friction grows, and it is a concave function of the preloads, so its minimum is at a
+    corner of their ranges. If contact forces balance themselves, and for steady slip, no such
+    theorem exists. Transients then follow the nominal input and all corners of the ranges. An input
+    between the corners may be worse.
 
     Parameters
     ----------
@@ -436,7 +436,7 @@ def compare(reports: Mapping[str, Report | str | Path]) -> Comparison:
     ----------
     reports
         Name of a variant -> its report, or the JSON file of a report. Differences are from the
-        first one. All have the same units.
+        first variant. All reports have the same units.
 
     Returns
     -------
@@ -446,7 +446,7 @@ def compare(reports: Mapping[str, Report | str | Path]) -> Comparison:
     Raises
     ------
     ModelError
-        Fewer than two reports, other units, or a file that is no report.
+        Fewer than two reports, different units, or a file that is no report.
 
     Examples
     --------

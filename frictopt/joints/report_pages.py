@@ -129,7 +129,7 @@ class Pages(Generic[Parts]):
     def _plan(self, slides: GrossSlip | None) -> None:
         """Plan the steady states of the curve and of the verdicts, as far as gross slip is known.
 
-        Searches for safety factors follow further steady states. How many is not known in advance.
+        Searches for safety factors need further steady states, in a number that is not known yet.
         """
         nominal, *corners = self.states.all_corners()
         self._planned = {(nominal.name, 1.0)}
@@ -402,7 +402,7 @@ class Pages(Generic[Parts]):
             raise NoContinuation(str(error)) from error
 
     def leave_out_the_rest(self) -> None:
-        """State for the parts of later pages that they were not requested."""
+        """Give the parts of later pages the reason that their page was not requested."""
         for part in self._left():
             if (page := _PARTS[part][1]) > self.pages:
                 self.missing[part] = _OTHER_PAGE.format(page=page)

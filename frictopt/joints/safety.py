@@ -1,9 +1,9 @@
 """Safety factors of a joint and verdicts on its thresholds, with the scatter of its input.
 
 A safety factor is the number by which the cyclic load may grow. Against gross slip, theorems locate
-the worst input if equilibrium determines the load: more friction never lowers the load, and the
-load is a concave function of the preloads, so that its minimum is at a corner. Steady slip has no
-such theorem, so the corners of the ranges are followed.
+the worst input if equilibrium determines the gross-slip load: more friction never lowers this load,
+and it is a concave function of the preloads, so that its minimum is at a corner of their ranges.
+Steady slip has no such theorem, so the nominal input and all corners of the ranges are followed.
 """
 
 from __future__ import annotations

@@ -184,11 +184,11 @@ def first_state_that_reaches(
     reaches: SteadyState,
     follow: Callable[[float], SteadyState],
 ) -> SteadyState:
-    """The steady state at the least load factor found at which a number of it is at least `wanted`.
+    """The steady state at the least load factor found at which its `name` is at least `wanted`.
 
-    `name` is the attribute with the number. It is at most `wanted` in the state `below`, and at
-    least `wanted` in the state `reaches` at a larger load factor. `follow` gives the state at a
-    load factor.
+    `name` is an attribute with a number. This number is at most `wanted` in the state `below`, and
+    at least `wanted` in the state `reaches` at a larger load factor. `follow` returns the state at
+    a load factor.
     """
     states = {state.load_factor: state for state in (below, reaches)}
 

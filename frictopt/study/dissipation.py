@@ -78,7 +78,7 @@ def dissipation_study(
     friction
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
         nodes, coefficients of the contacts by their names, or a frozen distribution of
-        `scipy.stats`. The coefficient of each node is drawn from a distribution:
+        `scipy.stats`. From a distribution, the coefficient of each node is drawn by itself:
         `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered friction. A flat list
         with one number per node is refused, because it may mean a field or several frictions. Pass
         `[field]`, or a column of numbers (F, 1).

@@ -10,10 +10,10 @@ against q with `|q| = f p`, or is open. Three results come out:
 
 A transient is followed exactly, from event to event, in the plane (`exact/`), and in increments in
 space (`stepped.py`, `increments/`); `transient.py` is the base of both. `cycles.py` follows the
-cycles until a steady state is proven: `classify.py` judges the last cycles, and `extrapolation.py`
+cycles until a steady state is proven: `classify.py` checks the last cycles, and `extrapolation.py`
 jumps to their limit. `fretting.py` and `critical_plane.py` make the tables of a steady cycle,
 `pictures.py` draws. `statics.py` proves that friction cannot hold a load, and describes the mean
-load; `balance.py` has its programs of contact forces.
+load; `balance.py` has the programs of contact forces for these proofs.
 """
 
 import lazy_loader

@@ -43,7 +43,8 @@ SLIDES = (
 # A motion is found if the square of its size exceeds this number. The program returns a motion of
 # size 1, or 0 if there is none with negative work.
 _PROVEN_MOTION = 0.5
-# A motion is a slide, not a turn, if its mean is at least this share of its mean size.
+# A motion is a slide, not a turn, if the size of its mean slip is at least this share of the mean
+# size of its slips.
 _EVEN = 0.5
 
 
@@ -304,7 +305,7 @@ def _digest(friction: Array, load: Array) -> bytes:
     return blake2b(friction.tobytes() + load.tobytes(), digest_size=16).digest()
 
 
-# Sentences about a mean load from which no transient can start.
+# Sentences about a mean load: its fault and a remedy, or that it has none.
 #
 # `mean_load_diagnosis` describes the mean load, `unscaled_diagnosis` also the fixed parts of a
 # cycle.

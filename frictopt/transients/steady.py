@@ -170,7 +170,8 @@ def steady_state(
                 first_states.append(path.state.u)
 
         run.report = count
-        # A copy solves its increments with the same solver, which learns which nodes are open.
+        # The copy shares the solver of increments with the transient; this solver remembers which
+        # nodes were open.
         begin = copy(path)
         path.start(overload_factor)
         settled = run.settled()
@@ -204,7 +205,7 @@ def settled_from(path: Transient, step_error: float) -> SteadyState:
 def _step_error(
     run: Run, settled: Settled, first_states: Sequence[Array], finer: SteppedPath, parts: int
 ) -> float:
-    """Estimated relative error in time of the work in a steady state.
+    """Estimated relative error of the work in a steady state by the size of its increments.
 
     `finer` is the same transient from the same start in finer increments: at least four for each
     increment and 32 from corner to corner, with ever smaller ones before the corner. Some nodes

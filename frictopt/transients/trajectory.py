@@ -197,7 +197,8 @@ class Trajectory(Kept, Plotted):
     def _force(self) -> float:
         """Scale of the nodal forces, at least that of a steady state.
 
-        It is the largest nodal force of the loads, or the mean pressure under the mean load.
+        It is the largest nodal force of the loads, or the mean normal force under the mean load if
+        this is larger.
         """
         loads = joined(self.bonded_q, self.bonded_p)
         if self.time[-1] >= 0:
