@@ -1,8 +1,8 @@
 """The exact path of a transient in the plane.
 
-`path.py` goes from corner to corner, `kernel.py`, which `compilation.py` compiles, from event to
-event. `rate.py` solves the rate problems that the kernel does not decide, `derivative.py` has the
-derivative of a cycle.
+`path.py` goes from corner to corner. `kernel.py`, which `compilation.py` compiles, goes from event
+to event. `rate.py` solves the rate problems that the kernel does not decide, and `derivative.py`
+has the derivative of a cycle.
 """
 
 from .derivative import ReturnMap, return_map

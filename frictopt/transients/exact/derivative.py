@@ -113,7 +113,7 @@ def return_map(path: ExactPath) -> ReturnMap:
     motions = list[Array]()
     for corner, name in path.legs:
         drive = corner - path.bonded
-        # Slipping nodes stick at a corner. The new direction of the load says which ones slip.
+        # Slipping nodes stick at a corner. The new direction of the load decides which nodes slip.
         status = np.where(status == OPEN, OPEN, STICK)
         for length, next_status, r in _follow_leg(path, corner, name):
             D = _after_event(path, D, status, next_status, drive)

@@ -2,7 +2,7 @@
 
 On a segment the bonded reactions change linearly. If the status of every node is known (stick,
 slip, open), the rates of slip, gap and reactions solve one small linear system, and the state
-changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
+changes linearly, up to the next event: a node reaches its friction bound, loses its pressure or
 closes. Then new statuses are found. `tests/helpers/plain_path.py` has the same method on one page
 of numpy: read that file first. This file has four parts:
 
@@ -154,9 +154,9 @@ _ZERO_RATE = 10 * _ROUNDING
 _ZERO_PIVOT = _CONDENSATION
 # Largest number of solutions for the rates by one inverse: the first one and its corrections.
 _SOLUTIONS = 3
-# Iterations that change all wrong nodes at once.
+# Largest number of iterations that change all wrong nodes at once.
 _BLOCK_ITERATIONS = 12
-# Later iterations, which change the first wrong node alone (Murty 1974).
+# Largest number of later iterations, which change the first wrong node alone (Murty 1974).
 _SINGLE_ITERATIONS = 200
 
 
@@ -303,7 +303,7 @@ def _leave(active, node, nodes):
 
 @once
 def _join(S, f, active, node, status):
-    """Add the unknowns of a node; returns the smaller share of a pivot, or 0 and adds none."""
+    """Add the unknowns of a node; returns the smallest ratio of `_append`, or 0 and adds none."""
     nodes = len(f)
     if status != OPEN:
         return _append(S, active, node, status * f[node])
@@ -325,7 +325,7 @@ def change_statuses(S, f, status, active, wanted):
     rates are not unique: then it returns 0, and the node of this pivot sticks.
     """
     nodes, smallest, unique = len(f), np.inf, True
-    # Nodes that stick from now on leave first: the active set is smaller for the others then.
+    # Nodes that stick from now on leave first, so that the active set is smaller when others join.
     for node in range(nodes):
         if wanted[node] == STICK and status[node] != STICK:
             _leave(active, node, nodes)

@@ -152,7 +152,8 @@ class ExactPath(Transient):
         r = self.bonded + S @ u
         r[motions] = 0.0
         residual = off_law(self.system, self.law, self.bonded, u, r, self.force).max()
-        # Residual of a state that a path may restart from: the cycle from there adds its errors.
+        # Largest residual of a state from which a path may restart. It is less than the tolerance,
+        # because the cycle from there adds its errors.
         restart = RESIDUAL / 10
         if not residual <= restart:
             return None

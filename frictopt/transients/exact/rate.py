@@ -1,10 +1,10 @@
 """The rate problem at one load: which nodes at a bound slip, stick or open.
 
-It is solved if the iteration on the signs of the rates does not decide. Nodes strictly inside their
-bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or
-gap and a non-negative rate `M z + c` of slack or pressure, and one of the two is zero. If there are
-few such pairs, all statuses are tried; if there are many, Lemke's method finds a solution. If M is
-positive definite, this solution is the only one.
+It is solved only if the iteration on the signs of the rates does not decide. Nodes strictly inside
+their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of
+slip or gap and a non-negative rate `M z + c` of slack or pressure, and one of the two is zero. If
+there are few such pairs, all statuses are tried; if there are many, Lemke's method finds a
+solution. If M is positive definite, this solution is the only one.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from .kernel import AT_BOUND, OPEN, STICK, State
 
 # All statuses are tried up to this number of pairs.
 _TRIED_PAIRS = 8
-# Covering vectors that Lemke's method begins with, in turn.
+# Number of covering vectors with which Lemke's method begins in turn.
 _COVERS = 3
 # Two solutions count as different if their difference, relative to their size, is larger than this:
 # each has errors up to the residual.

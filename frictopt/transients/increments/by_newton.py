@@ -113,10 +113,10 @@ class NewtonIncrement(_Nodes):
     """A friction increment by Gauss-Seidel sweeps over the nodes, then by Newton's method.
 
     The sweeps often reach the state to rounding; the solver of the record is then "SWEEPS".
-    Otherwise Newton's method on the projected law begins where they end. If it does not converge,
-    it begins again without motion, with several constants of the projection, and last at states of
-    convex programs with frozen friction bounds. If several states obey the law (above the critical
-    friction), one of them is returned. Theory, eq. (4).
+    Otherwise Newton's method on the projected law begins where the sweeps end. If it does not
+    converge, it begins again without motion, with several constants of the projection, and at last
+    at states of convex programs with frozen friction bounds. If several states obey the law (above
+    the critical friction), one of them is returned. Theory, eq. (4).
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ class NewtonIncrement(_Nodes):
         ModelError
             Arrays that do not fit, or a form that the contact does not have.
         NoContinuation
-            The load is beyond friction.
+            Friction cannot hold the load.
         SolverError
             No answer passes the check of the contact law. A state that obeys the law may exist.
         """
@@ -224,7 +224,7 @@ class NewtonIncrement(_Nodes):
             yield moved
 
     def _without_open(self, u: Array, r: Array, force: float) -> Moved | None:
-        """A state with open nodes eliminated, without those that would land in the increment.
+        """A state with open nodes eliminated, except those that would land in the increment.
 
         None if no open node is left, or if the nodes that remain have no state that obeys the law.
         """

@@ -17,7 +17,8 @@ from ...solve.explained import Explained
 from ..transient import OPEN
 from .newton import State
 
-# A mean normal force below this share of the largest reaction is no scale: errors are as large.
+# A mean normal force below this share of the largest reaction is no scale of forces, because the
+# errors of the reactions may be as large.
 _NO_FORCE = RESIDUAL
 
 
@@ -36,12 +37,12 @@ class Increment(Explained):
         Shear forces, in the shape of `slip`, and (N,) normal forces, compression positive: force
         per depth in the plane, force in space.
     status
-        (N,) 0 sticks, 2 is open; slips: +1 along +x and -1 against it in the plane, 1 in space.
+        (N,) 0: stick; 2: open; 1: slip, in the plane along +x, and -1 against it.
     steps
         Number of Newton steps.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest violation of the contact law
-        by the forces and by the slip since the state before.
+        How the state was found. Its `residual`, at most 1e-9, is the largest violation of the
+        contact law by the forces and by the slip since the state before.
     problem
         The cvxpy problem of the `form` of the call, in the units of the contact, with the answer as
         its values; None without a form.

@@ -6,8 +6,8 @@ With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is:
 
 The bound is the smallest of the linear terms of `contact/law.py`. The law is piecewise smooth:
 nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q =
-bound(p) n` with n the direction of `q - d dv`. Newton's method with a line search takes the
-piece at hand. A node has one tangent in the plane and two in space.
+bound(p) n` with n the direction of `q - d dv`. Newton's method with a line search steps on the
+piece that holds at the present motions. A node has one tangent in the plane and two in space.
 """
 
 from dataclasses import dataclass, replace

@@ -78,8 +78,8 @@ def in_form(posed: Posed, found: Increment, form: str) -> Increment:
 def with_frozen_bounds(system: ContactSystem, law: Law, trial: Array) -> Iterator[Array]:
     """Dimensionless motions (M,) of programs, each with the friction bounds of the state before.
 
-    They end when the bounds change no more, after `_MOST_PROGRAMS` programs, or if a program has no
-    optimum.
+    The series ends when the bounds change no more, after `_MOST_PROGRAMS` programs, or if a program
+    has no optimum.
     """
     none = {"none": np.zeros(len(trial))}
     problem = frozen_bound(ContactSystem(law.S, system.points, none, frames=system.frames))

@@ -20,7 +20,7 @@ _ROUNDING = 1e-12
 def reactions(S, still, u):
     """`still + S u`, computed from the motions that are not zero.
 
-    An increment has few of them. S is symmetric: its rows are its columns.
+    An increment has few such motions. S is symmetric: its rows are its columns.
     """
     r = still.copy()
     for i in range(len(u)):
