@@ -1,5 +1,5 @@
-"""The balance of the bodies, for gross slip and for single faces.
+"""The balance of whole bodies (gross slip), and of single faces.
 
-`statics.py` has the programs of one corner and of one face, and the motions of bodies in words.
-`self_stress.py` has the load at which transients slide off.
+`statics.py` has the programs of one corner and of one face, and describes motions of bodies in
+words. `self_stress.py` has the load at which transients slide off.
 """

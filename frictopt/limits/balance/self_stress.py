@@ -1,16 +1,16 @@
 """Contact forces that balance themselves, and the load at which transients slide off.
 
-Statics treats all forces within friction that balance the loads as possible. Without loads these
+Statics counts all forces within friction that balance the loads as possible. Without loads these
 forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
-and press somewhere. If this cone contains only zero, as for a block on a plane, the loads bound all
-contact forces, and equilibrium is sufficient. If it contains more, as for a shaft in a shrunk hub,
-a plate in a clip or a locked bolt, statics may add as much of these forces as friction needs,
-whatever pressure the fit has. The cone includes friction, because a wedge below its angle of
-friction holds itself by friction. There are no such forces if the normals of all faces lean from
-one direction by less than 90 degrees minus the angle of friction.
+and press somewhere. The cone contains only zero for a block on a plane. Then the loads bound all
+contact forces, and equilibrium is sufficient. It contains more for a shaft in a shrunk hub, a plate
+in a clip or a locked bolt. Then statics may add as much of these forces as friction needs, whatever
+pressure the fit has. The cone depends on friction, because a wedge below its angle of friction
+holds itself by friction. The cone contains only zero if the normals of all faces lean from one
+direction by less than 90 degrees minus the angle of friction.
 
-Only elasticity shows how far a fit presses. So transients from no slip, which are followed up to
-their steady states, find the load.
+Only elasticity shows how strongly a fit presses. So the load is found by transients that start from
+no slip and are followed up to their steady states.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,24 +25,25 @@ from ...errors import NoContinuation, SolverError
 
 # Numbers of the search for the load factor at which transients slide off.
 
-# Load factor of the first transient, divided by the load factor of statics, or by the unit of
-# the loads.
+# Load factor of the first transient, divided by the sliding-off load by statics. If this load is
+# infinite, the unit of the loads takes its place.
 _START = 1e-2
-# Share of the load factor of statics, or of the end of first cycles. A transient that goes on there
-# confirms it.
+# Share of the load factor of statics, or of that at which first cycles end, at which a transient
+# confirms this load factor if it goes on.
 _END = 0.99
-# Largest load factor, over the unit of the loads, if that of statics is infinite.
+# Largest load factor that is tried if that of statics is infinite, over the unit of the loads.
 _END_WITHOUT_STATICS = 1e6
-# Ratio of two load factors while the search looks for one below and one above.
+# Ratio of successive load factors until a transient goes on at one of them and ends at another.
 _GROWTH = 4.0
 # Number of times that the load factor shrinks before the answer is 0.
 _MOST_SHRINKS = 10
-# Width of the last bracket, over its upper end.
+# Width of the last bracket of load factors, over its upper end.
 _TOLERANCE = 2e-4
-# Increments from corner to corner in space, and the width there: it is below their error.
+# In space: number of increments from corner to corner, and width of the bracket, which is below the
+# error due to the increments.
 _STEPS_IN_SPACE = 2
 _TOLERANCE_IN_SPACE = 1e-3
-# Ratio of numbers of increments that confirm the load factor in space at which none has a state.
+# In space: ratio of numbers of increments. The finer ones confirm that there is no state.
 _FINER = 4
 
 
@@ -50,13 +51,13 @@ _FINER = 4
 class Bracket:
     """The transient goes on at load factor `low` and ends at `high`; `why` is its error.
 
-    `low` is 0 if no load factor is known at which it goes on. `why` is "" if it ends nowhere.
+    `low` is 0 if no load factor is known at which it goes on. If it ends nowhere, `why` is "".
     """
 
     low: float
     high: float
     why: str
-    # Whether the search reached its end in time, and whether all cycles were followed at `low`.
+    # Whether the search ended in time, and whether all cycles (not only the first) were followed.
     complete: bool = True
     cycles: bool = True
 
@@ -67,7 +68,7 @@ def sliding_off(
     """The load factors between which transients from no slip begin to find no continuation.
 
     `statics` is the load factor of statics, up to which they are followed. After `seconds` the
-    bracket is the one that was known by then.
+    search ends, and the result is the bracket known by then.
     """
     # Imported here, because limits of other contacts need neither transients nor their compiler.
     from ...transients.march import path_of
@@ -107,18 +108,20 @@ def sliding_off(
 
     try:
         with progress_bar(True, "transients", "segment", seconds=seconds) as bar:
-            # The first cycle takes little time, also near the load that is sought, and nearly
-            # always decides.
+            # The first cycle takes little time, even near the load factor that is searched, and it
+            # nearly always decides.
             approach(partial(follow_first_cycle, steps), start, end, known)
             if steps and known.why:
-                # Newton's method may also miss a state, but hardly so in finer increments.
+                # Newton's method may also miss a state that exists, but hardly so in finer
+                # increments.
                 first = known.high if known.low > 0 else start
                 without_end = Bracket(known.low, np.inf, "")
                 approach(partial(follow_first_cycle, _FINER * steps), first, end, without_end)
             why = _end_of(follow_all_cycles, known.low) if known.low > 0 else ""
             cycles = True
             if why:
-                # Most transients that end in a later cycle do so just below the end of the first.
+                # Most transients that end later end just below the load factor at which first
+                # cycles end.
                 known = Bracket(0.0, known.low, why)
                 approach(follow_all_cycles, _END * known.high, known.high, known)
     except OutOfTime:
@@ -130,7 +133,7 @@ def _end_of(follow: Callable[[float], None], load_factor: float) -> str:
     """Why the transient at a load factor finds no continuation; "" if it continues."""
     try:
         follow(load_factor)
-    # Increments in space find no state of a body that slides off, and prove nothing.
+    # In space, increments that find no state do not prove that the body slides off.
     except (NoContinuation, SolverError) as error:
         return str(error).split("; ")[0]
     return ""
@@ -148,7 +151,8 @@ def _approached(
 ) -> Iterator[Bracket]:
     """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
 
-    Load factors shrink or grow until one of each kind is known. Then the bracket is halved.
+    Load factors shrink or grow until one is known at which a transient goes on, and one at which it
+    ends. Then the bracket is halved.
     """
     trial = start
     smallest = start / _GROWTH**_MOST_SHRINKS

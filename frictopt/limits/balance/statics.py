@@ -1,16 +1,16 @@
-"""Statics of bodies and faces at one corner, and rigid motions as a table and in words.
+"""Statics of bodies and faces at one load corner; rigid motions as a table and in words.
 
 `corner_answer` has the largest or least load factor at which contact forces balance a corner of a
-load cycle. Forces within friction have to do the work of the loads in all rigid motions of the
-bodies. If no larger load factor has such forces, the multipliers of this balance are a rigid motion
-that proves it: contact forces cannot do negative work on this motion, but a larger load would need
-such work. `motion_table` and `motions_in_words` describe this motion.
+load cycle. Contact forces within friction have to do the work of the loads in all rigid motions of
+the bodies. If no forces do so at a larger load factor, a rigid motion proves it, which is given by
+the multipliers of this balance: contact forces cannot do negative work on this motion, but a larger
+load would need such work. `motion_table` and `motions_in_words` describe this motion.
 
-`slides_in_full_at` has the load factor at which one face of a joint slides in full. The shear
-forces of a face have the resultant and the moment that the loads send through the face while all
-faces stick. The face slides in full at the least load factor at which no shear forces within
-friction have this resultant and moment. The normal force of the face changes with the loads, and
-keeps its distribution.
+`slides_in_full_at` has the load factor at which all nodes of one face of a joint slide. While all
+faces stick, the loads send a resultant and a moment through the face, which its shear forces have
+to carry. The face slides in full at the least load factor at which no shear forces within friction
+have this resultant and moment. The normal force of the face changes with the loads, but its
+distribution stays the same.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from ..program.question import Question
 @kept
 @dataclass(frozen=True, eq=False)
 class CornerQuestion:
-    """The largest (sense 1) or least load factor at which contact forces balance a corner.
+    """Asks for the largest (sense 1) or least load factor at which contact forces balance a corner.
 
     N (M, m) are rigid motions, r0 (M,) the reactions of the corner at load factor 0, and r1 (M,)
     the reactions that a load factor of 1 adds.
@@ -63,7 +63,7 @@ class CornerQuestion:
 class CornerAnswer:
     """A load factor of a corner, its bound, and the motion phi (M,) of size 1 that proves it.
 
-    The load factor is NaN if none has forces that balance the load.
+    The load factor is NaN if there is none at which contact forces balance the load.
     """
 
     asked: CornerQuestion
@@ -71,7 +71,7 @@ class CornerAnswer:
     bound: float
     residual: float
     phi: Array
-    forces: Array  # (M,) that balance the load factor; NaN without one
+    forces: Array  # (M,) forces that balance the load factor; NaN if there is no such load factor
     record: SolveRecord = SolveRecord()
 
 
@@ -104,8 +104,8 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     ) -> CornerAnswer:
         """The claim with the motion of multipliers.
 
-        Its residual includes how far the motion strains the bodies, or lifts nodes less than
-        friction needs.
+        The residual includes by how much the motion strains the bodies, and by how much nodes lift
+        less than friction needs.
         """
         phi = np.zeros(M)
         if y is not None:
@@ -122,7 +122,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         bound = -sense * least_cost * unit
         gap = (abs(bound - value) + error * unit) / max(value, FLOOR * unit)
         residual = max(gap, program.violation(x))
-        # No motion needs to prove that a load factor is at least 0.
+        # That a load factor is at least 0 needs no motion as proof.
         proof = None if value == 0 and sense < 0 else y
         return claim(value, bound, residual, proof, x[:M] * units[:M])
 
@@ -152,10 +152,10 @@ def balance_program(rows: list[Rows], units: Array, sense: float) -> Arrays:
 
 
 def error_of_motion(question: Question, phi: Array) -> float:
-    """How far a motion phi (M,) of size 1 strains the bodies, or rises less than friction needs."""
+    """How far a motion phi (M,) of size 1 strains the bodies, or lifts less than friction needs."""
     system = question.system
     *v, w = phi.reshape(-1, system.nodes)
-    # A node that shears off its surface need not rise.
+    # A node whose surface shears off need not lift.
     lack = float((question.law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
     stiffest = float(np.diag(system.S).max()) or 1.0
     return max(lack, float(np.abs(system.S @ phi).max()) / stiffest)
@@ -169,8 +169,8 @@ def drives(N: Array, r: Array) -> bool:
 def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
     """Load factor at which the cyclic load is as large as the mean load can hold.
 
-    Its work in shear counts against the friction of the mean load, its work in normal motions
-    against the mean load itself.
+    The shear work of the cyclic load is compared with the friction of the mean load, its work in
+    normal motions with the mean load itself.
     """
     friction = min(float(question.friction.max()), 1.0) or 1.0
     shear = len(r1) - question.system.nodes
@@ -181,9 +181,10 @@ def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
 
 # Numbers of motions in words.
 
-# Motions below this share of the largest one are reported as zero: cone solvers have this error.
+# Motions below this share of the largest one are reported as zero: this is the error of cone
+# solvers.
 MOVES = 1e-4
-# Nodes move as one body if they are off its motion by at most this share of the largest motion.
+# Nodes move as one body if each is off its motion by at most this share of the largest motion.
 _FIT = COUNTS
 # Largest number of contacts, and of motions, that a reason names.
 _MOST_PARTS = 3
@@ -211,8 +212,8 @@ def motion_table(system: ContactSystem, phi: Array) -> Table:
 def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> list[float]:
     """The rigid motion of some nodes, see `GrossSlip.motion`: direction, slide, lift, turn, point.
 
-    NaN if they do not move as one body. The direction is that of the slide, or of the axis of a
-    turn in space; the point does not turn.
+    All are NaN if the nodes do not move as one body. The direction is that of the slide, or of the
+    axis of a turn in space; the point is one that does not turn.
     """
     axes = points.shape[1]
     centre = points.mean(axis=0)
@@ -261,7 +262,7 @@ def _rigid_motions(arms: Array) -> Array:
 
 
 def motions_in_words(motion: Table) -> str:
-    """The motions of a table in words, contacts that move alike together."""
+    """The motions of a table in words; contacts that move in the same way share a phrase."""
     contacts: dict[str, list[str]] = {}
     for row in motion.to_dict("records"):
         contacts.setdefault(_in_words(row), []).append(str(row["contact"]))
@@ -294,15 +295,16 @@ def _point(values: list[float]) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in np.round(values, 4) + 0.0) + ")"
 
 
-# Largest residual of the load factor of a face. More digits take a hundred times as long.
+# Largest residual of the load factor of a face. A more accurate one takes a hundred times as long.
 _TOLERANCE = 1e-6
 
 
 class FaceLoad(NamedTuple):
     """The reactions (M,) of a corner, and a state with the distribution of the normal forces.
 
-    `constant` does not depend on the load factor, and `shear` is its part that drives bodies. A
-    load factor of 1 adds `cyclic`. The state has normal forces `p` (N,) under the load `of_state`.
+    `constant` does not depend on the load factor, and `shear` is the part of `constant` that drives
+    bodies. A load factor of 1 adds `cyclic`. The state has normal forces `p` (N,) under the load
+    `of_state`.
     """
 
     constant: Array
@@ -342,7 +344,7 @@ def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
 
 
 def without_lift(lifts: Array, size: float) -> Array:
-    """(k, m) combinations of k motions whose lifts (n, k) have at most a size."""
+    """(k, m) combinations of k motions whose lifts (n, k) are at most of the given size."""
     _, sizes, parts = np.linalg.svd(lifts)
     small = np.pad(sizes, (0, len(parts) - len(sizes))) <= size
     return parts[small].T
@@ -351,7 +353,7 @@ def without_lift(lifts: Array, size: float) -> Array:
 def _at_corner(
     system: ContactSystem, friction: Array, face: Booleans, motions: Array, load: FaceLoad
 ) -> float:
-    """The load factor up to which shear forces within friction have the resultants of a load.
+    """The load factor up to which shear forces within friction can have the resultants of a load.
 
     The unknowns are the shear forces of the face, and the load factor.
     """
@@ -363,8 +365,8 @@ def _at_corner(
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0
     cyclic = shear(load.cyclic)
-    # If forces balance each other, such as those of a strain beside the face, their resultant is
-    # only rounding.
+    # If forces balance each other, such as those of a strain beside the face, their resultant
+    # is only rounding.
     if (np.abs(motions.T @ cyclic) <= ROUNDING * (np.abs(motions.T) @ np.abs(cyclic))).all():
         cyclic = np.zeros_like(cyclic)
     unit = force / (float(np.abs(motions.T @ cyclic).max()) or 1.0)
@@ -382,7 +384,7 @@ def _at_corner(
         return None if proof is None else _Sliding(np.inf if proof[0] is None else 0.0, proof[1])
 
     found, _ = answer(program, claimed, no_optimum=no_optimum, tolerance=_TOLERANCE)
-    # A load factor of the size of its error is 0, as without friction.
+    # A load factor no larger than its error counts as 0, as without friction.
     return found.load_factor if found.load_factor > _TOLERANCE * unit else 0.0
 
 

@@ -1,6 +1,6 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit.
 
-With an objective of the user it may be the cheapest design for a given load. `model.py` finds the
+With an objective of the user it may be the cheapest design for a given load, for example.
 design.
 """
 
@@ -44,21 +44,23 @@ OpenNodes: TypeAlias = Sequence[Booleans]
 class Design(Answered, Explained):
     """A best design. `system` and `cycle` are the contact with the design, for other functions.
 
-    The profile is in the initial gap of the system. Added material that overlaps is in the load
-    case "profile". From some starts slip may continue for ever below the largest load factor: call
-    `guaranteed_limit(design.system, design.cycle, friction)`, too.
+    The profile is contained in the initial gap of the system. If added material overlaps, the
+    overlap is in the load case "profile". From some starts slip may continue for ever even below
+    the load factor of the design: call `guaranteed_limit(design.system, design.cycle, friction)`,
+    too.
 
     Attributes
     ----------
     load_factor, objective
-        Without an objective: the largest load factor that is safe with the design in all scenarios
-        (their least shakedown limit), and None. With an objective: the load factor at its maximum,
-        which is no limit, and the largest value of the objective.
+        Without an objective, `load_factor` is the largest load factor that is safe with the design
+        in all scenarios (their least shakedown limit), and `objective` is None. With an objective,
+        `objective` is its largest value, and `load_factor` is the load factor there, which is no
+        limit.
     least
         All load factors from `least` to `load_factor` are safe with the design, in all scenarios.
         It is 0 if the design is safe under the mean load. It is above 0 if no such design was found
         for these open nodes, for example because the cyclic loads have to press the contact. Below
-        `least` no slip is safe with the same nodes open. NaN if rounding hides it.
+        `least` no slip is safe with the same nodes open. It is NaN if rounding hides it.
     bound
         Upper bound of the load factor (or objective), from the multipliers, for all designs with
         the same open nodes that satisfy the constraints. It equals the value up to `residual`.
@@ -72,8 +74,9 @@ class Design(Answered, Explained):
         of which `slip` is the first.
     prices
         Name of each user constraint -> the rate, >= 0, at which the load factor (or the objective)
-        grows if the constraint is relaxed, in your units and in the shape of the constraint. For an
-        equation it is the rate with respect to the right side. If the best design is not unique,
+        grows if the constraint is relaxed, in your units and in the shape of the constraint. The
+        rate of an equation is that with its right side. If the best design is not unique, the rates
+        need not be unique either.
         the rates need not be unique.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
@@ -104,9 +107,9 @@ class Design(Answered, Explained):
     prices: Mapping[str, Array]
     _questions: tuple[Question, ...]
     problem: Any = None
-    # The scenarios and the solution, which the printed problem needs; None once it is listed.
+    # The scenarios and the solution, for the problem to be printed; None once it has been listed.
     _found: tuple[Any, Any] | None = None
-    # Whether no design with other open nodes is better.
+    # Whether it is proven that no design with other open nodes is better.
     _is_best_of_all: bool = False
     # Whether the design had to be safe under the mean load, too.
     _for_mean_load: bool = False
@@ -138,7 +141,7 @@ class Design(Answered, Explained):
 
     @property
     def reason(self) -> str:
-        """Explanation that no design is better, and the open nodes for which this holds."""
+        """Why no design is better, and for which open nodes this holds."""
         node_states = self._question.node_states
         sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
         reason = sentence.format(opened=self._opened, node_states=node_states)
@@ -203,9 +206,9 @@ class NoneSafeError(ModelError):
 
 # Numbers of the search for the open nodes of a design.
 
-# Number of sets of open nodes that are tried.
+# Largest number of sets of open nodes that are tried.
 _MOST_SETS = 8
-# Smallest relative difference of two values, or of two load factors, that counts.
+# A value or load factor counts as larger if it is larger by at least this share.
 _GAIN = 1e-7
 
 
@@ -217,7 +220,7 @@ class DesignSearch:
     best_with
         Function that returns the best design with given open nodes.
     listed
-        Function that adds its printed problem to a design.
+        Function that adds the printed problem to a design.
     bar
         Counts the programs. An interrupt keeps the best design.
     """
@@ -237,7 +240,7 @@ class DesignSearch:
         # Whether no design with other open nodes is better.
         self.is_best_of_all = False
         self._refused: list[Exception] = []
-        # Best design for each set of open nodes, or None if it counts or does not exist.
+        # The best design for each set of open nodes; None if it counts, or if there is none.
         self._uncounted: dict[bytes, Design | None] = {}
 
     @property
@@ -252,9 +255,9 @@ class DesignSearch:
         return ModelError(*first.args) if isinstance(first, NoneSafeError) else first
 
     def alternate(self, open_nodes: OpenNodes | None) -> None:
-        """Compute the best design and its open nodes in turn, until these nodes are known.
+        """Compute the best design and its open nodes in turn, until a tried set comes back.
 
-        It also ends if no design has these open nodes, or after `_MOST_SETS` sets.
+        This also ends if no design has the open nodes, or after `_MOST_SETS` sets.
         """
         while (
             open_nodes
@@ -264,10 +267,10 @@ class DesignSearch:
             open_nodes = self._nodes_that_open(open_nodes)
 
     def from_no_design(self, open_nodes: OpenNodes) -> None:
-        """Start from the nodes that are open without a design."""
+        """Start from the nodes that are open without any design."""
         try:
             self.alternate(open_nodes)
-        # With these open nodes the design grows without end.
+        # A design with these open nodes would grow without end.
         except ModelError:
             if not self.counted:
                 raise
@@ -288,16 +291,16 @@ class DesignSearch:
 
     @property
     def _wanted(self) -> float:
-        """The value above which a design is better than the best one."""
+        """The value that a design must exceed to be better than the best one."""
         best = self.best
         if best is None:
             return -np.inf
         return best.value + _GAIN * abs(best.value)
 
     def _bound_of(self, scenarios: int, opens: Booleans) -> float:
-        """Compute the best design of a set of open nodes. Returns -inf, or inf if solvers fail.
+        """Compute the best design of a set of open nodes; return -inf, or inf if solvers fail.
 
-        A computed set needs no bound: its design has been kept, or does not count.
+        The set needs no bound any more, because its design has been kept, or does not count.
         """
         open_nodes = [*opens.reshape(scenarios, -1)]
         if _key(open_nodes) not in self._uncounted:
@@ -329,7 +332,7 @@ class DesignSearch:
         return [limit.open for limit in limits]
 
     def _limits(self, design: Design, open_nodes: OpenNodes) -> list[ShakedownLimit]:
-        """The limits with a design built in; empty if all nodes are closed and stay closed."""
+        """The limits with a design built in; empty if all nodes were closed and stay closed."""
         if np.any(open_nodes) or design.touches:
             return limits_of(design._questions)
         return []
@@ -361,9 +364,9 @@ def limits_of(questions: Sequence[Question]) -> list[ShakedownLimit]:
 
 
 def _counts(design: Design, open_nodes: OpenNodes, limits: Sequence[ShakedownLimit]) -> bool:
-    """Whether the limit with a design built in reaches the load factor of its program.
+    """Whether the limit with a design built in reaches the load factor of the design.
 
-    With all nodes closed this is always so.
+    With all nodes closed it always does.
     """
     if not np.any(open_nodes):
         return True

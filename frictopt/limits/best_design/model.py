@@ -51,13 +51,13 @@ from .program import (
 class DesignModel(SafeModel):
     """A contact whose preloads and profile are unknowns, in addition to its residual slip.
 
-    Your own constraints and objectives may contain all of them. Reactions are linear in them, so
-    for given open nodes the best design is a convex program as for the shakedown limit, with the
-    same proof. All nodes are closed at first. If the best design leaves a node without pressure, or
-    no design is safe, design and open nodes are computed in turn. This ends when `shakedown_limit`,
-    under the chosen loads, has the same open nodes. A design does not count if its limit there is
-    lower. If some design is safe at its load factor and under its mean load alone, only such
-    designs count. Theory, eq. (32).
+    Your own constraints and objectives may contain all these unknowns. Reactions are linear in
+    them. So for given open nodes the best design is a convex program, like the shakedown limit, and
+    has the same proof. All nodes are closed at first. If the best design leaves a node without
+    pressure, or if no design is safe, design and open nodes are computed in turn. This ends when
+    `shakedown_limit`, with the design built in, has the same open nodes. A design does not count if
+    this limit is below the load factor of the design. If some design is safe both at its load
+    factor and under its mean load alone, only such designs count. Theory, eq. (32).
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class DesignModel(SafeModel):
         See `ShakedownModel`.
     preloads
         Names of load cases whose amplitudes in the mean load are free: bolt forces, pressures,
-        temperatures, interferences. The design adds to their amplitudes in the mean load.
+        temperatures, interferences. The design adds to the amplitudes of `cycle`.
     profile
         Whether the depth of material removed from the faces is free at each node.
     scenarios
@@ -73,7 +73,7 @@ class DesignModel(SafeModel):
         residual slip; the load factor is common to all. In a triple (load cycle, friction, shares),
         `shares` has the share of each preload that acts (load case name -> share), for bolts that
         scatter or loosen. A design that is safe for all combinations of the least and the largest
-        shares is safe for all shares between, if the same nodes are open.
+        shares is safe for all shares in between, if the same nodes are open.
 
     Attributes
     ----------
@@ -84,13 +84,13 @@ class DesignModel(SafeModel):
         there are no preloads.
     profile
         (N,) depth g of material removed, length; negative: material added. It increases the gap, so
-        that q decreases by `B^T g` and p by `C g`. None if the profile is not free.
+        that `B^T g` is subtracted from q and `C g` from p. None if the profile is not free.
 
     Raises
     ------
     ModelError
         Wrong types, unknown load cases, preloads whose reactions are only rounding, neither
-        preloads nor a profile, a scenario that is no pair or triple.
+        preloads nor a profile, a scenario that is not a pair or triple.
 
     Examples
     --------
@@ -148,8 +148,8 @@ class DesignModel(SafeModel):
         Parameters
         ----------
         friction, constraints
-            Parameters are as in `ShakedownModel.solve`; constraints may also contain `preload` and
-            `profile`. With the same open nodes, more friction never lowers the load factor.
+            As in `ShakedownModel.solve`; constraints may also contain `preload` and `profile`. With
+            the same open nodes, more friction never lowers the load factor.
         objective
             Scalar to maximize instead of the load factor: a concave cvxpy expression.
         progress
@@ -210,7 +210,7 @@ class DesignModel(SafeModel):
         return {**super()._named, **self._choice.variables}
 
     def _loose(self, scenarios: Sequence[Scenario], user: UserRows | None) -> LooseNodes:
-        """The programs of designs in which some nodes are neither open nor closed."""
+        """The programs for designs in which some nodes are neither open nor closed."""
         nodes = np.arange(self._question.system.nodes)
         program = design_program(self._choice, scenarios, loose=nodes)
         if user is not None:
@@ -219,7 +219,7 @@ class DesignModel(SafeModel):
         return LooseNodes(program, nodes, largest, range(len(scenarios)))
 
     def _slip_of_open_nodes(self, program: RestProgram) -> Array:
-        """(open slips, named) slips of open nodes of the first scenario due to the design."""
+        """(open slips, named) slips of the open nodes of the first scenario due to the design."""
         question = program.question
         opened = int(question.open_nodes.sum()) * question.system.tangents
         rates = np.zeros((opened, len(program.named_units)))
@@ -229,7 +229,7 @@ class DesignModel(SafeModel):
 
     def _listed(self, user: UserRows | None, design: Design) -> Design:
         """A design with its printed problem."""
-        assert design._found is not None  # it has no problem yet
+        assert design._found is not None  # the problem has not been listed yet
         problem = design_problem(self._choice, *design._found, self._x, user)
         return replace(design, problem=problem, _found=None)
 
@@ -241,8 +241,8 @@ class DesignModel(SafeModel):
     ) -> Design:
         """The best design with given nodes open in each scenario.
 
-        If the best design is not safe under the mean load, it is replaced by the best design that
-        is, if there is one.
+        If the best design is not safe under the mean load, but some other design is, the result is
+        the best of those that are.
         """
         design = self._solved(scenarios, user, open_nodes)
         if design._is_safe_at_mean_load:
@@ -326,7 +326,8 @@ class DesignModel(SafeModel):
         """The open nodes under preloads that press as much as the constraints admit.
 
         They are another start of the search. Preloads are at most ten times the forces of the
-        contact. Without preloads the start is a zero profile. None if no answer passes the checks.
+        contact. If there are no preloads, the start is a zero profile. None if no answer passes the
+        checks.
         """
         values = {"profile": np.zeros(self._question.system.nodes)}
         try:

@@ -1,9 +1,9 @@
 """The terms of a design in the program of a limit: preloads and a profile as unknowns.
 
-A design is linear in its unknowns. Preloads b of load cases with reactions q_j, p_j add `q_j b` to
-the shear forces and `p_j b` to the normal forces. A profile g increases the gap, so that the shear
-forces decrease by `B^T g` and the normal forces by `C g`. Open nodes follow without force, so
-preloads and profile also change the gaps and slips of these nodes.
+Reactions are linear in the unknowns of a design. Preloads b of load cases with reactions q_j, p_j
+add `q_j b` to the shear forces and `p_j b` to the normal forces. A profile g increases the gap, so
+that the shear forces decrease by `B^T g` and the normal forces by `C g`. Open nodes carry no force:
+preloads and profile change their gaps and slips.
 
 `design_problem` is the printed problem: the rows of all scenarios, the preloads and the profile.
 """
@@ -32,7 +32,7 @@ from ..program.solution import Judged, Solution, Solved, contradiction, growth, 
 from ..search.loose_nodes import own_motions
 from .design import NoneSafeError
 
-# Names of the matrices of the design in q, p and the gaps of open nodes.
+# Names of the matrices by which a design changes q, p and the gaps of open nodes.
 _SYMBOLS = {"preload": ("q_j", "p_j", "w_j"), "profile": ("-B.T", "-C", "-w")}
 
 
@@ -109,7 +109,7 @@ def _added(choice: Choice, scenario: Scenario, suffix: str) -> list[cp.Expressio
 
 
 def _open_slips_due_to(choice: Choice, scenario: Scenario) -> cp.Expression:
-    """The term that a design adds to the slips of open nodes, which rows of the user contain."""
+    """The term that a design adds to the slips of open nodes, if user constraints contain them."""
     terms = [
         constant(open_slips(scenario.question, effect), f"v_{name}") @ choice.parts[name].variable
         for name, effect in choice.effects(scenario).items()
@@ -155,7 +155,7 @@ class Scenario(NamedTuple):
 
 
 class Built(NamedTuple):
-    """The values of a design, and the question of each scenario with the design built in."""
+    """The values of a design, and the questions of all scenarios with the design built in."""
 
     preload: Array
     profile: Array | None
@@ -168,7 +168,7 @@ class Part(NamedTuple):
     variable: cp.Variable  # (n,)
     components: Sequence[Any]
     reactions: Array  # (n, M) bonded reactions due to a unit of each component
-    sizes: Array  # (n,) sizes of the forces that a unit of each component causes
+    sizes: Array  # (n,) sizes of the forces due to a unit of each component
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +185,7 @@ class Choice:
         return {part.variable: name for name, part in self.parts.items()}
 
     def units(self, question: Question) -> dict[str, Array]:
-        """Units of the unknowns: each causes about the mean normal force at a node."""
+        """Units of the unknowns: each unit causes about the mean normal force at a node."""
         force = question.force
         return {
             name: force / np.where(part.sizes > 0, part.sizes, force)
@@ -201,7 +201,7 @@ class Choice:
         return effects
 
     def built(self, scenarios: Sequence[Scenario], values: Mapping[str, Array]) -> Built:
-        """The design of some values, built into the questions of all scenarios."""
+        """The design with given values, built into the questions of all scenarios."""
         # Adding 0 turns -0 into 0.
         given = {name: frozen(values[name] + 0.0) for name in self.parts}
         preload = given.get("preload", np.zeros(0))
@@ -255,7 +255,7 @@ def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: 
 
 
 def _checked_names(system: ContactSystem, preloads: Sequence[str]) -> list[Any]:
-    """The load cases that a design scales, each once."""
+    """The names of the load cases that a design scales, checked: each occurs once."""
     names = listed("preloads", preloads)
     known = list(system.bonded)
     for name in names:
@@ -269,7 +269,7 @@ def _checked_names(system: ContactSystem, preloads: Sequence[str]) -> list[Any]:
 
 
 def checked_scenario(name: str, scenario: Any, choice: Choice, first: Question) -> Scenario:
-    """A scenario of the user, under its name; `first` is the question of the first one."""
+    """A scenario of the user, with its name; `first` is the question of the first scenario."""
     if not isinstance(scenario, tuple) or len(scenario) not in (2, 3):
         raise ModelError(
             f"{name}: {shown(scenario)}; give (load cycle, friction), or these and the shares of "
@@ -289,7 +289,7 @@ def under_mean_load(scenario: Scenario) -> Scenario:
     """A scenario at load factor 0, with the same preloads."""
     question, shares = scenario
     cycle = question.cycle
-    # Without a fixed part all corners are the same load, and one is enough.
+    # Without fixed parts all corners have the same load, and one corner is enough.
     at_zero = LoadCycle(cycle.mean, [{}] * len(cycle.unscaled), cycle.fixed)
     return Scenario(pose_like(question, at_zero, question.friction), shares)
 
@@ -297,7 +297,7 @@ def under_mean_load(scenario: Scenario) -> Scenario:
 def _with_profile(
     system: ContactSystem, profile: Array | None
 ) -> tuple[ContactSystem, dict[str, float]]:
-    """The contact with a profile in its gap, and a load of the overlap if material overlaps."""
+    """The contact with a profile in its gap, and the load case of an overlap if there is one."""
     if profile is None:
         return system, {}
     gap = system.gap + profile
@@ -314,8 +314,8 @@ def design_program(
 ) -> RestProgram:
     """The program of load factors and designs with a state of rest in every scenario.
 
-    The nodes are open as in the question of each scenario. The nodes `loose`, which are closed in
-    all questions, may be open or closed.
+    Open nodes are those of the question of each scenario. The nodes `loose` are closed in all
+    questions; in the program they may be open or closed.
     """
     program = _of_scenarios(choice, scenarios, loose)
     for number, question in enumerate(program.questions):
@@ -329,7 +329,7 @@ def _of_scenarios(
 ) -> RestProgram:
     """The program at the corners of all scenarios, without the rows of the contact law.
 
-    It has the row `load_factor >= 0` and, without `loose`, the slip bounds. `units`: those of
+    It has the row `load_factor >= 0` and, without `loose`, the slip bounds. `units` are those of
     further unknowns. `loose`: see `design_program`.
     """
     questions = [scenario.question for scenario in scenarios]
@@ -362,9 +362,10 @@ def _of_scenarios(
 
 
 def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:
-    """The design whose preloads press the contact most, under the rows of the user.
+    """The design whose preloads press the contact most, under the constraints of the user.
 
-    The force is at most `_MOST_PRESSED` times the normal force of the contact. SolverError if no
+    The preloads press with at most `_MOST_PRESSED` times the normal force of the contact.
+    SolverError if no answer passes the checks.
     answer passes the checks.
     """
     question = scenario.question
@@ -387,7 +388,7 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
 
 
 def raise_refusal(program: RestProgram, choice: Choice) -> None:
-    """Raise an error if it is proven that there is no best design; return if not."""
+    """Raise an error if it is proven that there is no best design; otherwise return."""
     found = contradiction(program)
     if found is not None:
         raise _contradiction_error(found[0])
@@ -403,7 +404,7 @@ def raise_refusal(program: RestProgram, choice: Choice) -> None:
 
 
 def _contradiction_error(claim: Solution) -> ModelError:
-    """The error for rows that contradict each other."""
+    """The error for constraints that contradict each other."""
     names = ", ".join(claim.ruling)
     if claim.of_user_alone:
         error, why = ModelError, _CONTRADICT

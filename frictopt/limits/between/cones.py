@@ -1,17 +1,17 @@
 """The contact law at all corners as cones, whose unknowns are residual shear and load factor.
 
 A residual slip v changes the shear by q = A v, and the pressure by B v = T q with T = B A^+. Unlike
-the stiffness, T does not grow as elements shrink, so that a method that needs only products with T
-and its transpose takes nearly the same number of steps on every mesh. A row is a cone::
+the stiffness, T does not grow as elements shrink. So a method that needs only products with T and
+its transpose takes nearly the same number of steps on every mesh. A row is a cone::
 
     |q0 + L q1 + q| <= slope (p0 + L p1 + T q) + constant
 
-of one node at one corner. A node has a row for each term of the contact law. An open node has the
-row `0 <= gap`. Forces are divided by `Question.force`, gaps by `Question.clearance`, and load
-factors by `Question.load_unit`.
+of one node at one corner. A closed node has a row for each term of the contact law. An open node
+has the row `0 <= gap`. Forces are divided by `Question.force`, gaps by `Question.clearance`, and
+load factors by `Question.load_unit`.
 
-A safe point is a slip, and multipliers of the rows are a mechanism: `judged` has both, with the
-error of each proof.
+A safe point corresponds to a slip, and multipliers of the rows to a mechanism: `judged` returns
+both, with the error of each proof.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from ..program.solution import Mechanism
 
 
 class Point(NamedTuple):
-    """A load factor, residual shear forces (t, N), and the sides of all rows (K, t + 1, R)."""
+    """A load factor, residual shear forces (t, N), and both sides of all rows (K, t + 1, R)."""
 
     load_factor: float
     shear: Array
@@ -43,29 +43,29 @@ P = TypeVar("P", bound=tuple[Any, ...])
 
 
 def towards(start: P, end: P, share: float) -> P:
-    """The tuple at a share of the way from one tuple to another; all parts change linearly."""
+    """The point at a share of the way from one point to another; all its parts change linearly."""
     return type(start)(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """Rows of K corners; each has t parts of its shear and then its bound.
+    """The rows at K corners. A row has t components of its shear, and then its bound.
 
     Attributes
     ----------
     node
-        (R,) node of each row: closed nodes first, then closed nodes with a shear strength, then
-        open nodes.
+        (R,) node of each row: first all closed nodes, then the closed nodes with a shear strength,
+        then the open nodes.
     closed
-        Which of the R rows are the first rows of the closed nodes.
+        Which of the R rows are the first row of a closed node.
     sheared, slope
-        (R,) whether a row has shear, and the increase of its bound with the pressure.
+        (R,) whether a row has shear, and the rate of its bound with the pressure.
     start, rate
-        (K, t + 1, R) sides of the rows without residual shear at load factor 0, and their increase
-        with the load factor.
+        (K, t + 1, R) sides of the rows without residual shear at load factor 0, and their rate with
+        the load factor.
     pressing, rough
-        (N, t N) T: pressures, or gaps of open nodes, due to residual shear. The second one is in
-        single precision, in which products take half the time.
+        (N, t N) the matrix T: pressures, or gaps of open nodes, due to residual shear. `rough` is
+        in single precision, which halves the time of products.
     slides
         (t N, r) orthonormal slips that nothing resists. Residual shear does no work on them.
     corners
@@ -110,7 +110,7 @@ class Cones:
         return self.balanced(np.array(slips) + by_lift)
 
     def relaxed(self) -> Array:
-        """(t, N) residual shear that takes away the shear at load factor 0, as without friction."""
+        """(t, N) residual shear that removes the shear at load factor 0, as if without friction."""
         first = np.zeros((self.start.shape[1] - 1, self.pressing.shape[0]))
         first[:, self.node[self.closed]] = -self.start[:, :-1, self.closed].mean(axis=0)
         return self.balanced(first)
@@ -122,21 +122,21 @@ class Cones:
 
 
 def without_gap(system: ContactSystem) -> str:
-    """The way to an answer without a gap, as a part of an error."""
+    """How to get an answer without a gap: a part of error messages."""
     if isinstance(system, ContactProducts):
         return "condense the bodies (`model.condense()`), and pass gap=None for the exact answer"
     return "pass gap=None for the exact answer"
 
 
 def check_options(given: Mapping[str, bool], remedy: str) -> None:
-    """ModelError if an option is given that does not go with a gap."""
+    """Raise a ModelError if an option is given that cannot be combined with a gap."""
     for option, is_given in given.items():
         if is_given:
             raise ModelError(f"{option}: a gap cannot be combined with it; {remedy}")
 
 
 def check_known(question: Question, remedy: str) -> None:
-    """ModelError if the cones leave out a part of a question."""
+    """Raise a ModelError if a question has a part that the cones do not describe."""
     without = ~question.open_nodes & (question.friction == 0)
     if without.any():
         node = int(without.argmax())
@@ -199,7 +199,7 @@ def cones_of(question: Question) -> Cones:
 
 
 def margins(rows: Array) -> Array:
-    """(K, R) distances of the sides (K, t + 1, R) of rows from their bounds, >= 0 if they obey."""
+    """(K, R) distances of the sides (K, t + 1, R) of rows from their bounds; >= 0 if rows hold."""
     return np.asarray(rows[:, -1] - np.linalg.norm(rows[:, :-1], axis=1))
 
 
@@ -214,10 +214,10 @@ def judged(
 ) -> tuple[float, Array, float, Mechanism, float, float]:
     """The slip of a safe point, and the mechanism of multipliers (K, t + 1, R) of the rows.
 
-    Both proofs are evaluated by products of full precision. Returned are, in the units of the user,
-    the load factor, its slip, and the largest violation of a row, relative to `Question.force`;
-    then the mechanism, its bound, and the error of the bound, because the multipliers do not
-    balance exactly.
+    Both proofs are evaluated with products of full precision. The results are, in the units of the
+    user: the load factor, its slip, and the largest violation of a row, relative to
+    `Question.force`; then the mechanism, its bound, and the error of the bound, which arises
+    because the multipliers do not balance exactly.
     """
     load_factor = safe.load_factor * question.load_unit
     unsafe = -float(margins(cones.at(safe.load_factor, safe.shear).rows).min())
@@ -237,8 +237,8 @@ def judged(
 def work_of_stress(cones: Cones, moves: Array, shear: Array) -> float:
     """The work that multipliers do because they do not balance exactly.
 
-    Their stress does this work on residual shear of the size of the given `shear` (t, N) or, if
-    this is smaller, of the unit.
+    Their stress does this work on residual shear of the size of `shear` (t, N), or of the unit of
+    force if this is larger.
     """
     return float((np.abs(cones.stress(moves)) * np.maximum(np.abs(shear), 1.0)).sum())
 
@@ -247,7 +247,7 @@ def record_of(question: Question, load_factor: float, slip: Array, error: float)
     """The record of two proofs with this error; SolverError if rounding hides one of them."""
     residual = worst([error])
     if not isinstance(question.system, ContactProducts):
-        # The stiffness shows an error of the products.
+        # The stiffness shows the error of products with T.
         residual = worst([error, question.violation(load_factor, slip)])
     if not residual <= RESIDUAL:
         raise SolverError(
@@ -267,7 +267,7 @@ def slip_of(question: Question, shear: Array) -> Array:
 
 def mechanism_of(question: Question, cones: Cones, moves: Array) -> Mechanism:
     """The mechanism of multipliers (K, t + 1, R) of the rows."""
-    # Moves of the forces, and of the gaps of open nodes, by those of the rows.
+    # The moves of the forces, and of the gaps of open nodes, from the moves of the rows.
     by_node = np.zeros_like(question.r1)
     unit = np.where(question.open_nodes, question.clearance, question.force)[cones.node]
     for corner, of_rows in zip(cones.corners, moves * question.load_unit / unit, strict=True):

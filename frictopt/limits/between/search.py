@@ -1,12 +1,14 @@
 """The first-order method that finds rough states and multipliers: primal-dual hybrid gradient.
 
-Each step takes one product with T and one with its transpose. The steps are reflected and anchored
-(Halpern), and begin anew from the last state if the error has fallen (restarts of PDLP, Applegate
-et al. 2021; Lu and Yang 2024). The number of steps is not proven, and matters to no proof.
+Each step takes one product with T and one with its transpose (`cones.py`). The steps are reflected
+and anchored (Halpern). If the error has fallen, they begin anew from the last state (restarts of
+PDLP, Applegate et al. 2021; Lu and Yang 2024). There is no proven number of steps, but no proof
+needs one.
 
-`FrictionBracket` finds the least friction with a safe slip at one load factor. For a friction, the
-room of the rows proves that it is enough or too little. Both narrow a bracket. A safe point needs
-no more friction than its largest ratio of shear to pressure.
+`FrictionBracket` finds the least friction with a safe slip at one load factor. For a given
+friction, the least room of a row proves that this friction is enough or too little. These proofs
+narrow a bracket from both ends. A safe point needs no more friction than its largest ratio of shear
+to pressure.
 """
 
 from __future__ import annotations
@@ -23,16 +25,16 @@ from ..program.solution import Mechanism
 from .cones import Cones, Point, margins, mechanism_of, raised, towards, work_of_stress
 
 # A search for a better point begins at these shares of the way from the best point back to the
-# first one. At the best point itself, the rows that limit it may forbid every step.
+# first one: at the best point itself, the rows that limit it may forbid every step.
 _BACK = (0.5, 0.1, 0.01, 0.0)
-# A load factor above so many units seems to grow without end; the exact program decides it.
+# Above this load factor, in its unit, the limit seems to be infinite; the exact program decides.
 _FAR = 1e4
-# Share to which rough products reduce a stress before an exact product measures it.
+# Rough products reduce a stress to this share before an exact product measures it.
 _REFRESH = 1e-3
 
 
 class SafePoints:
-    """The best safe point so far; `grows` if the load factor may grow from it without end."""
+    """The best safe point so far. `grows` says whether its load factor may grow without end."""
 
     def __init__(self, cones: Cones) -> None:
         self._cones = cones
@@ -46,23 +48,23 @@ class SafePoints:
         return -np.inf if self.best is None else self.best.load_factor
 
     def try_towards(self, rough: Point) -> None:
-        """Go from the safe points towards a rough one as far as the rows allow, and then up."""
+        """Go from safe points towards a rough point as far as the rows allow, then upwards."""
         if self._first is None or self.best is None:
             if margins(rough.rows).min() >= 0:
                 self.best = rough
                 self._rise(rough)
-                # A point below the end has room in all directions.
+                # Half way up, all rows have room.
                 self._first = towards(rough, self.best, 0.5)
             return
         start = self.best
         for share in _BACK:
             base = towards(start, self._first, share)
             length = _reach(base.rows, rough.rows - base.rows)
-            # Beyond the rough point nothing is known to be better.
+            # Beyond the rough point there is no reason to expect better points.
             self._rise(towards(base, rough, min(length, 1.0)))
 
     def _rise(self, point: Point) -> None:
-        """Keep the point of the same residual shear with the largest load factor, if it is best."""
+        """Raise the load factor with the same residual shear; keep the point if it is the best."""
         rate = self._cones.rate
         more = _reach(point.rows, rate)
         self.grows |= point.load_factor + more > _FAR
@@ -71,15 +73,16 @@ class SafePoints:
 
 
 def _reach(rows: Array, direction: Array) -> float:
-    """How far one can go from sides that obey all rows in a direction; inf without an end."""
+    """How far one can go in a direction from sides that obey all rows; inf without a limit."""
     q0, q1 = (np.moveaxis(sides[:, :-1], 1, -1) for sides in (rows, direction))
     return float(reach(q0, rows[:, -1], q1, direction[:, -1]).min().clip(0.0))
 
 
 class Multipliers(NamedTuple):
-    """Moves (K, t + 1, R) of the rows, of unit drive, and the load factor above which none is safe.
+    """Moves (K, t + 1, R) of the rows, of unit drive, and the load factor that they prove unsafe.
 
-    The bound is inf if they prove none, and below 0 if no load factor is safe.
+    No load factor above `bound` is safe. It is inf if the moves prove nothing, and below 0 if they
+    prove that no load factor is safe.
     """
 
     moves: Array
@@ -89,9 +92,9 @@ class Multipliers(NamedTuple):
 def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: float) -> Multipliers:
     """Rough multipliers as a mechanism, by at most as many rough products as `rounds`.
 
-    `enough` is the sum of the stresses, relative to the largest move, at which the rounds end. With
-    more than `usable` the multipliers prove nothing, because residual shear may be larger than its
-    unit.
+    The rounds end if the sum of the stresses, relative to the largest move, is at most `enough`. If
+    it stays above `usable`, the multipliers prove nothing, because residual shear may be larger
+    than its unit.
     """
     rough = cones.roughly()
     closed = cones.closed
@@ -100,7 +103,7 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: fl
     stress = cones.stress(moves)
     while rounds > 0 and np.abs(stress).sum() > enough * np.abs(moves).max():
         first, last = moves, stress
-        # Of small changes, rough products are exact enough until the stress has fallen.
+        # For small changes, rough products are exact enough until the stress has fallen.
         while rounds > 0 and np.abs(last).sum() > _REFRESH * np.abs(stress).sum():
             moves = moves.copy()
             moves[:, :-1, closed] -= last[:, node] / len(moves)
@@ -122,11 +125,11 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: fl
 
 # Largest number of steps.
 _MOST = 3000
-# Steps between two checks of the bounds, and between two looks at the error.
+# Numbers of steps from one check of the bounds to the next, and from one look at the error.
 _CHECK = 25
 _LOOK = 10
 # A restart is due if the error has fallen to the first share of its value at the last restart;
-# if it has fallen to the second one and rises; or after this share of all steps.
+# if it has fallen to the second share and rises again; or after the third share of all steps.
 _FALLEN = 0.2
 _RISING = 0.8
 _LONG = 0.36
@@ -134,14 +137,14 @@ _LONG = 0.36
 _SHORT = 60
 # Size of the column of the load factor, relative to the norm of the other columns.
 _LOAD = 0.3
-# Largest weight of unknowns to multipliers, and the inverse of the least one.
+# Largest weight of the unknowns relative to the multipliers, and the inverse of the least weight.
 _HEAVIEST = 1e6
-# Step relative to the largest one that converges.
+# Length of a step, relative to the largest that converges.
 _STEP = 0.95
-# Power steps for the norm, and the factor by which they may fall short.
+# Power steps for the norm, and the factor by which their result may be too small.
 _POWERS = 8
 _SHORT_BY = 1.1
-# Rounds, enough and usable stress of multipliers that guide, and of those that prove.
+# Rounds, `enough` and `usable` of `mechanism`, for multipliers that guide and for those that prove.
 _GUIDE = (8, 1e-5, 1e-3)
 _PROOF = (300, 1e-12, 1e-10)
 
@@ -154,7 +157,7 @@ class State(NamedTuple):
     rows: Array  # (K, t + 1, R) sides of the rows
     moves: Array  # (K, t + 1, R) multipliers
     stress: Array  # (t, N) of the multipliers
-    drive: float  # what the multipliers say of the load factor: -1 at the optimum
+    drive: float  # drive of the multipliers: -1 at the optimum
 
 
 def search(cones: Cones, gap: float) -> Method:
@@ -168,10 +171,11 @@ def search(cones: Cones, gap: float) -> Method:
 
 
 def most_room(cones: Cones) -> Method:
-    """Look for residual shear that is safe at load factor 0, or for multipliers against it.
+    """Look for residual shear that is safe at load factor 0, or for a proof that there is none.
 
-    In place of the load factor stands the least room of a row, counted from one unit below that of
-    the first state. Above `Method.enough` it proves that the shear is safe, below that none is.
+    The least room of a row takes the place of the load factor. It is counted from one unit below
+    the least room of the first state. Above `Method.enough` it proves that the shear is safe; if
+    its bound is below, no shear is safe.
     """
     first = cones.at(0.0, cones.relaxed())
     least = float(margins(first.rows).min()) - 1.0
@@ -196,8 +200,8 @@ def _run(method: Method) -> Method:
 class Method:
     """The method from a first state on.
 
-    Its results are its `safe` points, its `multipliers` and its `steps`. It is done within the gap,
-    or if it is proven on which side of the load factor `enough` the limit is.
+    Its results are its `safe` points, its `multipliers` and its `steps`. It is done if the two load
+    factors are within the gap, or if it is proven on which side of `enough` the limit lies.
     """
 
     def __init__(self, cones: Cones, first: Point, gap: float, enough: float = np.nan) -> None:
@@ -209,7 +213,8 @@ class Method:
         self.done = False
         self.safe = SafePoints(cones)
         self.multipliers = Multipliers(np.zeros_like(cones.start), np.inf)
-        # Those of rough products, which guide.
+        # Points and multipliers from rough products, which show when exact products are worth
+        # while.
         self._points = SafePoints(self._rough)
         self._likely = self.multipliers
 
@@ -235,7 +240,7 @@ class Method:
         self._since = 0
 
     def advance(self) -> None:
-        """Make a step, and look at its error and at the bounds if they are due."""
+        """Make a step, and check its error and the bounds if this is due."""
         new = self._stepped(self._state)
         self.steps += 1
         self._since += 1
@@ -264,7 +269,7 @@ class Method:
         return float(np.hypot(np.hypot(self._weight * unsafe, unbalanced / self._weight), apart))
 
     def _look(self, new: State) -> None:
-        """Restart at a step if its error says so, with a new weight of unknowns to multipliers."""
+        """Restart at a step if its error says so, with a new weight of the unknowns."""
         error = self._error(new)
         fallen = error / (self._first_error or 1.0)
         due = fallen <= _FALLEN or (fallen <= _RISING and error > self._last_error)
@@ -281,7 +286,7 @@ class Method:
         self._begin(new)
 
     def _check(self, new: State) -> None:
-        """Try to prove better bounds by a step, and to end."""
+        """Try to improve the bounds by a step. If they seem close enough, prove them and end."""
         self._points.try_towards(self._rough.at(new.load, self._cones.balanced(new.shear)))
         likely = mechanism(self._rough, new.moves, *_GUIDE)
         if likely.bound < self._likely.bound:
@@ -298,7 +303,7 @@ class Method:
         return bool(close or decided or high < 0 or safe.grows)
 
     def prove(self) -> None:
-        """Prove the bounds by exact products: take all stress from the multipliers."""
+        """Prove the bounds with exact products, after all stress is taken from the multipliers."""
         best = self._points.best
         if best is not None:
             self.safe.try_towards(self._cones.at(best.load_factor, best.shear))
@@ -331,13 +336,13 @@ def _in_cones(rows: Array) -> Array:
 
 # Numbers of the search for the least friction.
 
-# Frictions that are tried until one is enough, or until neither proof is found.
+# Frictions that are tried until one is proven enough, or until neither proof is found.
 _FIRST = tuple(4.0**k for k in range(8))
-# Ratio of the two frictions that is assumed while no friction is known to be too little.
+# Ratio that is assumed for the two frictions as long as no friction is proven too little.
 _LOWER = 1 / 16
-# If the two frictions are within three gaps, the next friction is so close to `enough` that the
-# bracket is within the gap if this friction is too little: `enough` is usually the better of the
-# two. Its distance from `enough` is this share of the gap.
+# If the two frictions are within three gaps, the next friction is this share of the gap below
+# `enough`. If it is too little, the bracket is within the gap. It is close to `enough`, because
+# `enough` is usually the better of the two.
 _CLOSE, _SHARE = 3.0, 0.9
 
 
@@ -347,8 +352,8 @@ class FrictionBracket:
     Attributes
     ----------
     too_little, enough
-        The two frictions; at first 0, and the friction that the residual shear of a contact without
-        friction needs.
+        The two frictions. At first they are 0, and the friction that is needed by the residual
+        shear of a contact without friction.
     moves
         Multipliers (K, t + 1, R) that prove that no slip is safe with `too_little`.
     shear
@@ -375,7 +380,7 @@ class FrictionBracket:
     def narrow(self, gap: float, smallest: float) -> None:
         """Try frictions until the two are within a relative gap, or neither proof is found.
 
-        The search also ends if `smallest` is enough.
+        The search also ends if the friction `smallest` is proven to be enough.
         """
         for friction in _FIRST:
             if self.enough < np.inf or not self._try(friction):
@@ -385,7 +390,7 @@ class FrictionBracket:
             first = np.sqrt(ratio)
             if ratio > 1 - _CLOSE * gap:
                 first = max(first, 1 - _SHARE * gap)
-            # Very close to the least friction neither proof is found; then one friction more is
+            # Very close to the least friction neither proof is found. Then one more friction is
             # tried, nearer to `enough`.
             if not any(self._try(self.enough * share) for share in (first, np.sqrt(first))):
                 break
@@ -411,7 +416,7 @@ class FrictionBracket:
     def proof(self, question: Question) -> tuple[Mechanism, float]:
         """The mechanism that proves `too_little`, the friction of the question, and an error.
 
-        The error is the larger of two: the violation of a row by `shear`, and the work that the
+        The error is the larger of two: the violation of a row by `shear`; and the work that the
         multipliers do because they do not balance exactly, divided by the sum of their lifts.
         """
         rows = self._with_friction(self.enough).at(0.0, self.shear).rows

@@ -2,12 +2,13 @@
 
 Instants are the corners and the events, in the order in which the load meets them. At event m the
 load is at an unknown place of a leg between two corners. The limit of a given order is a linear
-program, in space a cone program (theory, "Nodes that open and close in each cycle"). At each
-instant, A, B and the loads belong to the nodes that are closed before or after it. A node has one
-slip in each episode between a closing and the next opening.
+program, in space a cone program (theory, "Nodes that open and close in each cycle"). The matrices A
+and B and the loads of an instant are those with the nodes closed that are closed before or after
+it. Each time that a node is closed, from a closing to its next opening, is an *episode*. In each
+episode the node has one slip.
 
-If all corners lie on a line, the states of rest along one leg between its two ends are a function
-of the load. So the two ends represent all turning points between them.
+If all corners lie on a line, the states of rest along a leg between the two ends of the line are a
+function of the load. So the two ends represent all turning points between them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +23,7 @@ from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_
 from ...contact import LoadCycle
 from ..program.question import Question, outer_corners, with_open
 
-# Two legs are one line if their distance is below this share of their length.
+# Two legs lie on one line if their distance is below this share of their length.
 _SAME_LINE = 1e-9
 
 
@@ -38,7 +39,7 @@ class LoadPath:
 
     @property
     def closed(self) -> bool:
-        """Whether the path returns to its first corner along another path."""
+        """Whether the path returns to its first corner on other legs than it came."""
         return self.stops[0] == self.stops[-1]
 
     @property
@@ -66,7 +67,7 @@ def ends_of(cycle: LoadCycle, path: LoadPath) -> LoadCycle:
 
 
 def places_on(question: Question, path: LoadPath) -> Array:
-    """(K,) places of the corners on a path, see `LiftOff.way`."""
+    """(K,) places of the load corners on a path, in the unit of `LiftOff.way`."""
     if path.closed:
         return np.arange(len(question.r1), dtype=float)
     first, last = path.stops
@@ -78,8 +79,7 @@ def places_on(question: Question, path: LoadPath) -> Array:
 def meets_mean_load(question: Question, path: LoadPath) -> bool:
     """Whether the load goes through the mean load on a line, at every load factor.
 
-    Then the states of rest at a load factor contain the states of rest at every smaller load
-    factor.
+    If it does, the states of rest at a load factor contain those at every smaller load factor.
     """
     if path.closed or question.fixed:
         return False
@@ -99,9 +99,9 @@ def has_static_shear(question: Question, load_factor: float) -> bool:
 def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
     """Whether some node can open and close in a state of rest, other than by chance.
 
-    The bonded reactions of a node are equal at its closing and at its opening, if nothing else
-    opens or closes in between (theory, "Where events can gain"). So they must return along the same
-    path: on a line, or on two legs. This assumes that no other node is open.
+    If nothing else opens or closes in between, the bonded reactions of a node are the same at its
+    opening as at its closing (theory, "Where events can gain"). So these reactions must return on
+    the path on which they came: on a line, or on two legs. Here all other nodes count as closed.
     """
     if path is None:
         return False
@@ -117,7 +117,7 @@ def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
 
 
 def _retraced(a: Array, b: Array, c: Array, d: Array) -> Booleans:
-    """(N,) at which nodes the legs a to b and c to d run along each other for a while."""
+    """(N,) nodes of which the legs a to b and c to d have a common part longer than rounding."""
     along = b - a
     size = (along**2).sum(axis=0)
     unit = np.where(size > 0, size, 1.0)
@@ -141,7 +141,7 @@ def among(nodes: Nodes, count: int) -> Booleans:
 
 
 class Instant(NamedTuple):
-    """A corner (`event` is None) or an event of a leg, with the open nodes before and after it."""
+    """A corner (`event` is None) or an event on a leg, with the open nodes before and after it."""
 
     leg: int
     event: int | None
@@ -164,7 +164,7 @@ class Order(NamedTuple):
     """The nodes that are open at the first corner, and the nodes that switch at each event.
 
     A node switches if it opens or closes. Events are listed in the order in which the load meets
-    them, and `legs` has the leg of each; without legs, all events are on the first one.
+    them, and `legs` has the leg of each event. Without `legs`, all events are on the first leg.
     """
 
     start: Nodes
@@ -201,10 +201,11 @@ class Order(NamedTuple):
 class LiftOff(Question):
     """A question with nodes that open and close in each cycle.
 
-    `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant: k at the
-    k-th stop of the load path, and linear between. `sets` has a question for each instant, with the
-    nodes open that are open before and after it. `shifts` (M, N) or (M, N, 2) are, at each instant,
-    the slip of the episode minus the slip of the first episode.
+    `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant on the
+    load path: k at its k-th stop, and linear between two stops. `sets` has a question for each
+    instant: its open nodes are those that are open both before and after the instant. `shifts`
+    (M, N) or (M, N, 2) are, at each instant, the slip of the current episode minus the slip of the
+    first episode.
     """
 
     order: Order
@@ -231,7 +232,7 @@ class LiftOff(Question):
     def path(self) -> LoadPath:
         """The path of the load."""
         path = path_of(self.cycle)
-        assert path is not None  # a static load has no events
+        assert path is not None  # a static load has no events, so there is no such question of it
         return path
 
     @cached_property
@@ -255,9 +256,9 @@ class LiftOff(Question):
 
     @cached_property
     def episodes(self) -> Integers:
-        """(M, N) number of the closed episode of each node at each instant, -1 while it is open.
+        """(M, N) number of the episode of each node at each instant, -1 while the node is open.
 
-        A node has its first episode, 0, until it opens; the next ones follow its closings. On a
+        Until a node first opens, it is in its episode 0; each closing begins the next episode. On a
         closed path, the episode at the end of the cycle is the episode at its beginning.
         """
         before, after = self.opened
@@ -278,7 +279,7 @@ class LiftOff(Question):
         return np.array(motions), np.array(reactions)
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Motions and reactions at the corners. Between two instants all is linear."""
+        """Motions and reactions at the corners. They change linearly between two instants."""
         places = places_on(self, self.path)
         later = np.searchsorted(self.way, places).clip(1, len(self.way) - 1)
         length = self.way[later] - self.way[later - 1]
@@ -296,7 +297,7 @@ class LiftOff(Question):
         return self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape)
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the corners. The motion at an event is divided according to its place."""
+        """Motions at the corners. That of an event is shared out to both ends of its leg."""
         return np.tensordot(self.weights.T, moves, 1)
 
     @property
@@ -333,15 +334,15 @@ class LiftOff(Question):
     def both_vary(self) -> bool:
         """Whether fixed and scaled loads both vary on a leg that has an event.
 
-        Then the place of the event times the load factor is no linear unknown.
+        In that case the place of the event times the load factor is not a linear unknown.
         """
         return any(all(varying(self, leg)) for leg in self.order.on_legs)
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """Distance of a slip from being safe, see `Question.violation`.
 
-        It includes forces on a node at the event at which it opens or closes, and events in a wrong
-        order.
+        The distance includes forces on a node at the event at which it opens or closes, and events
+        that are in the wrong order.
         """
         _, r = self.instants(load_factor, slip)
         before, after = self.opened
@@ -353,7 +354,7 @@ class LiftOff(Question):
 def shares_of_corners(
     legs: Sequence[tuple[int, int]], leg: Integers, part: Array, count: int
 ) -> Array:
-    """(M, count) shares of the corners in the load at a part of a leg, for M instants."""
+    """(M, count) shares of the corners in the load of M instants, each at a part of its leg."""
     shares = np.zeros((len(leg), count))
     instants = np.arange(len(leg))
     first, last = np.array(legs)[leg].T
@@ -363,7 +364,7 @@ def shares_of_corners(
 
 
 def names_of_instants(cycle: LoadCycle, weights: Array) -> tuple[str, ...]:
-    """Names of the loads at instants, of which `weights` (M, K) has the shares of the corners."""
+    """Names of the loads at instants, whose shares of the corners are `weights` (M, K)."""
     fixed = None if cycle.fixed is None else _blends(cycle.fixed, weights)
     return LoadCycle(cycle.mean, _blends(cycle.corners, weights), fixed).corner_names
 
@@ -405,10 +406,10 @@ def fields_of(question: Question) -> dict[str, Any]:
 
 
 def with_order(question: Question, order: Order) -> LiftOff | None:
-    """The question with an order of events, at preliminary places.
+    """The question with an order of events, at preliminary places of the events.
 
-    None if the closed nodes do not hold the open ones, or if the order does not return to its
-    beginning.
+    None if there is no such question: the closed nodes do not hold the open ones, or the open nodes
+    at the end of the cycle are not those at its beginning.
     """
     path = path_of(question.cycle)
     if path is None or (path.closed and order.between[-1] != order.start):
@@ -434,7 +435,7 @@ def with_order(question: Question, order: Order) -> LiftOff | None:
 
 
 def way_of(order: Order, instants: Sequence[Instant], shares: Sequence[float]) -> Array:
-    """(M,) `way` at each instant, from the place of each event on its leg."""
+    """(M,) place `way` of each instant, from the place of each event on its leg."""
     way = []
     for instant in instants:
         share = 0.0 if instant.event is None else shares[instant.event]

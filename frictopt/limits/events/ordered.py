@@ -1,9 +1,9 @@
-"""The program of an order of events as arrays: its load factors, at unknown places of the events.
+"""The program of an order of events as arrays: load factor and places of the events are unknown.
 
-The load of an event lies at an unknown place of its leg. If only the scaled loads vary on a leg,
-the unknown is the place times the load factor; if only fixed ones vary, it is the place. If both
-vary, the load of the event has the product of load factor and place. The program is then linear
-about a load factor and places, see `About`.
+Each event lies at an unknown place of its leg. If only the scaled loads vary on this leg, the
+unknown of the program is the place times the load factor; if only fixed loads vary, it is the
+place. If both vary, the load of the event contains the product of load factor and place. The
+program is then linearised about given values of both, see `About`.
 
 `printed/listing.py` lists the program.
 """
@@ -25,7 +25,7 @@ from .lift_off import LiftOff, varying, way_of
 
 @dataclass(frozen=True)
 class About:
-    """A load factor and the places of all events, about which products of them are linear."""
+    """The load factor and the places of all events about which their products are linearised."""
 
     load_factor: float
     places: Sequence[float]
@@ -33,7 +33,7 @@ class About:
 
 @dataclass(frozen=True, eq=False)
 class LaterSlips:
-    """The slips of nodes that close again: each later episode of a node has a slip of its own.
+    """The slips of nodes that close again: each later episode of a node has its own slip.
 
     All instants share the slips of the first episodes.
     """
@@ -43,13 +43,13 @@ class LaterSlips:
 
     @classmethod
     def of(cls, question: LiftOff) -> LaterSlips:
-        """The later slips of an order."""
+        """The later slips of the nodes in an order."""
         numbers = question.episodes
         keys = [(int(node), int(row[node])) for row in numbers for node in np.flatnonzero(row > 0)]
         return cls(list(dict.fromkeys(keys)), numbers)
 
     def placed(self, m: int) -> Array:
-        """(N, L) the later slips of the nodes at an instant."""
+        """(N, L) the node, at an instant, that has each of the later slips: 1, else 0."""
         row = self.numbers[m]
         placed = np.zeros((len(row), len(self.later)))
         for place, (node, number) in enumerate(self.later):
@@ -64,7 +64,7 @@ class Forces:
     Attributes
     ----------
     start
-        (m, M) those without slip at zero unknowns.
+        (m, M) forces without slip, with all unknowns zero.
     effects
         Name of an unknown -> forces due to its units at each instant, (m, M) or (m, M, k).
     responses, response_of
@@ -80,7 +80,7 @@ class Forces:
 def forces_of_order(
     question: LiftOff, slips: LaterSlips, load_factor: float | None, about: About | None
 ) -> Forces:
-    """The forces at all instants; their events move along their legs, see `About`."""
+    """The forces at all instants, where events move along their legs, see `About`."""
     axes = question.system.tangents
     count, entries = len(question.sets), len(question.system.S)
     start = np.zeros((count, entries))
@@ -146,7 +146,7 @@ def ordered_program(
     load_factor: float | None = None,
     about: About | None = None,
 ) -> RestProgram:
-    """The program of an order; with a given `load_factor`, for the largest `margin` of its slip."""
+    """The program of an order. With a given `load_factor`, its goal is the `margin` of the slip."""
     system = question.system
     axes = system.tangents
     slips = LaterSlips.of(question)
@@ -195,7 +195,7 @@ def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
 
 
 def _touch_without_force(program: RestProgram, question: LiftOff) -> None:
-    """Nodes that open or close at an event have no force there."""
+    """Add that nodes that open or close at an event have no force there."""
     before, after = question.opened
     at, nodes = np.nonzero(before ^ after)
     for axis in range(question.system.tangents + 1):
@@ -204,12 +204,12 @@ def _touch_without_force(program: RestProgram, question: LiftOff) -> None:
 
 
 def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
-    """Events follow each other on the way along each leg, from 0 to its end."""
+    """Add that the events of each leg follow each other, between 0 and the end of the leg."""
     on_legs = question.order.on_legs
     number = 0
     for leg in dict.fromkeys(on_legs):
         events = [f"way{event}" for event, of in enumerate(on_legs) if of == leg]
-        # The end is the load factor if it scales the varying loads of the leg, otherwise 1.
+        # The end is the load factor where it scales the loads that vary on the leg, otherwise 1.
         end: dict[str, float] = {}
         last = 1.0
         if is_scaled(question, leg):
@@ -229,7 +229,7 @@ def read_order(
 ) -> tuple[LiftOff, Array, Mechanism]:
     """The order with its events placed, the slip of the first episodes, and the mechanism.
 
-    `load_factor`: the given one, or that of the solution.
+    `load_factor`: the given one; None if the solution contains it.
     """
     system = question.system
     places = _places(question, solution)
@@ -273,7 +273,7 @@ def solved_order(question: LiftOff, solution: Solution, goal: str, **values: Any
 def placed_order(question: LiftOff, places: Sequence[float], load_factor: float) -> LiftOff:
     """The order with its events at these places.
 
-    On a leg on which the load factor scales the loads, a place is given times the load factor.
+    If the load factor scales the loads that vary on a leg, a place there is times the load factor.
     """
     order = question.order
     shares = []

@@ -1,12 +1,12 @@
-"""Programs of the least load factor at which a node is critical, and their results, the claims.
+"""Programs for the least load factor at which a node is critical, and their results as claims.
 
-Lower bounds of these load factors need no program. One slip mechanism for each node j gives a
+Lower bounds of these load factors need no program. For each node j, one slip mechanism d gives a
 bound. Its multipliers obey `A d + B^T (f a) = 0`, with `a = abs(d)` at all other nodes and a_j =
--1. Then no residual slip changes the sum of `d q + f a p`. Let h(d) be the largest `-(d q1 + f
-abs(d) p1)` over the corners::
+-1. Therefore no residual slip changes the sum of `d q + f a p` over the nodes. Let h(d) be the
+largest `-(d q1 + f abs(d) p1)` over the corners. Then, with c and rho of `critical_state.py`::
 
     resistance = sum of d q0 + f a p0   >=   load_factor drive
-    drive = d_j c - f rho + sum of h(d) over the others
+    drive = d_j c - f rho + sum of h(d) over the other nodes
 
 A fixed-point iteration looks for such multipliers. If it does not converge (large friction), the
 bound of node j is 0.
@@ -28,7 +28,7 @@ from ..program.rest_program import RestProgram, elastic
 from ..program.solution import Solution, Solved, contradiction, solve
 from .critical_state import CriticalState, critical_states, needed
 
-# Labels: the source of the load factor of a node.
+# Labels for the origin of the load factor of a node.
 SOLVED = "solved"
 NEVER = "never critical"
 COINCIDE_ALONE = "only at the least safe load factor"
@@ -37,7 +37,7 @@ ONE_CORNER = "one corner alone governs"
 NOT_NEEDED = "not needed"
 OPEN = "open"
 
-# The reason that some nodes needed no program, after their number.
+# Why some nodes needed no program: the text that follows their number.
 _LEFT_OUT = {
     NOT_NEEDED: (
         "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
@@ -51,9 +51,9 @@ _LEFT_OUT = {
 def critical(question: Question, state: CriticalState) -> RestProgram:
     """The program of the load factors at which a safe slip makes a node critical.
 
-    Its goal is the least or the largest one. The slip adds the reactions `at_zero + load_factor
-    rate` of the state at the node. If the fixed parts of the corners do not differ, the rows of the
-    node then hold, and are left out.
+    Its goal is the least or the largest such load factor. At the node, the slip adds the reactions
+    `at_zero + load_factor rate` of the state. If the fixed parts of the corners do not differ, the
+    rows of the contact law of the node then hold, and are left out.
     """
     node = state.node
     program = stuck(at_corners(question, residual=True), but=-1 if question.fixed else node)
@@ -75,18 +75,18 @@ def critical(question: Question, state: CriticalState) -> RestProgram:
 class NodeClaim:
     """The least load factor at which a node is critical under a safe slip, and that slip.
 
-    Without such a slip the load factor is inf or a lower bound, and the slip is NaN.
+    If there is no such slip, the load factor is inf or a lower bound, and the slip is NaN.
     """
 
     state: CriticalState
     load_factor: float
     slip: Array
     residual: float
-    # The solved program; None without a slip.
+    # The solved program; None if there is no such slip.
     solved: Solved | None = None
     solver: str = ""
     how: str = SOLVED
-    # If the load factor is the least safe one: a larger load factor and its slip. At load factors
+    # A larger load factor and its slip, if the load factor is the least safe one. At load factors
     # between the two, a weighted mean of both slips makes the node critical.
     above: tuple[float, Array] | None = None
 
@@ -100,10 +100,10 @@ def _without_slip(
 
 
 def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> NodeClaim:
-    """The claim of a solution.
+    """The claim of a node from a solution.
 
-    If its slip fails the checks, but the multipliers prove that the node is not critical up to
-    `least_so_far`, the claim is this proof.
+    If the slip fails the checks, but the multipliers prove that the node is not critical up to
+    `least_so_far`, this proof is the claim.
     """
     question = solution.program.question
     slip = solution.slip_of_nodes
@@ -120,8 +120,8 @@ def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> N
 class CriticalNodes:
     """Load factors of all nodes, and the critical node with the least load factor so far.
 
-    `ends` are the least and the largest safe load factor. `user`: the `UserRows`. `records` has the
-    records of all solved programs, in order.
+    `ends` are the least and the largest safe load factor. `user` are the `UserRows`. `records` has
+    the records of all solved programs, in order.
     """
 
     def __init__(self, question: Question, ends: tuple[float, float], user: Any = None) -> None:
@@ -141,7 +141,7 @@ class CriticalNodes:
         self.how[self.may_be_critical] = LEFT_OUT
 
     def need_no_program(self) -> None:
-        """Mark all nodes as not needed: the guaranteed limit is the shakedown limit."""
+        """Label all nodes as not needed: the guaranteed limit is the shakedown limit."""
         self.load_factor[self.may_be_critical] = self.least
         self.how[self.may_be_critical] = NOT_NEEDED
 
@@ -157,35 +157,35 @@ class CriticalNodes:
     def solve(self, node: int) -> None:
         """Find the least load factor at which a node is critical, and keep it if it is the least.
 
-        With `simplify` the proof may be that it is above the least one so far.
+        With `simplify` it may be enough to prove that it is above the least load factor so far.
         """
         for state in self.states[node]:
             claim = self._claim(state, self.least if self._question.simplify else np.inf)
             if claim.load_factor < self.load_factor[node] or state is self.states[node][0]:
                 self.load_factor[node] = claim.load_factor
                 self.how[node] = claim.how
-            # A node that is critical at the shakedown limit itself, up to rounding, is named, too.
+            # A node that is critical only at the shakedown limit, up to rounding, is named, too.
             ties = self.best is None and claim.load_factor < self.least * (1 + RESIDUAL)
             if claim.load_factor < self.least or ties:
                 self.best = claim
                 self.least = min(self.least, claim.load_factor)
 
     def _claim(self, state: CriticalState, least_so_far: float) -> NodeClaim:
-        """The claim of a node: a slip that makes it critical, or that no such slip matters.
+        """The claim of a node: a slip that makes it critical, or that there is no slip of interest.
 
-        In the second case it is proven that the node is critical only above `least_so_far`, or
-        never, or only at the least safe load factor.
+        There is none if it is proven that the node is critical only above `least_so_far`, or never,
+        or only at the least safe load factor.
         """
         least, largest = self._ends
         unit = self._question.load_unit
-        # The step is small compared with the interval of safe load factors, and above the errors of
-        # an answer.
+        # The step is small compared with the interval of safe load factors, and larger than the
+        # errors of a solution.
         step = 1e3 * RESIDUAL * min(unit, largest - least)
         indistinct = least + step
         claim = self._solved(state, least_so_far)
         if claim.load_factor > (indistinct if least > 0 else 0.0):
             return claim
-        # The load factor equals the least safe one up to errors. It counts if the node can also be
+        # Up to errors, the load factor is the least safe one. It counts if the node can also be
         # critical above it: the program is convex, so critical load factors form an interval.
         highest = self._solved(state, np.inf, most=unit + least)
         if highest.load_factor > max(indistinct, claim.load_factor + step):
@@ -227,15 +227,16 @@ class CriticalNodes:
 
 # Largest number of iterations.
 _ITERATIONS = 300
-# A mechanism has converged if its relative change is at most this.
+# A mechanism has converged if an iteration changes it by at most this share.
 _SETTLED = RESIDUAL
-# Relative excess of the slips of a mechanism, so that it is admissible before it converges.
+# Share by which the slips of a mechanism are enlarged, so that it is admissible before it
+# converges.
 _SPARE = 1e3 * RESIDUAL
-# A mechanism of this size diverges.
+# A mechanism that grows to this size diverges.
 _LARGE = 1e6
-# Number of weighted means over rigid slides in one iteration; more hardly raise the bounds.
+# Number of weighted means of rigid slides in one iteration; more means hardly raise the bounds.
 _MEANS = 3
-# In the weights, slips below this share of the largest are raised to it: the means converge.
+# In the weights, smaller slips are raised to this share of the largest slip, so the means converge.
 _NEAR = 1e-2
 # Relative rounding error of a bound, due to the errors of the data.
 _ROUNDING = CONDENSATION
@@ -248,13 +249,13 @@ def load_factor_bounds(question: Question) -> Array:
     """
     nodes = len(question.friction)
     if question.fixed:
-        # Which corner governs depends on the load factor.
+        # The corner that governs depends on the load factor.
         return np.zeros(nodes)
     unit = question.node_unit[:, None]
     net_slips = _net_slips(question)
     total_slip, admissible = _settled_mechanisms(net_slips, unit)
 
-    d = net_slips(total_slip) / unit  # (t, N, N) slips, by node and mechanism
+    d = net_slips(total_slip) / unit  # (t, N, N) slips: of a node, in a mechanism
     a = total_slip / unit  # (N, N)
     fa = question.friction[:, None] * total_slip / unit
     shear, bound = needed(question.friction, question.q1, question.p1)
@@ -274,7 +275,7 @@ def load_factor_bounds(question: Question) -> Array:
 
 
 def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tuple[Array, Booleans]:
-    """Total slips a (N, N) of the mechanisms, in columns, and which of them are admissible."""
+    """Total slips a (N, N), a column for each mechanism; which mechanisms are admissible."""
     total_slip = -np.eye(len(unit))
     for _ in range(_ITERATIONS):
         net = np.linalg.norm(net_slips(total_slip), axis=0)
@@ -292,21 +293,21 @@ def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tup
 
 
 def _work(d: Array, q: Array) -> Array:
-    """Work (N, N) of shear forces (N,) or (N, 2) on slips (t, N, N): by node and mechanism."""
+    """Work (N, N) of shear forces (N,) or (N, 2) on slips (t, N, N), by node and mechanism."""
     return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
 
 
 def _net_slips(question: Question) -> Callable[[Array], Array]:
     """A function that returns the net slips (t, N, N) in balance with given total slips (N, N).
 
-    Elasticity does not determine rigid slides. They follow from friction: as means of the slips
-    over the nodes, with weights from the previous slips.
+    Elasticity does not determine rigid slides. Friction does: they are means of the slips over the
+    nodes, with weights from the previous slips.
     """
     n = question.system.nodes
     t = question.system.tangents
     closed = elastic(question)
     unit = np.tile(question.node_unit, t)[:, None]
-    # Slips that follow the total slips, and rigid slides.
+    # The slips that elasticity determines from the total slips, and the rigid slides.
     follow = np.zeros((t * n, n))
     follow[closed.slips] = -(closed.normal * ~question.open_nodes[:, None]).T
     follow *= unit * question.friction / question.node_unit

@@ -1,10 +1,10 @@
 """The critical states of nodes: the cyclic load takes a node to its friction bound from all sides.
 
-A critical node is on its friction bound at two opposite corners, or at three that enclose its mean
-traction. In the theory, eq. (10) gives the shear c and the pressure rho that the node needs: the
-smallest disc that holds the discs with centres `-q1_k` and radii `-f p1_k` has the centre c and the
-radius `f rho`. If the fixed parts of the corners differ, each pair of corners that govern at some
-load factor has its own critical state, affine in the load factor.
+A critical node is on its friction bound at two opposite corners, or at three corners that enclose
+its mean traction. Eq. (10) of the theory gives the shear c and the pressure rho that the node
+needs: the smallest disc that contains the discs with centres `-q1_k` and radii `-f p1_k` has the
+centre c and the radius `f rho`. If the fixed parts of the corners differ, each pair of corners that
+governs at some load factor has its own critical state, affine in the load factor.
 """
 
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ from ..program.question import Question, ruling
 @kept
 @dataclass(frozen=True, eq=False)
 class CriticalState:
-    """The reactions that a slip adds at a node where it is critical, affine in the load factor.
+    """The reactions that a slip adds at a node to make it critical, affine in the load factor.
 
     `[A v, B v] = at_zero + load_factor rate`, each (t + 1,), force. At `corners` the node is on its
-    bound; in the plane first of forward, then of backward slip.
+    bound; in the plane, the first corner is that of forward slip, the second that of backward slip.
     """
 
     node: int
@@ -32,7 +32,7 @@ class CriticalState:
     rate: Array
 
     def distance(self, question: Question, load_factor: float, slip: Array) -> float:
-        """Distance of the node from this state under a slip, over the force unit."""
+        """Distance between what a slip adds at the node and this state, over the force unit."""
         q, p = question.reactions_of_slip(slip)
         added = np.r_[q[self.node], p[self.node]]
         return float(np.abs(added - self.at_zero - load_factor * self.rate).max()) / question.force
@@ -51,10 +51,10 @@ def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
 def critical_states(question: Question) -> list[list[CriticalState]]:
     """The critical states of each node.
 
-    A node has no critical state if it has no friction or only lifts off. In the plane it has one
-    for each pair of corners that govern at some load factor, and only one pair governs if the
-    corners do not differ at load factor 0. In space, no critical state is computed if they differ:
-    only uncoupled contacts, which need no critical state, get here.
+    A node has no critical state if it has no friction or can only lift off. In the plane it has one
+    for each pair of corners that governs at some load factor. If all corners are the same at load
+    factor 0, that is a single pair. In space no critical state is computed if they differ: such
+    contacts only come here if they are uncoupled, and then need no critical state.
     """
     if question.q1.ndim == 2:
         return _states_of_pairs(question)
@@ -66,7 +66,7 @@ def critical_states(question: Question) -> list[list[CriticalState]]:
     p1 = question.p1
     shear, bound = needed(f, q1, p1)
     size = (lengths(q1, p1) + f * np.abs(p1)).max(axis=0)
-    # Corners whose distances from the bound differ by rounding govern together.
+    # Corners that are equally far from the bound, up to rounding, govern together.
     governs = lengths(q1 + shear, p1) - f * p1 >= bound - ROUNDING * size  # (K, N)
     cyclic = (bound > (-f * p1).max(axis=0) + ROUNDING * size) & (f > 0)
     for i in np.flatnonzero(cyclic).tolist():
@@ -103,7 +103,7 @@ def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
 
 
 def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
-    """(2,) shear and pressure that put a node on its forward bound at one corner, then backward.
+    """(2,) shear and pressure that put a node on its forward, then on its backward bound.
 
     They are added to the reactions `q` (2,) and `p` (2,) of the two corners.
     """
@@ -113,11 +113,11 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
 
 
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
-    """Smallest discs around n times K discs: centres (n, 2) and radii (n,).
+    """Smallest discs that contain n times K discs: centres (n, 2) and radii (n,).
 
-    `centres` (n, K, 2) and `radii` (n, K) describe the discs inside; radii may be negative. The
-    smallest disc around some of them is found, which the disc that sticks out most joins, until
-    none sticks out.
+    `centres` (n, K, 2) and `radii` (n, K) are those of the K discs; radii may be negative. The
+    smallest disc around a few of them is computed. The disc that sticks out most is added to these
+    few, until none sticks out.
     """
     cases = np.arange(len(radii))[:, None]
     spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))
@@ -139,7 +139,7 @@ def _smallest(centres: Array, radii: Array, rounding: Array) -> tuple[Array, Arr
         for subset in map(list, combinations(range(radii.shape[1]), size)):
             for candidate in _touching(centres[:, subset], radii[:, subset]):
                 around = _reach(centres, radii, candidate).max(axis=1)
-                is_smaller = around < radius - rounding  # False for nan: no such disc
+                is_smaller = around < radius - rounding  # False for NaN: there is no such disc
                 centre = np.where(is_smaller[:, None], candidate, centre)
                 radius = np.where(is_smaller, around, radius)
     return centre, radius
@@ -153,7 +153,7 @@ def _reach(centres: Array, radii: Array, centre: Array) -> Array:
 def _touching(centres: Array, radii: Array) -> list[Array]:
     """Centres (n, 2) of the discs that one, two or three given discs touch from inside.
 
-    `centres` (n, m, 2), `radii` (n, m). NaN if there is none.
+    `centres` (n, m, 2), `radii` (n, m). A centre is NaN if there is no such disc.
     """
     first = centres[:, 0]
     offsets = centres[:, 1:] - centres[:, :1]

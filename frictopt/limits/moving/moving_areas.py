@@ -1,21 +1,21 @@
 """Uncoupled contacts whose areas open and close: the question of all states of rest.
 
-If slip changes no pressure (B = 0) and the load factor scales shear alone, the normal path is known
-before the limit, and with it which nodes open and close, and when. In a state of rest the slip of
-all nodes at all instants follows from the load factor and the slip of the nodes that never open
-(theory, "Contact areas that move"). `moving_areas` makes the question, `rest_intervals.py` has its
-limit.
+If slip changes no pressure (B = 0) and the load factor scales only shear, the normal path is known
+before the limit is. The path shows which nodes open and close, and when. In a state of rest the
+slip of all nodes at all instants follows from the load factor and from the slip of the nodes that
+never open (theory, "Contact areas that move"). `moving_areas` makes the question;
+`rest_intervals.py` computes its limit.
 
-The *rim* are the nodes of an uncoupled contact that are open at some time. Without pressure a node
-carries no shear force, and its slip follows the other nodes. While it presses, in a state of rest,
-it keeps its slip. So with the slip of all other nodes at zero, the slip y of the rim obeys linear
-equations::
+The *rim* consists of the nodes of an uncoupled contact that are open at some time. While a rim node
+has no pressure, it carries no shear force, and its slip follows the other nodes. While it presses,
+it keeps its slip in a state of rest. So if the slip of all other nodes is zero, the slip y of the
+rim obeys linear equations::
 
     z = q + A y,   z = 0 at nodes without pressure,   y constant from closing to opening
 
-They have at most one solution. Friction, mean pressure and the other nodes do not occur in them. If
-there is no solution, some node slips in every cycle: its shear load when it closes is not the shear
-load when it opens.
+They have at most one solution. Friction, mean pressure and the other nodes do not occur in these
+equations. If they have no solution, some node slips in every cycle: its shear load when it closes
+is not its shear load when it opens.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ from .normal_path import (
 
 @dataclass(frozen=True, eq=False)
 class Rim:
-    """Slips and shear forces of R rim nodes with t tangents at M instants, all others held.
+    """Slips and shear forces of R rim nodes with t tangents at M instants, if no other node slips.
 
     Index 0 is the part at load factor 0, index 1 the rate with the load factor. `residual` are the
     shear forces at nodes that open or close; they are zero in a state of rest.
@@ -97,12 +97,12 @@ def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
 
 
 class _Equations:
-    """The equations of the rim, for the slips of the closed episodes alone."""
+    """The equations of the rim. The unknowns are the slips of its closed episodes."""
 
     def __init__(self, A: Array, loads: Array, statuses: Statuses, nodes: Integers) -> None:
         tangents = loads.shape[2]
         numbers, count = statuses.episodes(nodes)
-        # Columns of the slips: the episodes of each tangent follow each other.
+        # Columns of the slips: first the episodes of one tangent, then those of the next.
         columns = [np.where(numbers < 0, -1, axis * count + numbers) for axis in range(tangents)]
         self._count = tangents * count
         self._column = np.concatenate(columns, axis=1)
@@ -111,7 +111,7 @@ class _Equations:
         self._loads = loads.reshape(*loads.shape[:2], -1)
 
     def solved(self) -> Array:
-        """(episodes, 2) slips of the episodes, at load factor 0 and per load factor."""
+        """(episodes, 2) slips of the episodes: at load factor 0, and their rate with it."""
         rows = [np.zeros((0, self._count))]
         right = [np.zeros((0, 2))]
         for m, touching in enumerate(self._touching):
@@ -154,15 +154,15 @@ class _Equations:
 class MovingAreas(Question):
     """A question whose normal loads alone open and close nodes in each cycle.
 
-    `open_nodes` never press. The M instants are the instants of the normal path. All other arrays
-    belong to the closed contact.
+    `open_nodes` never press. The M instants are those of the normal path. All other arrays are
+    those of the closed contact.
     """
 
     path: PathPiece
     rim: Rim
-    alone: bool  # whether the path is the same at all load factors, or valid at `near` alone
+    alone: bool  # whether the path is the same at all load factors, or holds only at `near`
     near: float  # the load factor at which the path was made
-    told_at: float  # the load factor at which places of events are given
+    told_at: float  # the load factor for which the places of events are given
 
     KEPT_FIELDS: ClassVar[tuple[str, ...]] = (*Question.KEPT_FIELDS, "near", "told_at", "alone")
 
@@ -199,7 +199,7 @@ class MovingAreas(Question):
 
     @cached_property
     def rim_compliance(self) -> Array:
-        """Compliance of the rim. Free slides of a body whose nodes are all rim are left out."""
+        """Compliance of the rim, without free slides of a body whose nodes are all rim nodes."""
         _, rim = self.entries
         return unresisted(self.A[np.ix_(rim, rim)], self.system.own_stiffness[rim])[1]
 
@@ -213,7 +213,7 @@ class MovingAreas(Question):
 
     @cached_property
     def unsolved(self) -> Array:
-        """(2, M, t, R) shear forces that the equations of the rim leave, without rounding.
+        """(2, M, t, R) shear forces that the equations of the rim leave over; rounding is zero.
 
         Index 0 is the part at load factor 0, index 1 the rate with the load factor.
         """
@@ -223,15 +223,15 @@ class MovingAreas(Question):
         return np.where(real, self.rim.residual, 0.0)
 
     def slipping(self, part: int) -> int | None:
-        """The rim node that slips in each cycle; None if the equations have a solution.
+        """A rim node that slips in each cycle with any friction; None if all equations are solved.
 
-        Part 1: at load factors above 0, for any friction; part 0: at load factor 0.
+        Part 1: such a node at load factors above 0. Part 0: at load factor 0.
         """
         off = np.abs(self.unsolved[part]).max(axis=(0, 1), initial=0.0)
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
 
     def slipping_at(self, load_factor: float) -> int | None:
-        """The rim node that slips in each cycle at a load factor, with any friction; or None."""
+        """A rim node that slips in each cycle at a load factor, with any friction; or None."""
         constant, rate = self.unsolved
         off = np.abs(constant + load_factor * rate)
         size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)
@@ -240,7 +240,7 @@ class MovingAreas(Question):
         return int(self.rim.nodes[off.max(axis=(0, 1)).argmax()])
 
     def _states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Motions and reactions (M, t + 1, N) at the instants, with all rounding."""
+        """Motions and reactions (M, t + 1, N) at the instants, with their rounding."""
         inner, rim = self.entries
         stuck = slip.T.ravel()[inner]
         follow = -self.rim_compliance @ (self.A[np.ix_(rim, inner)] @ stuck)
@@ -264,7 +264,7 @@ class MovingAreas(Question):
         return u[at_corner], r[at_corner]
 
     def completed(self, load_factor: float, slip: Array) -> Array:
-        """A slip of the nodes that never open, with the slip of the rim at the last corner."""
+        """A slip of the nodes that never open, together with that of the rim at the last corner."""
         u, _ = self.states(load_factor, slip)
         return u[-1, :-1].T.reshape(slip.shape)
 
@@ -285,7 +285,7 @@ class MovingAreas(Question):
 
     @property
     def way(self) -> Array:
-        """(M,) places of the instants in legs: 2.5 is half way from corner 2 to the next."""
+        """(M,) places of the instants on the cycle: 2.5 is half way from corner 2 to the next."""
         return self.path.leg + self.path.part(self.told_at)
 
     @cached_property
@@ -333,15 +333,15 @@ class MovingAreas(Question):
 def uncoupled(question: Question) -> bool:
     """Whether slip changes no pressure of the whole contact: B is zero up to rounding.
 
-    Each entry of B is compared with the entries of A of the two nodes that it couples.
+    Each entry of B is compared with the entries of A that belong to its two nodes.
     """
     system = question.system
     if isinstance(system, ContactProducts):
-        # Products are too few to show it.
+        # A system that gives only products does not show the entries of B.
         return False
     stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
     of_slips = np.tile(stiffness, system.tangents)
-    # Row by row, because the first row of a large coupled contact already decides.
+    # Row by row, because in a large coupled contact the first row already decides.
     for factor, stiff, row in zip(
         np.maximum(question.friction, 1.0), stiffness, system.B, strict=True
     ):
@@ -351,10 +351,10 @@ def uncoupled(question: Question) -> bool:
 
 
 def holds_for_all_openings(question: Question) -> bool:
-    """Whether slip changes no pressure, under Coulomb's law alone and without a slip bound.
+    """Whether slip changes no pressure, Coulomb's law alone holds, and no slip bound is given.
 
-    Then loads alone decide which nodes press. All nodes must have friction: in an ordinary question
-    a node without friction would have to keep its slip, which a state of rest does not need.
+    If so, only the loads decide which nodes press. All nodes must have friction: in an ordinary
+    question a node without friction would have to keep its slip. In a state of rest it need not.
     """
     if question.slip_bound is not None or not question.friction.all():
         return False
@@ -362,7 +362,7 @@ def holds_for_all_openings(question: Question) -> bool:
 
 
 def scales_shear_alone(question: Question) -> bool:
-    """Whether neither the load factor nor slip changes a pressure, see `holds_for_all_openings`."""
+    """Whether neither the load factor nor slip changes a pressure (`holds_for_all_openings`)."""
     normal = np.abs(question.bonded[1][:, -question.system.nodes :]).max()
     if normal > ROUNDING * np.abs(question.bonded[1]).max():
         return False
@@ -370,9 +370,9 @@ def scales_shear_alone(question: Question) -> bool:
 
 
 def has_all_states(question: Question) -> bool:
-    """Whether all states of rest have the pressures of this question.
+    """Whether the pressures of this question are those of all states of rest.
 
-    This is true if the load factor scales only shear, and each closed node always has pressure.
+    They are if the load factor scales only shear, and each closed node always has pressure.
     """
     if question.events or question.moves:
         return isinstance(question, MovingAreas) and question.alone
@@ -386,8 +386,8 @@ def has_all_states(question: Question) -> bool:
 def moving_areas(question: Question) -> MovingAreas | None:
     """The question of all states of rest, if normal loads alone open and close nodes.
 
-    None if the ordinary questions are used instead: the contact is coupled or otherwise not covered
-    by `scales_shear_alone`, no node opens or closes, or nothing holds the open nodes.
+    None if this question does not apply and the ordinary questions are used instead: the contact is
+    not covered by `scales_shear_alone`, no node opens or closes, or nothing holds the open nodes.
     """
     if question.r0[:, -1].min() > 0 or not scales_shear_alone(question):
         return None
@@ -401,7 +401,7 @@ def moving_areas(question: Question) -> MovingAreas | None:
 def areas_at(question: Question, load_factor: float) -> MovingAreas:
     """The areas at one load factor. NoPath if nothing holds the open nodes.
 
-    If the load factor scales shear alone, they are those at every load factor.
+    If the load factor scales only shear, they hold at every load factor.
     """
     corners = (question.r0 + load_factor * question.r1)[:, -1]
     path = piece_of_path(normal_path(question.system.C, corners))
@@ -409,9 +409,10 @@ def areas_at(question: Question, load_factor: float) -> MovingAreas:
 
 
 def areas_near(question: Question, load_factor: float) -> MovingAreas:
-    """The areas as functions of the load factor, in the piece around one above 0.
+    """The areas as functions of the load factor, in the piece around a load factor above 0.
 
-    The loads at load factor 0 are the same at all corners. NoPath if nothing holds the open nodes.
+    The loads at load factor 0 must be the same at all corners. NoPath if nothing holds the open
+    nodes.
     """
     at_zero, scaled = question.r0[0, -1], question.r1[:, -1]
     path = piece_at(question.system.C, at_zero, scaled, load_factor)

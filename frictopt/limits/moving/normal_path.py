@@ -1,17 +1,17 @@
 """Pressures and gaps of an uncoupled contact along its load cycle, from the normal problem alone.
 
 If slip changes no pressure (B = 0), pressures p and gaps w solve ``p = b + C w``, ``p >= 0``, ``w
->= 0``, ``p w = 0`` with the normal reactions b of the load, all gaps pressed shut. They are
-piecewise linear along the cycle. The path goes from one *instant* to the next: a corner, or a place
-at which a pressure or a gap comes to zero. Nodes that reach zero together are one event, as in
-symmetric contacts. There the rates of pressures and gaps solve a small problem of the same kind,
-which decides which of these nodes open.
+>= 0``, ``p w = 0``. Here b are the normal reactions of the load with all gaps pressed shut.
+Pressures and gaps are piecewise linear along the cycle. Their path goes from one *instant* to the
+next. An instant is a corner, or an *event*: the place at which a pressure or a gap comes to zero.
+Nodes that reach zero together, as in symmetric contacts, are one event. At an event, the rates of
+pressures and gaps solve a small problem of the same kind, which decides which of the nodes open.
 
-If the load factor scales normal loads, events change their places with it. A *piece* is an interval
-of load factors at which nodes open and close in one order. There pressures and gaps at the instants
-are affine in the load factor, and so is the place of each event times the load factor (theory,
-"Normal loads that are scaled, too"). The next piece begins where a pressure or a gap of an instant
-comes to zero, or where two instants meet.
+If the load factor scales normal loads, the places of events change with the load factor. A *piece*
+is an interval of load factors in which nodes open and close in the same order. In a piece,
+pressures and gaps at the instants are affine in the load factor, and so is the place of each event
+times the load factor (theory, "Normal loads that are scaled, too"). A piece ends where a pressure
+or a gap at an instant comes to zero, or where two instants meet.
 """
 
 from dataclasses import dataclass
@@ -24,14 +24,15 @@ from ...base import CONDENSATION, ROUNDING, SIMULTANEOUS, Array, Booleans, Integ
 # Numbers of the path.
 
 # Pressures up to this share of the largest reaction count as zero, and gaps up to this share of the
-# largest gap that the loads could make: the data are right to about this share.
+# largest gap that the loads could make: the data are accurate to about this share.
 _ZERO = CONDENSATION
-# An event that is nearer to the end of its leg than this share of the leg is at the corner.
+# An event nearer to the end of its leg than this share of the leg counts as an event at the corner.
 _AT_CORNER = SIMULTANEOUS
-# Largest number of events on a leg, and of pivots of a problem, each times the nodes.
+# Largest number of events on a leg, and of pivots of a normal problem, each divided by the number
+# of nodes.
 _STEPS = 20
-# Number of pivots with all wrong nodes that may bring no improvement, before pivots with single
-# nodes follow.
+# Number of pivots with all wrong nodes that may bring no improvement. Then pivots with single nodes
+# follow.
 _PATIENCE = 10
 
 
@@ -69,7 +70,7 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
         pressure, gap = problem.clean(*states(C, first, opened))
         for _ in range(_STEPS * len(first) + 1):
             instants.append((k, part, pressure, gap))
-            # On this piece of the leg both are linear.
+            # Up to the next event both are linear.
             opened, pressures, gaps = problem.following((pressure, gap), opened, first, change)
             part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
             if part >= 1 - _AT_CORNER:
@@ -93,14 +94,14 @@ def _to_next_event(*states: tuple[Array, Array]) -> float:
 
 
 class _NormalProblem:
-    """The normal problem of one stiffness, for reactions of one size."""
+    """The normal problem for one stiffness, with zeros that fit the size of given reactions."""
 
     def __init__(self, C: Array, corners: Array) -> None:
         self._C = C
         self.force, self.length = _rounding(C, corners)
 
     def clean(self, pressure: Array, gap: Array) -> tuple[Array, Array]:
-        """Pressures and gaps, their rounding set to zero."""
+        """Pressures and gaps, with those that are only rounding set to zero."""
         pressed = np.where(pressure > self.force, pressure, 0.0)
         return pressed, np.where(gap > self.length, gap, 0.0)
 
@@ -109,8 +110,8 @@ class _NormalProblem:
     ) -> tuple[Booleans, Array, Array]:
         """The open nodes from an instant on, and (2, N) pressures and gaps with these open nodes.
 
-        `now` are pressures and gaps at the instant, `opened` are the open nodes before it. The
-        reactions on the leg are `first`, plus a part of `change`.
+        `now` are pressures and gaps at the instant, `opened` are the open nodes before it. Along
+        the leg the reactions are `first` plus a growing share of `change`.
         """
         pressure, gap = now
         touching = (pressure == 0) & (gap == 0)
@@ -119,7 +120,7 @@ class _NormalProblem:
         return opened, *states(self._C, np.stack([first, change]), opened)
 
     def _open_by_rates(self, opened: Booleans, touching: Booleans, change: Array) -> Booleans:
-        """The open nodes if the reactions change, of given open nodes and touching ones.
+        """The open nodes after an event, if the reactions change: `opened` and some of `touching`.
 
         The rates of pressures and gaps of the touching nodes solve a normal problem, too.
         """
@@ -157,7 +158,7 @@ def follow(stiffness: Array, forces: Array) -> Array:
 
 
 def states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:
-    """Pressures and gaps (or their rates) with given open nodes, of whatever sign.
+    """Pressures and gaps (or their rates) with given open nodes, whatever their signs.
 
     Reactions (..., N) give pressures and gaps of the same shape.
     """
@@ -174,8 +175,8 @@ def states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:
 def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Booleans:
     """The open nodes of a normal problem, by principal pivots.
 
-    All wrong nodes are flipped at once. If this does not converge, only the last wrong node is
-    flipped (Murty's rule), which ends if C is positive definite. After `_STEPS` N steps it fails.
+    At first all wrong nodes change at once. If this does not converge, only the last wrong node
+    changes (Murty's rule); this ends if C is positive definite. After `_STEPS` N pivots it fails.
     """
     count = len(reactions)
     opened = np.zeros(count, dtype=bool)
@@ -229,15 +230,16 @@ class Statuses:
         return np.asarray(~self.after.all(axis=0))
 
     def episodes(self, nodes: Integers) -> tuple[Integers, int]:
-        """(M, R) number of the closed episode of some rim nodes at each instant, and their count.
+        """(M, R) number of the closed episode of each rim node at each instant; number of episodes.
 
-        The number is -1 where a node has no pressure before and after. An episode may go on across
-        the end of the cycle.
+        An episode is a time from a closing of a node to its next opening; it may go on across the
+        end of the cycle. The number is -1 where a node has no pressure before and after the
+        instant.
         """
         pressed = (self.before | self.after)[:, nodes]
         closes = (self.after & ~self.before)[:, nodes]
         counts = closes.sum(axis=0)
-        # Before its first closing in the cycle a node is in its last episode.
+        # Before its first closing in the cycle, a node is in its last episode.
         of_node = (closes.cumsum(axis=0) - 1) % np.maximum(counts, 1)
         numbers = np.where(pressed, of_node + counts.cumsum() - counts, -1)
         return numbers, int(counts.sum())
@@ -274,10 +276,10 @@ class PathPiece:
         return np.asarray(self.place[0] / (load_factor or 1.0) + self.place[1])
 
     def loads(self, at_zero: Array, scaled: Array) -> Array:
-        """(2, M, ...) loads at the instants, of loads (K, ...) at the corners.
+        """(2, M, ...) loads at the instants, from loads (K, ...) at the corners.
 
-        If the place of an event changes with the load factor, loads at load factor 0 are the same
-        at all corners.
+        If places of events change with the load factor, the loads at load factor 0 have to be the
+        same at all corners.
         """
         shape = (2, -1, *[1] * (scaled.ndim - 1))
         constant, rate = self.place.reshape(shape)
@@ -289,7 +291,7 @@ class PathPiece:
 
 
 def piece_of_path(path: NormalPath) -> PathPiece:
-    """The piece of a path that is the same at all load factors, or is asked at one alone."""
+    """A path as a piece: of a path that does not change with the load factor, or only at one."""
     return PathPiece(
         path.leg,
         np.stack([np.zeros_like(path.part), path.part]),
@@ -309,7 +311,7 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
     """
     path = normal_path(C, at_zero + load_factor * scaled)
     statuses = Statuses.of(path)
-    # Between its neighbours an instant without event is linear.
+    # Instants that are no events are dropped: there all is linear.
     kept = (path.part == 0) | statuses.touching.any(axis=1)
     path = NormalPath(path.leg[kept], path.part[kept], path.pressure[kept], path.gap[kept])
     statuses = Statuses(statuses.before[kept], statuses.after[kept])
@@ -328,7 +330,7 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
         gap[:, m] = gaps[:2] + place[:, [m]] * gaps[2]
     pressure *= statuses.before & statuses.after
     gap *= statuses.free
-    # A rate that is rounding must not bound a load factor that grows without limit.
+    # Rates that are only rounding are zero: otherwise they would end a piece that has no end.
     for rate in (pressure[1], gap[1]):
         rate[np.abs(rate) <= ROUNDING * np.abs(rate).max(initial=0.0)] = 0.0
     low, high = _ends(path, place, pressure, gap, load_factor)
@@ -336,10 +338,10 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
 
 
 def _place_of_event(pressures: Array, touching: Booleans) -> Array:
-    """Load factor times place, at which a node that opens or closes has no pressure.
+    """Load factor times place of an event: where a node that opens or closes has no pressure.
 
-    `pressures` are those at load factor 0, their rate with the load factor at the first corner of
-    the leg, and their change along the leg. Nodes that touch together have the same place.
+    `pressures` are the pressures at load factor 0 and at the first corner of the leg, then their
+    rate with the load factor there, and last their change along the leg.
     """
     node = int((touching * np.abs(pressures[2])).argmax())
     change = float(pressures[2, node])
@@ -353,7 +355,7 @@ def _ends(
 ) -> tuple[float, float]:
     """The load factors between which all positive pressures, gaps and distances stay positive."""
     last = np.roll(path.part == 0, -1)
-    # The distance to the next instant, of the last one of a leg to the end of the leg.
+    # The distance to the next instant; from the last instant of a leg, to the end of the leg.
     distance = np.roll(place, -1, axis=1) * ~last + np.outer((0.0, 1.0), last) - place
     low = 0.0
     high = np.inf

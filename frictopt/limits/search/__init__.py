@@ -1,6 +1,7 @@
-"""Searches for open nodes, for the order in which nodes open and close, and for ends of stresses.
+"""Searches: for open nodes, for orders of openings and closings, for extreme stresses.
 
 `set_search.py` searches sets of open nodes: `loose_nodes.py` bounds many sets at once, and
 `likely_sets.py` has the sets that are tried first. `order_search.py` searches orders.
-`stress_levels.py` searches the ends of fatigue parameters, and where they reach a value.
+`stress_levels.py` searches the least and the largest values of fatigue parameters, and the load
+factors at which they reach a value.
 """

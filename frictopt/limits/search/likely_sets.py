@@ -15,23 +15,23 @@ from ..program.question import Question
 
 # Numbers of the local searches of sets and of orders (`order_search.py`).
 
-# Shares of the friction with which the mean load may open other nodes.
+# Factors of the friction with which the open nodes under the mean load are computed as well.
 FRICTIONS = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
-# A node governs the limit if its motion in the mechanism is above this share of the largest.
+# A node governs the limit if its motion in the mechanism is above this share of the largest motion.
 _GOVERNS = 0.02
-# The same share for a node that touches: an open node without gap at a corner, or a closed node
-# without pressure. The motion of an open node is in the unit of its gap, and can be far smaller
-# than the slips of closed nodes. A search of orders uses this share, too.
+# The same share for a node that touches. Such a node is open and has no gap at some corner, or is
+# closed and has no pressure at some corner. The motion of an open node is in the unit of its gap,
+# and can be far smaller than the slips of closed nodes. A search of orders uses this share, too.
 GOVERNS_TOUCHING = 1e-6
 # Smallest relative gain of a limit that counts; a smaller one may be rounding.
 GAIN = 1e-7
 # Largest number of programs of one search.
 PROGRAMS = 60
-# Largest number of programs times unknown slips in a search of orders. A search of sets climbs
-# from a second start if it is still below this number.
+# Largest product of programs and unknown slips in a search of orders. A search of sets climbs
+# from a second start if its product is still below this number.
 WORK = 20_000
-# In a closed contact of at most this many nodes, pressed nodes are tried, too. If more nodes than
-# this govern in space, they are flipped in groups.
+# In a closed contact of at most this many nodes, pressed nodes are opened, too. In space, if more
+# nodes than this govern, they are opened or closed in groups.
 _FEW = 16
 _GROUP = 4
 
@@ -42,18 +42,18 @@ def settled_sets(
     safe: bool,
     shares: Sequence[float] = FRICTIONS,
 ) -> Iterator[Booleans]:
-    """Open nodes under the mean load, for the given friction, for more and for less.
+    """The open nodes under the mean load with the given friction, and with more and less friction.
 
     If the mean load opens no node with the given friction, other frictions are tried only if some
-    governing node tends to open (`tending`). `safe`: whether some set is known to be safe.
+    `safe`: whether some set is known to be safe.
     """
     for share in shares:
         try:
             opened = open_under_mean(question, share * question.friction)
         except SolverError:
-            # The state under the mean load is not known, so that this start is missing. If no other
-            # state of rest is known, raise: a failed solver does not prove that none exists. A body
-            # that slides off has no such state.
+            # The state under the mean load was not found, so this start is missing. If no other
+            # state of rest is known, raise the error: a failed solver does not prove that none
+            # exists. If a body slides off, there is no such state, and no error is raised.
             if share == 1.0 and not safe and not _slides_off(question):
                 raise
             continue
@@ -74,9 +74,9 @@ def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
     """Neighbouring sets of open nodes: some nodes, mainly governing ones, are opened or closed.
 
     First all governing nodes change, then only the nodes at the border between open and closed
-    nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
-    may govern on one side only. Then governing nodes change one by one, in space in small groups,
-    beginning at the border.
+    nodes. In the plane all closed nodes of the border open, or all its open nodes close,
+    because a mechanism may govern on one side only. Last, governing nodes change one by one, in
+    space in small groups, beginning at the border.
     """
     question = limit._question
     open_nodes = question.open_nodes
@@ -119,7 +119,7 @@ def governing(limit: ShakedownAnswer) -> Integers:
 
 
 def tends_to_open(closed: ShakedownAnswer) -> Booleans:
-    """(N,) governing nodes of a closed contact without pressure, or pulled by the mean load."""
+    """(N,) governing nodes of a closed contact without pressure, or that the mean load pulls."""
     motion = motion_of(closed)
     unpressed = _touching(closed) & (motion > GOVERNS_TOUCHING * motion.max())
     pulled = closed._question.r0[:, -1].max(axis=0) < 0
@@ -127,7 +127,7 @@ def tends_to_open(closed: ShakedownAnswer) -> Booleans:
 
 
 def motion_of(limit: ShakedownAnswer) -> Array:
-    """(N,) motions of closed nodes in the mechanism of a limit; how far open nodes touch."""
+    """(N,) motions in the mechanism of a limit: of closed nodes, and of open nodes that touch."""
     motion: Array = limit._motion.parts(limit._question.system).sum(axis=(0, 1))
     return motion
 

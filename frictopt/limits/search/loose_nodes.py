@@ -1,9 +1,9 @@
 """The program of loose nodes, which bounds the limits of many sets of open nodes at once.
 
-A loose node has forces as a closed node, and at each corner also a slip and a gap of its own. In a
-branch some loose nodes are open, some closed, and the others open or closed (theory, "The search of
-the open nodes"). Branches differ in bounds alone: an open node has no pressure, and a closed one no
-motion of its own.
+A loose node has forces like a closed node, and at each corner also its own slip and gap. In a
+branch some loose nodes are open, some are closed, and the others may be open or closed (theory,
+"The search of the open nodes"). Branches differ only in the bounds of their unknowns: an open node
+has no pressure, and a closed one no motion of its own.
 """
 
 from __future__ import annotations
@@ -26,16 +26,17 @@ from ..program.rest_program import RestProgram
 
 # Largest value of the goal in the programs of branches, relative to `LooseNodes.largest`.
 _MOST = 100.0
-# A bound counts as infinite if its relative distance from this largest value is below this number.
+# A bound counts as infinite if it reaches this largest value up to this relative distance.
 _AT_MOST = 1e-6
 # A loose node is open if its pressure is below this share of its unit. It is closed if its own
-# motion is below this share. Then the solution is the state of one set.
+# motion is below this share of its unit. If all are open or closed, the solution is that of one
+# set.
 _DECIDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """All sets in which some loose nodes are open, some closed, and the others open or closed.
+    """All sets in which some loose nodes are open, some are closed, and the others are free.
 
     `bound` is a proven upper bound of their limits.
     """
@@ -46,7 +47,7 @@ class Branch:
 
     @property
     def undecided(self) -> Booleans:
-        """(n,) loose nodes that are open in some sets and closed in other ones."""
+        """(n,) loose nodes that are neither open nor closed in all sets of the branch."""
         return ~(self.opens | self.closes)
 
     def divided(self, index: int, open_first: bool) -> list[Branch]:
@@ -65,8 +66,8 @@ class Relaxed:
     """The bound of a branch, and the motions and pressures of loose nodes in its solution."""
 
     bound: float
-    # (n,) largest own motions and largest pressures over the corners, in their units; None without
-    # a solution.
+    # (n,) largest own motion and largest pressure of each loose node over the corners, in their
+    # units; None if the program has no solution.
     motion: Array | None = None
     pressure: Array | None = None
 
@@ -74,7 +75,7 @@ class Relaxed:
 def loose(question: Question, nodes: Integers) -> RestProgram:
     """The load factors of states of rest in which some nodes are neither open nor closed.
 
-    The slip has no bound, because the bound does not hold for open nodes.
+    The slip is not bounded, because the slip bound does not hold for open nodes.
     """
     slips = np.zeros(len(question.r1), dtype=int)
     program = at_corners(
@@ -86,7 +87,7 @@ def loose(question: Question, nodes: Integers) -> RestProgram:
 def own_motions(
     questions: Sequence[Question], slip_of: Integers, nodes: Integers
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Units and effects of the named unknown `own`, the motions of loose nodes at each instant.
+    """Units and effects of the unknown `own`: the motions of loose nodes at each instant.
 
     The nodes are closed in all questions. `slip_of` (I,) is the question of each instant.
     """
@@ -117,11 +118,11 @@ class LooseNodes:
     nodes
         (n,) the loose nodes.
     largest
-        A value that is large for the goal, which is maximised; a bound much above it is infinite.
-        While many nodes are loose, the goal may grow without end.
+        A large value of the goal, which is maximised. A bound far above this value counts as
+        infinite. While many nodes are loose, the goal may grow without end.
     sets
-        (S,) for each slip of the program, which of G sets of open nodes it has. A branch decides on
-        G n nodes.
+        (S,) for each slip of the program, the number of its set of open nodes. With G sets, a
+        branch decides on G n nodes.
     """
 
     def __init__(
@@ -148,26 +149,26 @@ class LooseNodes:
         self._arrays = program.arrays()
         self._matrix = self._arrays.matrix
         self._unit = program.place.unit
-        # The own motions among the unknowns. Lifts are last.
+        # The places of the own motions among the unknowns. Those of the lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
-        self._set = np.asarray(sets)[program.response_of]  # of each instant
-        # At the first instant of each slip, loose nodes have no slip of their own, because there
-        # their slip is the common slip.
+        self._set = np.asarray(sets)[program.response_of]  # number of the set of each instant
+        # At the first instant of each slip, loose nodes have no own slip: there, the common slip is
+        # their slip.
         self._first = [int((program.response_of == slip).argmax()) for slip in range(len(sets))]
         self.size = (max(sets) + 1) * n
         of_forces, self._node = self._rows_of_nodes(program, forces, nodes)
-        # The forces among the rows. Normal forces are last.
+        # The places of the forces among the rows. Those of the normal forces are last.
         self._forces = of_forces.reshape(shape)
-        # HiGHS keeps one linear program, whose bounds change.
+        # A linear program is kept in HiGHS, where only its bounds change.
         is_linear = self._arrays.sizes.max(initial=1) == 1
         self._warm = WarmProgram(self._arrays) if is_linear else None
 
     def _rows_of_nodes(
         self, program: RestProgram, forces: Rows, nodes: Integers
     ) -> tuple[Integers, Integers]:
-        """The numbers of the rows `forces`, and for each row of the contact law its loose node.
+        """The numbers of the rows `forces`, and the loose node of each row of the contact law.
 
-        Rows of other nodes, and other rows, have -1.
+        The number is -1 for rows of nodes that are not loose, and for all other rows.
         """
         n = len(nodes)
         index = np.full(program.question.system.nodes, -1)
@@ -187,7 +188,7 @@ class LooseNodes:
     def solve(self, branch: Branch, above: float) -> Relaxed:
         """The bound of a branch; inf if no solver proves one.
 
-        A solver may stop once it knows that the bound is not `above` a value.
+        A solver may stop once it has proven that the bound is not above the value `above`.
         """
         n = self._own.shape[-1]
         closes = branch.closes.reshape(-1, n)[self._set]
@@ -202,7 +203,7 @@ class LooseNodes:
         if self._warm is not None:
             outcome, x, y = self._solved_warm(self._warm, still, zero, above)
         if outcome not in (OPTIMAL, CUT_OFF, INFEASIBLE):
-            # No linear program is kept, or HiGHS gave it up.
+            # The program is not linear, or HiGHS gave it up.
             outcome, x, y = self._solved(branch, still, zero)
         if outcome == INFEASIBLE:
             unbalanced = self._unbalanced(np.zeros(len(still)), y, still).sum()
@@ -218,7 +219,7 @@ class LooseNodes:
         return Relaxed(bound) if outcome == CUT_OFF else self._solution(bound, x)
 
     def _solution(self, bound: float, x: Array) -> Relaxed:
-        """A bound with the largest motions and pressures of loose nodes in a solution."""
+        """A bound, with the largest motions and pressures of loose nodes in a solution."""
         rows = self._forces[:, -1]
         pressures = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
         motion = np.zeros((self.size // rows.shape[1], rows.shape[1]))
@@ -228,9 +229,10 @@ class LooseNodes:
         return Relaxed(bound, motion.ravel(), pressure.ravel())
 
     def _unbalanced(self, cost: Array, y: Array, still: Booleans) -> Array:
-        """(X,) by how much the multipliers of the rows do not balance a cost.
+        """(X,) the errors with which the multipliers of the rows balance a cost.
 
-        Unknowns that are zero balance any cost, and lifts a positive one, because they are >= 0.
+        An unknown that is fixed at zero needs no balance. A lift, which is >= 0, needs it only from
+        one side.
         """
         rest = cost + self._matrix.T @ y
         lifts = self._own[:, -1]
@@ -250,7 +252,8 @@ class LooseNodes:
         least[self._own[:, -1]] = 0.0
         program.bound_columns(own, least[own], most[own])
         outcome, x, y = program.solve(-above / self._unit)
-        # Multipliers of inequalities are not negative, and those of rows without bounds are zero.
+        # Multipliers of inequalities must not be negative, and those of rows without bounds are
+        # zero.
         y = np.where(zero, y, np.maximum(y, 0.0))
         y[rows[~zero[rows]]] = 0.0
         return outcome, x, y
@@ -258,7 +261,7 @@ class LooseNodes:
     def _solved(self, branch: Branch, still: Booleans, zero: Booleans) -> tuple[str, Array, Array]:
         """Outcome, x and multipliers of a branch, which is solved anew.
 
-        Open nodes have no force, so they need no cone.
+        Open nodes have no force, so their rows need no cone.
         """
         arrays, matrix = self._arrays, self._matrix
         left = ~zero & ~np.isin(self._node, np.flatnonzero(branch.opens))
@@ -296,14 +299,14 @@ class LooseNodes:
 
 
 class Branches:
-    """Branch and bound: the branches that are not done, and the bound of all.
+    """Branch and bound: the branches that are left, and the bound of all sets.
 
     Parameters
     ----------
     loose
         The programs of the branches.
     wanted
-        Function that returns the value above which sets are searched.
+        Function that returns the value above which a set is still of interest.
     compare
         Function that computes the value of one set, given by its open nodes (G n,), and returns a
         bound of this value.
@@ -324,16 +327,16 @@ class Branches:
 
     @property
     def bound(self) -> float:
-        """Value that no set exceeds."""
+        """The value that no set exceeds."""
         return max([self._done, *(branch.bound for branch in self.left)])
 
     def step(self) -> None:
-        """Bound one branch; if some of its sets may have a wanted value, divide it."""
-        # An interrupt must find the branch that is being solved.
+        """Bound one branch. If some of its sets may have a value of interest, divide the branch."""
+        # The branch stays in the list until it is replaced, so that an interrupt finds it there.
         self.left[-1:] = self._parts(self.left[-1])
 
     def _parts(self, branch: Branch) -> list[Branch]:
-        """The two parts of a branch; none if it is done."""
+        """The two parts of a branch; an empty list if none of its sets is of interest any more."""
         relaxed = Relaxed(branch.bound)
         if branch.bound > self._wanted():
             relaxed = self._loose.solve(branch, self._wanted())

@@ -1,17 +1,17 @@
 """Search for nodes that open and close in each cycle.
 
-If the load goes to and fro on a line between two corners, an order of events changes by pivots:
-nodes open or close at one of the corners. The previous order is a limiting case of the new one, so
-that the load factors between the limits of the two are safe, too. If pivots bring no more gain, and
-for other cycles from the beginning, transients are followed just above the best limit: a transient
-that comes to rest shows the next order (`settled_orders`).
+If the load goes to and fro on a line between two corners, an order of events is changed by pivots:
+in a pivot, nodes open or close at one of the corners. The previous order is a limiting case of the
+new one. Therefore the load factors between the limits of the two orders are safe, too. If no pivot
+raises the limit, transients are followed just above the best limit. A transient that comes to rest
+shows the next order (`settled_orders`). For other cycles there are no pivots, only transients.
 
 The search calls functions that return a limit of some open nodes, or of an order. Each limit passes
 the usual checks, and its bound holds for its own order only.
 
-If only the scaled or only the fixed loads vary where nodes open or close, the limit of an order is
-one convex program. If both vary there, the program has products of the load factor and places:
-linear programs then follow each other.
+If on each leg with events only the scaled or only the fixed loads vary, the limit of an order is
+one convex program. If both vary on such a leg, the program has products of the load factor and the
+places of events. Then linearised programs are solved one after another.
 """
 
 from __future__ import annotations
@@ -48,30 +48,32 @@ from .set_search import keep_best
 
 # Numbers of the transients.
 
-# How far above the limit a transient is followed, relative to it.
+# How far above the limit transients are followed, relative to the limit.
 _ABOVE = 0.003
-# The same if the limit is 0, relative to the unit of the load.
+# How far above a limit of 0 they are followed, relative to the unit of the load.
 _ABOVE_ZERO = 1e-3
 # Load factors at which transients begin if no safe load factor is known, in units of the load.
 # If the cycle has fixed parts, the first load factor is 0.
 _FIRST = (0.005, 0.05, 0.3, 1.0)
-# An overload before the cycles, relative to the load factor: it leaves another slip.
+# The load factor of an overload before the cycles, which leaves another slip, over that of the
+# cycles.
 _OVERLOAD = 5.0
 # In contacts of at most this many nodes, further transients start from the slip of the limit with
-# one slip of a node moved by its unit, in either sense: they may settle to other orders.
+# the slip of one node moved by its unit, forwards or backwards: they may settle to other orders.
 _MOVED = 6
 # Cycles after which a transient is given up.
 _CYCLES = 300
-# A node is open if its gap is above this share of the largest one, and an interval counts if
-# it is longer than this share of a leg.
+# A node is open if its gap is above this share of the largest gap. An interval counts if it is
+# longer than this share of a leg.
 _COUNTS = 1e-9
 
 
 @dataclass(frozen=True)
 class Settled:
-    """An order of events, and the state of rest that shows it, if there is one.
+    """An order of events, and where the events lie if a transient has shown the order.
 
-    `shares` are the places of its events on their legs, at `load_factor`.
+    `shares` are the places of the events on their legs, at `load_factor`; empty without a
+    transient.
     """
 
     order: Order
@@ -91,7 +93,7 @@ def settled_orders(limit: ShakedownAnswer) -> Iterator[Settled]:
 
 
 def _starts(limit: ShakedownAnswer) -> Iterator[tuple[float, dict[str, Any]]]:
-    """Load factors and starts of transients."""
+    """Load factors of transients, and the states from which they start."""
     unit = limit._question.load_unit
     if np.isnan(limit.load_factor):
         at_zero = (0.0,) if limit._question.fixed else ()
@@ -114,7 +116,7 @@ def _starts(limit: ShakedownAnswer) -> Iterator[tuple[float, dict[str, Any]]]:
 def _settled(
     question: Question, path: LoadPath, load_factor: float, start: dict[str, Any]
 ) -> Settled | None:
-    """The order of the state of rest to which a transient settles; None if it finds no rest."""
+    """The order of the state of rest to which a transient settles; None if it does not settle."""
     # Imported here, because only the search of events needs it.
     from ...transients.steady import steady_state
 
@@ -137,7 +139,9 @@ def _settled(
 def _order_of(
     system: ContactSystem, path: LoadPath, time: Array, gap: Array, load_factor: float
 ) -> Settled:
-    """The order of a cycle, from its states: a node is open between two states with a gap.
+    """The order of a cycle, from its states.
+
+    A node is open between two states if it has a gap in one of them.
 
     A cycle of states begins at the last corner; at time k the load is at corner k - 1.
     """
@@ -161,7 +165,7 @@ def _order_of(
         if opened != now:
             events.append((leg, share, opened ^ now))
             now = opened
-    # What the last interval opens before the first corner, the first one closes there.
+    # Nodes that differ between the last interval and the first one change at the first corner.
     if path.closed and now != intervals[0][2]:
         events.append((corners - 1, 1.0, now ^ intervals[0][2]))
     order = Order(
@@ -224,7 +228,7 @@ class _OrderSearch(Generic[L]):
         return not self.best.load_factor >= enough
 
     def gains(self, order: Order) -> bool:
-        """Whether an order with a pivot has a higher limit. If so, it becomes the best one."""
+        """Whether the order that a pivot gives has a higher limit; if so, it becomes the best."""
         limit = self._higher(Settled(order))
         if limit is None:
             return False
@@ -232,9 +236,9 @@ class _OrderSearch(Generic[L]):
         return True
 
     def gains_settled(self, settled: Settled) -> bool:
-        """Whether the order of a transient at rest has a higher limit; if so, it is the best one.
+        """Whether the order that a transient shows has a higher limit. If so, it is the best one.
 
-        It does not count if the load factors between both limits are not safe.
+        It does not count if some load factors between the two limits are not safe.
         """
         limit = self._higher(settled)
         if limit is None:
@@ -243,16 +247,16 @@ class _OrderSearch(Generic[L]):
         if not np.isnan(self.best.load_factor):
             if least > self.best.load_factor * (1 + GAIN):
                 return False
-            # It is NaN if one of the two is missing.
+            # `least` is NaN if the least safe load factor of one of the two is not known.
             least = float(np.minimum(least, self.best.least))
         self._keep(settled.order, limit, least)
         return True
 
     def _higher(self, settled: Settled) -> L | None:
-        """The limit of a new order, if it is higher than the best one."""
+        """The limit of an order, if the order is new and the limit is higher than the best one."""
         order = settled.order
         if not order.events and len(order.start) == self._question.system.nodes:
-            return None  # nothing touches: see `best_open_set`
+            return None  # no node ever touches: see `best_open_set`
         if order in self._tried or len(self._tried) >= self._programs:
             return None
         self._tried.add(order)
@@ -283,11 +287,12 @@ def _nodes(chosen: Booleans) -> Nodes:
 
 
 def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
-    """Neighbouring orders: nodes open or close at a corner.
+    """Neighbouring orders, in which nodes open or close at a corner.
 
-    First all nodes without pressure open there, and all without gap close: on symmetric contacts
-    only one of two twin nodes may have a multiplier, and opening this node alone does not raise the
-    limit. Then the nodes that govern open together, and close one by one.
+    First, all nodes without pressure at a corner open there, and all nodes without gap close there.
+    One by one would not do: on symmetric contacts only one of two twin nodes may have a multiplier,
+    and opening this node alone does not raise the limit. Then only nodes that govern change: they
+    open together, and close one by one.
     """
     bare, shut = _touching(limit)
     opened = order.between[0], order.between[-1]
@@ -340,7 +345,7 @@ def _governing(limit: ShakedownAnswer) -> list[Nodes]:
 
 # Largest number of linearised programs.
 _LINEARISED = 20
-# Change of the load factor, in its unit, and of places below which the solution stays.
+# The solution no longer changes if load factor (in its unit) and places change by less than this.
 _STAYS = 1e-8
 
 

@@ -2,12 +2,12 @@
 
 Branch and bound compares many sets of open nodes by one program. In a branch some nodes are open,
 some are closed, and the others are loose (`loose_nodes.py`). If the bound of a branch is not above
-the best limit so far, the sets of the branch are done. Else the branch is divided: one loose node
-opens in one part and closes in the other. In contacts of many nodes this takes too many programs.
-There a local search begins at the nodes that the mean load opens, and opens or closes nodes that
-govern (theory, "The search of the open nodes").
+the best limit so far, no set of the branch needs a program of its own. Otherwise the branch is
+divided in two: one loose node opens in the first part and closes in the second. Contacts of many
+nodes would need too many programs. There a local search begins at the nodes that the mean load
+opens, and opens or closes nodes that govern (theory, "The search of the open nodes").
 
-The search calls a function that returns the limit of a set; it does not depend on the program
+The search calls a function that returns the limit of a set, and does not depend on the program
 behind it. Each limit passes the usual checks.
 """
 
@@ -53,8 +53,8 @@ from .loose_nodes import Branches, LooseNodes, loose
 # programs, clamps of 14 nodes 300 to 2000.
 _SMALL = (14, 8)
 MOST_COMPARED = 2000
-# Largest number of motions of loose nodes (nodes, axes and corners) in one program, by default
-# and if the user gives a number of programs.
+# Largest number of motions of loose nodes (nodes times axes times corners) in one program: by
+# default, and if the user gives a number of programs.
 _MOTIONS = (240, 3000)
 
 # A shakedown limit.
@@ -132,7 +132,7 @@ def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
 
 
 class _SetSearch(Generic[L]):
-    """The sets that are known, and the best limit so far, which an interrupt keeps."""
+    """The sets whose limits are known, and the best limit so far, which an interrupt keeps."""
 
     def __init__(
         self,
@@ -152,11 +152,11 @@ class _SetSearch(Generic[L]):
         self._most = programs
         self._programs = 1
         self._bar = bar
-        # The bound of each set that is known. If its limit is not safe at the best load factor, the
-        # set is separate, and does not count.
+        # The bound of each set that is known; -inf for a set that does not count, or that is
+        # separate (its limit is not safe at the best load factor).
         self._bounds = {closed.open.tobytes(): _bound(closed)}
         self._separate = list[L]()
-        # The branches, once they contain all sets.
+        # The branches, from the time on when together they contain all sets.
         self._branches: Branches | None = None
         keep_best(bar, self.answer)
 
@@ -167,7 +167,7 @@ class _SetSearch(Generic[L]):
 
     @property
     def bound(self) -> float:
-        """Load factor that no set exceeds, apart from separate ones."""
+        """The load factor that no set exceeds, apart from separate sets."""
         if self._branches is None:
             return np.inf
         # The bound is NaN if no load factor is safe with any set so far.
@@ -175,7 +175,7 @@ class _SetSearch(Generic[L]):
 
     @property
     def _above(self) -> float:
-        """The load factor above which a limit is higher than the best one."""
+        """A limit above this load factor is higher than the best one."""
         best = self.best
         if not _counts(best, self._start_by):
             return -np.inf
@@ -190,8 +190,8 @@ class _SetSearch(Generic[L]):
         """Bound the limits of all sets, until no other set may have a higher limit.
 
         In a large contact, first only the fourteen nodes that move most may open and close. If this
-        finds no better set, twice as many may; and so on until all may, or until a program would
-        have too many motions.
+        finds no better set, twice as many nodes may open and close, and so on until all nodes may,
+        or until a program would have too many motions.
         """
         question = self._closed._question
         total = question.system.nodes
@@ -218,7 +218,7 @@ class _SetSearch(Generic[L]):
             self.limit(open_nodes, self._above)
             return self._bounds[open_nodes.tobytes()]
 
-        # Load factors above this value do not matter, if some set counts.
+        # If some set counts, load factors above this value do not matter.
         largest = max(self._reach, question.load_unit)
         program = LooseNodes(loose(question, nodes), nodes, largest)
         branches = Branches(program, lambda: self._wanted, bound_of)
@@ -230,7 +230,7 @@ class _SetSearch(Generic[L]):
 
     @property
     def _wanted(self) -> float:
-        """The load factor above which limits are searched."""
+        """The load factor that a set must exceed for its limit to be computed."""
         enough = self._enough * (1 - RESIDUAL) if self._enough < np.inf else -np.inf
         return max(self._above, enough)
 
@@ -269,12 +269,12 @@ class _SetSearch(Generic[L]):
             current = next(filter(None, neighbours), None)
 
     def _climb_from(self, sets: Iterator[Booleans]) -> None:
-        """Climb from the best of some sets and, if that is no great work, from the last one."""
+        """Climb from the best of some sets and, if the programs are small, also from the last."""
         starts = [limit for limit in map(self._neighbour, sets) if limit is not None]
         if not starts:
             return
         self._climb(max(starts, key=lambda limit: limit.load_factor))
-        # The last start has the least friction. Other sets are close to it.
+        # The last start has the least friction, and differs most from the others.
         if len(self._bounds) * starts[-1].slip.size < WORK:
             self._climb(starts[-1])
 
@@ -286,14 +286,14 @@ class _SetSearch(Generic[L]):
         key = open_nodes.tobytes()
         if key in self._bounds:
             return None
-        # Without a proof the set may have any limit.
+        # As long as nothing is proven, the limit of the set may be any.
         self._bounds[key] = np.inf
         try:
             question = None
             if not open_nodes.all():
                 question = with_open(self._closed._question, open_nodes)
             if question is None:
-                # Closed nodes that do not hold the others have no limit.
+                # If the closed nodes do not hold the others, there is no limit.
                 self._bounds[key] = -np.inf
                 return None
             self._count()
@@ -332,12 +332,12 @@ class _SetSearch(Generic[L]):
         return limit not in self._separate
 
     def _joins(self, limit: L) -> bool:
-        """Whether a higher limit is safe at the best load factor."""
+        """Whether the state of a higher limit is safe down to the best load factor."""
         return not limit.least > self._reach * (1 + GAIN)
 
     @property
     def _reach(self) -> float:
-        """Largest load factor from which on a set may be safe and count; inf while none counts."""
+        """Sets that are safe only above this load factor do not count; inf if no set counts yet."""
         if not _counts(self.best, self._start_by):
             return np.inf
         return max(self.best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
@@ -351,7 +351,7 @@ def _bound(limit: ShakedownAnswer) -> float:
     """The proven bound of a set; -inf if no load factor is safe."""
     if not np.isnan(limit.load_factor):
         return limit.bound
-    # That no load factor is safe may be the word of a solver.
+    # If no program was solved, only a solver says that no load factor is safe: this is no proof.
     return np.inf if limit._solved is None else -np.inf
 
 

@@ -1,23 +1,24 @@
-"""The ends of a fatigue parameter over a set of residual slips, by programs.
+"""The least and the largest values of a fatigue parameter over a set of residual slips.
 
-Under all slips of the set the changes of stress during the cycle are the same, and stresses are
-linear in the slip. So on one plane of one point each parameter grows with one normal stress, and
-its least and largest values are linear programs, in space cone programs (theory, "The fatigue
-band").
+Every slip of the set gives the same changes of stress during the cycle, and stresses are linear in
+the slip. So on a given plane at a given point, each parameter rises with one normal stress. Its
+least and its largest value are solutions of linear programs, in space of cone programs (theory,
+"The fatigue band").
 
 - `Stresses`: stress and strain at the points, and the rates of stress with the residual slip.
-- `StressLevels.least`: the least of the largest value over points. A program knows some planes of
-  each point. The critical planes at the slip of a solution are added until the bound of the program
-  equals the value at this slip.
-- `StressLevels.most`: the largest value of a point: a program for each plane, then plane and slip
-  in turn.
-- `StressCrossings`: the load factors at which a parameter reaches a value in every or some state of
-  rest. If the corners have the same fixed loads, ranges are proportional to the load factor, and
-  stresses are linear in load factor and slip together. So on one plane of one point each parameter
-  is such a linear function, or the load factor times one (Smith, Watson and Topper; Fatemi and
-  Socie). The largest value over all states of rest may fall with the load factor, so that no
-  bisection finds where it first reaches a value. A program for each plane does. The least value
-  over all states of rest never falls, if the mean load is a mean of the loads of the corners.
+- `StressLevels.least`: the least value, over all slips, of the largest value over points. A program
+  contains some planes of each point. The critical planes for the slip of its solution are added
+  until the bound of the program equals the value at this slip.
+- `StressLevels.most`: the largest value of one point over all slips. First a program is solved for
+  each plane. Then the best plane for a slip and the best slip for a plane are computed in turn.
+- `StressCrossings`: the least load factor at which a parameter reaches a value in some state of
+  rest, and the largest load factor at which some state of rest has at most this value. If the
+  corners have the same fixed loads, ranges are proportional to the load factor, and stresses are
+  linear in load factor and slip together. So on a given plane at a given point, each parameter is
+  such a linear function, or the load factor times one (Smith, Watson and Topper; Fatemi and Socie).
+  The largest value over all states of rest may fall with the load factor, so that no bisection
+  finds where it first reaches a value. A program for each plane finds it. The least value over all
+  states of rest never falls, if the mean load is a mean of the loads of the corners.
 """
 
 from __future__ import annotations
@@ -49,20 +50,21 @@ from ..program.rest_program import RestProgram, elastic
 from ..program.rest_slips import Furthest, Rests, SteadyCycles
 from ..program.solution import Judged, Solution, contradiction, solve
 
-# The numbers of the search for the ends.
+# Numbers of the search for the least and the largest values.
 
 # Distance of the proven bound from the least value, relative to the value.
 AGREED = 1e-7
 # The same for the least value of a single point, which is drawn only.
 DRAWN = 1e-4
-# Smallest size of the value in these relations, relative to the values without slip.
+# The smallest value by which these distances are divided, relative to the values without slip.
 _FLOOR = 0.1
 # Largest number of programs of the least value; usually less than ten are enough.
 _ROUNDS = 60
-# Number of planes from which plane and slip are improved in turn, and of turns.
+# Number of planes at which plane and slip begin to be improved in turn, and largest number of
+# turns.
 _BEST = 3
 _TURNS = 20
-# Relative gain of a turn below which turns end.
+# The turns end if a turn gains less than this share of the value.
 GAIN = 1e-9
 
 
@@ -78,7 +80,7 @@ def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: floa
 
 
 def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
-    """Terms of n rows: stresses with the rates (n, t N), by the forces of the slip alone."""
+    """Terms of n rows: stresses with the rates (n, t N), due to the forces of the slip alone."""
     closed = elastic(program.question)
     by_force = rates[:, closed.slips] @ closed.compliance
     last = np.full(len(rates), len(program.start) - 1)
@@ -89,7 +91,7 @@ def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
 
 
 class Level(NamedTuple):
-    """The largest value of some points with one slip, and a bound proven for all slips."""
+    """The largest value of some points with one slip, and a proven bound for all slips."""
 
     value: float
     bound: float
@@ -98,7 +100,7 @@ class Level(NamedTuple):
 
 
 class End(NamedTuple):
-    """The largest value of one point over all slips: its slip, and the normal of its plane."""
+    """The largest value of one point over all slips, with its slip and the normal of its plane."""
 
     value: float
     slip: Array
@@ -138,7 +140,7 @@ class Stresses:
         self.rates = (closed[:, None] * rates[:slips]).reshape(slips, *by_motion.shape[1:])
 
     def on(self, point: int, normals: Array) -> tuple[Array, Array]:
-        """(planes,) values without slip, and (planes, t N) their rates with it."""
+        """(planes,) values without slip, and (planes, t N) their rates with the slip."""
         states = self.sigma[:, point], self.epsilon[:, point]
         values, tensors = parameter_on(self.name, *states, self.weight, normals)
         return values, np.einsum("pij,vij->pv", tensors, self.rates[:, point])
@@ -157,7 +159,7 @@ class Stresses:
 class StressLevels:
     """The least and the largest values of a parameter over a set of slips.
 
-    `planes`: the number of planes from which largest values are searched.
+    `planes`: the number of planes at which the search for a largest value begins.
     """
 
     def __init__(self, slips: Rests | SteadyCycles, stresses: Stresses, planes: int) -> None:
@@ -177,13 +179,14 @@ class StressLevels:
             return Judged(solution.value, solution.program.violation(solution.x))
 
         wedge, _ = solve(wedging(slips.question), judged)
-        # The value is 0 or 1, because any multiple of such a slip is one, too.
+        # `wedge.said` is 0 or 1: if a slip wedges the bodies, all multiples of this slip do so,
+        # too.
         self.wedges = slips.question.slip_bound is None and wedge.said > 0.5
 
     def least(self, points: Sequence[int], agreed: float = AGREED) -> Level:
         """The least, over all slips, of the largest value of some points.
 
-        The value is -inf if friction wedges and pressure lowers it without end.
+        The value is -inf if friction wedges the bodies and this lowers the value without end.
         """
         stresses = self._stresses
         planes = {point: self.planes_of(point) for point in points}
@@ -211,13 +214,13 @@ class StressLevels:
         return best
 
     def planes_of(self, point: int) -> Array:
-        """The planes with which a search begins, or the planes that are critical with all slips."""
+        """The planes with which a search begins or, without a search, the critical planes."""
         if self._stresses.name in SEARCHED:
             return self._grid
         return self._stresses.critical([point], self._none)[1][0]
 
     def _level(self, planes: dict[int, Array], size: float) -> Level:
-        """The least level that is above the values of all points on these planes."""
+        """The least level, over all slips, that no value of the points on these planes exceeds."""
         of_points = [self._stresses.on(point, normals) for point, normals in planes.items()]
         values = np.concatenate([values for values, _ in of_points])
         rates = np.concatenate([rates for _, rates in of_points])
@@ -239,7 +242,7 @@ class StressLevels:
         return level
 
     def most(self, point: int) -> End:
-        """The largest value of a point over all slips; inf if friction wedges."""
+        """The largest value of a point over all slips; inf if wedged slips grow without end."""
         stresses = self._stresses
         not_negative = stresses.name in NOT_NEGATIVE
         ends = self._ends(point, self.planes_of(point))
@@ -256,13 +259,13 @@ class StressLevels:
         return best._replace(value=max(best.value, 0.0)) if not_negative else best
 
     def _ends(self, point: int, normals: Array) -> list[End]:
-        """The largest value on each plane."""
+        """The largest value on each plane over all slips."""
         values, rates = self._stresses.on(point, normals)
         ends = zip(values.tolist(), self._along(rates), normals, strict=True)
         return [End(value + added, slip, normal) for value, (added, slip), normal in ends]
 
     def _along(self, rates: Array) -> list[tuple[float, Array]]:
-        """The most that each rate adds, with its slip; inf and NaN if friction wedges."""
+        """The most that a slip adds by each rate, and this slip; inf and NaN if friction wedges."""
         ends = []
         for rate in rates:
             slip = self._furthest.along(rate)
@@ -278,7 +281,11 @@ class StressLevels:
         return ends
 
     def on_plane(self, point: int, normal: Array) -> dict[str, float]:
-        """The state with the largest normal stress on a plane, and its range in both ends."""
+        """The load corner with the largest normal stress on a plane, and the range of this stress.
+
+        The range is given for two slips: for the one with the least and the one with the largest
+        stress.
+        """
         square = np.outer(normal, normal)
         along = np.einsum("ij,kij->k", square, self._stresses.sigma[:, point])
         rate = np.einsum("ij,vij->v", square, self._stresses.rates[:, point])
@@ -314,14 +321,14 @@ class Plane(NamedTuple):
     rates: Array  # (t N,)
 
     def at(self, crossing: Crossing) -> float:
-        """The value at a load factor and a slip."""
+        """The value of the function at a load factor and a slip."""
         added = self.rates @ crossing.slip.T.ravel()
         return float(self.start + self.rate * crossing.load_factor + added)
 
 
 @dataclass(frozen=True, eq=False)
 class StressCrossings:
-    """Where a parameter reaches an allowable value > 0 in states of rest at rising load factors.
+    """The load factors at which a parameter reaches an allowable value > 0 in states of rest.
 
     `planes`: see `StressLevels`.
     """
@@ -337,7 +344,7 @@ class StressCrossings:
         return Stresses(self.question, self.stress_map, tensors, self.name, self.weight)
 
     def levels(self, load_factor: float) -> StressLevels:
-        """The ends of the parameter at a load factor."""
+        """The least and the largest values of the parameter at a load factor."""
         tensors = tensors_at_rest(self.question, self.stress_map, load_factor)
         rests = Rests(self.question, load_factor)
         return StressLevels(rests, self._stresses(tensors), self.planes)
@@ -348,12 +355,13 @@ class StressCrossings:
     def first(self) -> Crossing | None:
         """The least load factor at which some state of rest has the value; None if none has it.
 
-        If the critical plane is sought, too, the largest value over all planes at this load factor
-        is computed. If it is above the given value, its plane is added, and the search goes on.
+        For a parameter whose critical plane is searched, the largest value over all planes at this
+        load factor is computed. If it is above the allowable value, its plane is added, and the
+        search goes on.
         """
         mean, whole = (tensors_at_rest(self.question, self.stress_map, at) for at in (0.0, 1.0))
         of_whole = self._stresses(whole)
-        # The stresses of the mean load with the ranges of load factor 1.
+        # The stresses under the mean load, with the ranges at load factor 1.
         of_mean = self._stresses(np.stack([mean[:, 0], whole[:, 1]], axis=1))
         queue = list[tuple[float, int, Plane, Crossing]]()
         numbers = count()
@@ -377,7 +385,8 @@ class StressCrossings:
             level = plane.at(crossing)
             short = load_factor * level < self.allowable * (1 - AGREED)
             if self.name in NOT_NEGATIVE and short:
-                # The next tangent of `allowable / load factor` leaves this load factor out.
+                # The tangent of `allowable / load factor` at this load factor gives a higher lower
+                # bound.
                 heappop(queue)
                 add(plane, load_factor or self.allowable / level, load_factor)
                 continue
@@ -392,7 +401,7 @@ class StressCrossings:
         return None
 
     def _crossing(self, plane: Plane, tangent: float, least: float) -> Crossing:
-        """The least load factor, from `least` on, at which a plane reaches the value.
+        """The least load factor, from `least` on, at which a plane's function reaches the value.
 
         If the parameter is the load factor times the function of the plane, this is a lower bound:
         the function reaches the tangent that `allowable / load factor` has at the load factor
@@ -424,7 +433,7 @@ class StressCrossings:
     def last(self, largest: float) -> Crossing | None:
         """The largest load factor at which some state of rest has at most the value.
 
-        None if it is at least `largest`.
+        None if this load factor is at least `largest`.
         """
 
         def above(load_factor: float) -> float:
