@@ -26,11 +26,12 @@ from .supports import Place, nodes_of
 
 # A larger move would change the elements.
 _LARGEST_MOVE = 0.1
-# The nodes of a face move into one plane if no move is larger; else the face may be curved.
+# The nodes of a face move into one plane only if no move is larger: otherwise the face may be
+# curved.
 _INTO_PLANE = 0.02
 # Two nodes of matching meshes are at most this far apart.
 _SAME_NODE = 0.01
-# An overlap is the same all along a contact if it varies by at most this share of itself.
+# An overlap counts as even if it varies along the contact by at most this share of itself.
 _EVEN = 0.01
 # Tolerance of ties over the mean edge, as in CalculiX.
 _TIED = 0.025
@@ -39,10 +40,10 @@ _TIED = 0.025
 def adjusted(
     bodies: Mapping[str, Body], ties: Sequence[Tie], contacts: Sequence[Contact]
 ) -> tuple[dict[str, Body], list[Tied], list[Integers], list[str]]:
-    """The bodies after the moves, with the nodes of each tie, and notes.
+    """The bodies after the moves, the nodes of each tie, the nodes that touch, and notes.
 
-    The third result has the nodes of body 1 that touch in each contact. A node of several contacts
-    stays in the faces of the earlier ones while it moves.
+    The nodes that touch are those of body 1 in each contact. A node of several contacts stays in
+    the faces of the earlier contacts while it moves.
     """
     moves = _Moves(bodies)
     tied = [moves.tie(tie) for tie in ties]
@@ -55,7 +56,7 @@ def adjusted(
 
 
 def even_overlap(contact: Contact, bodies: Mapping[str, Body]) -> float:
-    """Depth by which faces of a contact overlap if it is the same all along them, otherwise 0."""
+    """Depth by which the faces of a contact overlap; 0 if it is not the same all along them."""
     distance = _Moves(bodies).measured(contact, 0.0).distance
     depth = -float(distance.mean())
     noise = sum(float(bodies[name].errors.max()) for name in (contact.body_1, contact.body_2))
@@ -93,7 +94,7 @@ def notes_on_moves(cause: str, before: Mapping[str, Body], after: Mapping[str, B
 
 
 def _shortest_edges(mesh: Mesh) -> Array:
-    """(corner nodes,) shortest distance between two corners of an element at each node."""
+    """(corner nodes,) at each node, the shortest distance between two corners of an element."""
     corners = mesh.p[:, mesh.t]  # (d, corners, elements)
     distance = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=0)
     size = float(np.ptp(mesh.p, axis=1).max())
@@ -134,8 +135,8 @@ class _Moves:
     def tie(self, tie: Tie) -> Tied:
         """Move nodes of face 1 to their places on face 2; returns those within the tolerance.
 
-        A second pass finds the places of the moved nodes. A node that would spoil its elements
-        stays, and is glued where it is.
+        A second pass finds the places of nodes after the first move. A node that would spoil its
+        elements stays, and is glued where it is.
         """
         for _ in range(1 + tie.adjust):
             face_1, face_2, nodes, P = self._placed(tie)
@@ -161,7 +162,7 @@ class _Moves:
             count = number_of(int(np.count_nonzero(too_far)), "node")
             farthest = distance[too_far].max()
             self.notes.append(f"{tie.title}: {count} glued at a distance, of up to {farthest:.3g}")
-        # Later moves would part the faces again.
+        # These nodes stay in later moves, which would part the faces again.
         for name, face_nodes in ((tie.body_1, nodes[near]), (tie.body_2, face_2.facets.ravel())):
             self._fixed.update(dict.fromkeys(((name, k) for k in face_nodes.tolist()), self._axes))
         others = np.setdiff1d(face_1.facets, nodes[near])
@@ -188,7 +189,7 @@ class _Moves:
         return np.asarray(nodes[touches])
 
     def measured(self, contact: Contact, tolerance: float) -> _Measured:
-        """The distances of a contact; a nearly plane face 2 is made plane before."""
+        """The distances of a contact, after a nearly plane face 2 has been made plane."""
         _, face_2 = faces_of(contact, self._body(contact.body_1), self._body(contact.body_2))
         is_plane = self._straighten(contact.body_2, face_2, tolerance)
         face_1, face_2, nodes, P = self._placed(contact)
@@ -216,7 +217,7 @@ class _Moves:
     def _straighten(self, name: str, face: Face, tolerance: float) -> bool:
         """Move the nodes of a face of body 2 into its plane, if it nearly has one.
 
-        Returned is whether the face is plane.
+        The result is whether the face is plane.
         """
         nodes = np.unique(face.facets)
         edge = _shortest_edges(self.bodies[name].mesh)[nodes].min()
@@ -237,8 +238,8 @@ class _Moves:
     ) -> None:
         """Move corner nodes of a body to places (n, d), and its midside nodes with them.
 
-        A node that must stay in other faces moves along these until it reaches the plane with the
-        normal (n, d) through its place. It `stays` in this plane in later moves.
+        A node that must stay in other faces moves along them, until it reaches the plane through
+        its place with the normal (n, d). With `stays`, it remains in this plane in later moves.
         """
         mesh = self.bodies[name].mesh
         steps = np.zeros(mesh.p.shape)
@@ -247,7 +248,7 @@ class _Moves:
             fixed = self._fixed.setdefault((name, node), [])
             free = normal - sum((way * (way @ normal) for way in fixed), np.zeros(len(normal)))
             size = float(np.linalg.norm(free))
-            # Faces in nearly one direction: the node stays where the first one has it.
+            # Faces with nearly the same direction: the node stays where the first one has put it.
             same_direction = 0.1
             if size > same_direction:
                 if fixed:

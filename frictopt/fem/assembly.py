@@ -46,18 +46,18 @@ class Assembly:
 
     Attributes
     ----------
-    points, errors, numbers
-        (nodes, d) coordinates and their errors, and (nodes,) numbers, see `Body.numbers`.
+    (nodes, d) coordinates, (nodes, d) errors of these, and (nodes,) numbers in error messages,
+    see `Body.numbers`.
     rows
         (nodes, d) unknown of each displacement along the axes.
     free_rows
         (nodes, d) unknown of each displacement: -1 if a support holds it, -2 if it follows other
         displacements. Supports, ties and cuts are marked in this order.
-    tied
-        Matrix by which displacements follow others: of midside nodes of contact faces, of nodes of
+    Matrix by which dependent displacements follow others: those of midside nodes of contact
+    faces, of nodes of ties and couplings, and of cut faces of sectors.
         ties and couplings, and of cut faces of sectors.
     of_ties, followers
-        The nodes of each tie with their places, and all nodes that follow others.
+        The nodes of each tie with their places, and all nodes that follow others in ties.
     joints
         The joined faces of each contact.
     pairs
@@ -66,11 +66,11 @@ class Assembly:
     contact, gap, width
         (N,) number of the contact, initial gap and width of each pair.
     untied
-        Matrix of the openings of the pairs, (N, nodes), as if no node followed others.
+        Matrix of the openings of the pairs, (N, nodes), as if no node followed other nodes.
     sides
-        Two (N, nodes) matrices: nodes of body 1, and places on body 2, of the pairs.
+        Two (N, nodes) matrices for the pairs: their nodes of body 1, and their places on body 2.
     held
-        Nodes of body 1, and openings, of the pairs left out because they are held on both sides.
+        Nodes of body 1, and openings, of pairs that are left out because both sides are held.
     cuts
         The cut sections of bolts.
     notes
@@ -108,7 +108,7 @@ class Assembly:
 
     @cached_property
     def whole(self) -> csr_matrix:
-        """Stiffness of the separate bodies; midside nodes on contacts are tied, cuts are open."""
+        """Stiffness of the separate bodies; midside nodes on contacts follow, and cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
             for body in self.bodies.values()
@@ -122,9 +122,9 @@ class Assembly:
 
     @cached_property
     def glued(self) -> Glued:
-        """The glued bodies, with the faces of each cut tied across its axis.
+        """The glued bodies; at each cut, the two faces are tied across the axis of the bolt.
 
-        The normals of their pairs are corrected so that free bodies can slide.
+        The normals of the pairs are corrected so that free bodies can slide.
         """
         K = self.whole
         if self.cuts:
@@ -146,10 +146,10 @@ class Assembly:
         )
 
     def through_ties(self, forces: Array, reactions: Array) -> dict[str, Array]:
-        """Tie -> (3, n) `resultants` of the forces of body 2 on body 1.
+        """Tie -> (3, n) normal force, shear and moment (`resultants`) of body 2 on body 1.
 
-        Given are n columns of forces (size, n) that part the faces, and the reactions (d N, n) in
-        contacts, because a node of a tie may be in a contact, too. Supports carry the forces on
+        Given are n columns of forces (size, n) that part the faces, and n of the reactions (d N, n)
+        in contacts: a node of a tie may also be in a contact. Supports carry the forces on the
         nodes that they hold.
         """
         by_pairs = kron(self.untied.T, identity(self.points.shape[1]))
@@ -157,13 +157,13 @@ class Assembly:
         of_ties = (forces - of_contacts).reshape(*self.rows.shape, -1)
         of_ties[self.free_rows == -1] = 0.0
         through = {}
-        # All nodes of a tie may belong to ties before it.
+        # All nodes of a tie may already belong to earlier ties.
         for number in np.unique(self.followers.tie[self.followers.nodes]):
             tie = self.ties[number]
             face, _ = faces_of(tie, self.bodies[tie.body_1], self.bodies[tie.body_2])
             nodes = np.flatnonzero(self.followers.tie == number)
             own = nodes - self.first_node[tie.body_1]
-            # Two ties of the same faces may have different tolerances.
+            # Two ties of the same faces may differ in their tolerance.
             name = f"{tie.name} {number + 1}" if tie.name in through else tie.name
             through[name] = resultants(face, own, of_ties[nodes])
         return through
@@ -191,7 +191,7 @@ class Assembly:
         """Check that contacts join both ends of each cut bolt, or that supports hold both ends."""
         if not self.cuts:
             return
-        # Nodes that couplings hold have no stiffness left, but elements still join them.
+        # Nodes in couplings may have no stiffness left in the matrix, but elements still join them.
         meshes = [body.mesh for body in self.bodies.values()]
         graph = node_graph(self.whole, self.rows) + joined_by_elements(meshes)
         part = assemblies(graph, self.pairs)
@@ -228,7 +228,7 @@ class Assembly:
         return f"node {self.numbers[node]} of body {owner!r}"
 
     def _joined_faces(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> list[Joint]:
-        """Join the faces of each contact, and check that all touching faces have one, or a tie."""
+        """Join the faces of each contact, and check that touching faces have a contact or a tie."""
         names = [name for contact in contacts for name in (contact.body_1, contact.body_2)]
         bodies = {name: self.body("contacts", name).through_corners for name in names}
         joints = []
@@ -259,7 +259,7 @@ class Assembly:
     def _are_held(self, nodes: Integers, direction: Array, held: Booleans) -> Booleans:
         """(n,) whether nodes are held along a direction, at least in part.
 
-        `held` (all nodes, d) selects the displacements that are taken as held.
+        `held` (all nodes, d) selects the displacements that are treated as held.
         """
         return np.asarray((held[nodes] & (np.abs(direction) > SAME_POINT)).any(axis=1))
 
@@ -344,7 +344,7 @@ class Assembly:
         )
         number, nodes, projection, normals, widths, gap, inside = self._that_move(pairs_once)
 
-        # Node of body 2 that coincides with the node of body 1; -1 if there is none.
+        # Node of body 2 that coincides with the node of body 1; -1 if there is no such node.
         links = projection.tocoo()
         node = nodes[links.row]
         coincides = coincide(
@@ -387,7 +387,7 @@ class Assembly:
     ) -> tuple[Integers, Integers, csr_matrix, Array, Array, Array, Booleans]:
         """Contact, node of body 1, place on body 2, normal, width and gap of all pairs.
 
-        The last result says which nodes lie opposite body 2.
+        The last result says whether the node lies opposite body 2.
         """
         nodes = []
         projections = []
@@ -408,16 +408,16 @@ class Assembly:
         )
 
     def _that_move(self, pairs: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The pairs without those that supports hold, or a tie joins, on both sides.
+        """The pairs without those that cannot move: supports or ties hold both sides.
 
-        No load moves the pairs left out. Supports and ties carry their pressure and shear, so their
-        widths are not added to other pairs.
+        No load moves such a pair. Supports and ties carry its pressure and shear, so its width is
+        not added to other pairs.
         """
         contact, nodes, projection, *_ = pairs
         weights = openings(nodes, projection)
         opening = weights @ self.followers.matrix
         is_free = (self.free_rows != -1).any(axis=1)
-        # Rounding may join a held node to its neighbours. A node at the tip of a crack is free.
+        # Rounding may join a held node to its neighbours. A node at a crack tip is free.
         moves = abs(opening) @ is_free >= COUNTS * np.asarray(abs(weights).sum(axis=1)).ravel()
         self.held = nodes[~moves], opening[~moves]
         self.notes += notes_on_held(self.names, contact, nodes, moves, self._name_of_node)

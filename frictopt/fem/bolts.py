@@ -20,7 +20,7 @@ from .elasticity import (
 )
 from .loads import Part
 
-# Share of its extent by which a section may leave its plane. Decks have few digits.
+# Share of its extent by which a section may leave its plane: decks have few digits.
 _FLAT = 1e-3
 
 
@@ -85,7 +85,7 @@ class BoltPreload(Part):
             finite_number("force", self.force, above=0.0)
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        """Nodal forces of a uniform tension on both faces of a body that is cut."""
+        """Nodal forces of a uniform tension on both faces of the section of a body that is cut."""
         facets = body.boundary(self.section, "section")
         area_of_both = node_areas(body.mesh, facets, kinematics).sum()
 
@@ -128,10 +128,11 @@ def bolts_of(loads: Mapping[str, Sequence[object]]) -> list[BoltPreload]:
 def by_their_forces(
     loads: Mapping[str, Sequence[object]], bonded: Mapping[str, Array], L: Array
 ) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
-    """Bonded reactions and compliance with units of locked bolts that give their forces.
+    """Bonded reactions and compliance, scaled so that amplitude 1 of a locked bolt gives its force.
 
-    The matrices are for a shortening of 1. A unit is the shortening that gives the force in the
-    glued bodies. The third result has the force and the shortening of each locked bolt.
+    The matrices given are for a shortening of 1. They are multiplied by the shortening that gives
+    the force in the glued bodies. The third result has the force and this shortening of each locked
+    bolt.
     """
     units = np.ones(len(L))
     bolts = {}
@@ -148,7 +149,7 @@ def cut_bodies(
 ) -> tuple[dict[str, Body], list[Cut]]:
     """The bodies with the sections of bolts cut, and the cuts.
 
-    Among the corners of the mesh, the nodes of the far faces come last.
+    Among the corner nodes of the cut mesh, the nodes of the far faces come last.
     """
     cut = dict(bodies)
     cuts = []
@@ -163,7 +164,7 @@ def cut_bodies(
             raise ModelError(
                 f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
             )
-        # A copy is not checked again, because its parts are one body although they share no facets.
+        # The copy is not checked again: its two parts are one body, although they share no facets.
         whole = cut[name]
         cut[name] = whole.with_mesh(mesh)
         if whole.deck_node is not None:
@@ -177,7 +178,7 @@ def cut_bodies(
 def _cut(mesh: Mesh, section: str, where: str) -> tuple[Integers, Integers, Array, Mesh]:
     """Nodes of the near and the far face of a section, its axis, and the mesh cut there.
 
-    Both faces are the boundary of the name of the section in the cut mesh.
+    In the cut mesh, both faces form the boundary that has the name of the section.
     """
     facets = np.unique(mesh.boundaries[section])
     if not len(facets) or np.any(mesh.f2t[1, facets] < 0):
@@ -239,7 +240,7 @@ def _far_part(mesh: Mesh, facets: Integers, axis: Array, where: str) -> Booleans
 
 
 def _new_numbers(mesh: Mesh, cut: Mesh, elements: Booleans) -> Integers:
-    """Old node -> its number in the cut mesh, as some elements have it; 0 for other nodes."""
+    """Old node -> its number in the cut mesh, for the nodes of some elements; else 0."""
     numbers = np.zeros(mesh.p.shape[1], dtype=np.intp)
     numbers[mesh.dofs.element_dofs[:, elements]] = cut.dofs.element_dofs[:, elements]
     return numbers
@@ -268,10 +269,10 @@ def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_ma
     """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F.
 
     The two faces of a cut are tied across the axis; the faces of a locked bolt are also tied along
-    the axis. The matrix C lets far faces follow near faces, and c are the motions of far faces
-    against the axes of free bolts, with the amounts x: `u = C y + c x`. Only the force F acts along
-    x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads
-    `R^T F`.
+    the axis. The matrix C makes far faces follow near faces. The columns of c move the far face of
+    a free bolt against its axis, by the amounts x: `u = C y + c x`. Along x only the force F acts:
+    `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, which has no stiffness at the far faces,
+    and the loads `R^T F`.
     """
     size = K.shape[0]
     moves = [csr_matrix((size, 0))]

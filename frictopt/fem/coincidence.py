@@ -1,14 +1,14 @@
-"""Which points coincide: coordinates have the digits of their file.
+"""Decides which points coincide; coordinates have only the digits of their file.
 
 This is the only place that decides how far apart two coincident points may be. A coordinate has an
-error of half a unit in its last digit. All coordinates of a mesh that have the same sign are
-written with the same number of digits, or of decimals; the larger of the two units counts. A minus
-may take the place of a digit in a file.
+error of half a unit in its last digit. In a file, all coordinates of one sign have the same number
+of digits, or the same number of decimals; the larger of the two units counts. Signs are treated
+separately, because a minus may take the place of a digit.
 
-Numbers of fewer than six digits are round and taken as exact. Coordinates of a mesh that was turned
-have more than twelve digits. In both cases the error is a share of the size of the mesh. But if all
-coordinates are numbers of single precision with more than twelve digits, as in binary files, their
-error is the rounding of these numbers.
+Numbers of fewer than six digits are round, and are taken as exact. Coordinates of a mesh that was
+turned have more than twelve digits. In both cases the error is a share of the size of the mesh.
+There is one exception: if all coordinates are numbers of single precision with more than twelve
+digits, as in binary files, their error is the rounding of these numbers.
 """
 
 import numpy as np
@@ -19,9 +19,9 @@ from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 
 # Numbers of the search for the digits of coordinates.
 
-# Fewest digits that count as those of a file; numbers of fewer digits are round.
+# Fewest digits that count as the digits of a file. Numbers with fewer digits are round.
 _MIN_DIGITS = 6
-# Most digits. With more, the share of the size of the mesh is larger than the last digit.
+# Most digits that count. With more digits, the share of the size of the mesh is the larger error.
 _MAX_DIGITS = 12
 # Relative error of a decimal number, also after a change of units by a power of ten.
 _ROUNDING = 8 * float(np.finfo(float).eps)
@@ -31,32 +31,32 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     """(nodes, d) error of each coordinate of a mesh (nodes, d).
 
     The digits are taken from the corner nodes; None: from all nodes. Midside nodes may have been
-    computed.
+    computed by a code, so their digits mean nothing.
     """
     written = (points if corners is None else points[corners]).ravel()
     rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
-    # Numbers of one sign that have few digits have at least the decimals of all numbers.
+    # Numbers of one sign that have few digits get at least the decimals of all numbers.
     sizes = np.abs(written)
     unit = np.full(points.shape, _by_decimals(sizes[sizes > rounding]))
     for sign in (-1, 1):
-        # A coordinate of 1e-17 is zero with the rounding of the code that computed it.
+        # A coordinate of 1e-17 is a zero with the rounding of the code that computed it.
         sizes = sign * written[sign * written > rounding]
         has_sign = sign * points >= 0
         by_decimals = _by_decimals(sizes)
-        # Each size with its own exponent and the same number of digits.
+        # In scientific notation, each number has its own exponent and the same number of digits.
         digits = _digits(sizes, _exponent(sizes))
         by_digits = _unit(_exponent(sign * points[has_sign]), digits)
         by_digits = np.where(points[has_sign] == 0, 0.0, by_digits)
         unit[has_sign] = np.maximum(unit[has_sign], np.maximum(by_decimals, by_digits))
     if _are_single(written[np.abs(written) > rounding]):
         unit = np.abs(np.spacing(points.astype(np.float32))).astype(float)
-    # Two roundings of one number may differ by a whole unit: a little more than half of it is
-    # allowed to each.
+    # Two roundings of one number may differ by a whole unit. So each of them is allowed a little
+    # more than half a unit.
     return np.maximum((1 + COUNTS) / 2 * unit, rounding)
 
 
 def _by_decimals(sizes: Array) -> float:
-    """Unit of sizes with the decimals of the largest one, which is the same for all; 0 if none."""
+    """Unit of numbers with equally many decimals, from those of the largest number; 0 if none."""
     largest = np.full(sizes.shape, _exponent(sizes.max(initial=0.0)))
     return float(_unit(largest[:1], _digits(sizes, largest)).max(initial=0.0))
 
@@ -76,7 +76,7 @@ def _unit(exponent: Array, digits: int | None) -> Array:
 def _digits(sizes: Array, exponent: Array) -> int | None:
     """The fewest digits, six to twelve, with which all numbers can be written; else None.
 
-    The first digit of each number is the digit of its exponent.
+    The first digit of each number is the digit at its exponent.
     """
     for digits in range(_MIN_DIGITS - 1, _MAX_DIGITS + 1):
         if _have_digits(sizes, exponent, digits):
@@ -113,7 +113,7 @@ def error_along(directions: Array, errors: Array) -> Array:
 def measured(distance: Array, error: Array) -> Array:
     """(n,) distance if it exceeds its error (n,), else zero.
 
-    A distance of one whole unit of the last digit is no error.
+    A distance of a whole unit of the last digit is not an error, and stays.
     """
     return np.where(distance > (1 - 2 * COUNTS) * error, distance, 0.0)
 

@@ -62,24 +62,24 @@ def condense(
 ) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies.
 
-    The bodies are plane or in space, and the stiffness does not couple them. Pair i glues its node
+    The bodies are plane or in space, and the stiffness must not couple them. Pair i glues its node
     of body 1 to its node of body 2, except for two relative motions: `v_i` along the tangent, and
-    `w_i` along the normal, opening positive. These are the unknowns that remain. Theory, eq. (3).
+    `w_i` along the normal (opening is positive). These motions remain as unknowns. Theory, eq. (3).
 
     Parameters
     ----------
     K
         (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, like all
         forces. A body is free if the stiffness of its supports is below 1e-9 of its own stiffness,
-        in the mean of its nodes: this is rounding.
+        in the mean of its nodes: so little is rounding.
     loads
         Load case name -> (n,) nodal forces on the unknowns under the unit load.
         `ContactSystem.with_interference` adds interferences.
     pairs
         (N, 2) nodes of body 1 and body 2. With a `projection`: (N,) nodes of body 1. In the plane
         they are ordered along each contact in the direction of the tangent, contact after contact,
-        with body 1 on the left. On quadratic faces give corner nodes only, which the midside nodes
-        follow: see `MatrixJob.with_linear_faces`.
+        with body 1 on the left. On quadratic faces give corner nodes only; the midside nodes have
+        to follow them, see `MatrixJob.with_linear_faces`.
     normals
         (N, d) directions from body 2 into body 1, of any length; or (d,), one direction for all. In
         the plane the tangent is the normal turned by -90 degrees: normal +y, tangent +x. In space
@@ -95,13 +95,13 @@ def condense(
         displacement follows other ones by an equation that K contains; this is not allowed at nodes
         of a contact.
     points
-        (nodes, d) coordinates, length; d = 2 in the plane, 3 in space. `MatrixJob.points` also know
-        the numbers of the nodes in the deck: errors name nodes by these numbers, and tables have
-        them in the column `deck_node`.
+        (nodes, d) coordinates, length; d = 2 in the plane, 3 in space. `MatrixJob.points` also have
+        the numbers of the nodes in the deck. Errors then name nodes by these numbers, and tables
+        have them in the column `deck_node`.
     held
         Rows of K whose displacements are zero. On a plane of symmetry, hold both nodes of a pair
-        across the plane: the pair does not slip across it, and its normal is put into the plane.
-        For nodes that do not match, this requires that the rest of the pair lies on one side of the
+        across the plane: then the pair does not slip across it, and its normal is put into the
+        plane. If the nodes of a pair do not match, the rest of the pair must lie on one side of the
         plane.
     generalised
         Rows of K that are generalised coordinates, such as rotations, and modal amplitudes of a
@@ -243,7 +243,7 @@ def condense(
 
 
 def _checked_forces(loads: Mapping[str, ArrayLike], held: ArrayLike, size: int) -> dict[str, Array]:
-    """Nodal forces (size,) of each load case, which do not all act on held rows."""
+    """Nodal forces (size,) of each load case; some of them must act on rows that are not held."""
     held_rows = np.asarray(held, dtype=np.intp)
     forces = {}
     for name, values in checked_cases("loads", loads, "nodal forces").items():
@@ -279,13 +279,13 @@ class Glued:
     points
         (nodes, d) coordinates.
     graph
-        Pattern of the nodes that K connects.
+        Pattern (nodes, nodes) of the nodes that K connects.
     interface
         Pairs and their directions.
     motions
         Free rigid motions of single bodies, see `free_motions`.
     name_of_node
-        The name of a node in error messages.
+        Function that names a node in error messages.
     generalised
         Rows of K that are generalised coordinates.
     """
@@ -305,8 +305,8 @@ def condensed(
 ) -> tuple[dict[str, Any], dict[str, Array], Array]:
     """Stiffness "S" (k, k) of the relative motions, bonded reactions (k,) of each load, compliance.
 
-    The k relative motions are ordered direction by direction. The bonded reactions hold them at
-    zero. The compliance (loads, loads) belongs to the glued bodies.
+    The k relative motions are ordered direction by direction. The bonded reactions keep them at
+    zero. The compliance (loads, loads) is that of the glued bodies.
     """
     K = glued.K
     motions = glued.motions
@@ -325,7 +325,7 @@ def condensed(
     is_relative = front < 0
     if motions.shape[1] < k:
         _check_rounding(float(stiffness.diagonal()[is_relative].max()), S)
-    # Motion and force across a plane of symmetry are zero, so any stiffness may be used.
+    # Across a plane of symmetry there is neither motion nor force, so any stiffness may be used.
     motionless = np.asarray(abs(T).sum(axis=0)).ravel()[is_relative] == 0
     still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
@@ -333,7 +333,7 @@ def condensed(
 
 
 def checked_motions(glued: Glued) -> Array:
-    """(k, motions) relative motions of the free rigid motions, after each is found to have some."""
+    """(k, motions) relative motions in the free rigid motions; each of these must cause some."""
     parts = glued.unknowns, glued.points, glued.graph, glued.interface, glued.generalised
     check_supports(glued.K, *parts)
     relative = glued.interface.relative(glued.motions, glued.unknowns)
@@ -347,7 +347,7 @@ def checked_motions(glued: Glued) -> Array:
 
 
 def _check_rounding(largest_before: float, S: Array) -> None:
-    """Check that S is not the small difference of large stiffnesses, as it is if body 1 is rigid.
+    """Check that S is not a small difference of large stiffnesses, as it is if body 1 is rigid.
 
     `largest_before` is the largest stiffness of a relative motion before the elimination.
     """
@@ -362,16 +362,16 @@ def _check_rounding(largest_before: float, S: Array) -> None:
 
 
 def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
-    """Matrix T of `u = T y`, and number of the front that eliminates each y; -1: it is kept.
+    """Matrix T of `u = T y`, and the number of the front that eliminates each unknown y.
 
-    The relative motions are kept.
+    The number is -1 for the relative motions, which are kept.
     """
     K = glued.K
     interface = glued.interface
     generalised = glued.generalised
     T, columns = interface.motion(glued.unknowns, K.shape[0])
 
-    # Dependent nodes connect the independent nodes that they depend on.
+    # A dependent node connects the independent nodes on which it depends.
     has_column = columns >= 0
     present = np.flatnonzero(has_column.any(axis=1))
     depends = interface.spread != 0

@@ -77,13 +77,13 @@ class Contact:
     adjust
         Position tolerance, length: before assembly, nodes of body 1 that overlap, or lie at most
         this far from the face of body 2, move onto it along its normal. So noise of coordinates
-        neither holds nor parts the bodies. If the face of body 2 lies within the tolerance of a
+        neither jams nor parts the bodies. If the face of body 2 lies within the tolerance of a
         plane, its nodes move into the plane first. Nothing is strained, and `ContactModel.notes`
-        states the largest move; no node may move by more than a tenth of the shortest edge of its
-        elements. Or a place, as in a `Support`: these nodes of body 1 move, however far they are
-        from the face. The gap of all other nodes is measured, unless `gap` is a function. None:
-        nothing moves. Places and amounts of supports and loads refer to the coordinates before the
-        moves.
+        states the largest move. No node may move by more than a tenth of the shortest edge of its
+        elements. Or `adjust` is a place, as in a `Support`: the nodes of body 1 there move, however
+        far they are from the face. The gap of all other nodes is measured, unless `gap` is a
+        function. None: nothing moves. Places and amounts of supports and loads refer to the
+        coordinates before the moves.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see
         `ContactSystem.with_contact_stiffness`; inf: rigid.
@@ -91,7 +91,7 @@ class Contact:
     Raises
     ------
     ModelError
-        A name is not a text, a face is in contact with itself, the gap or `adjust` is of another
+        A name is not a text, a face is in contact with itself, `gap` or `adjust` is of another
         kind, or a stiffness is not positive.
 
     Examples
@@ -242,11 +242,11 @@ def contact_names(contacts: Sequence[Contact]) -> list[str]:
     return names
 
 
-# Corners of several contacts: independent pairs, and pairs that represent other pairs.
+# Nodes at which several contacts meet: independent pairs, and pairs that represent other pairs.
 #
 # If three bodies meet in a point, the relative motion of two of them follows from the motions of
-# both relative to the third. Two contacts between the same two bodies also make such a circle. In a
-# circle the pair of the last contact is dissolved.
+# both relative to the third. Two contacts between the same two bodies also close such a circle. In
+# each circle one pair, that of the last contact, is dissolved.
 
 
 def independent_pairs(
@@ -260,17 +260,18 @@ def independent_pairs(
     widths: Array,
     inside: Booleans,
 ) -> tuple[Integers, csr_matrix, Array]:
-    """Find the pairs whose relative motions are independent, of N pairs.
+    """Find, among N pairs, those whose relative motions are independent.
 
-    The next pair of its contact represents a dissolved pair: it has the mean of both relative
-    motions, weighted by their widths. So a uniform traction still passes through (as for the
-    multipliers at cross points of the mortar method, Wohlmuth 2000).
+    A dissolved pair is represented by the next pair of its contact. This pair has the mean of both
+    relative motions, weighted by their widths. So a uniform traction still passes through (as for
+    the multipliers at cross points of the mortar method, Wohlmuth 2000).
 
     A face with two names is one face: if it continues smoothly from one contact of two bodies to
     another, the pair of the first contact represents both, with the sum of their normals.
 
     A node that both faces share, at the tip of a crack, is no pair. If the faces do not match, the
-    motion relative to its place counts with the next pair, whose width does not change.
+    motion of this node relative to its place is added to the next pair, whose width does not
+    change.
 
     The next pair also represents a node that lies beyond the edge of body 2.
 
@@ -278,8 +279,8 @@ def independent_pairs(
     partner, the node of body 2 that coincides with it (-1: none); the point with its errors; the
     normal, of any length; the width; and whether the node lies opposite body 2.
 
-    Returned are the (kept,) independent pairs, the (kept, N) matrix of the means, and the (kept, d)
-    normals.
+    The results are the (kept,) independent pairs, the (kept, N) matrix of the means, and the (kept,
+    d) normals.
     """
     n = len(nodes)
     kept = _independent(contacts, contact, nodes, partners, points, errors, inside)
@@ -317,12 +318,12 @@ def _independent(
     errors: Array,
     inside: Booleans,
 ) -> Booleans:
-    """(N,) whether a pair lies inside, and moves independently of the pairs before it."""
+    """(N,) whether a pair lies opposite body 2 and moves independently of the pairs before it."""
     independent = (nodes != partners) & inside
     spot = parts_of(coincident(points, errors), len(nodes))  # (N,) number of the place of a pair
     is_crowded = (np.bincount(spot)[spot] > 1) & independent
 
-    # Both ends of each pair at a crowded spot: body, spot, and node (-1: none).
+    # Both ends of each pair at a place with several pairs: body, place, and node (-1: none).
     ends = {}
     for k in np.flatnonzero(is_crowded).tolist():
         bodies = contacts[contact[k]].body_1, contacts[contact[k]].body_2
@@ -333,8 +334,8 @@ def _independent(
     node_at = {
         (body, place): node for pair in ends.values() for body, place, node in pair if node >= 0
     }
-    # A pair that closes a circle connects ends that are connected already. An end is a node, or a
-    # place of a body that has no node there.
+    # A pair closes a circle if its ends are already connected. An end is a node, or a place of a
+    # body that has no node there.
     connected = DisjointSet()
     for k, pair in ends.items():
         end_1, end_2 = (

@@ -1,8 +1,8 @@
 """Couplings of nodes to a point as supports: rigid (RBE2) and distributing (RBE3).
 
-Some displacements of the nodes follow others. No unknown is added for the point: the rigid motion
-of the nodes follows from some of their displacements, as many as it has parts. A load on the point
-of a rigid coupling is a `RemoteForce` on its nodes, because only the resultant counts there.
+Some displacements of the nodes follow others. The point adds no unknown: the rigid motion of the
+nodes follows from some of their displacements, one for each of its components. A load on the point
+of a rigid coupling is a `RemoteForce` on its nodes, because only its resultant matters there.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _AXES = ("", "x", "y", "z", "xy", "xz", "yz", "xyz")
 
 @dataclass(frozen=True, eq=False)
 class Followers:
-    """Displacements of a body that follow other ones, in its numbers `d node + axis`."""
+    """Displacements of a body that follow others, by their numbers `d node + axis`."""
 
     # (f,) displacements that follow
     followers: Integers
     # (k,) displacements that they follow
     leaders: Integers
-    # (f, k) how much
+    # (f, k) share of each leader in each follower
     share: Array
 
 
@@ -113,7 +113,7 @@ class RigidCoupling(_Coupling):
 
     Examples
     --------
-    A flange whose face stays flat, and turns about x alone:
+    A flange whose face stays flat, and can turn only about x:
 
     >>> import frictopt as fo
     >>> face = fo.fem.RigidCoupling("pipe", "flange", "xyz", "yz", point=(0.0, 0.0, 0.0))
@@ -149,9 +149,9 @@ class DistributingCoupling(_Coupling):
     """Mean motions of nodes that are zero (RBE3), as a part of a `ContactModel`'s supports.
 
     The point has the mean displacement of the nodes, and the rotation that fits their displacements
-    best. The nodes stay free to move apart, so nothing is stiffened. The reactions are a
-    `RemoteForce` on the same nodes. All nodes are joined in the stiffness matrix: up to a thousand
-    nodes take little time.
+    best. The nodes stay free to move apart, so nothing is stiffened. The reactions act like a
+    `RemoteForce` on the same nodes. In the stiffness matrix all these nodes are connected to each
+    other: up to a thousand nodes take little time.
 
     Parameters
     ----------
@@ -215,13 +215,14 @@ Coupling: TypeAlias = RigidCoupling | DistributingCoupling
 class Coupled:
     """Displacements of a model that couplings bind."""
 
-    # (size, size) matrix by which the displacements follow; the row of one that is zero is empty
+    # (size, size) matrix by which displacements follow; rows of displacements that are zero are
+    # empty
     matrix: csr_matrix
     # nodes of all couplings
     nodes: Integers
 
     def hold(self, nodes: Integers, direction: Array) -> bool:
-        """Whether couplings prevent that some nodes move together along a direction (d,)."""
+        """Whether couplings prevent some nodes from moving together along a direction (d,)."""
         motion = np.zeros((self.matrix.shape[0] // len(direction), len(direction)))
         motion[nodes] = direction
         prevented = self.matrix @ motion.ravel() - motion.ravel()
@@ -239,8 +240,8 @@ def coupled(
 ) -> Coupled:
     """Bind the displacements of the couplings of a model.
 
-    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must not be in
-    a coupling, and no node may be in two couplings.
+    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` belong to
+    other parts of the model and must not be in a coupling. No node may be in two couplings.
     """
     d = points.shape[1]
     kept = np.ones(points.size)

@@ -31,7 +31,7 @@ Amount: TypeAlias = float | Callable[..., ArrayLike]
 The function returns an array of their shape.
 """
 
-# Integral of an amount, given at the integration points, times the function of each node.
+# Integral of an amount, given at the points of integration, times the function of each node.
 MOMENTS = LinearForm(lambda v, w: w.amount * v)
 
 QUADRATIC = {
@@ -47,11 +47,11 @@ _LINEAR = {second: first for first, second in QUADRATIC.items()} | {
 }
 # Elements by their number of nodes: facets, and serendipity elements.
 _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
-# Order of integration, if it is not that of scikit-fem. Three points a direction are exact for
-# uniform stress in curved elements, and for any stress in straight elements.
+# Order of integration where it is not the default of scikit-fem. Three points per direction are
+# exact for uniform stress in curved elements, and for any stress in straight elements.
 _ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2: 5}
-# Largest distance of a midside node from the middle of its corners, relative to the distance of the
-# corners: some 45 degrees of arc.
+# Largest distance of a midside node from the middle of its corners, relative to the distance
+# between the corners: some 45 degrees of arc.
 _OFF = 0.1
 
 
@@ -117,7 +117,7 @@ class Material:
 
 
 def basis_of(mesh: Mesh) -> Basis:
-    """The functions of one displacement of a body, and points of integration."""
+    """The functions of a displacement component of a body, with the points of integration."""
     return Basis(mesh, mesh.elem(), intorder=_ORDERS.get(type(mesh)))
 
 
@@ -132,12 +132,12 @@ def element_means(dx: Array, values: Array) -> Array:
 
 
 def circumference(x: Array, kinematics: Kinematics) -> Array:
-    """Length around the axis at each point, `2 pi x`; 1 in space, and as depth in the plane."""
+    """Length around the axis at each point, `2 pi x`; 1 in space and, as depth, in the plane."""
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 
 def functions_at(basis: Basis) -> tuple[Array, Array]:
-    """(elements, nodes, points) functions of a body, and their slopes (elements, nodes, d, points).
+    """(elements, nodes, points) values of the functions, and (elements, nodes, d, points) slopes.
 
     The points are those of integration.
     """
@@ -148,7 +148,10 @@ def functions_at(basis: Basis) -> tuple[Array, Array]:
 
 
 def assembled(mesh: Mesh, weights: Array, functions: Array, rates: Array) -> csr_matrix:
-    """(nodes, nodes) integrals of the functions of two nodes (elements, nodes, points)."""
+    """(nodes, nodes) weighted integrals of products of the functions of two nodes.
+
+    Functions and rates are (elements, nodes, points).
+    """
     return _sum(mesh, (functions * weights[:, None]) @ rates.swapaxes(1, 2), 1)
 
 
@@ -176,8 +179,8 @@ def body_stiffness(
     circumference. The radial displacement u makes the hoop strain u / x.
 
     With "mean_dilatation" the first Lame constant resists the mean of div u over an element instead
-    of div u itself (selective integration; Nagtegaal, Parks & Rice 1974, Hughes 1980): an element
-    can then keep its volume without locking. There are no zero-energy modes, because the second
+    of div u itself (selective integration; Nagtegaal, Parks & Rice 1974, Hughes 1980). So an
+    element can keep its volume without locking. There are no zero-energy modes, because the second
     constant acts in full. In triangles and tetrahedra div u is uniform, so nothing changes there.
     """
     lam, mu = material._plane_lame(kinematics)
@@ -240,9 +243,9 @@ def node_areas(mesh: Mesh, facets: Integers, kinematics: Kinematics) -> Array:
 def integration_points(mesh: Mesh, facets: Integers) -> tuple[Array, Array, Array, Integers, Array]:
     """Points (d, m, q) on facets of the outline, outward unit normals, and sizes (m, q).
 
-    Also returned are the nodes (k, m) of the elements, and their functions (k, m, q) at the points.
-    The integration is on the facets themselves, because scikit-fem would have to invert the map of
-    very thin elements.
+    The other results are the nodes (k, m) of the elements, and their functions (k, m, q) at the
+    points. Integration is done on the facets themselves, because scikit-fem would have to invert
+    the map of very thin elements.
     """
     element = mesh.elem()
     elements, number = places_of(mesh, facets)
@@ -303,9 +306,9 @@ def gradient_forces(basis: Basis, stress: Array, kinematics: Kinematics) -> Arra
 
 
 def quadratic(mesh: Mesh) -> Mesh:
-    """Add midside nodes to a mesh, and keep it straight.
+    """The mesh with midside nodes added, and with straight edges as before.
 
-    They are in the middle of each edge, in quadrilaterals and hexahedra also of each facet
+    The new nodes are in the middle of each edge, in quadrilaterals and hexahedra also of each facet
     and element.
     """
     return replace(
@@ -329,7 +332,7 @@ def through_corners(mesh: Mesh) -> Mesh:
 def points_from(mesh: Mesh, elements: Integers, part: Mesh) -> Array:
     """(d, nodes) coordinates of all nodes of a part, which consists of some elements of a mesh.
 
-    scikit-fem restricts the coordinates of corners only.
+    This is needed because scikit-fem restricts only the coordinates of corners.
     """
     points = np.zeros((mesh.dim(), part.dofs.N))
     points[:, part.dofs.element_dofs] = mesh.p[:, mesh.dofs.element_dofs[:, elements]]
@@ -351,20 +354,20 @@ def functions_of(element: Element, count: int, points: Array) -> tuple[Array, Ar
 
 
 def corner_weights(kind: type[Mesh]) -> Array:
-    """(nodes, corners) weights that make each node of a straight element a mean of its corners."""
+    """(nodes, corners) weights with which each node of a straight element is a mean of corners."""
     linear = _LINEAR[kind].elem()
     return functions_of(linear, linear.refdom.nnodes, kind.elem.doflocs.T)[0].T
 
 
 def on_facets(kind: type[Mesh]) -> Booleans:
-    """(facets, nodes) which nodes of an element lie on each of its facets."""
+    """(facets, nodes) whether a node of an element lies on a facet of the element."""
     weights = corner_weights(kind)
     facets = kind.elem.refdom.facets
     return np.array([(np.delete(weights, facet, axis=1) == 0).all(axis=1) for facet in facets])
 
 
 def places_of(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers]:
-    """(m,) elements at some facets, and the numbers of the facets in them."""
+    """(m,) the elements at some facets, and the number of each facet within its element."""
     elements = mesh.f2t[0, facets]
     return elements, (mesh.t2f[:, elements] == facets).argmax(axis=0)
 
@@ -384,8 +387,8 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
     """(nodes d, nodes d) matrix of the midside nodes on some facets by their corners.
 
     Displacements are counted node by node; the rows of all other nodes are empty. A midside node
-    follows the mean of its corners, two of an edge or four of a facet. On a curved face it is off
-    the middle of its corners by a vector a. It then also turns with the corners x_c of the facet,
+    follows the mean of its corners: two of an edge, or four of a facet. On a curved face it is off
+    the middle of its corners by a vector a. Then it also turns with the corners x_c of the facet,
     by the rotation that fits their displacements best:
 
         u_m = sum_c weight_c u_c + rotation x a,
@@ -441,7 +444,7 @@ def _midside_nodes(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers, Ar
     node = mesh.dofs.element_dofs[local, elements]
     ends = mesh.t[facet.T, elements].T
     shares = weights[local[:, None], facet]
-    # If corners coincide, there is no node between them.
+    # If the corners coincide, there is no midside node between them.
     last = np.where(shares > 0, ends, -1).max(axis=1, initial=-1)
     is_between = ((shares > 0) & (ends != last[:, None])).any(axis=1)
     return node[is_between], ends[is_between], shares[is_between]

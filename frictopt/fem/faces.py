@@ -12,7 +12,7 @@ from ..contact.components import frames_of
 from ..errors import ModelError
 
 # The nodes of a facet are nodes of the contact if at least this share of the facet faces the other
-# face. Ends and rims of round faces miss each other by their sag.
+# face. It is not all of it, because ends and rims of round faces miss each other by their sag.
 FACED = 0.5
 
 
@@ -50,7 +50,7 @@ def unit_vectors(vectors: Array) -> Array:
 def areas_of(corners: Array) -> Array:
     """(facets, d) normals of facets (facets, corners, d), as long as the edge or the area.
 
-    The normal of an edge is the edge turned by 90 degrees; a polygon has the normal of its vector
+    The normal of an edge is the edge turned by 90 degrees; the normal of a polygon is its vector
     area.
     """
     arms = corners - corners[:, :1]
@@ -80,7 +80,7 @@ class Face:
     def sag(self) -> Array:
         """(nodes,) distance by which facets at a node may miss the curved face.
 
-        It follows from the angle between the facets at the node. The errors (nodes, d) of the
+        It follows from the angle between the facets at the node. The errors of the
         coordinates cause such an angle in flat faces, too; their part is subtracted.
         """
         facets, points, corners = self.facets, self.points, self.corners
@@ -126,7 +126,7 @@ def neighbours(
 def ordered_nodes(mesh: Mesh, facets: Integers, argument: str) -> Integers:
     """Nodes of the facets of a plane outline, in order, with the body on the left.
 
-    The facets are one line. Error messages call them `argument`.
+    The facets form one line. Error messages call them `argument`.
     """
     lines = lines_along(mesh, facets, argument)
     if len(lines) > 1:
@@ -187,7 +187,7 @@ class Overlaps:
 def mortar_projection(overlaps: Overlaps, nodes: Integers, count: int) -> tuple[csr_matrix, Array]:
     """Dual mortar projection of displacements from body 2 to n nodes of body 1 (Wohlmuth 2000).
 
-    Returned are the (n, count) matrix `P = D^-1 M` and the diagonal (n,) of D. Here phi are the
+    The results are the (n, count) matrix `P = D^-1 M` and the diagonal (n,) of D. Here phi are the
     hat functions of face 1, chi those of face 2, and psi the dual functions: over the overlaps of a
     facet, `int psi_a phi_b` is `int phi_a` for a = b, else zero. Then `D = diag(int phi_a)` and
     `M_aj = int psi_a chi_j`. Linear displacements along the face are reproduced, and a uniform
@@ -225,9 +225,9 @@ def facet_overlaps(face_1: Face, face_2: Face) -> Overlaps:
     Faces that look away from each other do not overlap. Facets are edges, triangles or
     quadrilaterals, ordered so that their normals point into the body.
 
-    A quadrilateral is four triangles around its middle, which moves by the mean of its corners. A
-    uniform traction then loads the corners as bilinear functions would, and all integrals are
-    exact.
+    A quadrilateral is divided into four triangles around its middle, which moves by the mean of its
+    corners. A uniform traction then loads the corners as with bilinear functions, and all integrals
+    are exact.
     """
     corners = face_1.corners
     frames = frames_of(normals_of(corners))
@@ -295,7 +295,7 @@ def _facing(parts_1: Array, normals: Array, parts_2: Array) -> tuple[Integers, I
         distance, nearest = tree.query(foot)
         height = np.sum((middle_2[nearest] - middle_1) * normals, axis=1)
         foot = middle_1 + height[:, None] * normals
-    # An inclined part reaches further by the inverse of the cosine of the angle.
+    # Along the normal, an inclined part reaches further: by the inverse of the cosine of its angle.
     reach = (np.minimum(distance, radius_2.max()) + radius_1) / abs(_OPPOSITE)
     i, j = neighbours(foot, reach, middle_2, radius_2)
     is_opposite = np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < _OPPOSITE
@@ -313,9 +313,9 @@ def _circles_around(parts: Array) -> tuple[Array, Array]:
     return middles, np.linalg.norm(parts - middles[:, None], axis=2).max(axis=1)
 
 
-# Barycentric coordinates of integration points of equal weight, on an interval and on a triangle,
-# by the number of corners. They are exact for products of two hat functions; on an interval also
-# times a linear depth.
+# Barycentric coordinates of points of integration of equal weight, on an interval and on a
+# triangle, by the number of corners. They are exact for products of two hat functions, and on an
+# interval also for such a product times a linear depth.
 _NEAR = (1 - np.sqrt(1 / 3)) / 2
 _POINTS = {
     2: np.array([[1 - _NEAR, _NEAR], [_NEAR, 1 - _NEAR]]),
@@ -324,9 +324,9 @@ _POINTS = {
 
 
 def common_parts(a: Array, b: Array) -> tuple[Integers, Array]:
-    """The parts that make up the overlaps of pairs of parts, and the pair (m,) of each.
+    """The pieces that make up the overlaps of pairs of parts, and the pair (m,) of each piece.
 
-    Triangles are counterclockwise, and intervals begin at their smaller end.
+    The corners of triangles are counterclockwise, and intervals begin at their smaller end.
     """
     if a.shape[1] == 2:
         common = np.stack([np.maximum(a[:, 0], b[:, 0]), np.minimum(a[:, 1], b[:, 1])], axis=1)
@@ -383,7 +383,8 @@ def _clipped(polygons: Array, start: Array, end: Array) -> Array:
     share = height / np.where(crosses, height - next_height, 1.0)
     cuts = polygons + share[:, :, None] * (np.roll(polygons, -1, axis=1) - polygons)
 
-    # Each corner is followed by the cut of the side after it. Remaining points come first.
+    # Each corner is followed by the point where the side after it is cut. Points that stay come
+    # first.
     m, count = inside.shape
     corners = np.stack([polygons, cuts], axis=2).reshape(m, 2 * count, 2)
     remains = np.stack([inside, crosses], axis=2).reshape(m, 2 * count)

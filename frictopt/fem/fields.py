@@ -1,4 +1,4 @@
-"""Fields in the bodies of a model, at a state of its contact or during a steady cycle."""
+"""Displacements and stresses in the bodies of a model: at a state, or during a steady cycle."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .loads import Expansion
 from .recovery import BodyFields, NodalFields, Recovery, Steady, tensors_of, warn_of_open_nodes
 
 _ANOTHER = "give the ContactModel that the system was condensed from"
-# Number of loads and motions whose fields are in memory at once.
+# Number of loads and motions whose fields are in memory together.
 _BLOCK = 128
 
 

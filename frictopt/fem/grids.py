@@ -43,11 +43,11 @@ def grids_of(model: Any, result: BodyFields | Steady | None) -> Any:
 
 
 def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Array]) -> Any:
-    """The face of the contacts, that of bodies 1, as a mesh of meshio with fields at its nodes.
+    """The faces of bodies 1 of all contacts as one mesh of meshio, with fields at its nodes.
 
     `extra` are further values at the nodes of the contacts. A node at the tip of a crack is in no
     pair: it moves with its body and does not slip, and has the other values of the nearest pair. A
-    node on the cut of a sector that is a turned copy has the values of its original, turned.
+    node on the cut of a sector that is a copy of another node has the values of that node, turned.
     """
     parts = model._assembly
     points = parts.points
@@ -76,7 +76,7 @@ def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Arr
         }
     )
 
-    # The values at the tips follow the values at the pairs.
+    # The values at crack tips are listed after the values at the pairs.
     sector = parts.sector
     is_copy = sector.copies[tips] >= 0
     originals = np.where(is_copy, sector.copies[tips], tips)
@@ -115,7 +115,7 @@ def _faces(model: Any) -> tuple[list[Integers], Integers]:
         pairs = np.flatnonzero(parts.contact == number)
         pair_of_node = np.full(len(parts.points), -1)
         pair_of_node[parts.pairs.nodes[pairs]] = pairs
-        # A corner may be in a pair of another contact.
+        # A corner node may be in a pair of another contact.
         distance, nearest = cKDTree(places).query(parts.points[corners])
         elsewhere = (pair_of_node[corners] < 0) & (distance <= near)
         faces.append((corners, np.where(elsewhere, nearest, pair_of_node[corners])))

@@ -61,9 +61,9 @@ class Interface:
     def dependent_nodes(self) -> tuple[Integers, csr_matrix, csr_matrix]:
         """Dependent nodes (N,), one for each pair, and matrices W (N, N) and Q (N, all nodes).
 
-        The dependent nodes move by `W Z + Q u`, with the relative motions `Z = M u` along the axes.
-        The dependent node of a pair is its node of body 1, unless that node is in several pairs or
-        is no candidate.
+        The dependent nodes move by `W Z + Q u`. Here `Z = M u` are the relative motions along the
+        axes. The dependent node of a pair is its node of body 1, unless that node is in several
+        pairs or is not a candidate.
         """
         M = self.opening
         pairs_of_node = np.bincount(M.indices, minlength=M.shape[1])
@@ -83,7 +83,7 @@ class Interface:
         return dependent, W, Q
 
     def _independent_columns(self, pairs: Integers) -> Integers:
-        """A candidate for each of some pairs, such that their columns of M are independent."""
+        """A candidate for each of some pairs, so that the columns of M are independent."""
         nodes = np.unique(self.candidates[pairs].indices)
         M = self.candidates[pairs][:, nodes].toarray()
         # A small diagonal entry of R shows a row that depends on the rows before it.
@@ -169,9 +169,9 @@ class Interface:
 def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
     """The lean (n, t) of normals with which rigid motions slide along them exactly.
 
-    None if no normal has to lean. Only motions that nearly slide count. At n nodes, k orthonormal
-    rigid motions have the components `slips` (t, n, k) along t directions, towards which the
-    normals may lean, and `lifts` (n, k) along the normals.
+    None if no normal has to lean. Only motions that nearly slide count.
+    At n nodes, k orthonormal rigid motions have the components `slips` (t, n, k) along t
+    directions, towards which the normals may lean, and `lifts` (n, k) along the normals.
     """
     _, opens, turn = np.linalg.svd(np.linalg.qr(lifts, mode="r"))
     slides = np.pad(opens, (0, len(turn) - len(opens))) <= SLIDES
@@ -182,7 +182,7 @@ def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
     # the node, there is no slip, and the lean is zero.
     square = np.einsum("ain,bin->iab", slip, slip) + ROUNDING * np.eye(len(slip))
     lean = np.linalg.solve(square, np.einsum("ain,in->ia", slip, lift)[..., None])[..., 0]
-    # A smaller lean is rounding. A larger one shows that a few nodes of many form a wedge.
+    # A smaller lean is rounding. With a larger one, a few of the many nodes form a real wedge.
     return lean if ROUNDING < np.abs(lean).max() <= SLIDES else None
 
 
@@ -229,14 +229,14 @@ def guided_pairs(
 ) -> tuple[Array, csr_matrix]:
     """Find the axes along which pairs cannot slip, and the nodes that can be dependent.
 
-    Returned are the normals (N, d) without their parts along these axes, of any length, and the
+    The results are the normals (N, d) without their parts along these axes, of any length, and the
     candidates (N, all nodes), the entries of M at nodes that can be the dependent node of their
     pair.
 
     A pair cannot slip along an axis if supports hold all its nodes along that axis. This is also
     true on a plane of symmetry (or an axis of symmetry), on two conditions. Supports hold the nodes
     of both bodies there, and the rest of the pair lies on one side: its mirror image cancels its
-    motion. The normal is then put into the plane, because it comes from facets on one side only.
+    motion. The normal is then put into the plane: it was computed from facets on one side only.
 
     A node can be dependent if it is held along exactly the axes in which its pairs cannot slip.
     Then no other node depends on its motion along these axes.
@@ -274,7 +274,7 @@ def guided_pairs(
     across = ~any_link(~held) | is_symmetric
 
     lengths_in_plane = np.linalg.norm(np.where(across, 0.0, normals), axis=1)
-    # Least share of a normal that lies in a plane of symmetry. The normal at an edge may lean out
+    # Least part of a normal of length 1 in a plane of symmetry. The normal at an edge may lean out
     # of the plane by half the angle of the facet beside it.
     least_share = 0.5
     across &= (lengths_in_plane > least_share * np.linalg.norm(normals, axis=1))[:, None]
@@ -293,7 +293,7 @@ def notes_on_held(
     moves: Booleans,
     name_of_node: Callable[[int], str],
 ) -> list[str]:
-    """A note for each contact with pairs that cannot move; ModelError if no pair of it can.
+    """A note for each contact with pairs that cannot move; ModelError if none of its pairs can.
 
     Each pair has the number of its contact, its node of body 1, and whether it moves.
     """

@@ -75,9 +75,9 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Ar
 
 
 def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:
-    """Check that no node on a cut of a sector gets the force of its copy, too."""
+    """Check that no node on a cut of a sector gets its force twice: also that of its copy."""
     if isinstance(load, RemoteForce) and isinstance(load.where, str):
-        return  # nodes are weighted by area, so that a node and its copy count once
+        return  # nodes are weighted by area, so a node and its copy together count once
     body = model.body(argument, load.body)
     nodes = model.first_node[load.body] + nodes_of(body, load.body, load.where)
     copied = np.intersect1d(nodes, model.sector.nodes)
@@ -158,9 +158,9 @@ def _check_together(argument: str, differs: Booleans, points: Array) -> None:
 def _check_felt(
     model: Assembly, argument: str, loads: Sequence[Load], forces: Array, largest: float
 ) -> None:
-    """Check that supports do not carry all the forces of a load case that acts on some places.
+    """Check that supports do not carry all the forces of a load case right where they act.
 
-    `forces` are (nodes, d), and `largest` is the largest one before couplings pass it on.
+    `forces` are (nodes, d), and `largest` is the largest force before couplings pass it on.
     """
     on_places = [
         load for load in loads if isinstance(load, Traction | Pressure | PointForce | RemoteForce)

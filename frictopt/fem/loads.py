@@ -28,7 +28,7 @@ from .supports import Place, axis_of, checked_axis, checked_place
 
 
 class Part:
-    """Base of loads: checks that texts are names and that amounts are numbers or functions.
+    """Base of loads. It checks that names are texts, and that amounts are numbers or functions.
 
     A load with x, y and z needs at least one of them.
     """
@@ -192,7 +192,7 @@ class BodyForce(ForceLoad):
 class Centrifugal(Part):
     """Centrifugal force of a spinning body: density times angular speed squared times distance.
 
-    The distance is measured from the axis of the spin. In the plane the axis is normal to the
+    The distance is that from the axis of the spin. In the plane the axis is normal to the
     plane, through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the
     load case multiplies the force, which is proportional to the square of the speed.
 
@@ -317,7 +317,7 @@ class Displacement(Part):
     """Prescribed displacement (x, y), in space (x, y, z), of the nodes of a support.
 
     A support must hold the nodes in the directions of the displacement. Displacements of one load
-    case do not add up. If several contain the same node, they must move it equally.
+    case do not add up: if several contain the same node, they must move it equally.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ from .interface import Interface
 
 
 class NumberedPoints(NDArray[np.float64]):
-    """Coordinates (nodes, d) of the nodes of a deck, which know their numbers (nodes,) in it.
+    """Coordinates (nodes, d) of the nodes of a deck, with their `numbers` (nodes,) in the deck.
 
     Slices and results of arithmetic have no numbers, because their rows may be other nodes.
     """
@@ -41,7 +41,7 @@ def checked_stiffness(K: object) -> csr_matrix:
     matrix = _checked_matrix("K", K)
     matrix.sum_duplicates()
     skew = abs(matrix - matrix.T).tocoo()
-    # Largest asymmetry of a stiffness, relative to its largest entry. Other codes write ten digits.
+    # Largest asymmetry of a stiffness, relative to its largest entry: other codes write ten digits.
     largest_asymmetry = 10 * CONDENSATION
     if skew.nnz and skew.max() > largest_asymmetry * np.abs(matrix.data).max():
         worst = skew.data.argmax()
@@ -56,7 +56,7 @@ def checked_stiffness(K: object) -> csr_matrix:
 
 
 def _checked_matrix(name: str, matrix: object, shape: tuple[int, int] | None = None) -> csr_matrix:
-    """Check that a matrix, sparse or dense, is finite and of a shape; None: square."""
+    """Check that a matrix, sparse or dense, is finite and has the shape given; None: is square."""
     entries = matrix if issparse(matrix) else finite_array(name, matrix, (None, None))
     sparse = csr_matrix(entries)
     expected = shape or (max(sparse.shape[0], 1),) * 2
@@ -79,10 +79,10 @@ def checked_rows(
 ) -> tuple[Integers, Integers]:
     """Rows of K of the displacements, of `shape` (nodes, d), and generalised rows with stiffness.
 
-    Here and below, `numbers` (nodes,) are the numbers of the nodes in error messages.
+    In this file, `numbers` (nodes,) are the numbers of the nodes in error messages.
 
-    A row is -1 if its displacement is held, also by `held`, and -2 if it follows others. Every row
-    of K must be given once.
+    A row is -1 if `unknowns` or `held` holds its displacement, and -2 if it follows others. Every
+    row of K must be given once.
     """
     size = K.shape[0]
     rows = whole_array("unknowns", unknowns, shape, least=-2, most=size - 1)
@@ -124,7 +124,7 @@ def _checked_indices(name: str, rows: ArrayLike, size: int) -> Integers:
 def checked_pairs(
     pairs: ArrayLike, projection: object, rows: Integers, points: Array, numbers: Integers
 ) -> tuple[Integers, csr_matrix]:
-    """Nodes (N,) of body 1, and matrix P (N, nodes) of the places on body 2 they are glued to.
+    """Nodes (N,) of body 1, and matrix P (N, nodes) of their places on body 2.
 
     `rows` is the first result of `checked_rows`.
     """
@@ -169,9 +169,9 @@ def check_forgotten(
 ) -> None:
     """Check that no pair of a contact is left out.
 
-    A pair is forgotten if nodes of two bodies coincide, other pairs join these bodies, and further
-    nodes of the bodies coincide next to them. Nodes that other pairs join indirectly need no pair,
-    and neither do nodes held on both sides.
+    A pair is missing if nodes of two bodies coincide, other pairs join these bodies, and further
+    nodes of these bodies coincide next to them. Nodes that other pairs join indirectly need no
+    pair, and neither do nodes held on both sides.
     """
     neighbours = graph - diags(graph.diagonal())
     is_ground = np.asarray(neighbours.sum(axis=1)).ravel() == 0  # held nodes without stiffness
@@ -345,9 +345,9 @@ def check_sides(
 def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
     """(nodes,) nodes whose neighbours show the side on which their body lies.
 
-    Two kinds of nodes do not. Nodes connected to clamped nodes lack neighbours, because the matrix
-    no longer contains these; clamped nodes pull them back in every shift. In reduced models every
-    node is connected to every other.
+    Two kinds of nodes do not show it. Nodes connected to clamped nodes lack neighbours, because the
+    matrix does not contain clamped nodes. They are known because clamped nodes pull them back in
+    every shift. In reduced models every node is connected to every other.
     """
     listed = unknowns >= 0
     shifts = np.zeros((K.shape[0], unknowns.shape[1]))  # column a: all nodes move along axis a

@@ -91,9 +91,10 @@ MIXED_QUADRATIC = (MeshMixedPlane2, MeshMixed2)
 
 
 def canonical(nodes: Integers) -> tuple[Integers, Integers]:
-    """Nodes (corners, m) of facets, sorted and with the last one repeated; and how many differ.
+    """Nodes (corners, m) of facets in a standard form; and how many of them differ in each facet.
 
-    Two facets have the same nodes if and only if these columns are equal.
+    The nodes are sorted, and a repeated node is the last one. Two facets have the same nodes if and
+    only if their columns are equal.
     """
     rows = np.sort(nodes, axis=0)
     repeats = rows[1:] == rows[:-1]
@@ -117,7 +118,7 @@ def places_among(rows: Integers, known: Integers) -> Integers:
 def with_wedges(mesh: Mesh) -> Mesh:
     """The mesh, where one of scikit-fem's wedges becomes a `MeshMixed` with the same nodes.
 
-    scikit-fem 12.0 integrates over half of its reference wedge.
+    This is needed because scikit-fem 12.0 integrates over only half of its reference wedge.
     """
     if not isinstance(mesh, skfem.MeshWedge1):
         return mesh

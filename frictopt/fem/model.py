@@ -59,8 +59,8 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         bodies hold may be free. For symmetric bodies, model one half and hold it across the plane
         of symmetry. A `RigidCoupling` or a `DistributingCoupling` holds nodes by a point. Nodes of
         a contact on the plane of symmetry, or on the axis of axisymmetric bodies, do not slip
-        across it. A pair whose two nodes cannot move at all, as where both bodies are clamped, is
-        left out, and `notes` names it. For a ring of equal sectors, model one sector, with a
+        across it. A pair whose two nodes cannot move at all, such as where both bodies are clamped,
+        is left out, and `notes` names it. For a ring of equal sectors, model one sector, with a
         `Cyclic` for each body that is cut.
     loads
         Load case name -> its loads: Traction, Pressure, PointForce, RemoteForce, BodyForce,
@@ -70,8 +70,8 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         The contacts, with different names. Without any, two bodies, the first of them body 1, meet
         along the boundary "contact" of both. A corner node belongs to all contacts whose faces end
         there. If its motion in the last of them follows from its motions in the others, it has no
-        pair there, and the next node of that contact represents both. If the faces continue
-        smoothly, the node belongs to the first contact only.
+        pair in that contact, and the next node of that contact represents both. If the faces
+        continue smoothly, the node belongs to the first contact only.
     kinematics
         For plane meshes "plane_strain" (or None), "plane_stress", or "axisymmetric"; for meshes in
         space "space" (or None). In axisymmetric models x is the radius, and x = 0 the axis.
@@ -168,7 +168,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         return loads
 
     def _doubts(self, kinematics: Kinematics) -> Iterator[str]:
-        """Warnings of a model that may not be meant: its units, meshes, faces and free nodes."""
+        """Warnings of what may not be meant in a model: units, meshes, faces and free nodes."""
         for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
             names = contact.body_1, contact.body_2
             if joint.beyond > 0:
@@ -179,8 +179,8 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
                     f"{names[1]!r} and is free; if it should touch, name more of body {names[1]!r}"
                 )
             yield from units_apart(names, [self.bodies[name] for name in names])
-            # If the edges of body 1 are this much longer than the edges of body 2, the nodes of the
-            # contact are too far apart.
+            # If the edges of body 1 are longer than those of body 2 by this factor, the nodes of
+            # the contact are too far apart.
             if joint.coarser > 4.0:
                 yield (
                     f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "
@@ -226,7 +226,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
     def products(self, *, progress: bool = True) -> ContactProducts:
         """The contact by products with the glued bodies, for thousands of nodes in space.
 
-        It takes two factorisations, of the glued bodies and of the bodies that slip freely, and N
+        It takes two factorisations (of the glued bodies, and of the bodies that slip freely) and N
         solutions in blocks. The model keeps the contact, with the second factorisation and a
         matrix of `8 N^2` bytes in space. Gaps, overlaps (`Interference`) and springs of contacts
         need `condense`.
@@ -263,7 +263,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         return self._contact(ContactProducts, products_of)
 
     def _contact(self, kind: type[S], reduced: Callable[..., tuple[Any, Any, Any]]) -> S:
-        """The contact of this kind, of stiffness or products, bonded reactions and compliance."""
+        """The contact of this kind, from stiffness or products, bonded reactions and compliance."""
         assembly = self._assembly
         glued = assembly.glued
         points = assembly.points[assembly.pairs.nodes]
@@ -274,7 +274,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
             check_order(points, frames, contact)
         assembly.check_ends()
 
-        # Forces (size, cases) on the bodies after the moved supports have moved and nothing else.
+        # Forces (size, cases) on the bodies if only the moved supports have moved.
         force, moved, overlaps = self._cases
         net_force = force - assembly.whole @ moved
         R, D = assembly.release
@@ -310,7 +310,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         return system
 
     def _contact_modulus(self) -> float | None:
-        """The contact modulus E*, if all contacts have the same."""
+        """The contact modulus E* if all contacts have the same; otherwise None."""
         moduli = {}
         for name, body in self.bodies.items():
             is_stress = self.kinematics == "plane_stress"
@@ -364,7 +364,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
     def notes(self) -> tuple[str, ...]:
         """Statements on what the model does that its arguments do not say.
 
-        They name pairs that are left out, the largest moves of `Contact.adjust` and of the
+        They name pairs that are left out, the largest moves due to `Contact.adjust` and to the
         tolerance of `Cyclic`, and the largest gap that is measured in each contact.
         """
         assembly = self._assembly
@@ -406,7 +406,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
 
 
 def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]:
-    """Warnings of bodies whose elements lock: they are too stiff, and limits are wrong.
+    """Warnings of bodies whose elements lock: these bodies are too stiff, and limits are wrong.
 
     From nu = 0.49 on, linear triangles deform at least a tenth less than they should.
     """
@@ -415,7 +415,7 @@ def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]
     for name, body in bodies.items():
         nu = body.material.nu
         mesh = body.mesh
-        # Triangles, tetrahedra and most wedges have one dilatation already.
+        # In triangles, tetrahedra and most wedges the dilatation is uniform anyway.
         has_simplices = isinstance(mesh, (skfem.MeshTri1, skfem.MeshTet1, *MIXED))
         is_averaged = body.element == "mean_dilatation" and not has_simplices
         if nu >= 0.49 and body.element != "quadratic" and not is_averaged:
@@ -428,10 +428,10 @@ def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]
 
 @contextmanager
 def naming_incompressible(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[None]:
-    """Name bodies with nu next to 0.5 in an error of the elimination of their stiffness.
+    """If the elimination of the stiffness fails, name bodies with nu next to 0.5 in the error.
 
-    The stiffness then consists of the resistance to a change of volume. The resistance to a change
-    of shape, which supports and contacts feel, has few digits in it, or none.
+    Their stiffness is nearly all resistance to a change of volume. The resistance to a change
+    of shape, on which supports and contacts depend, has few digits in it, or none.
     """
     try:
         yield

@@ -42,15 +42,15 @@ from .node_forces import PointForce, RemoteForce
 
 # The numbers of the search for modes.
 
-# Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. It lies
+# Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. The shift lies
 # below the first mode of most bodies.
 _SHIFT = 1e-3
-# Square of an angular frequency, relative to the shift, up to which the motion is rigid.
+# A motion counts as rigid if the square of its angular frequency, over the shift, is at most this.
 _RIGID = 1e-7
-# Vectors of the search beyond those of the modes. They find modes of one frequency together.
+# Number of vectors of the search beyond the number of modes: modes of equal frequency need them.
 _MORE_VECTORS = 20
 
-# Loads that are forces on bodies.
+# Kinds of loads that are forces on bodies.
 _OF_FORCES = Traction, Pressure, PointForce, RemoteForce, BodyForce, Centrifugal, NodalForces
 
 
@@ -128,7 +128,7 @@ class Modes(Shown, Plotted):
     _shown_names = ("frequency", "mass")
 
     def load(self, k: int) -> list[NodalForces]:
-        """The load case of mode k (0: the lowest), forces `M shape`, for `with_loads`.
+        """The load case of mode k (0: the lowest) for `with_loads`: the forces `M shape`.
 
         Amplitude 1 is a unit modal force. The load moves the bodies in this mode alone, and its
         displacement is the modal amplitude.
@@ -243,11 +243,11 @@ class Vibrating:
 
         The contact stiffness of the surfaces acts at glued nodes. The mass follows from the
         `density` of each material. Free rigid motions have frequency 0. Both faces of the section
-        of a bolt, see `BoltPreload`, move together, so its tension changes in a vibration. Loads
-        are left out: they do not stiffen the bodies, as a spin would. Axisymmetric models have
-        axisymmetric modes only. A sector (`Cyclic`) has the modes of its ring that are the same in
-        all sectors: without nodal diameters, or with a multiple of the number of sectors. Its
-        masses refer to one sector. Theory, eq. (34).
+        of a bolt, see `BoltPreload`, move together, so its tension changes in a vibration. The
+        loads of the model have no effect: not even a spin stiffens the bodies here. Axisymmetric
+        models have axisymmetric modes only. A sector (`Cyclic`) has the modes of its ring that are
+        the same in all sectors: without nodal diameters, or with a multiple of the number of
+        sectors. Its masses refer to one sector. Theory, eq. (34).
 
         Parameters
         ----------
@@ -328,10 +328,10 @@ def _participation(
         sum(shape @ np.asarray(masses[name].sum(axis=0)).ravel() for name, shape in shapes.items())
     )
     if parts.kinematics == "axisymmetric":
-        # No motion along the radius is a translation.
+        # A motion along the radius is no translation.
         return factors * [0.0, 1.0]
     if parts.sector.count > 1:
-        # A translation across the axis turns from sector to sector.
+        # A translation across the axis has another direction in each sector, so it does not count.
         return factors @ np.outer(parts.sector.along, parts.sector.along)
     return factors
 
@@ -360,7 +360,7 @@ def _motions(
     T, front = fronts(parts.glued)
     compliance = compliances(*springs, parts.width, d - 1)
     compliance = np.where(np.tile(opened, d), np.inf, compliance)
-    # Relative motions, in front -1, move at open nodes and on springs; all others are zero.
+    # Relative motions, in front -1, are free at open nodes and on springs; all others are zero.
     relative = front < 0
     stiff = np.zeros(len(front))
     with_spring = compliance > 0
@@ -373,7 +373,7 @@ def _motions(
 
 
 def _shift(parts: Assembly) -> float:
-    """Shift of the squares of angular frequencies: bodies without supports have an inverse too."""
+    """Shift of the squares of angular frequencies, with which free bodies have an inverse, too."""
     size = float(np.linalg.norm(np.ptp(parts.points, axis=0)))
     materials = [body.material for body in parts.bodies.values()]
     speeds = [
@@ -387,7 +387,7 @@ def _lowest(
 ) -> tuple[Array, Array]:
     """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n).
 
-    They belong to the stiffness of the glued bodies and a mass M. Modes have unit modal mass.
+    They are those of the stiffness of the glued bodies with a mass M. Modes have unit modal mass.
     """
     size = whole_number("n", n, least=1, most=len(front) - 1)
     _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=float)

@@ -1,7 +1,7 @@
 """Joining the nodes of two faces by the dual mortar method.
 
 If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. If
-more than half of a facet lies beyond, nodes of it would lie beyond the edge of body 2. Such nodes
+more than half of a facet lies beyond, some of its nodes lie beyond the edge of body 2. Such nodes
 have no pair: the next pair of the contact represents them, see `independent_pairs`. So the pressure
 on the part of the facet that lies opposite body 2 acts at this pair.
 """
@@ -39,8 +39,8 @@ from .normals import Planes, normals_of_faces
 
 # Numbers for faces that reach beyond each other.
 
-# A facet counts as facing nothing if less than this share of it lies opposite body 2. The dual
-# functions of a smaller part, which has the size of its square in a corner, would lose six digits.
+# If less than this share of a facet lies opposite body 2, it counts as facing nothing. The dual
+# functions of a smaller part would lose six digits: at a corner, it has the square of this share.
 _LEAST_SHARE = 1e-3
 # If a smaller share of a flat facet lies beyond the other face, this is rounding of the drawing.
 _DRAWN = 1e-3
@@ -60,7 +60,7 @@ class Joint:
     projection: csr_matrix
     # (n,) initial gap
     gap: Array
-    # (n,) False: the node lies beyond the edge of body 2, and another pair represents it
+    # (n,) False if the node lies beyond the edge of body 2, so that another pair represents it
     inside: Booleans
     # nodes of facets of body 1 that lie, at least partly, opposite body 2
     opposite: Integers
@@ -69,7 +69,7 @@ class Joint:
     share_beyond: float
     # mean length of the edges of body 1, divided by that of the edges of body 2 that face them
     coarser: float
-    # largest distance by which facets may miss the curved faces that they stand for; 0 if no gap
+    # largest distance by which facets may miss the curved faces that they approximate; 0 if no gap
     # was measured, or if all nodes touch up to rounding
     missed: float
 
@@ -192,11 +192,11 @@ def resultants(face: Face, nodes: Integers, forces: Array) -> Array:
     shear = (forces - normals * along[:, None]).sum(axis=0)
     arms = points - np.average(points, axis=0, weights=np.linalg.norm(areas, axis=1))
     products = np.einsum("na,nbm->abm", arms, forces)
-    # Each component of the moment is there twice.
+    # Each component of the moment occurs twice in the products.
     moment = (products - products.swapaxes(0, 1)) / np.sqrt(2)
     sizes = np.linalg.norm(shear, axis=0), np.linalg.norm(moment, axis=(0, 1))
     found = np.array([along.sum(axis=0), *sizes])
-    # A sum of forces that is rounding is zero.
+    # A sum of forces that is only rounding counts as zero.
     rounding = ROUNDING * np.abs(forces).sum(axis=(0, 1))
     return np.where(np.abs(found) > np.outer([1.0, 1.0, np.abs(arms).max()], rounding), found, 0.0)
 
@@ -263,7 +263,7 @@ def _part_beyond(share: Array, face_1: Face) -> tuple[float, float]:
 
 
 def without_slivers(overlaps: Overlaps, face_1: Face, share: Array) -> tuple[Overlaps, Face, Array]:
-    """Overlaps, face 1 and shares without the facets that face nothing but a sliver."""
+    """Overlaps, face 1 and shares, without facets of which only a sliver faces body 2."""
     faces_2 = share >= _LEAST_SHARE
     number = np.cumsum(faces_2) - 1
     counts = faces_2[overlaps.facet]
@@ -294,7 +294,7 @@ def _check_overlap(points: Array, distance: Array, allowed: Array, contact: Cont
 
 
 def _checked_gap(points: Array, distance: Array, allowed: Array, contact: Contact) -> Array:
-    """(n,) given gap of nodes that touch: their distances are at most `allowed` (n,)."""
+    """(n,) the given gap, after a check that nodes touch: distances are at most `allowed` (n,)."""
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(
             f"{contact.title}, at {place(points[i])}: the faces do not touch, they are "
@@ -318,15 +318,15 @@ def check_touching(
     """Check that a contact joins two bodies wherever a facet of one lies on a facet of the other.
 
     `joined` maps the names of two bodies to the nodes of the first body that contacts of these two
-    join. Facets of joined nodes do not count, and neither do facets that meet in a point or at an
-    edge. Curved faces are seen if the nodes of both sides coincide.
+    join. Facets of joined nodes are not checked, and neither are facets that meet in a point or at
+    an edge. Curved faces are only found to touch if the nodes of both sides coincide.
     """
     no_nodes = np.zeros(0, int)
     for name_1, name_2 in combinations(bodies, 2):
         meshes = bodies[name_1].mesh, bodies[name_2].mesh
         errors = bodies[name_1].errors, bodies[name_2].errors
         near = sum(float(error.max()) for error in errors)
-        # The box in which both bodies are.
+        # The box that both bodies have in common.
         low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near
         high = np.min([mesh.p.max(axis=1) for mesh in meshes], axis=0) + near
         faces = []

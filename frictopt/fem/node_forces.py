@@ -15,7 +15,7 @@ from .loads import ForceLoad, components
 from .rigid import rigid_motions
 from .supports import Place, checked_place, checked_point, nodes_of
 
-# Smallest divisor of a vector that is scaled to one; zero vectors stay zero.
+# Smallest divisor of a vector that is scaled to length one, so that zero vectors stay zero.
 TINY = np.finfo(float).tiny
 
 
@@ -72,9 +72,10 @@ class PointForce(ForceLoad):
 class RemoteForce(ForceLoad):
     """Force and moment at a point, spread over nodes of one body (RBE3).
 
-    The nodal forces have the resultants of the load. Of all such forces they are the smallest in
-    the mean square, weighted by the areas of the nodes. The nodes stay free to move apart. With a
-    `RigidCoupling` of the same nodes, it is the load on the point of that coupling.
+    The nodal forces have the resultants of the load. Of all forces with these resultants they are
+    the smallest in the mean square, weighted by the areas of the nodes. The nodes stay free to move
+    apart. With a `RigidCoupling` of the same nodes, this force is the load on the point of that
+    coupling.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ class RemoteForce(ForceLoad):
         return moments
 
     def _size(self, body: Body, kinematics: Kinematics) -> float:
-        """The size of the force; 0 with a moment, which is no force."""
+        """The size of the force; 0 if there is a moment, whose size is not comparable."""
         if self.moment is not None:
             return 0.0
         return float(np.linalg.norm(components(self, np.zeros(body.mesh.dim()))))
@@ -234,13 +235,13 @@ def distribution(around: NodesAround, kinematics: Kinematics) -> Array:
     if kinematics == "axisymmetric":
         along_axis = motions[:, 1:2]
         return np.asarray(repeated * along_axis / weights.sum())
-    # Weighted motions. As forces, their resultants about the middle are unit loads.
+    # Weighted motions, scaled so that, as forces, their resultants about the middle are unit loads.
     sizes = np.maximum(np.abs(motions).max(axis=0), TINY)
     scaled = motions / sizes
     squares = scaled.T @ (repeated * scaled)
     inverse = np.linalg.pinv(squares, rcond=SAME_POINT, hermitian=True)
     forces = repeated * scaled @ inverse / sizes
-    # A unit load on the point has a moment about the middle.
+    # A unit load on the point also has a moment about the middle.
     shift = motions_of_point(around.point[None], middle)
     to_middle = np.eye(motions.shape[1])
     to_middle[:, : points.shape[1]] = shift.T

@@ -24,14 +24,14 @@ SMOOTH = 0.9
 
 # Smallest cosine between two edges of a line through a node of the rim.
 _THROUGH = 0.8
-# Smallest cosine between two edges of a line within the face.
+# The same for edges within the face.
 _ONWARD = 0.5
-# Smallest ratio of the curvature of a curve at the next node to its curvature here. At a corner
-# of two flat faces the curvature at the next node is zero.
+# Smallest ratio of the curvature of a curve at the next node to its curvature at the node. At a
+# corner of two flat faces the curvature at the next node is zero.
 _BENDS_ON = 1 / 3
 # Largest number of passes over the rim; the normals of its nodes depend on each other.
 _PASSES = 40
-# Newton steps to a normal; each squares the error of an angle.
+# Number of Newton steps to a normal; each step squares the error of an angle.
 _STEPS = 6
 # Smallest ratio of two eigenvalues of the tangents at a node at which both directions are
 # determined.
@@ -49,11 +49,11 @@ _SAME_ANGLE = 1e-3
 
 
 class Planes:
-    """The normals of flat faces: faces in parallel planes have exactly one normal.
+    """The normals of flat faces: faces in parallel planes get exactly the same normal.
 
     Coordinates have errors, so the facets of a flat face have normals that differ a little. If the
-    coordinates allow it, the normal of a face is an axis, or the normal of an earlier face. So the
-    largest faces, which know their normal best, should come first.
+    coordinates allow it, a face gets an axis as normal, or the normal of an earlier face. So the
+    largest faces, whose normals have the smallest errors, should come first.
     """
 
     def __init__(self, dimension: int) -> None:
@@ -73,7 +73,7 @@ class Planes:
         for known in [*self._normals, mean]:
             normal = known if known @ mean > 0 else -known
             error = error_along(normal[None], errors[nodes]).max()
-            # The nodes have this error, and the plane has it at its edge.
+            # Both the nodes and the edge of the plane have this error, on either side.
             is_flat = np.ptp(points[nodes] @ normal) <= 4 * error
             is_one_normal = np.sum((normal - mean) ** 2) <= askew
             if is_flat and is_one_normal and (areas @ normal > 0).all():
@@ -248,8 +248,8 @@ def _surface_normals(
 ) -> Array | None:
     """(n, 3) unit normals at some nodes of facets, if all their nodes lie on one cylinder or cone.
 
-    None if they do not, or if `normals` (n, 3) differ from these normals by no more than the error
-    of the places of the nodes.
+    None if they do not lie on one, or if `normals` (n, 3) differ from these normals by no more than
+    the error of the places of the nodes.
     """
     all_nodes = np.unique(facets)
     if len(all_nodes) < 2 * _GENERATORS:
@@ -272,7 +272,7 @@ def _surface_normals(
     error = np.abs(fit.fun).max()
     axis, _, away, radius = cone.placed(fit.x)
     if not error <= _ON_SURFACE or not radius.min() > 0:
-        return None  # no such surface, or a node is the tip of a cone, which has no normal
+        return None  # no such surface, or a node is the tip of a cone, where there is no normal
     outward = away / radius[:, None]
     if _count_generators(outward, axis, basis) < _GENERATORS:
         return None
@@ -323,9 +323,9 @@ class _HalfEdges:
     def onward(
         self, nodes: Integers, direction: Array, least_cosine: float
     ) -> tuple[Integers, Booleans]:
-        """The edge from each node that is closest to a direction (n, d).
+        """From each node, the edge closest to a direction (n, d).
 
-        Also returned is whether the cosine between them exceeds `least_cosine`.
+        The second result is whether the cosine between the two exceeds `least_cosine`.
         """
         first = np.searchsorted(self.tail, nodes)
         count = np.searchsorted(self.tail, nodes, side="right") - first
@@ -347,7 +347,7 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
     """(n, d) unit normals at nodes of the rim, from the lines of nodes that reach them.
 
     A line that goes through a node has the tangent of the circle through its neighbours. A line
-    that ends at the node is taken as an arc to the next node: its chord has the same angle with
+    that ends at the node is taken as an arc from the next node: its chord has the same angle with
     both normals. If the line is not curved beyond the next node, as at a corner of two flat faces,
     it is taken as straight.
 
@@ -389,7 +389,7 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
 def _with_cosines(normals: Array, tangents: Array, cosines: Array, node: Integers) -> Array:
     """(n, d) unit normals near `normals` that have given cosines with unit tangents.
 
-    The cosines are fitted in least squares; each tangent belongs to a node.
+    The cosines are fitted in least squares; `node` has the node of each tangent.
     """
     for _ in range(_STEPS):
         present = np.sum(tangents * normals[node], axis=1)

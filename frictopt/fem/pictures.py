@@ -44,13 +44,13 @@ from .recovery import BodyFields, von_mises
 from .sector import Cyclic
 from .supports import Support, nodes_of
 
-# Frame of the number of a contact.
+# Frame around the number of a contact.
 _FRAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 
 
 # The numbers of the pictures of models.
 
-# Order of numbers in space: above all faces, whose order matplotlib takes from their distance.
+# Drawing order of numbers in space: above all faces, which matplotlib orders by their distance.
 _ABOVE = 1e3
 # Largest displacement of a mode in a picture, as a share of the size of the bodies.
 _BENT = 0.15
@@ -170,7 +170,7 @@ def _fields(fields: BodyFields, ax: AnyAxes = None) -> AnyAxes:
 
 
 def mode(modes: Modes, ax: AnyAxes = None, numbers: Sequence[int] = (0,)) -> AnyAxes:
-    """The shapes of some modes: each body in its colour, and in grey as it is at rest."""
+    """The shapes of some modes: each body in its colour, over the undeformed body in grey."""
     panels, ends = axes_of([*_meshes(modes.bodies).values()], ax, len(numbers))
     for axes, number in zip(panels, numbers, strict=True):
         shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
@@ -191,7 +191,7 @@ def _bent(
         draw_bodies(axes, {"as it was": mesh}, [GREY], face=0.0, edge=0.3)
         moves = _BENT * size / largest * shape[name]
         bent[name] = replace(mesh, doflocs=mesh.doflocs + moves)
-    # Faces behind others must not shine through, so that bodies and bolts are told apart.
+    # Faces behind others must not shine through: bodies and bolts would look alike.
     draw_bodies(axes, bent, _colors(len(bent)), face=0.9, edge=0.4)
     finish_axes(axes, ends, _BENT * size)
 
@@ -228,7 +228,7 @@ def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, co
 
 
 def _on_surface(part: Traction | Pressure, body: Body, length: float) -> tuple[Array, Array]:
-    """(n, d) begins and steps of arrows along the mean tractions of facets.
+    """(n, d) origins and steps of arrows along the mean tractions of facets.
 
     Nodal forces would mislead: at corners of quadratic elements they are zero up to rounding, or
     point against the load.
@@ -247,10 +247,10 @@ def _on_surface(part: Traction | Pressure, body: Body, length: float) -> tuple[A
 
 
 def _resultant(forces: Array, places: Array, length: float) -> tuple[Array, Array]:
-    """(1, d) begin and step of an arrow along the sum of nodal forces (d, n).
+    """(1, d) origin and step of an arrow along the sum of nodal forces (d, n).
 
-    It begins where the loaded nodes end, because inside a body it would be hidden. Forces that
-    balance each other, such as those of an expansion, have no arrow: (0, d).
+    The arrow begins at the outermost loaded node, because inside a body it would be hidden. Forces
+    that balance each other, such as those of an expansion, have no arrow: the result is (0, d).
     """
     strength = np.linalg.norm(forces, axis=0)
     total = forces.sum(axis=1)

@@ -16,9 +16,11 @@ from .condense import Glued, checked_motions, eliminated, fronts
 from .recovery import Recovery
 from .schur import solve
 
-# Number of rows of T that are computed at once, in a twelfth of the time of one after the other.
+# Number of rows of T that are computed at once; one after the other would take twelve times as
+# long.
 _AT_ONCE = 128
-# Residual of an exact product, relative to the load, and the most steps that refine it.
+# Residual of an exact product, relative to the load, and the largest number of steps that refine
+# it.
 _EXACT, _STEPS = 1e-13, 50
 
 
@@ -27,7 +29,8 @@ def products_of(
 ) -> tuple[dict[str, Any], dict[str, Array], Array]:
     """Arguments of `ContactProducts`, bonded reactions (k,) of each load, and compliance.
 
-    See `condensed`. The bonded bodies have a factorisation of their own, which is not kept.
+    See `condensed`. The bonded bodies are factorised separately, and this factorisation is not
+    kept.
     """
     relative = checked_motions(glued)
     F = np.reshape([*loads.values()], (-1, glued.K.shape[0])).T
@@ -46,8 +49,8 @@ def products_of(
 class SlidingBodies:
     """The bodies in contact at all pairs, which slip freely: `K y = load`.
 
-    Its unknowns y are displacements inside of the bodies, and then the slips v (t N,). The factors
-    of K have single precision; with them, steps refine products to double precision.
+    The unknowns y are the displacements inside the bodies, and then the slips v (t N,). The factors
+    of K have single precision; further steps refine products to double precision.
     """
 
     def __init__(self, glued: Glued, relative: Array) -> None:
@@ -60,7 +63,7 @@ class SlidingBodies:
         y = np.r_[inside, slips]
         self.first_slip = len(inside)
 
-        # A slip is eliminated with the last of its neighbours inside.
+        # A slip is eliminated in the same front as the last of its neighbours inside the bodies.
         neighbours = csr_matrix(K[slips][:, inside])
         neighbours.data = front[inside][neighbours.indices] + 1.0
         last = neighbours.max(axis=1).toarray().ravel().astype(np.intp) - 1
@@ -70,7 +73,8 @@ class SlidingBodies:
         extra = np.zeros(len(y))
         K_y = csr_matrix(K[y][:, y])
         stiffness = K_y.diagonal()
-        # Slides and slips across a plane of symmetry carry no force, so any stiffness may be used.
+        # Free slides, and slips across a plane of symmetry, need no force, so any stiffness may be
+        # used.
         pinned = qr(self.slides.T, pivoting=True, mode="r")[1][: self.slides.shape[1]]
         held = self.first_slip + np.r_[pinned, np.flatnonzero(stiffness[self.first_slip :] == 0)]
         extra[held] = stiffness[self.first_slip :].mean()
@@ -109,7 +113,7 @@ class SlidingBodies:
         return np.concatenate([np.zeros(self.first_slip), shear.ravel()])
 
     def _exact(self, load: Array) -> Array:
-        """Displacements, by conjugate gradients that the single factors precondition."""
+        """Displacements, by conjugate gradients with the factors in single precision."""
 
         def by_factors(load: Array) -> Array:
             return solve(self._factors, load.reshape(-1, 1)).ravel().astype(float)

@@ -38,7 +38,7 @@ from .loads import Expansion
 from .sector import on_seam
 from .supports import Seam
 
-# Rows of the nodal values; in the plane the first four.
+# Components in the rows of nodal values; in the plane, the first four.
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")
 # Neighbours of the first node of an element, in the order of VTK.
 _ARMS = {
@@ -52,7 +52,7 @@ _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")
 
 @runtime_checkable
 class Steady(Protocol):
-    """A steady state, known by its methods."""
+    """What is needed of a steady state."""
 
     def states(self) -> Any:
         """The states over the cycle."""
@@ -67,7 +67,7 @@ class BodyFields(Shown, Plotted):
 
     Stresses and strains are discontinuous from element to element. Nodal values are their
     least-squares projections onto the functions of the displacements. At sharp corners of a contact
-    they are a property of the mesh.
+    they depend on the mesh.
 
     Attributes
     ----------
@@ -198,7 +198,7 @@ def _tensors_at(projection: csr_matrix, fields: Mapping[str, Array]) -> Array:
 
 
 def tensors_of(rows: Sequence[Array]) -> Array:
-    """(N, 3, 3, ...) tensors of their components (N, ...), in the plane four."""
+    """(N, 3, 3, ...) tensors from arrays (N, ...) of their components; in the plane four."""
     whole = [*rows, *([np.zeros_like(rows[0])] * (6 - len(rows)))]
     order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]
     return np.moveaxis(np.array(whole)[order], 2, 0)
@@ -231,7 +231,7 @@ def in_meshio(mesh: Any) -> Any:
     # Places of the nodes in the reference element, in the order of meshio.
     order = (cells[0][:, None] == mesh.dofs.element_dofs[:, 0]).argmax(axis=1)
     places = mesh.elem().doflocs[order]
-    # The element with x and y exchanged has the same nodes in another order.
+    # With x and y exchanged, the element has the same nodes in another order.
     mirrored = places[:, [1, 0, 2][:d]]
     exchanged = np.linalg.norm(mirrored[:, None] - places, axis=2).argmin(axis=1)
     cells[left_handed] = cells[left_handed][:, exchanged]
@@ -239,7 +239,7 @@ def in_meshio(mesh: Any) -> Any:
 
 
 class Recovery:
-    """The factorisation that gives back the displacements of a model.
+    """The factorisation from which the displacements of a model are recovered.
 
     They are `u = T y + D z` with the relative motions z.
     """
@@ -259,7 +259,7 @@ class Recovery:
         Also returned are the reactions (d N, n).
         """
         u = self._drive @ z
-        # The second step removes the rounding of the first one.
+        # The second pass removes the rounding of the first.
         for _ in range(2):
             u += self._T @ schur.solve(self._factors, self._T.T @ (force - self._K @ u))
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
@@ -268,15 +268,15 @@ class Recovery:
 class NodalFields:
     """The nodal strain and stress of a body as linear functions of its displacements.
 
-    They are least-squares projections onto the functions of the nodes. Their moments with these
-    functions are sparse matrices times the displacements.
+    They are least-squares projections onto the functions of the nodes. Their integrals times these
+    functions (moments) are sparse matrices times the displacements.
 
     Parameters
     ----------
     body, kind
         The body and its kinematics.
     seam
-        The seam of a sector, or None.
+        The seam of a sector; None if the body is not cut.
     """
 
     def __init__(self, body: Body, kind: Kinematics, seam: Seam | None) -> None:
@@ -285,7 +285,7 @@ class NodalFields:
         self._seam = seam
         self._basis = basis = basis_of(body.mesh)
         functions, slopes = functions_at(basis)
-        # (nodes, nodes) moments of fields whose rates with the values at the nodes are given
+        # makes (nodes, nodes) moments of fields, from their rates with the values at the nodes
         moments = partial(assembled, body.mesh, basis.dx, functions)
         self._mass = moments(functions).tocsc()
         self._solve = splu(self._mass).solve

@@ -1,4 +1,4 @@
-"""Rigid motions that nothing prevents: how a stiffness matrix shows them, and checks by them."""
+"""Rigid motions that nothing prevents, found from a stiffness matrix, and checks with them."""
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
@@ -23,8 +23,8 @@ NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
     """(nodes, nodes) pattern of the nodes that the stiffness joins.
 
-    Generalised coordinates may join parts that nothing else joins: one node of each of these parts
-    is then joined.
+    Generalised coordinates may join parts that nothing else joins. In this case, one node of each
+    part is joined to the others.
     """
     node, axis = np.nonzero(unknowns >= 0)
     entries = node, unknowns[node, axis]
@@ -95,7 +95,7 @@ def _without_force(rigid: Array, resistance: Array) -> Array:
     """(n d, k) orthonormal motions of one body without resistance, from its motions (n, d, m)."""
     shapes, triangle = np.linalg.qr(rigid.reshape(-1, rigid.shape[2]))
     turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)
-    # A single node cannot turn.
+    # Motions that move nothing are left out: a single node cannot turn.
     real = sizes > SAME_POINT * sizes[0]
     to_unit = mixed[real].T / sizes[real]
     forces = np.linalg.qr(resistance.reshape(-1, rigid.shape[2]) @ to_unit, mode="r")
@@ -155,7 +155,7 @@ def balanced(
 
     If supports allow a rigid motion of one body, S must have no stiffness against it. In such a
     motion the reactions of a load case must do the work of the load, with the opposite sign. The
-    deviation measures the accuracy of the elimination.
+    deviation from this measures the accuracy of the elimination.
 
     S (k, k), R (k, loads) and F (size, loads) are the stiffness, the reactions, and the loads
     before the elimination.
@@ -200,7 +200,7 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
 
 
 def _turns_and_shifts(turns: Array, shifts: Array) -> tuple[Array, Array]:
-    """Orthonormal turns among some motions, and orthonormal shifts of motions without a turn."""
+    """Orthonormal turns of some motions, and orthonormal shifts of those without a turn."""
     basis, sizes, mixed = np.linalg.svd(turns)
     turning: Booleans = sizes > np.sqrt(FREE_MOTION)
     still = np.ones(len(mixed), dtype=bool)

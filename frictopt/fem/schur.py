@@ -28,7 +28,7 @@ _Update: TypeAlias = tuple[Integers, Array]  # unknowns, and the matrix that the
 
 # Parts of at most this many nodes are not cut further.
 _LEAF = 64
-# An unknown has no stiffness if less than this share of its first stiffness remains.
+# An unknown has no stiffness left if less than this share of its first stiffness remains.
 _NO_STIFFNESS = ROUNDING / 10
 
 
@@ -40,7 +40,7 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     both halves. Parts that are not cut further are fronts.
 
     The (n, n) pattern of the graph is the adjacency of the nodes, and the points are (d, n).
-    Returned are the fronts (n,), numbered in the order of elimination.
+    The result is the front (n,) of each node, numbered in the order of elimination.
     """
     pattern = graph.tocoo()
     once = pattern.row < pattern.col
@@ -102,7 +102,7 @@ def _cut(nodes: Integers, edges: Integers, points: Array, side: Array) -> Array 
 
 
 class _Front(NamedTuple):
-    """The blocks of a front; of symmetric blocks the lower triangle counts."""
+    """The blocks of a front; only the lower triangle of symmetric blocks is used."""
 
     later: Integers  # later unknowns that the front is connected to
     pivot: Array  # block of the unknowns of the front
@@ -121,10 +121,10 @@ def eliminate(
     eliminated.
 
     `front` (unknowns,) is the number of the front that eliminates each unknown, from 0 on; -1: the
-    unknown is kept. Returned are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in
-    the order of K, and the factors for `solve` in the precision `keep` (None: no factors). If the
-    eliminated part is not positive definite, it raises LinAlgError with the unknown at which this
-    shows.
+    unknown is kept. The results are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`,
+    in the order of K, and the factors for `solve` in the precision `keep` (None: no factors). If
+    the eliminated part is not positive definite, LinAlgError is raised, with the unknown at which
+    this shows.
     """
     count = int(front.max(initial=-1)) + 1
     front = np.where(front < 0, count, front)  # kept unknowns come last
@@ -170,7 +170,7 @@ def solve(factors: Sequence[Factor], F: Array) -> Array:
     trsm = blas.get_blas_funcs("trsm", (u,))
     for unknowns, later, triangle, coupling in factors:
         if not u[unknowns].any():
-            continue  # Loads at few places leave most fronts without load.
+            continue  # if loads act at few places, most fronts have no load
         u[unknowns] = trsm(1.0, triangle, u[unknowns], lower=1)
         u[later] -= coupling @ u[unknowns]
     for unknowns, later, triangle, coupling in reversed(factors):

@@ -1,4 +1,4 @@
-"""Sectors of a ring: dependent nodes, found from cut faces; supports and loads must repeat."""
+"""Sectors of a ring: the nodes of one cut face follow those of the other."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Sector:
     copies
         (all nodes,) node j of which each node i is a turned copy; -1: none.
     fixed
-        Nodes on the axis, which both faces have.
+        Nodes on the axis, which both cut faces contain.
     turn, shift
         (d, d) matrix Q, and (d,) the point to which the origin is turned.
     along
@@ -80,7 +80,7 @@ class Sector:
     def closed(self, bodies: Mapping[str, Body]) -> dict[str, Body]:
         """The bodies with copied nodes exactly at the turned places of their originals.
 
-        Coordinates have errors. With them, a ring would resist a turn about its axis a little.
+        Otherwise the errors of coordinates would make a ring resist a turn about its axis a little.
         """
         if self.count == 1:
             return dict(bodies)
@@ -111,7 +111,7 @@ class Sector:
         nodes = self.nodes
         originals = self.copies[nodes]
         held = free_rows == -1
-        # (n, d) share of each axis of a copy, turned back, in which its original is held.
+        # (n, d) how much each axis of a copy, turned back, lies along held axes of its original.
         share = held[originals] @ (self.turn**2).T
         i = first_of((held[nodes] & (share < 1 - ASKEW)).any(axis=1))
         if i is not None:
@@ -130,7 +130,7 @@ class Sector:
     def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
         """Check that the displacements (nodes, d) of supports repeat from sector to sector.
 
-        `turned` (nodes, d) are those of nodes that follow, NaN if none is given.
+        `turned` (nodes, d) are the displacements of nodes that follow; NaN where none is given.
         """
         rounding = ROUNDING * np.nanmax(np.abs(moved), initial=0.0)
         i = first_of((np.abs(moved - turned)[self.nodes] > rounding).any(axis=1))
@@ -168,7 +168,7 @@ class Sector:
     def once(
         self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
     ) -> tuple[Any, ...]:
-        """The pairs without the pairs of copied nodes, which are copies of other pairs.
+        """The pairs without those of copied nodes, which are copies of other pairs.
 
         A pair of a copied node adds its normal and width to the pair of the node that it copies.
         `pairs` has for each pair the number of its contact, its node of body 1, its place on body 2
@@ -186,7 +186,7 @@ class Sector:
                 "setPeriodic from cut to cut), call the faces on one side `low` of both bodies, or "
                 "cut where no contact is"
             )
-        # Each gap has the errors of two places.
+        # Each of the two gaps has the errors of two places.
         written = 4 * np.linalg.norm(errors[nodes[high]], axis=1)
         k = first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0) + written)
         if k is not None:
@@ -212,7 +212,7 @@ class Sector:
     def _unmatched(
         self, nodes: Integers, projection: csr_matrix, high: Integers, low: Integers
     ) -> Booleans:
-        """Pairs at the cuts without a partner, or without a turned copy on body 2."""
+        """Pairs at the cuts without a pair at the other cut, or without a turned copy on body 2."""
         copies = self.copies
         links = projection.tocoo()
         columns = np.where(copies[links.col] >= 0, copies[links.col], links.col)
@@ -226,7 +226,7 @@ class Sector:
         return unmatched
 
     def seam(self, nodes: slice) -> Seam | None:
-        """Copied nodes of a body, the nodes that they copy, and Q; None if it has none.
+        """Copied nodes of a body, the nodes that they copy, and Q; None if the body has none.
 
         `nodes` are the body's nodes.
         """
@@ -238,7 +238,7 @@ class Sector:
 def on_seam(
     mass: csr_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam
 ) -> list[Array]:
-    """Nodal components of a symmetric tensor, from their moments with the functions of the nodes.
+    """Nodal components of a symmetric tensor, from its moments with the functions of the nodes.
 
     At nodes that copy others, the components are turned. `entries` are the numbers of the
     components in a matrix of three rows.
@@ -292,8 +292,8 @@ class Cyclic:
         Name of the body in its model.
     low, high
         Names of the two cut faces, boundaries of its mesh: `high` is `low` turned about the axis by
-        360 degrees divided by a whole number. This number follows from the mesh. They may meet on
-        the axis.
+        360 degrees divided by a whole number. This number follows from the mesh. The faces may meet
+        on the axis.
     axis
         Direction (x, y, z) of the axis of a body in space, of any length. In the plane the axis is
         normal to it.
@@ -362,7 +362,7 @@ class Cyclic:
 def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Kinematics) -> Sector:
     """The nodes of all bodies, one body after the other, that follow other nodes.
 
-    Without cuts the sector is the whole, the only one of its ring.
+    Without cuts there is one sector, the whole ring.
     """
     sectors = _sectors(cuts, bodies, kinematics)
     _check_same_turn(sectors, bodies)
@@ -484,7 +484,7 @@ def _angle(body: Body, low: Integers, high: Integers, centre: Array, along: Arra
 
 
 def _no_copies(cut: Cyclic, apart: float, allowed: float, angle: float, count: int) -> str:
-    """Message on faces that are no turned copies of each other."""
+    """The message for faces that are not turned copies of each other."""
     middles = ""
     if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT:
         middles = f"; their middles are {np.degrees(angle):.6g} degrees apart"

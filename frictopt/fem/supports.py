@@ -93,7 +93,7 @@ def checked_axis(part: Any) -> None:
         object.__setattr__(part, "centre", centre)
     axis = checked_point("axis", part.axis, "one direction (x, y, z)", (3,))
     object.__setattr__(part, "axis", axis)
-    if not np.linalg.norm(axis) > 0:  # a tiny axis has length zero, because its square is zero
+    if not np.linalg.norm(axis) > 0:  # a tiny axis counts as zero, because its square is zero
         raise ModelError(f"axis: {axis}; give the direction of the axis")
 
 

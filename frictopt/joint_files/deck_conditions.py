@@ -1,4 +1,4 @@
-"""A deck beside its mesh: materials, contacts, bolts, couplings, supports, loads of steps."""
+"""What a deck has apart from its mesh: materials, contacts, bolts, supports, loads of steps."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -15,21 +15,23 @@ from ..readers.listing import CONSTRAINING, HELD_BY_NAME
 from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 
-# Read before all others, wherever these are listed: loads act on bolts and couplings, contact pairs
-# have interactions, and the axis of a ring belongs to a tie.
+# Keywords that are read before all others, wherever they stand: loads act on bolts and couplings,
+# contact pairs refer to interactions, and the axis of a ring to a tie.
 _FIRST = set(
     "PRE-TENSIONSECTION COUPLING KINEMATIC DISTRIBUTING RIGIDBODY TIE SURFACEINTERACTION "
     "SURFACEBEHAVIOR FRICTION".split()
 )
 
-# Most times within a step that are states: a load cycle has few corners, measured loads thousands.
+# Largest number of times within a step that become states: load cycles have few corners, measured
+# loads thousands.
 _MOST_TURNS = 100
 
 
 class Pair(NamedTuple):
-    """A contact pair or tie: its surfaces, the interaction, or "" in a *TIE, and its block.
+    """A contact pair or tie: its surfaces, its interaction ("" in a *TIE), and its block.
 
-    `adjust` is the distance within which nodes of the slave move onto the master, or their rows.
+    `adjust` is the distance within which nodes of the slave move onto the master, or the rows of
+    the nodes that move.
     """
 
     slave: str
@@ -40,7 +42,7 @@ class Pair(NamedTuple):
 
 
 class Coupled(NamedTuple):
-    """A face that is coupled to a point; `turns` is the node of the rotations of the point."""
+    """A face that is coupled to a point; `turns` is the node that has the point's rotations."""
 
     where: str
     is_rigid: bool
@@ -49,10 +51,10 @@ class Coupled(NamedTuple):
 
 
 class Conditions:
-    """The content of a deck beside its mesh. Nodes are rows of the deck.
+    """The content of a deck apart from its mesh. Nodes are given as rows of the deck.
 
-    A method reads the blocks of the keyword of its name. If faces are rough, contacts have the
-    stiffness of the deck.
+    Each method `_read_...` reads the blocks of the keyword in its name. If faces are rough,
+    contacts have the stiffness that the deck gives.
     """
 
     def __init__(self, deck: Deck, blocks: Sequence[Block], *, is_rough: bool) -> None:
@@ -69,22 +71,23 @@ class Conditions:
         self.stiffness = dict[str, list[float]]()
         self.pairs = list[Pair]()
         self.ties = list[Pair]()
-        # interactions whose pairs are ties now
+        # interactions whose pairs are ties at present
         self.glued = set[str]()
         # tie of a sector, and two points (3,) on its axis
         self.cuts = dict[str, Pair]()
         self.axes = dict[str, Array]()
-        # surfaces of a pair -> gap; below 0 it is an overlap
+        # surfaces of a pair -> gap; a negative gap is an overlap
         self.clearances = dict[tuple[str, str], float]()
         # node -> section
         self.bolts = dict[int, str]()
         self.couplings = dict[int, Coupled]()
-        # node with a *TRANSFORM -> its axes, a matrix (3, 3) of unit vectors in its rows
+        # node with a *TRANSFORM -> its axes: (3, 3) matrix whose rows are unit vectors
         self.turned = dict[int, Array]()
         self.states = list[State]()
 
         self._row = {int(node): row for row, node in enumerate(deck.numbers)}
-        # amplitude -> its times and values, and whether the times are those of all steps
+        # amplitude -> its times and values, and whether the times count from the beginning of all
+        # steps
         self._amplitudes = dict[str, tuple[list[float], list[float], bool]]()
         self._initial = dict[int, float]()
         self._in_force = InForce()
@@ -94,7 +97,8 @@ class Conditions:
         self._coupled: Mapping[str, str] = {}
         self._steps = 0
         self._is_static = False
-        # time at which a step begins, its duration, and the time in it at which loads count
+        # time at which the step begins, its duration, and the time within it at which loads are
+        # read
         self._start, self._period, self._time = 0.0, 1.0, 1.0
         steps = [i for i, block in enumerate(blocks) if block.keyword == "STEP"]
         model = blocks[: (steps or [len(blocks)])[0]]
@@ -104,7 +108,7 @@ class Conditions:
             self._follow(blocks[start:end])
 
     def _follow(self, blocks: Sequence[Block]) -> None:
-        """Read the blocks of a step for each time at which it has a state; the last is its end."""
+        """Read the blocks of a step for each time that becomes a state; the last is its end."""
         self._steps += 1
         self._step_name = blocks[0].parameters.get("NAME", f"STEP {self._steps}")
         self._is_static = False
@@ -114,7 +118,7 @@ class Conditions:
             if block.keyword == "STATIC":
                 self._read(block)
         before = self._in_force
-        # Loads without an amplitude may also jump at the beginning of the step.
+        # AMPLITUDE=STEP: loads without an amplitude of their own jump at the beginning of the step.
         is_jump = blocks[0].parameters.get("AMPLITUDE") == "STEP"
         for time in [*self._turns(blocks), self._period]:
             self._time = time
@@ -162,19 +166,19 @@ class Conditions:
         return [self._row[int(entry)]] if entry.isdecimal() else self.deck.nodes(entry).tolist()
 
     def _target(self, keyword: str, entry: str, label: str = "") -> str:
-        """The name of the load case of an entry; those of bare numbers in a step share one."""
+        """The name of the load case of an entry; bare numbers of nodes in a step share one."""
         if entry.isdecimal():
             return f"{keyword} ({self._step_name})"
         return f"{keyword} {entry.upper()} {label}".strip()
 
     def _factor(self, block: Block) -> float | None:
-        """The amplitude of a block at the time that is read; None: it has none."""
+        """The amplitude of a block at the time that is read; None if it names no amplitude."""
         if "AMPLITUDE" not in block.parameters:
             return None
         return float(np.interp(self._time, *self._table(block)))
 
     def _table(self, block: Block) -> tuple[Array, list[float]]:
-        """The times in this step, and values, of the amplitude of a block."""
+        """The times (counted in this step) and the values of the amplitude of a block."""
         times, values, of_all_steps = self._amplitudes[block.parameters["AMPLITUDE"]]
         delay = number(block.parameters.get("TIMEDELAY", "0"))
         return np.array(times) + delay - of_all_steps * self._start, values
@@ -236,7 +240,7 @@ class Conditions:
         self.pairs += self._pairs(block, interaction, "ADJUST")
 
     def _pairs(self, block: Block, interaction: str, parameter: str) -> Iterator[Pair]:
-        """The pairs of a block; a parameter of it says which nodes move onto the master."""
+        """The pairs of a block, whose `parameter` says which nodes move onto the master."""
         adjust: float | Sequence[int] | None = None
         if entry := block.parameters.get(parameter):
             adjust = self.deck.nodes(entry).tolist() if entry in self.deck.sets else number(entry)
@@ -334,7 +338,7 @@ class Conditions:
     def _read_static(self, block: Block) -> None:
         self._is_static = not self._is_linear
         _, period, *_ = [*entries("".join(block.lines[:1])), "", ""]
-        # Without a period, or with 0, it is 1.
+        # A period that is missing or 0 is 1.
         self._period = number(period or "1") or 1.0
         if self._period < 0:
             raise ValueError(f"period {period}; give one above 0")
@@ -431,8 +435,8 @@ class Conditions:
 
 
 def _rank(block: Block) -> int:
-    """The turn of a block of the model; those of one turn are read in their order."""
-    # A clearance belongs to a contact pair.
+    """When a block of the model is read: lower first; equal ones in their order in the deck."""
+    # A clearance refers to a contact pair, so it is read last.
     return 2 if block.keyword == "CLEARANCE" else block.keyword not in _FIRST
 
 

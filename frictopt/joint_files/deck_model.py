@@ -42,7 +42,7 @@ _KINEMATICS: dict[str, Kinematics] = {
 class _AtNodes:
     """Values at some nodes of a body, as a function of coordinates; 0 at its other nodes.
 
-    Without values it is true at the nodes.
+    Without values, it is True at the nodes.
     """
 
     def __init__(self, body: Body, nodes: Booleans, values: Any = True) -> None:
@@ -87,7 +87,7 @@ class DeckModel:
         self.axes = "xyz"[: self.d]
         self.is_plane = self.kinematics in ("plane_stress", "plane_strain")
         self.thickness = self.deck.thickness if self.is_plane else 1.0
-        # body -> its material, and body -> keyword -> constants
+        # body -> name of its material; then body -> keyword -> constants
         self.materials = dict[str, str]()
         self.constants = self._materials(mesh.nelements)
         bodies = {
@@ -95,8 +95,8 @@ class DeckModel:
             for part, data in self.constants.items()
         }
         self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), bodies)
-        # body -> (its nodes, nodes of the deck) matrix that makes its nodes; and the node of the
-        # deck that each of its nodes is, -1 for means of several
+        # body -> (its nodes, nodes of the deck) matrix of the means that give its nodes; then body
+        # -> the node of the deck that each of its nodes is, -1 if it is a mean of several
         self.origin = {}
         self.rows = {}
         for part, body in self.bodies.items():
@@ -154,7 +154,7 @@ class DeckModel:
         """(nodes, 6) whether displacements and rotations along and about x, y and z are held."""
         held = self._nodal(dict.fromkeys(setting.held, 1.0)).reshape(-1, 2, 3)
         for row, axes in self.conditions.turned.items():
-            # The space of the held axes must be that of some of x, y and z.
+            # The held axes must span the same space as some of x, y and z.
             space = np.einsum("ai,pa,aj->pij", axes, held[row], axes)
             held[row] = np.einsum("pii->pi", space) > 0.5
             if np.abs(space - held[row][:, None] * np.eye(3)).max() > SAME_POINT:
@@ -173,7 +173,7 @@ class DeckModel:
         return names
 
     def _in_force(self, *, glued: bool) -> list[Pair]:
-        """The contact pairs that are in force and glued, or not."""
+        """The contact pairs in force: those that are glued, or those that are not."""
         setting = self.setting
         return [
             pair
@@ -182,9 +182,9 @@ class DeckModel:
         ]
 
     def _contacts(self) -> tuple[list[Contact], list[Load]]:
-        """The contacts of all pairs of bodies, and their overlaps, a fit.
+        """The contacts of all pairs of bodies, and their overlaps: the load case of a fit.
 
-        A fit is a *CLEARANCE below 0, or an even overlap of meshes that no ADJUST takes away.
+        A fit is a *CLEARANCE below 0, or an even overlap of meshes that no ADJUST removes.
         """
         contacts = []
         overlaps: list[Load] = []
@@ -258,7 +258,7 @@ class DeckModel:
         return bool(cKDTree(two).query(one)[0].min() <= longest)
 
     def _made_of(self, name: str, rows: Booleans) -> Booleans:
-        """The nodes of a body that are made of some nodes of the deck alone.
+        """The nodes of a body that are means of only the given nodes of the deck.
 
         `rows` (nodes of the deck, ...) may have columns.
         """
@@ -292,7 +292,7 @@ class DeckModel:
                 yield kind(name, coupled.where, _letters(held[:d]), rotations, self._point(row))
 
     def _of_point(self, nodal: Any, row: int, coupled: Coupled) -> Any:
-        """Values of the displacements and then the rotations of the point of a coupling.
+        """The values at the point of a coupling: first of displacements, then of rotations.
 
         Rotations are given at the node of the rotations, or at the point itself.
         """
@@ -315,14 +315,14 @@ class DeckModel:
         return tuple(self.deck.points[row, : self.d].tolist())
 
     def _nodal(self, loads: _Loads) -> Array:
-        """(nodes, 6) values by rows and axes."""
+        """(nodes, 6) values of loads at their nodes and axes."""
         values = np.zeros((len(self.deck.points), 6))
         for (row, axis), value in loads.items():
             values[row, axis] = value
         return values
 
     def _vectors(self, loads: _Loads) -> Array:
-        """(nodes, 6) vectors along x, y and z."""
+        """(nodes, 6) loads as vectors along x, y and z: turned where a node has its own axes."""
         values = self._nodal(loads)
         for row, axes in self.conditions.turned.items():
             values[row] = (values[row].reshape(2, 3) @ axes).ravel()
@@ -379,7 +379,7 @@ class DeckModel:
             yield BoltPreload(name, section, force / self.thickness, locked)
 
     def _of_set(self, case: str, where: str) -> Iterator[tuple[str, float]]:
-        """The bodies of an element set, which must hold them whole, and their densities."""
+        """The bodies of an element set, which must contain each as a whole, and their densities."""
         members = self.sets.get(where, [])
         share = {name: np.isin(part, members).mean() for name, part in self.parts.items()}
         if not set(share.values()) <= {0.0, 1.0} or not any(share.values()):

@@ -136,8 +136,8 @@ class Joint(Shown):
         Returns
         -------
         LoadCycle
-            Load factor 1 is the file. Bolts whose length is kept in some state are tightened under
-            the loads of the last state before it, see `tightened`.
+            At load factor 1 the loads are those of the file. Bolts whose length is kept in some
+            state are tightened under the loads of the last state before it, see `tightened`.
 
         Raises
         ------
@@ -215,7 +215,7 @@ class Joint(Shown):
         return LoadCycle.harmonic(loads, mean={}, points=points).corners
 
     def _loads(self, given: str | Mapping[str, float]) -> tuple[str, dict[str, float]]:
-        """The state that a text names, or "", and all its loads."""
+        """The state that a text names ("" if none), and all loads that the text gives."""
         if not isinstance(given, str):
             cases = self.model.loads
             return "", {known("load case", case, cases): value for case, value in given.items()}
@@ -246,7 +246,7 @@ class Joint(Shown):
 
     @property
     def suggestion(self) -> str:
-        """Options of a command: the first state that presses, and all that follow."""
+        """Options for a command: mean load (the first that presses) and corners (all later)."""
         names = [name for name in self.states if name not in self.unlike]
         presses = set(self.pressing)
         mean = next((name for name in names if self.states[name].keys() & presses), "")
@@ -282,7 +282,7 @@ def _number(part: str, value: str) -> float:
 
 
 def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
-    """A name of a file, in letters of any size; ModelError with the nearest names and a remedy."""
+    """The name in the file that matches, in any case; ModelError with the nearest names."""
     by_letters = {each.casefold(): each for each in names}
     letters = name.strip().casefold()
     if letters not in by_letters:

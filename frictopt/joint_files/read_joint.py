@@ -69,8 +69,8 @@ def read_joint(
     amplitudes of the load cases that are in force. The page "What is read of a file" lists all
     keywords.
 
-    A joint file adds to a deck what it does not say, or describes a joint beside a mesh, see "The
-    command line".
+    A joint file adds to a deck what the deck does not say, or describes a joint whose mesh is in a
+    file; see "The command line".
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
 
 
 def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
-    """The joint of a joint file: a deck with additions, or all beside a mesh."""
+    """The joint of a joint file: a deck with additions, or a mesh with everything else."""
     try:
         tables = tomllib.loads(text_of(file, "joint file"))
     except ValueError as error:
@@ -238,7 +238,7 @@ def _chosen(where: str, kinds: Mapping[str, Any], table: Any) -> Any:
 
 
 def _made(where: str, kind: Any, table: Any, beside: str = "") -> Any:
-    """An instance of a class with the arguments of a table, which may have one entry beside."""
+    """An instance of a class with the arguments of a table; its entry `beside` is no argument."""
     if not isinstance(table, dict):
         raise ModelError(f"{where}: {table!r}; give a table of the arguments of {kind.__name__}")
     parameters = signature(kind).parameters

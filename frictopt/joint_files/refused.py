@@ -8,7 +8,8 @@ from ..readers.keywords import way_out, ways_out
 _PLASTIC = "PLASTIC CYCLICHARDENING CREEP HYPERELASTIC HYPERFOAM USERMATERIAL MOHRCOULOMB "
 _PLASTIC += "DEFORMATIONPLASTICITY"
 
-# Keywords that the loads and the bodies do not need. `left_out` lists steps with such a procedure.
+# Keywords that are not needed for bodies and loads. If one is the procedure of a step, `left_out`
+# lists the step.
 WITHOUT_EFFECT = set(
     "HEADING PREPRINT RESTART MONITOR PHYSICALCONSTANTS ORIENTATION TIMEPOINTS CONTROLS DAMPING "
     "CONDUCTIVITY SPECIFICHEAT ASSEMBLY ENDSTEP ENDASSEMBLY SECTIONCONTROLS FREQUENCY DYNAMIC "
@@ -60,12 +61,12 @@ _REFUSED = ways_out(
         "bodies are elastic; take it out, or read with elastic=True": _PLASTIC,
     }
 )
-# Keywords of constants: several lines make them depend on something.
+# Keywords of constants. Several lines would make the constants depend on something.
 _ONE_LINE = ("ELASTIC", "EXPANSION", "FRICTION", "DENSITY")
 
 
 def check_not_refused(block: Block, *, elastic: bool) -> None:
-    """ModelError if a joint cannot have a block; `elastic` bodies pass over plasticity."""
+    """ModelError if a joint cannot have a block; with `elastic`, plasticity is allowed."""
     reason = way_out(block, _REFUSED)
     if elastic and block.keyword in _PLASTIC.split():
         reason = ""

@@ -46,9 +46,9 @@ class Setting:
 class InForce:
     """The conditions that are in force while steps are read.
 
-    A load replaces that of earlier steps at its place. Loads of one step at one place add up. A
-    load without an amplitude changes in proportion to the time of its step, of which `share` is
-    over.
+    A load replaces the load of earlier steps at the same place. Loads of one step at one place add
+    up. A load without an amplitude changes in proportion to the time of its step; `share` is the
+    part of the step that is over.
     """
 
     loads: dict[Key, dict[str, float]] = field(default_factory=dict)
@@ -58,7 +58,7 @@ class InForce:
     share: float = 1.0
     # loads at the end of the last step
     _before: Mapping[Key, Mapping[str, float]] = field(default_factory=dict)
-    # places that got a load in this step, and kinds of its blocks
+    # places that have got a load in this step, and the kinds of blocks that have begun in it
     _of_this_step: set[Key] = field(default_factory=set)
     _begun: set[tuple[str, ...]] = field(default_factory=set)
 
@@ -69,7 +69,7 @@ class InForce:
         )
 
     def begin(self, block: Block, *kinds: str) -> None:
-        """Begin a block: the first one of its kinds in a step may remove all before it."""
+        """Begin a block. With OP=NEW, the first of its kinds in a step removes earlier loads."""
         if block.parameters.get("OP") == "NEW" and kinds not in self._begun:
             for key in [key for key in self.loads if key[0] in kinds]:
                 self.loads[key] = self._fading(key)
@@ -84,7 +84,7 @@ class InForce:
         return {target: value * (1 - self.share) for target, value in earlier.items()}
 
     def add(self, key: Key, target: str, value: float, amplitude: float | None) -> None:
-        """Add a load to those of this step at its place."""
+        """Add a load to the loads of this step at the same place."""
         if key not in self._of_this_step:
             self.loads[key] = self._fading(key) if amplitude is None else {}
         self._of_this_step.add(key)
@@ -98,7 +98,7 @@ class InForce:
         self.add(key, target, value, amplitude)
 
     def state(self, name: str, friction: Mapping[str, float], glued: Iterable[str]) -> State:
-        """The conditions that are in force now; a locked bolt keeps its last tension."""
+        """The conditions in force now; the load of a locked bolt is that of the last step."""
         locked = {("BOLT", row) for row in self.locked}
         self.loads |= {key: dict(self._before[key]) for key in locked if key in self._before}
         fields = defaultdict[str, dict[Key, float]](dict)
@@ -118,7 +118,7 @@ def load_cases(
     """Load case -> its loads at amplitude 1; and state -> the amplitudes of the load cases.
 
     A load case is the load of a target as it is first given. If a later state gives the target a
-    multiple, it is the same load case, and another one otherwise.
+    multiple of it, this is the same load case; otherwise it is another one.
     """
     cases: dict[str, Field] = {}
     of_target = defaultdict[str, list[str]](list)
@@ -140,7 +140,7 @@ def load_cases(
 
 
 def _multiple(given: Field, unit: Field) -> float:
-    """The number by which a load is a multiple of another one; 0 if it is none."""
+    """The number by which a load is a multiple of another load; 0 if it is not a multiple."""
     if given.keys() != unit.keys():
         return 0.0
     largest = max(unit, key=lambda key: abs(unit[key]))

@@ -1,7 +1,7 @@
 """Readers of the decks, meshes and matrices of other codes.
 
 A reader returns a mesh with named boundaries and subdomains, for `split_bodies`, or a `MatrixJob`.
-This has the arguments of `condense`: a stiffness K, the labels (n, 2) of its rows (node and
+The job has the arguments of `condense`: a stiffness K, the labels (n, 2) of its rows (node and
 direction), and a `Deck` of nodes, sets, elements and constraints.
 
 The readers, and the class that they return:
@@ -16,11 +16,11 @@ The readers, and the class that they return:
 
 Decks, from the text to the `Deck`:
 
-- `deck_text.py`: text to blocks of a keyword, its parameters and data lines, with the blocks of one
-  flat deck in place of parts and instances.
+- `deck_text.py`: makes blocks of the text. A block is a keyword with its parameters and data lines.
+  Parts and instances are replaced by the blocks of one flat deck.
 - `keywords.py`: a function for each keyword that is kept, the keywords that are refused, and
   `read_deck`.
-- `listing.py`: numbers and names that the blocks list, and constraints, resolved to a `Deck`.
+- `listing.py`: the numbers, names and constraints that the blocks list, resolved to a `Deck`.
 - `deck.py`: the `Deck`, and the types of elements.
 
 To add a keyword, see `keywords.py`. A new reader of matrices is one function that returns a

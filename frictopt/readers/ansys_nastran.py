@@ -22,8 +22,9 @@ from .job import MatrixJob
 from .listing import deck_of_points
 
 _ANSYS = "ansys-mapdl-reader"
-# Elements that are read, and their types in Abaqus: by number of the type in Ansys, and number of
-# different nodes. Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
+# Elements that are read, and their types in Abaqus: by the number of the type in Ansys, and by the
+# number of different nodes. Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that
+# coincide.
 ANSYS_SOLIDS = {
     (45, 8): "C3D8",
     (45, 6): "C3D6",
@@ -51,11 +52,11 @@ _CHANGES = (
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read the stiffness that Ansys Mechanical APDL assembles, from its `.full` file.
 
-    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, because each process
-    writes a file of its own. The contact itself must not be in the model: each body keeps its own
-    nodes there. Displacements that `D` holds are left out; with the deck, the reader knows that
-    they are held. Rotations are generalised coordinates. The extra `ansys` of the installation
-    brings ansys-mapdl-reader.
+    With `WRFULL,1` before `SOLVE`, the code stops after the assembly. Run it in one process,
+    because each process writes a file of its own. The contact itself must not be in the model: each
+    body keeps its own nodes there. Displacements that `D` holds are left out; with the deck, the
+    reader knows that they are held. Rotations are generalised coordinates. The extra `ansys` of the
+    installation brings ansys-mapdl-reader.
 
     Parameters
     ----------
@@ -88,8 +89,8 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     file = file_path("path", path)
     full = by_library(_ANSYS, reader.read_binary, file, "stiffness")
     _check_full(full, file)
-    # The library warns that a static file has no mass, and a filter of warnings would be one of all
-    # threads. So it takes the stiffness for the mass as well.
+    # The library warns that a static file has no mass. A filter of warnings would affect all
+    # threads. So the library gets the stiffness as the mass, too.
     header = full._header
     header |= {"ptrMAS": header["ptrSTF"]}
     header |= {f"ntermM{part}": header[f"ntermK{part}"] for part in "lh"}
@@ -99,7 +100,7 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     # The library counts directions from 0.
     labels = np.asarray(numbers + [0, 1], dtype=np.intp)
     held = np.asarray(full.const + [0, 1], dtype=np.intp)
-    # One number for node and direction: there are at most 6 directions.
+    # Node and direction as one number: there are at most 6 directions.
     is_free = ~np.isin(labels @ [10, 1], held @ [10, 1])
     free = np.flatnonzero(is_free)
     K = csr_matrix(upper + triu(upper, 1).T)
@@ -128,9 +129,10 @@ def _check_full(full: Any, file: Path) -> None:
 
 
 def _check_commands(file: Path) -> None:
-    """Refuse what the library passes over in an archive.
+    """Refuse an archive with something that the library ignores.
 
-    It reads one block of elements, and no commands. Ansys reads four letters of a command.
+    The library reads one block of elements, and no commands. Ansys reads only the first four
+    letters of a command.
     """
     lines = text_of(file, "deck").splitlines()
     commands = [line.split(",")[0].strip().upper() for line in lines]
@@ -176,7 +178,7 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
 
 
 def _solids(elements: list[Any], kinds: dict[int, int]) -> dict[str, list[list[int]]]:
-    """Type of elements -> number and nodes of each; `kinds` are the types by their reference."""
+    """Type of elements -> number and nodes of each; `kinds` maps references to types in Ansys."""
     solids: dict[str, list[list[int]]] = defaultdict(list)
     for element in elements:
         # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
@@ -256,8 +258,8 @@ def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers
             f"stiffness: {file.name} has no DMIG cards; write the matrix there with "
             "EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
         )
-    # pyyeti alone loses lines that follow a comment, and large fields with commas. It wants the
-    # cards of a matrix in one piece, the header first: the card with 0 for a grid point.
+    # pyyeti by itself loses lines that follow a comment, and large fields with commas. It needs the
+    # cards of a matrix together, and its header first: the card with 0 in place of a grid point.
     found.sort(key=lambda card: (card.field(1).upper(), card.field(2) != "0"))
     headers = [card.field(1).upper() for card in found if card.field(2) == "0"]
     repeated = next((header for header in headers if headers.count(header) > 1), None)
@@ -295,7 +297,7 @@ def _labels_of_grid_points(size: int, grids: Deck | None, file: Path) -> Integer
 
 
 def _chosen(matrices: Mapping[str, Any], name: str | None, file: Path) -> Any:
-    """The matrix of a name, or the only one."""
+    """The matrix with this name; without a name, the only matrix."""
     key = next(iter(matrices), "") if name is None else str(name).lower()
     if key not in matrices or (name is None and len(matrices) > 1):
         names = ", ".join(sorted(matrices)).upper() or "of no name"

@@ -32,7 +32,7 @@ class Card:
 
 @dataclass(frozen=True)
 class Line:
-    """A line: its first field, its data fields, its last field, and what stands beyond."""
+    """A line: its first field, its data fields, its last field, and what follows the fields."""
 
     first: str
     data: list[str]
@@ -67,7 +67,7 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
                 f"{where}: the line {text!r} does not continue the line above it; sort the lines"
             )
         elif previous.is_large and not line.first:
-            # Results in a punch file begin with blanks.
+            # Lines of results in a punch file begin with blanks.
             card = None
         if card is None:
             continue
@@ -89,8 +89,8 @@ def _without_blanks_at_end(card: Card) -> Card:
 def split(text: str) -> Line:
     """The fields of a line.
 
-    A line with a comma has free fields. Otherwise a field has 8 characters, or 16 if the first one
-    has an asterisk.
+    A line with a comma has free fields. Otherwise a field has 8 characters, or 16 if the first
+    field has an asterisk.
     """
     has_commas = "," in text
     first = (text.split(",")[0] if has_commas else text[:8]).strip()
@@ -122,7 +122,7 @@ def _bulk_data(lines: list[str], where: str) -> list[str]:
 def _lines(
     path: Path, what: str, root: Path, included_files: list[str], depth: int = 0
 ) -> Iterator[str]:
-    """The lines of a file without comments; those of an included file stand in its place."""
+    """The lines of a file without comments; included lines take the place of their INCLUDE."""
     check_includes(path, what, included_files, depth)
     if not path.is_file():
         raise ModelError(f"{what}: there is no file {str(path)!r}; give its path")
@@ -135,14 +135,15 @@ def _lines(
                 yield card
             continue
         name = _included_file(include[1], lines)
-        # A name is relative to its file; one with folders may be relative to the first file.
+        # A name is relative to the file that includes; with folders, it may be relative to the
+        # first file.
         beside = path.parent / name
         file = beside if beside.is_file() else root / name
         yield from _lines(file, what, root, included_files, depth + 1)
 
 
 def _included_file(words: str, lines: Iterator[str]) -> str:
-    """The name of an included file; one in quotes may go on on the next lines."""
+    """The name of an included file; a name in quotes may continue on the next lines."""
     quote = words[0]
     if quote not in "'\"":
         return words.partition("$")[0].strip()
@@ -172,7 +173,7 @@ def free_fields(bulk: list[Card]) -> str:
 class _Kind(NamedTuple):
     """Elements of a card: numbers of their corners and of all nodes, and their types.
 
-    They are linear if they have corners only, and quadratic if they have all nodes.
+    The elements are linear if they have only their corners, and quadratic if they have all nodes.
     """
 
     corners: int
@@ -187,7 +188,7 @@ SOLIDS = {
     **dict.fromkeys(("CPYRAM", "CPYRA"), _Kind(5, 13, "C3D5", "CPYRAM13")),
     "CTETRA": _Kind(4, 10, "C3D4", "C3D10"),
 }
-# Beside solids, plane elements only name faces. In the plane, lines name boundaries.
+# If there are solids, plane elements only name faces. In the plane, lines name boundaries.
 OTHERS = {
     **dict.fromkeys(("CTRIA3", "CTRIAR"), _Kind(3, 3, "triangle")),
     **dict.fromkeys(("CQUAD4", "CQUADR"), _Kind(4, 4, "quad")),
@@ -204,7 +205,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
     """Grid points and solids of bulk data.
 
     With `mesh_alone` the deck also has plane elements and lines, and an element set for each
-    property, named by its number. Directions of displacements are then without effect, and solids
+    property, named by its number. Directions of displacements then have no effect, and solids
     with some of their midside nodes are refused.
     """
     kinds = SOLIDS | OTHERS if mesh_alone else SOLIDS
@@ -228,7 +229,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
         kind = kinds.get(card.name)
         if kind is None:
             continue
-        # Behind the nodes of plane elements and lines are angles and offsets.
+        # The nodes of plane elements and lines are followed by angles and offsets.
         count = 2 + kind.nodes
         if card.name in SOLIDS:
             count = max(count, len(card.fields))
@@ -237,8 +238,8 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
             _check_nodes(fields, kind, card, file)
         nodes = [node for node in fields if node]
         if number not in nodes_of_element:
-            # An element with some of its midside nodes has the name of its card: its faces are
-            # not known.
+            # An element with only some of its midside nodes gets the name of its card as type: its
+            # faces are not known.
             names = {kind.nodes: kind.quadratic, kind.corners: kind.linear}
             name = names.get(len(nodes), f"{card.name}{len(nodes)}")
             elements[name].append([number, *_upper_edges_first(nodes)])
@@ -255,7 +256,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
 def _check_nodes(fields: list[int], kind: _Kind, card: Card, file: Path) -> None:
     """Check that an element has all its corners, and all of its midside nodes or none.
 
-    Nastran's elements with some of their midside nodes have other functions.
+    In Nastran, elements with only some of their midside nodes have other functions.
     """
     count = kind.nodes if any(fields[kind.corners :]) else kind.corners
     if 0 in fields[:count]:
@@ -278,7 +279,7 @@ def _grid_points(grids: list[Card], file: Path) -> dict[int, list[float]]:
 
 
 def _upper_edges_first(nodes: list[int]) -> list[int]:
-    """The nodes of a solid with midside nodes of upright edges last, which Nastran has earlier."""
+    """The nodes of a solid, with midside nodes of upright edges last; Nastran has them earlier."""
     if len(nodes) == 20:
         return [*nodes[:12], *nodes[16:], *nodes[12:16]]
     if len(nodes) == 15:
@@ -297,7 +298,7 @@ def _values(card: Card, count: int, file: Path) -> list[float]:
 
 
 def _check_same(first: list[Any], again: list[Any], card: Card, file: Path) -> None:
-    """Check that a number that is given twice is the same both times, as Nastran allows it."""
+    """Check that a card that repeats a number is the same both times; this is allowed."""
     if first != again:
         raise ModelError(
             f"deck {file.name}: two cards {card} differ; give the bulk data of one job"
@@ -307,7 +308,7 @@ def _check_same(first: list[Any], again: list[Any], card: Card, file: Path) -> N
 def _check_systems(
     grids: list[Card], defaults: list[Card], systems: tuple[int, ...], file: Path
 ) -> None:
-    """Check that some systems of all grid points, by their fields, are the basic one.
+    """Check that systems of all grid points, given by their fields, are the basic system.
 
     GRDSET gives the systems that a GRID leaves blank.
     """

@@ -1,6 +1,6 @@
-"""Matrices of CalculiX and Abaqus, whose decks have one grammar.
+"""Matrices of CalculiX and Abaqus, whose decks have the same grammar.
 
-Substructures of Abaqus are linear user elements, with their nodes in comments.
+Abaqus writes substructures as linear user elements, with their nodes in comments.
 """
 
 import re
@@ -22,7 +22,7 @@ from .keywords import FLAT, read_deck
 
 # CalculiX reads this many characters of a number in a deck.
 _WIDTH = 20
-# CalculiX makes of axisymmetric elements a sector of 2 degrees: this many are a circumference.
+# CalculiX replaces axisymmetric elements by a sector of 2 degrees: so many make up a circumference.
 _SECTORS = 180.0
 
 
@@ -94,7 +94,7 @@ def _check_stiffness_is_there(sti: Path) -> None:
 
 
 def _stiffness(path: Path, dof: Path, size: int) -> csr_matrix:
-    """The matrix of which the file has one triangle."""
+    """The whole matrix; the file has one triangle of it."""
     row, column, value = numbers_in(path, "stiffness", r"\s+", 3)
     first = min(row.min(), column.min())
     last = max(row.max(), column.max())
@@ -143,11 +143,11 @@ def _check_deck(path: Path) -> None:
 
 
 def _is_cut(entry: str) -> bool:
-    """Whether an entry is a number whose first characters alone are a different number."""
+    """Whether an entry is a number, but another number if only its first characters are read."""
     try:
         value = number(entry)
     except ValueError:
-        # It is a name.
+        # The entry is a name.
         return False
     try:
         cut = number(entry[:_WIDTH])
@@ -167,9 +167,9 @@ def _check_no_plane_stress(labels: Integers, deck: Deck) -> None:
 
 
 def with_generalised(labels: Integers, deck: Deck) -> Integers:
-    """Labels (n, 2) in which rows that are no displacements of nodes have a minus.
+    """Labels (n, 2), with a minus for rows that are not displacements of nodes.
 
-    Incompatible modes of an element, C3D8I, are displacements of three nodes that are not in the
+    The incompatible modes of an element C3D8I are displacements of three nodes that are not in the
     deck. CalculiX also makes nodes for beams and shells.
     """
     labels = labels.copy()
@@ -182,9 +182,9 @@ def with_generalised(labels: Integers, deck: Deck) -> Integers:
 
 
 def _nodes_of_slender_elements(deck: Deck, made_nodes: Integers) -> Integers:
-    """Numbers of nodes of beams and shells alone, and of those that CalculiX makes of them.
+    """Numbers of nodes that only beams and shells have, and of those that CalculiX makes of them.
 
-    CalculiX makes solids of beams and shells. It writes several rows under the number of a node.
+    CalculiX turns beams and shells into solids. So one number of a node can have several rows.
     """
     slender = [block.nodes.ravel() for block in deck.elements if block.kind.startswith(SLENDER)]
     if not slender:
@@ -271,7 +271,7 @@ def _assembled(file: Path) -> tuple[csr_matrix, Integers]:
 
 def numbers_in(path: Path, what: str, separator: str, columns: int) -> list[Any]:
     """The columns of a text file without header; lines that begin with * are comments."""
-    # Imported here, because reading alone needs it.
+    # Imported here, because only reading needs it.
     import pandas as pd
 
     text = text_of(path, what)
@@ -411,7 +411,7 @@ def _whole(triangle: list[float], size: int, file: str) -> Array:
         )
     K = np.zeros((size, size))
     K[np.tril_indices(size)] = triangle
-    # Rounding of the elimination must not join bodies.
+    # Entries that are rounding of the elimination must not join bodies.
     scale = np.sqrt(np.abs(np.diag(K)))
     K[np.abs(K) <= ROUNDING * np.outer(scale, scale)] = 0.0
     return K + np.tril(K, -1).T

@@ -30,28 +30,29 @@ for _family in ("CPE", "CPS", "CAX"):
 
 # The types below are beginnings of names.
 SOLIDS = ("C3D", "tetra", "hexahedron", "wedge", "pyramid")
-# Beside solids, plane elements only name faces: gmsh writes named surfaces as CPS.
+# If there are solids, plane elements only name faces: gmsh writes named surfaces as CPS.
 PLANES = ("CPE", "CPS", "CAX", "triangle", "quad")
-# In the plane, lines name boundaries: gmsh writes named curves so. Their ends come first and last.
+# In the plane, lines name boundaries: gmsh writes named curves as lines, with their ends first and
+# last.
 LINES = ("T2D2", "T3D2", "T2D3", "T3D3", "line")
 # Beams, shells, membranes, and rigid lines and surfaces.
 THIN = (
     *("B2", "B3", "PIPE", "S3", "S4", "S6", "S8", "S9", "STRI", "M3D", "SFM", "F3D"),
     *("R2D", "R3D", "RAX", "RB2D", "RB3D"),
 )
-# They may lie on a face of a solid, but they hide none. Continuum shells (SC) have a volume.
+# These may lie on a face of a solid, but do not hide it. Continuum shells (SC) have a volume.
 SLENDER = (*THIN, "SC")
 # These elements carry no traction.
 FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")
 
-# Solids all nodes of which are corners.
+# Solids whose nodes are all corners.
 _LINEAR_SOLIDS = ("C3D4", "C3D5", "C3D6", "C3D8")
-# A letter may follow that changes the formulation: C3D8R, C3D8I.
+# A letter that changes the formulation may follow: C3D8R, C3D8I.
 _WITH_NODE_COUNT = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
 
 
 def shape_of(kind: str) -> str | None:
-    """The shape of a type of elements whose faces are known, by its name in meshio; else None."""
+    """The shape (its name in meshio) of a type of elements; None if its faces are not known."""
     match = _WITH_NODE_COUNT.match(kind)
     if match:
         return SHAPES.get(match.group())
@@ -75,7 +76,7 @@ def node_count(kind: str) -> int | None:
 
 
 def may_have_midsides(kind: str, nodes: int) -> bool:
-    """Whether nodes may lie amid edges of an element, though it is not known which."""
+    """Whether an element may have midside nodes, but it is not known which nodes these are."""
     match = _WITH_NODE_COUNT.match(kind)
     is_linear = nodes <= 4 or (match is not None and match.group() in _LINEAR_SOLIDS)
     return shape_of(kind) is None and not is_linear
@@ -83,7 +84,7 @@ def may_have_midsides(kind: str, nodes: int) -> bool:
 
 # Faces of a surface, as pairs: numbers of elements, and the number of their face (1 for S1).
 Faces: TypeAlias = tuple[tuple[Integers, int], ...]
-# Number of a face that means: all faces of an element that lie on the outline of the mesh.
+# A number in place of that of a face: all faces of the element on the outline of the mesh.
 FREE = 0
 
 
@@ -121,11 +122,11 @@ class Deck(Shown):
     elements: tuple[Elements, ...]
     # element set -> numbers of elements
     element_sets: Mapping[str, Integers]
-    # distinct thicknesses of the sections of plane elements; nan for one that varies
+    # distinct thicknesses of the sections of plane elements; nan if a thickness varies
     thicknesses: tuple[float, ...]
     # (nodes, 6) whether each displacement and rotation is held
     held: Booleans
-    # keywords that let nodes follow others
+    # keywords that make nodes follow others
     constraints: tuple[str, ...] = ()
     # surface of elements -> its faces
     surfaces: Mapping[str, Faces] = field(default_factory=dict)
@@ -138,7 +139,7 @@ class Deck(Shown):
         }
 
     def nodes(self, where: str | ArrayLike) -> Integers:
-        """Rows of `points` of the nodes of a set, or given rows, which are checked and must differ.
+        """Rows of `points` of the nodes of a set; or given rows, after a check that they differ.
 
         Raises
         ------
@@ -161,7 +162,7 @@ class Deck(Shown):
 
     @property
     def thickness(self) -> float:
-        """Thickness of the plane elements; 1 if no section gives one, as in both codes.
+        """Thickness of the plane elements; 1 if no section gives one, as in CalculiX and Abaqus.
 
         Raises
         ------
@@ -181,7 +182,8 @@ class Deck(Shown):
     def faces(self) -> list[tuple[Integers, Integers]]:
         """Numbers (m,) and nodes (m, k) of elements that only serve to name faces, block by block.
 
-        In the plane these elements are lines, without their midside nodes; in space they are plane.
+        In the plane these elements are lines (here without midside nodes); in space they are plane
+        elements.
         """
         if self._in_space:
             return [
@@ -207,7 +209,7 @@ class Deck(Shown):
 
     @property
     def corners(self) -> Integers:
-        """Rows of all nodes that are no midside nodes."""
+        """Rows of all nodes that are not midside nodes."""
         return np.setdiff1d(np.arange(len(self.numbers)), self.midsides)
 
     @property
@@ -232,7 +234,7 @@ class Deck(Shown):
         return [block for block in self._with_faces if shape_of(block.kind) is None]
 
     def with_known_shapes(self) -> Deck:
-        """The deck without elements whose faces are not known, if it has others."""
+        """The deck without elements whose faces are not known, if it also has other elements."""
         return self._without({block.kind for block in self.without_faces})
 
     def without_thin(self) -> Deck:

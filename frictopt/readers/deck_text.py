@@ -1,9 +1,9 @@
 """The text of decks of CalculiX and Abaqus: their blocks, and the entries of a line.
 
-Decks of Abaqus/CAE have parts and their instances in an assembly. `flat` gives one flat deck in
-their place. Each instance gets the nodes and elements of its part, moved, under numbers of their
-own. A set or surface S of the part is the set I.S of an instance I, and also S if nothing else has
-that name. The elements of an instance are the element set I.
+Decks of Abaqus/CAE have parts, and their instances in an assembly. `flat` makes one flat deck of
+them. Each instance gets the nodes and elements of its part, moved, under numbers of its own. A set
+or surface S of the part becomes the set I.S of an instance I, and also S if nothing else has that
+name. The elements of an instance I form the element set I.
 """
 
 import re
@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from ..base import Array
 from ..errors import ModelError
 
-# Most files that a deck may include. Twelve files that include each other could be 12^8.
+# Most files that a deck may include. Twelve files that include each other could make 12^8 of them.
 _MOST_FILES = 1_000
 
 
@@ -26,7 +26,8 @@ _MOST_FILES = 1_000
 class Block:
     """A keyword with its parameters, and the data lines below it.
 
-    Keyword, names and values of parameters are in capital letters; keyword and names lack blanks.
+    The keyword and the names and values of parameters are in capital letters; keyword and names
+    have no blanks.
     """
 
     keyword: str
@@ -51,7 +52,7 @@ class Block:
 
 
 def blocks(path: Path) -> Iterator[Block]:
-    """The blocks of a deck, in order; those of an included file stand in its place."""
+    """The blocks of a deck in order; included blocks take the place of their *INCLUDE."""
     lines = list(_lines(path, path.parent, []))
     starts = [i for i, (line, _) in enumerate(lines) if line.startswith("*")]
     if not starts:
@@ -81,7 +82,8 @@ def _block(placed_lines: list[tuple[str, str]]) -> Block:
 def _has_parameters(line: str) -> bool:
     """Whether a line after a comma continues the keyword line.
 
-    Abaqus continues keyword lines in this way. CalculiX ignores a comma at the end of one.
+    Abaqus continues keyword lines in this way. CalculiX ignores a comma at the end of a keyword
+    line.
     """
     return "=" in line or line.split(",")[0].strip().upper() == "GENERATE"
 
@@ -89,10 +91,11 @@ def _has_parameters(line: str) -> bool:
 def _lines(
     path: Path, folder: Path, included_files: list[str], depth: int = 0
 ) -> Iterator[tuple[str, str]]:
-    """The lines of a deck that are no comments, each with its file and number.
+    """The lines of a deck that are not comments, each with its file and line number.
 
-    The lines of an included file stand in its place, where they may continue the block above. Its
-    name is relative to the folder of the whole deck, as in CalculiX, or to the file that includes.
+    The lines of an included file take the place of its *INCLUDE, and may continue the block above.
+    Its name is relative to the folder of the whole deck, as in CalculiX, or to the file that
+    includes.
     """
     check_includes(path, "deck", included_files, depth)
     stripped = enumerate(map(str.strip, text_of(path, "deck").splitlines()), start=1)
@@ -111,7 +114,7 @@ def _lines(
 
 
 def check_includes(path: Path, what: str, included_files: list[str], depth: int) -> None:
-    """Add a file to those that a deck includes; ModelError if there is no end of them."""
+    """Add a file to those that a deck includes; ModelError if the includes do not end."""
     if depth > 20:
         raise ModelError(f"{what} {path.name}: it includes itself; take the INCLUDE out")
     included_files.append(path.name)
@@ -181,7 +184,7 @@ class _Instance:
     move: Callable[[Array], Array]
 
     def flat(self) -> Iterator[Block]:
-        """The blocks with numbers and names of their own."""
+        """The blocks of the part, with the numbers and names of this instance."""
         for block in self.blocks:
             if block.keyword in _NAMES:
                 parameters = dict(block.parameters)
@@ -205,7 +208,7 @@ class _Instance:
                 where, *face = entries(line)
                 yield ", ".join([self.member(where), *face])
             else:
-                # A comma at the end of a line continues the element.
+                # A comma at the end of a line shows that the element continues on the next line.
                 yield ", ".join(self.member(entry) for entry in entries(line))
 
     def _moved(self, line: str) -> str:
@@ -225,14 +228,14 @@ class _Instance:
                 yield replace(block, parameters={**block.parameters, "NAME": name})
 
     def member(self, entry: str) -> str:
-        """A number or the name of a set of the part, as it is called in the assembly."""
+        """An entry of the part, a number or the name of a set, as it is in the assembly."""
         if entry.isdecimal():
             return str(int(entry) + self.offset)
         return f"{self.name}.{entry.upper()}" if entry else entry
 
 
 def flat(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The blocks of a flat deck: nodes and elements of instances stand where the instances do.
+    """The blocks of a flat deck: an instance is replaced by its nodes and elements.
 
     ModelError: a part or an instance is not known, or has no end.
     """
@@ -312,7 +315,7 @@ def _largest(blocks: list[Block]) -> int:
 
 
 def _instance(head: Block, blocks: list[Block], offset: int) -> _Instance:
-    """The instance of a block *INSTANCE: a line of its shift, and one of an axis and an angle."""
+    """The instance of a block *INSTANCE: one line has its shift, the next an axis and an angle."""
     try:
         values = [[number(entry) for entry in fields(line)] for line in head.lines]
     except ValueError as error:
@@ -339,12 +342,12 @@ def _instance(head: Block, blocks: list[Block], offset: int) -> _Instance:
 
 
 def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
-    """A block of the assembly: its numbers are those of an instance that it or an entry names."""
+    """A block of the assembly, with the numbers of the instance that it or an entry names."""
     if block.keyword in ("NSET", "ELSET") and "INSTANCE" in block.parameters:
         instance = instances.get(block.parameters["INSTANCE"])
         if instance is None:
             raise ModelError(f"deck: the block {block} names an unknown instance; repair it")
-        # Only its lines belong to the instance, its name to the assembly.
+        # Only the lines of the block belong to the instance; its name belongs to the assembly.
         (lines,) = replace(instance, blocks=[block]).flat()
         return replace(block, lines=lines.lines)
 
@@ -372,7 +375,7 @@ def _names_used(blocks: Iterable[Block]) -> set[tuple[str, str]]:
 def _short_names(
     instances: dict[str, _Instance], used: set[tuple[str, str]], largest: int
 ) -> Iterator[Block]:
-    """Sets of the names that only one instance has, and the elements of each instance."""
+    """Sets under the names that only one instance has, and an element set for each instance."""
     owners: Counter[tuple[str, str]] = Counter()
     for instance in instances.values():
         owners.update(_names_used(instance.blocks))

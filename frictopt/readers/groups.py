@@ -1,6 +1,6 @@
 """Elements and named groups of mesh files, as meshio reads them.
 
-Of the physical groups of gmsh, meshio keeps a part only, so they are read here.
+Of the physical groups of gmsh, meshio keeps only a part; so this file reads them itself.
 """
 
 import re
@@ -23,7 +23,7 @@ GROUPED = (
 )
 _VERSION = re.compile(rb"\$MeshFormat\s+([0-9.]+)")
 _FORMAT_4_1 = re.compile(rb"\$MeshFormat\s+4\.1 ([01]) (\d)\s")
-# Windows ends a line of text with two characters.
+# On Windows a line of text ends with two characters.
 _ENTITIES = re.compile(rb"\$Entities\r?\n")
 _NAME = re.compile(rb'^(\d)\s+(\d+)\s+"(.*)"\s*$', re.MULTILINE)
 
@@ -36,7 +36,7 @@ _SAVED = (
     "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group; "
     "set Mesh.SaveParametric = 0"
 )
-# Ends of the names of files that are not read -> a way to files that are.
+# Ends of the names of files that are not read -> how to get a file that is.
 _WAYS = {
     ".unv": "open it in gmsh and save it as .msh",
     ".mail": "in code_aster, read it with LIRE_MAILLAGE(FORMAT='ASTER') and write it with "
@@ -46,11 +46,12 @@ _WAYS = {
     "all.msh, which is a deck, to all.inp",
 }
 _ANY_WAY = "convert it to .inp, .msh, .med, .bdf or .vtu; gmsh opens some files, and saves .msh"
-# Ends of names of cell data that number groups.
+# Ends of the names of cell data that contain numbers of groups.
 _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 
-# Ends of the names of Exodus files. Exodus has the middle nodes of the upright edges of these
-# elements before the middle nodes of the upper edges; meshio 5.3.5 takes them for the upper ones.
+# Ends of the names of Exodus files, and elements that are mixed up there. Exodus lists the middle
+# nodes of the upright edges of these elements before those of the upper edges; meshio 5.3.5 expects
+# the opposite order.
 _EXODUS = (".e", ".ex2", ".exo")
 _MIXED_UP_IN_EXODUS = ("hexahedron20", "hexahedron27")
 
@@ -71,7 +72,7 @@ def deck_of_file(file: Path) -> Deck:
     if is_gmsh:
         remedy = _SAVED
         check_version(file)
-    # meshio tries several formats, and prints why each of the first ones does not fit.
+    # meshio tries several formats, and prints why each format before the right one does not fit.
     with redirect_stdout(StringIO()):
         contents = by_library("meshio", meshio.read, file, "mesh", remedy)
 
@@ -126,7 +127,7 @@ def _ends_last(block: Elements) -> Elements:
 
 
 def _groups(contents: Any, starts: list[int]) -> Groups:
-    """Groups of any format but that of gmsh: sets, families of Salome, and numbers of groups."""
+    """Groups of any format other than that of gmsh: sets, families of Salome, numbered groups."""
     groups: Groups = defaultdict(list)
     for name, blocks in contents.cell_sets.items():
         for start, members in zip(starts, blocks, strict=True):
@@ -157,7 +158,7 @@ def _node_sets(contents: Any) -> dict[str, Integers]:
 
 
 def check_version(file: Path) -> None:
-    """Check that a file of gmsh has a version of which all groups are known, and is in one part."""
+    """Check that a file of gmsh is in one part, and has a version whose groups can all be read."""
     contents = file.read_bytes() if file.is_file() else b""
     version = _VERSION.match(contents)
     if version and not version[1].startswith((b"2", b"4.1")):
@@ -176,7 +177,7 @@ def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
     """Physical groups: by name, or by number if they have none.
 
     `contents` are what meshio reads, `starts` the number of the first element of each block. meshio
-    keeps one dimension of each name, and one group of each entity, so both are read here again.
+    keeps only one dimension of each name, and one group of each entity, so both are read here.
     """
     raw = file.read_bytes()
     names = _names(raw)
@@ -213,7 +214,7 @@ def _names(raw: bytes) -> dict[_Key, str]:
 def _members(physical: Integers) -> dict[int, Integers]:
     """Number of each group -> the elements of a block in it.
 
-    A group that has an entity reversed has its number with a minus there.
+    If a group contains an entity reversed, its number has a minus there.
     """
     numbers = np.abs(physical)
     return {
@@ -234,7 +235,7 @@ def _check_groups_have_elements(
 
 
 def _groups_of_entities(file: Path, raw: bytes) -> dict[_Key, list[int]]:
-    """Numbers of all groups of each entity of a file of version 4.1; of another version none."""
+    """Numbers of all groups of each entity in a file of version 4.1; empty for other versions."""
     head = _FORMAT_4_1.search(raw)
     start = _ENTITIES.search(raw)
     if head is None or start is None:
@@ -243,7 +244,7 @@ def _groups_of_entities(file: Path, raw: bytes) -> dict[_Key, list[int]]:
     with file.open("rb") as opened:
         opened.seek(start.end())
         by_dimension, _ = read(opened, head[1] == b"0", int(head[2]))
-    # A minus says that the group has the entity reversed.
+    # A minus means that the group contains the entity reversed.
     return {
         (dim, entity): list(dict.fromkeys(map(abs, numbers)))
         for dim, entities in enumerate(by_dimension)
@@ -252,7 +253,7 @@ def _groups_of_entities(file: Path, raw: bytes) -> dict[_Key, list[int]]:
 
 
 def without_copies(elements: list[Elements], groups: Groups) -> tuple[list[Elements], Groups]:
-    """Elements and groups in which each element stands once.
+    """Elements and groups in which each element occurs once.
 
     Version 2.2 of the format repeats an element for each group that it is in.
     """

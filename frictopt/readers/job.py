@@ -30,7 +30,7 @@ from .labelled import LabelledMatrix
 class MatrixJob(LabelledMatrix):
     """Stiffness matrix of another code, with labels, and the nodes and sets of its deck.
 
-    Its members are arguments of `condense`.
+    Its attributes and methods give the arguments of `condense`.
 
     Lengths and forces have the units of the deck. A plane job is per unit depth: stiffness and
     forces are divided by the thickness of its section. An axisymmetric job refers to the whole

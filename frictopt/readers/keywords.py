@@ -25,7 +25,7 @@ FLAT = (
 
 
 def _nodes(listing: DeckListing, block: Block) -> None:
-    """*NODE: lines of a number and its coordinates, also if they repeat a node."""
+    """*NODE: lines of a number and its coordinates; a node may occur again."""
     numbers = []
     for line in block.lines:
         name, *listed = entries(line)
@@ -129,7 +129,7 @@ def _surface(listing: DeckListing, block: Block) -> None:
         combined = [member.upper() for row in block.rows for member in row]
         listing.unions.setdefault(name, []).extend(combined)
     elif block.parameters.get("TYPE") == "NODE":
-        # A weight may follow the node.
+        # A weight may follow the node in its line.
         first_entries = [node for line in block.lines for node in entries(line)[:1] if node]
         listing.node_surfaces.setdefault(name, []).extend(first_entries)
     else:
@@ -137,12 +137,12 @@ def _surface(listing: DeckListing, block: Block) -> None:
         listing.faces.setdefault(name, []).extend(faces)
 
 
-# Parameters that take a part of the faces of a surface.
+# Parameters by which a surface has only a part of its faces.
 _CUTTING = ("TRIM", "CROP", "CUTTINGSURFACE")
 
 
 def _problem_of_surface(block: Block) -> str:
-    """Why a surface is not read; empty if it is."""
+    """Why a surface is not read; empty if it is read."""
     parameters = block.parameters
     kind = parameters.get("TYPE", "ELEMENT")
     combine = parameters.get("COMBINE", "UNION")
@@ -168,7 +168,7 @@ def _problem_of_face(line: str) -> str:
 
 
 def _face(line: str) -> tuple[str, int]:
-    """Element or element set, and the number of its face; all free faces if the line names none."""
+    """Element or element set, and the number of its face; `FREE` if the line names no face."""
     where, *face = entries(line)
     if face and face[0]:
         return where, int(face[0][1:])
@@ -219,10 +219,10 @@ _CHANGES = (
 
 
 def ways_out(names_of: Mapping[str, str]) -> dict[str, str]:
-    """Names of refused blocks -> the way out.
+    """Refused block (by its name below) -> the way out.
 
-    Each way out has its names in one text: `KEYWORD`, `KEYWORD,PARAMETER` or
-    `KEYWORD,PARAMETER=VALUE`.
+    The argument has the names of all blocks with the same way out in one text: `KEYWORD`,
+    `KEYWORD,PARAMETER` or `KEYWORD,PARAMETER=VALUE`.
     """
     return {name: way for way, names in names_of.items() for name in names.split()}
 
@@ -237,12 +237,12 @@ REFUSED = ways_out(
         _CHANGES: "MODELCHANGE,TYPE=ELEMENT",
     }
 )
-# Without lines these keywords end the directions of an earlier block.
+# Without data lines, these keywords end the directions that an earlier block has set.
 _ENDS = ("SYSTEM", "TRANSFORM")
 
 
 def way_out(block: Block, refused: Mapping[str, str]) -> str:
-    """Words for the way out if a block is refused, otherwise none."""
+    """The way out in words if a block is refused; otherwise empty."""
     names = [block.keyword]
     for parameter, value in block.parameters.items():
         named = f"{block.keyword},{parameter}"
@@ -253,7 +253,7 @@ def way_out(block: Block, refused: Mapping[str, str]) -> str:
 def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
     """Read a deck and the files that it includes.
 
-    With `mesh_alone` keywords are accepted that only change the directions of loads and supports.
+    With `mesh_alone`, keywords that only change the directions of loads and supports are accepted.
     meshio also reads decks, but it loses the numbers of the nodes and all blocks of nodes except
     the last, and it has no elements of plane strain.
     """
@@ -272,7 +272,8 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
         except ModelError:
             raise
         except (KeyError, ValueError, IndexError) as error:
-            # Python quotes the entry, which may be a line of any file that a deck includes.
+            # Python's message quotes the entry, which may be a line of any file that a deck
+            # includes.
             no_number = re.match("invalid literal|could not convert", str(error))
             why = "an entry is no number" if no_number else error
             raise ModelError(f"{where} cannot be read ({why}); repair it") from error

@@ -102,7 +102,7 @@ class LabelledMatrix(Shown):
     def points(self) -> NumberedPoints:
         """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job.
 
-        They also know the numbers of the nodes, for `condense`.
+        They also have the numbers of the nodes, for `condense`.
         """
         points = frozen(self._known.points[:, : self._directions]).view(NumberedPoints)
         points.numbers = self._known.numbers
@@ -192,7 +192,7 @@ class LabelledMatrix(Shown):
 
 
 def checked_labels(values: ArrayLike) -> Integers:
-    """Check that labels are distinct, and some of displacements; return them read-only."""
+    """Check that labels are distinct and that some are displacements; return them read-only."""
     labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
     if not displaced(labels).any():
         raise ModelError(
@@ -216,7 +216,7 @@ def displaced(labels: Integers) -> Booleans:
 def rows_of_nodes(labels: Integers, deck: Deck) -> Integers:
     """(nodes, 6) row of each displacement and rotation of each node.
 
-    It is -1 if the deck holds the unknown, and -2 if the matrix lacks it otherwise.
+    It is -1 if the deck holds the unknown, and -2 if the matrix lacks it for another reason.
     """
     numbers = deck.numbers
     unknown = np.setdiff1d(labels[displaced(labels), 0], numbers)

@@ -1,4 +1,4 @@
-"""The content of the blocks of a deck, by numbers and names, and the deck made from it, by rows."""
+"""The content of the blocks of a deck, by numbers and names, and the `Deck` made from it."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -23,8 +23,8 @@ HELD_BY_NAME = {
     "PINNED": [0, 1, 2],
     "ENCASTRE": [0, 1, 2, 3, 4, 5],
 }
-# Keywords that constrain nodes. All but the first one let nodes follow others: a load on a node
-# that follows is refused by the name of the keyword.
+# Keywords that constrain nodes. All but the first make nodes follow others: a load on a node
+# that follows is refused, and the error names the keyword.
 CONSTRAINING = (
     "BOUNDARY",
     "EQUATION",
@@ -102,13 +102,13 @@ class Sets:
     ) -> list[int]:
         """Numbers of some members, each once, in their order.
 
-        Error messages call the list `owner`. It is part of the sets `above`, so it must not name
-        them. A range represents its existing numbers, as in both codes.
+        Error messages call the list `owner`. The list is part of the sets `above`, so it must not
+        name them. Of a range, only the numbers that exist count, as in CalculiX and Abaqus.
         """
         numbers: list[int] = []
         for member in members:
             if isinstance(member, range):
-                # A deck may give a range of far more numbers than it has.
+                # A range of a deck may have far more numbers than exist.
                 fewer, more = sorted((member, self._known), key=len)
                 numbers += sorted(number for number in fewer if number in more)
             elif member.isdecimal():
@@ -269,7 +269,7 @@ def constraints_of(
 ) -> tuple[Booleans, tuple[str, ...]]:
     """(nodes, 6) whether each displacement and rotation is held, and keywords of other constraints.
 
-    A block that cannot be read is only named: loads may not depend on it.
+    Of a block that cannot be read, only the keyword is kept: the loads may not depend on the block.
     """
     held = np.zeros((len(row_of_node), 6), dtype=bool)
     others: dict[str, None] = {}
@@ -288,7 +288,7 @@ def constraints_of(
 
 
 def _axes(directions: Sequence[str]) -> list[int]:
-    """Axes of a word, or from the first to the last direction; those beyond 6 are temperatures."""
+    """Axes of a word, or of a range of directions; those beyond 6 are temperatures, left out."""
     first = directions[0]
     if not first.isdecimal():
         return HELD_BY_NAME[first.upper()]

@@ -96,8 +96,8 @@ def corner_mesh(deck: Deck, name: str) -> Mesh:
 def named_mesh(mesh: Mesh, deck: Deck, name: str) -> tuple[Mesh, csr_matrix]:
     """The mesh of a deck with its sets and all its nodes, from the mesh through its corners.
 
-    The second result is the (nodes of the mesh, points of the deck) matrix that makes these nodes
-    of the points.
+    The second result is the (nodes of the mesh, points of the deck) matrix whose rows give each
+    node as a mean of points.
     """
     mesh = with_sets(mesh, deck, name)
     if isinstance(mesh, MIXED) and not deck.is_linear:
@@ -106,7 +106,7 @@ def named_mesh(mesh: Mesh, deck: Deck, name: str) -> tuple[Mesh, csr_matrix]:
 
 
 def _warn_of_others(mesh: Mesh, deck: Deck, file: Path) -> None:
-    """Warn of elements of a deck that are no elements, faces or edges of its mesh."""
+    """Warn of elements of a deck that are not elements, faces or edges of its mesh."""
     counts: Counter[str] = Counter()
     names = set()
     for kind, numbers, nodes in deck.elements:
@@ -153,7 +153,7 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
 
 
 def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
-    """Facets of the outline all corners of which are among some nodes.
+    """Facets of the outline whose corners are all among some nodes.
 
     If the numbers of all nodes are given, each of the nodes must be a corner of such a facet.
     """
@@ -181,7 +181,7 @@ def _outline_between(mesh: Mesh, nodes: Integers) -> Integers:
 def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains.
 
-    A set whose elements are no faces of the mesh is no boundary.
+    A set whose elements are not faces of the mesh becomes no boundary.
     """
     subdomains = _subdomains(deck)
     boundaries = _boundaries_of_node_sets(mesh, deck, subdomains)
@@ -214,7 +214,7 @@ def _boundaries_of_node_sets(
     is_in = np.zeros(len(deck.numbers), dtype=bool)
     boundaries = {}
     for name, nodes in deck.sets.items():
-        # A set of all nodes of a subdomain of the same name names no outline.
+        # A set of all nodes of a subdomain, under its name, does not name a boundary.
         is_in[:] = False
         is_in[nodes] = True
         if name in subdomains and is_in[mesh.t[:, subdomains[name]]].all():
@@ -266,7 +266,7 @@ def _faces_of_surfaces(mesh: Mesh, deck: Deck, what: str) -> dict[str, list[Inte
 
 
 def _facets_of(mesh: Mesh, blocks: list[Integers]) -> Integers:
-    """Facets of the mesh that some faces are. Corners come first among the nodes (m, k) of each."""
+    """Facets of the mesh that are the given faces, whose nodes (m, k) begin with the corners."""
     corners = len(mesh.facets)
     faces = [_corners_of_faces(block, corners) for block in blocks]
     return np.setdiff1d(places_among(np.concatenate(faces), mesh.facets.T), [-1])

@@ -32,13 +32,13 @@ FACE_CORNERS: dict[str, tuple[tuple[int, ...], ...]] = {
         (3, 7, 4, 0),
     ),
 }
-# Ends of the edges amid which simplices and wedges have nodes, in the order of these nodes.
+# Ends of the edges with midside nodes of simplices and wedges, in the order of these nodes.
 _EDGES = {
     "triangle6": ((0, 1), (1, 2), (2, 0)),
     "tetra10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
     "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
 }
-# Elements with the functions of the other quadratic shapes.
+# Elements whose functions are those of the other quadratic shapes.
 _QUADRATIC_ELEMENTS = {
     "quad8": skfem.ElementQuadS2,
     "quad9": skfem.ElementQuad2,
@@ -57,7 +57,8 @@ _PLAIN = {
 def mesh_through_corners(parts: Sequence[Elements], points: Array) -> Mesh:
     """Mesh through the corners of elements of any shapes, its nodes in the order of the points.
 
-    If all have the same corners, as linear and quadratic hexahedra, it is a mesh of that shape.
+    If all have the same number of corners, such as linear and quadratic hexahedra, it is a mesh of
+    that shape.
     """
     shapes = {corner_shape(part.kind) for part in parts}
     kind = MeshMixedPlane if points.shape[1] == 2 else MeshMixed
@@ -87,7 +88,7 @@ def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
 
     If all elements are linear, it is the mesh itself. A linear element beside quadratic elements
     gets midside nodes on its straight edges. The second result is the (nodes of the mesh, points of
-    the deck) matrix that makes these nodes of the points.
+    the deck) matrix whose rows give each node as a mean of points.
     """
     parts = deck.by_shape()
     mesh_nodes = np.unique(mesh.t)
@@ -143,7 +144,7 @@ def _check_edges_are_alike(mesh: Mesh, of_linear: Booleans) -> None:
     """Check that no edge belongs to elements of which some, (elements,), are linear."""
     ends = mesh.facets if mesh.dim() == 2 else mesh.edges
     nodes = mesh.dofs.element_dofs[mesh.t.shape[0] :]
-    # Edges without length are the corner at which they are.
+    # An edge without length has both ends at one corner.
     no_edges = mesh.nvertices + np.flatnonzero(ends[0] == ends[1])
     common = np.intersect1d(nodes[:, of_linear], nodes[:, ~of_linear])
     common = np.setdiff1d(common, no_edges)
@@ -158,7 +159,7 @@ def _check_edges_are_alike(mesh: Mesh, of_linear: Booleans) -> None:
 def _placed(
     mesh: Mesh, entries: Sequence[tuple[Array, Integers, Integers]], deck: Deck
 ) -> tuple[Mesh, csr_matrix]:
-    """The mesh with its nodes where the nodes of the deck put them, and the matrix of the means.
+    """The mesh with its nodes at means of nodes of the deck, and the matrix of these means.
 
     Each entry has weights (n, k), nodes (n,) of the mesh, and the nodes (n, k) of the deck.
     """
@@ -232,8 +233,8 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
 
     `mesh` has the corners of the elements and the sets. Each element is cut from its corner with
     the lowest number, and each of its quadrilaterals likewise (Dompierre et al. 1999), so that both
-    sides of a facet are cut alike. The displacement of a body stays quadratic. The second result
-    makes the nodes of the mesh of the points of the deck.
+    sides of a facet are cut alike. The displacements of a body stay quadratic. The second result
+    is the matrix that gives the nodes of the mesh as means of points of the deck.
     """
     d = mesh.dim()
     linear, kind = _SIMPLICES[d]
@@ -261,7 +262,7 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
 
 
 def _simplices(facets: Integers) -> Integers:
-    """The edges of edges, and the triangles between three corners of each facet (m, corners)."""
+    """The edges, or the triangles between three corners, of facets (m, corners)."""
     if facets.shape[1] < 4:
         return facets
     triples = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
