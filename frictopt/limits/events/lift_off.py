@@ -297,7 +297,7 @@ class LiftOff(Question):
         return self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape)
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the corners. That of an event is shared out to both ends of its leg."""
+        """Motions at the corners. A motion at an event is divided between the ends of its leg."""
         return np.tensordot(self.weights.T, moves, 1)
 
     @property

@@ -120,11 +120,11 @@ def forces_of_order(
 def _moved_by_event(
     question: LiftOff, m: int, event: int, load_factor: float | None, about: About | None
 ) -> tuple[Array, tuple[Array, Array]]:
-    """The change (M,) of the forces as an event moves along its leg, and what it takes and adds.
+    """The change (M,) of the forces along the leg of an event, a force to subtract, a rate to add.
 
     If fixed and scaled loads both vary, the forces contain the product of load factor and place.
-    About given values of both it is linear: a constant is taken off, and a rate with the load
-    factor added.
+    This product is linearised about given values of both: that gives the force to subtract, and the
+    rate with the load factor. Otherwise both are zero.
     """
     at_zero, scaled = _changes(question, m)
     nothing = np.zeros_like(scaled)

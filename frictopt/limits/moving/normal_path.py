@@ -85,7 +85,7 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
 
 
 def _to_next_event(*states: tuple[Array, Array]) -> float:
-    """Part of a leg after which the first of some positive values is zero, by their rates."""
+    """The part of a leg after which the first of some positive values has fallen to zero."""
     nearest = np.inf
     for values, rates in states:
         falling = (values > 0) & (rates < 0)

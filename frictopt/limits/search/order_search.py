@@ -381,7 +381,7 @@ def _between_ends(
     question = best._question
     ends = pose_like(question, ends_of(question.cycle, path), question.friction)
     opened = with_open(ends, question.open_nodes)
-    assert opened is not None  # it has a limit with all corners
+    assert opened is not None  # the set has a limit with all corners
     found = best_order(limit_of_set, limit_of_order, limit_of_set(opened), enough)
     if isinstance(found._question, LiftOff):
         order = found._question.order
@@ -393,7 +393,7 @@ def _between_ends(
         return best
     else:
         opened = with_open(question, found.open)
-        assert opened is not None  # it has a limit
+        assert opened is not None  # the set has a limit
         limit = limit_of_set(opened)
     return replace(limit, least=found.least)
 

@@ -117,7 +117,7 @@ def is_small(questions: Sequence[Question]) -> bool:
 
 
 def _motions(question: Question, nodes: int) -> int:
-    """Number of motions of loose nodes in the program that compares their sets."""
+    """Number of motions in the program that compares the sets of so many loose nodes."""
     return nodes * (question.system.tangents + 1) * len(question.r1)
 
 

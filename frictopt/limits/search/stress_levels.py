@@ -169,7 +169,8 @@ class StressLevels:
         system = slips.question.system
         self._none = np.zeros(system.slip_shape)
         self._grid = half_sphere(planes)
-        # Without shear across the section x, y the planes of the search are normal to it.
+        # If no shear acts out of the section x, y, only this section and planes across it are
+        # searched.
         if not (stresses.sigma[..., :2, 2].any() or stresses.rates[..., :2, 2].any()):
             angles = np.pi * np.arange(planes) / planes
             in_section = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(planes)])
@@ -265,7 +266,7 @@ class StressLevels:
         return [End(value + added, slip, normal) for value, (added, slip), normal in ends]
 
     def _along(self, rates: Array) -> list[tuple[float, Array]]:
-        """The most that a slip adds by each rate, and this slip; inf and NaN if friction wedges."""
+        """For each rate, the most that a slip adds, and the slip; inf, NaN if friction wedges."""
         ends = []
         for rate in rates:
             slip = self._furthest.along(rate)
