@@ -52,7 +52,7 @@ _CHANGES = (
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read the stiffness that Ansys Mechanical APDL assembles, from its `.full` file.
 
-    With `WRFULL,1` before `SOLVE`, the code stops after the assembly. Run it in one process,
+    With `WRFULL,1` before `SOLVE`, Ansys stops after the assembly. Run it in one process,
     because each process writes a file of its own. The contact itself must not be in the model: each
     body keeps its own nodes there. Displacements that `D` holds are left out; with the deck, the
     reader knows that they are held. Rotations are generalised coordinates. The extra `ansys` of the

@@ -74,9 +74,9 @@ class Design(Answered, Explained):
         of which `slip` is the first.
     prices
         Name of each user constraint -> the rate, >= 0, at which the load factor (or the objective)
-        grows if the constraint is relaxed, in your units and in the shape of the constraint. The
-        rate of an equation is that with its right side. If the best design is not unique, the rates
-        need not be unique either.
+        grows if the constraint is relaxed, in your units and in the shape of the constraint. For
+        an equation it is the rate with respect to the right side. If the best design is not unique,
+        the rates need not be unique either.
         the rates need not be unique.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the

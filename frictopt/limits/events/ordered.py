@@ -146,7 +146,7 @@ def ordered_program(
     load_factor: float | None = None,
     about: About | None = None,
 ) -> RestProgram:
-    """The program of an order. With a given `load_factor`, its goal is the `margin` of the slip."""
+    """The program of an order. Its goal with a given `load_factor` is the largest `margin`."""
     system = question.system
     axes = system.tangents
     slips = LaterSlips.of(question)

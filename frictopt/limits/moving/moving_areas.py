@@ -223,7 +223,7 @@ class MovingAreas(Question):
         return np.where(real, self.rim.residual, 0.0)
 
     def slipping(self, part: int) -> int | None:
-        """A rim node that slips in each cycle with any friction; None if all equations are solved.
+        """A rim node that slips in each cycle with any friction; None if there is a solution.
 
         Part 1: such a node at load factors above 0. Part 0: at load factor 0.
         """
@@ -231,7 +231,7 @@ class MovingAreas(Question):
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
 
     def slipping_at(self, load_factor: float) -> int | None:
-        """A rim node that slips in each cycle at a load factor, with any friction; or None."""
+        """A rim node that slips in each cycle at a load factor with any friction; None if none."""
         constant, rate = self.unsolved
         off = np.abs(constant + load_factor * rate)
         size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)

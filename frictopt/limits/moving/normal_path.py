@@ -340,8 +340,8 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
 def _place_of_event(pressures: Array, touching: Booleans) -> Array:
     """Load factor times place of an event: where a node that opens or closes has no pressure.
 
-    `pressures` are the pressures at load factor 0 and at the first corner of the leg, then their
-    rate with the load factor there, and last their change along the leg.
+    `pressures` (3, N) are the pressures at load factor 0, their rate with the load factor at the
+    first corner of the leg, and their change along the leg.
     """
     node = int((touching * np.abs(pressures[2])).argmax())
     change = float(pressures[2, node])

@@ -36,7 +36,7 @@ _DECIDED = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """All sets in which some loose nodes are open, some are closed, and the others are free.
+    """All sets in which some loose nodes are open, some are closed, and the others may be either.
 
     `bound` is a proven upper bound of their limits.
     """
@@ -47,7 +47,7 @@ class Branch:
 
     @property
     def undecided(self) -> Booleans:
-        """(n,) loose nodes that are neither open nor closed in all sets of the branch."""
+        """(n,) loose nodes that are open in some sets of the branch, and closed in others."""
         return ~(self.opens | self.closes)
 
     def divided(self, index: int, open_first: bool) -> list[Branch]:
