@@ -148,7 +148,7 @@ class Body:
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
-        """Nodes on a boundary; error messages call it `argument`."""
+        """Nodes on a boundary; error messages call the boundary `argument`."""
         return facet_nodes(self.mesh, self.boundary(name, argument))
 
     @property
@@ -170,12 +170,12 @@ class Body:
 
     @cached_property
     def written(self) -> Array:
-        """(d, nodes) coordinates as the mesh was written, which name nodes also after moves."""
+        """(d, nodes) coordinates as the mesh was written; errors name nodes by them."""
         return np.asarray(self.mesh.p)
 
     @cached_property
     def deck_node(self) -> Integers | None:
-        """(nodes,) numbers of the nodes in the deck of the mesh, -1 if it has none; None: unknown.
+        """(nodes,) number of each node in the deck of the mesh, -1 if it has none; None if there is no deck.
 
         Errors and tables have these numbers.
         """
@@ -245,7 +245,8 @@ def check_elements(mesh: Mesh) -> None:
 def _sizes(mesh: Mesh) -> Array:
     """(places, elements) signed area or volume, from the Jacobian of the elements at their nodes.
 
-    Corners that coincide have none, so elements of several shapes have it at points of integration.
+    Corners that coincide have no size, so elements of several shapes are measured at the points of
+    integration.
     """
     element = mesh.elem()
     nodes = mesh.dofs.element_dofs

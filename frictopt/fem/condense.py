@@ -393,7 +393,7 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
 def eliminated(
     glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: type | None = None
 ) -> tuple[Array, list[Factor]]:
-    """Eliminate the y of `fronts` from a matrix, see `eliminate`; further unknowns are kept."""
+    """Eliminate the y of `fronts` from a matrix, see `eliminate`; its further unknowns are kept."""
     kept = np.full(matrix.shape[0] - len(front), -1)
     try:
         return eliminate(matrix, np.r_[front, kept], keep=keep)

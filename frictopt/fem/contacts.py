@@ -162,9 +162,9 @@ class Tie:
         free, and a `ModelWarning` counts them. None: 2.5 % of the mean edge of face 1.
     adjust
         Whether the tied nodes move onto face 2 before assembly, without strain, as in
-        `Contact.adjust`. A node that would move by more than 0.1 of the shortest edge there stays,
-        and `ContactModel.notes` counts it. Where faces stay apart, a turn of both bodies strains
-        them.
+        `Contact.adjust`. A node that would move by more than 0.1 of the shortest edge at it stays,
+        and `ContactModel.notes` counts it. Where the faces stay apart, a rotation of both bodies
+        strains them.
 
     Raises
     ------
@@ -352,7 +352,7 @@ def _independent(
 class Tied:
     """The nodes of body 1 that a tie joins, and their places, a matrix (n, nodes of body 2).
 
-    Other nodes of the face are farther away than the tolerance.
+    The other nodes of face 1 are farther from face 2 than the tolerance.
     """
 
     nodes: Integers
@@ -381,7 +381,7 @@ class Followers:
 
     @cached_property
     def matrix(self) -> csr_matrix:
-        """(all nodes, all nodes) displacements due to those of the nodes that follow none."""
+        """(all nodes, all nodes) displacements due to those of nodes that follow no other node."""
         return csr_matrix(self.chains @ diags((self.tie < 0).astype(float)))
 
     @property
@@ -419,7 +419,7 @@ def followers_of(
     bodies: Mapping[str, Body],
     first_node: Mapping[str, int],
 ) -> Followers:
-    """The nodes of all ties that follow, in the numbers of the model."""
+    """The nodes of all ties that follow others, in the numbers of the model."""
     count = sum(body.mesh.p.shape[1] for body in bodies.values())
     number = np.full(count, -1)
     step = csr_matrix((count, count))
@@ -431,7 +431,7 @@ def followers_of(
         entries = links.data[is_first], (rows[is_first], columns[is_first])
         step = step + csr_matrix(entries, shape=step.shape)
         number[rows[is_first]] = k
-    # A node may follow nodes that follow others.
+    # A node may follow nodes that in turn follow others.
     chains = identity(count, format="csr")
     for _ in ties:
         chains = csr_matrix(chains + step @ chains)

@@ -35,7 +35,7 @@ class _WithCollapsed:
     elem: Any
 
     def _init_facets(self) -> None:
-        """Number the facets: those without area come last, each in one element alone."""
+        """Number the facets: those without area come last, and each belongs to only one element."""
         local = np.array(self.elem.refdom.facets)
         corners = local.shape[1]
         nodes = self.t[local].transpose(1, 0, 2).reshape(corners, -1)
@@ -54,7 +54,7 @@ class _WithCollapsed:
 
     @property
     def f2t(self) -> Integers:
-        """(2, facets) elements beside each facet; -1 outside of the outline.
+        """(2, facets) elements on both sides of each facet; -1 for the outside of the mesh.
 
         A facet without area has its element on both sides, so that it is no facet of the outline.
         """
@@ -103,7 +103,7 @@ def canonical(nodes: Integers) -> tuple[Integers, Integers]:
 
 
 def places_among(rows: Integers, known: Integers) -> Integers:
-    """(m,) index of each row of numbers (m, k) among known rows (n, k); -1 if it is unknown.
+    """(m,) index of each row of numbers (m, k) among known rows (n, k); -1 if it is not there.
 
     The order of the numbers in a row does not matter, nor which of them is repeated.
     """
@@ -116,7 +116,7 @@ def places_among(rows: Integers, known: Integers) -> Integers:
 
 
 def with_wedges(mesh: Mesh) -> Mesh:
-    """The mesh, where one of scikit-fem's wedges becomes a `MeshMixed` with the same nodes.
+    """The mesh; a mesh of scikit-fem's wedges becomes a `MeshMixed` with the same nodes.
 
     This is needed because scikit-fem 12.0 integrates over only half of its reference wedge.
     """

@@ -113,9 +113,9 @@ def _stiffness(path: Path, dof: Path, size: int) -> csr_matrix:
 
 
 def _check_deck(path: Path) -> None:
-    """Check that CalculiX has read each number of the deck whole, and which rows the matrix has.
+    """Check that CalculiX has read each number whole, and that no keyword makes unknown rows.
 
-    Some keywords make rows that are no displacements of nodes. CalculiX 2.20 puts the springs of a
+    Such rows are not displacements of nodes. Also, CalculiX 2.20 puts the springs of a
     contact into the matrix of a perturbation step.
     """
     keywords = set()
@@ -383,8 +383,8 @@ def _nodes_in_comments(text: str) -> list[int]:
 def _labels(nodes: list[int], direction_lines: list[list[int]], file: str) -> Integers:
     """(n, 2) node and direction of each row.
 
-    The first line of directions has those of the first nodes. Each of the others has the place in
-    `nodes`, from 1, of the first node with other directions, and these.
+    The first line of directions has the directions of the first nodes. Each further line has the
+    place in `nodes`, from 1, of the first node with other directions, and then these directions.
     """
     first_directions, *changes = direction_lines
     starts = [1, *(change[0] for change in changes)]
