@@ -175,7 +175,7 @@ class Body:
 
     @cached_property
     def deck_node(self) -> Integers | None:
-        """(nodes,) number of each node in the deck of the mesh, -1 if it has none; None if there is no deck.
+        """(nodes,) number of each node in the deck, -1 if it has none; None if there is no deck.
 
         Errors and tables have these numbers.
         """
