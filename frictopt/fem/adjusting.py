@@ -135,8 +135,8 @@ class _Moves:
     def tie(self, tie: Tie) -> Tied:
         """Move nodes of face 1 to their places on face 2; returns those within the tolerance.
 
-        A second pass finds the places of nodes after the first move. A node that would spoil its
-        elements stays, and is glued where it is.
+        A second pass finds the places of the nodes after the first move. A node that would spoil
+        its elements stays, and is glued where it is.
         """
         for _ in range(1 + tie.adjust):
             face_1, face_2, nodes, P = self._placed(tie)

@@ -132,7 +132,7 @@ def element_means(dx: Array, values: Array) -> Array:
 
 
 def circumference(x: Array, kinematics: Kinematics) -> Array:
-    """Length around the axis at each point, `2 pi x`; 1 in space and, as depth, in the plane."""
+    """Length around the axis at each point, `2 pi x`; 1 in space, and in the plane (depth)."""
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 

@@ -83,7 +83,7 @@ class Interface:
         return dependent, W, Q
 
     def _independent_columns(self, pairs: Integers) -> Integers:
-        """A candidate for each of some pairs, so that the columns of M are independent."""
+        """A candidate for each of some pairs, so that their columns of M are independent."""
         nodes = np.unique(self.candidates[pairs].indices)
         M = self.candidates[pairs][:, nodes].toarray()
         # A small diagonal entry of R shows a row that depends on the rows before it.

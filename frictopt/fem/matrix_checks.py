@@ -56,7 +56,7 @@ def checked_stiffness(K: object) -> csr_matrix:
 
 
 def _checked_matrix(name: str, matrix: object, shape: tuple[int, int] | None = None) -> csr_matrix:
-    """Check that a matrix, sparse or dense, is finite and has the shape given; None: is square."""
+    """Check that a matrix, sparse or dense, is finite and has the given shape (None: is square)."""
     entries = matrix if issparse(matrix) else finite_array(name, matrix, (None, None))
     sparse = csr_matrix(entries)
     expected = shape or (max(sparse.shape[0], 1),) * 2
@@ -346,8 +346,8 @@ def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
     """(nodes,) nodes whose neighbours show the side on which their body lies.
 
     Two kinds of nodes do not show it. Nodes connected to clamped nodes lack neighbours, because the
-    matrix does not contain clamped nodes. They are known because clamped nodes pull them back in
-    every shift. In reduced models every node is connected to every other.
+    matrix does not contain clamped nodes. Such nodes are recognised because clamped nodes pull them
+    back in every shift. In reduced models every node is connected to every other.
     """
     listed = unknowns >= 0
     shifts = np.zeros((K.shape[0], unknowns.shape[1]))  # column a: all nodes move along axis a

@@ -40,7 +40,7 @@ from .normals import Planes, normals_of_faces
 # Numbers for faces that reach beyond each other.
 
 # If less than this share of a facet lies opposite body 2, it counts as facing nothing. The dual
-# functions of a smaller part would lose six digits: at a corner, it has the square of this share.
+# functions of a smaller part would lose six digits.
 _LEAST_SHARE = 1e-3
 # If a smaller share of a flat facet lies beyond the other face, this is rounding of the drawing.
 _DRAWN = 1e-3

@@ -112,10 +112,9 @@ class LabelledMatrix(Shown):
     def unknowns(self) -> Integers:
         """(nodes, d) row of K of each displacement of each node.
 
-        It is -1 if `*BOUNDARY` holds the displacement, and -2 if K does not have it for another
-        reason, because it follows other displacements. If the deck does not list held
-        displacements, all that are not in K are -2: such a node carries no contact until you set
-        -1.
+        It is -1 if `*BOUNDARY` holds the displacement, and -2 if K does not have it because it
+        follows other displacements. If the deck does not list held displacements, all that are not
+        in K are -2: such a node cannot be in a contact until you set -1.
 
         Raises
         ------

@@ -29,15 +29,15 @@ def read_mesh(path: str | Path) -> Mesh:
     The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, bulk data of Nastran (`.bdf`,
     `.nas`, `.fem`), or any other file that meshio reads. In gmsh, physical volumes are subdomains
     and physical surfaces are boundaries; in the plane, physical surfaces are subdomains and
-    physical curves are boundaries. A group without a name is named by its number. In a deck, a node
-    set names the facets of the outline between its nodes; a set of faces (CPS3, CPS4; in the plane
-    of lines, T3D2; gmsh writes both) or a surface names these facets; and any other element set is
-    a subdomain; names are in capital letters. Groups of Salome (`.med`) are read by their names,
-    and properties of Nastran by their numbers. Nodes without elements are left out. Elements that
-    are neither solids nor their faces or edges, such as shells and rigid lines, are left out with
-    one `ModelWarning`, which counts them and names their sets. The page "What is read of a file"
-    lists all keywords: kept, refused, or without effect. The extra `mesh` of the installation
-    brings meshio.
+    physical curves are boundaries. A group without a name is named by its number. In a deck,
+    boundaries are named by a node set (the facets of the outline between its nodes), by a surface
+    (its faces), and by a set of elements that are faces (CPS3, CPS4; in the plane lines, T3D2; gmsh
+    writes both). Any other element set is a subdomain. Names of decks are in capital letters.
+    Groups of Salome (`.med`) are read by their names, and properties of Nastran by their numbers.
+    Nodes without elements are left out. Elements that are neither solids nor their faces or edges,
+    such as shells and rigid lines, are left out with one `ModelWarning`, which counts them and
+    names their sets. The page "What is read of a file" lists all keywords: kept, refused, or
+    without effect. The extra `mesh` of the installation brings meshio.
 
     Parameters
     ----------

@@ -106,10 +106,10 @@ def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
 
 
 class _Pieces(NamedTuple):
-    """Elements of a mesh that are elements of a part of a deck, or pieces of these.
+    """Elements of a mesh, each of which is an element of a part of a deck, or a piece of one.
 
-    They have the numbers (n,) of these elements in the part, and as their corners (n, k) corners of
-    these elements.
+    `parent` (n,) are the numbers of the deck's elements in the part. `corners` (n, k) are the
+    corners of each element of the mesh, by their numbers in the parent.
     """
 
     part: Elements
@@ -125,7 +125,7 @@ def _curved(
     of_linear = [np.full(len(parent), is_linear(part.kind)) for part, parent, _ in pieces]
     _check_edges_are_alike(mesh, np.concatenate(of_linear))
     weights = corner_weights(kind)
-    # Each node in the first element that has it.
+    # Each node is placed in the first element that has it.
     nodes, first = np.unique(mesh.dofs.element_dofs, return_index=True)
     place_in_element, element = np.divmod(first, mesh.nelements)
     entries = []
