@@ -202,7 +202,7 @@ class Sector:
         return tuple(part[left] for part in pairs)
 
     def _originals(self, contact: Integers, nodes: Integers, high: Integers) -> Integers:
-        """Numbers of the pairs of the same contact that pairs of copied nodes copy; -1: none."""
+        """For each pair of a copied node, the pair of the same contact that it copies; -1: none."""
         numbers = {
             pair: k for k, pair in enumerate(zip(contact.tolist(), nodes.tolist(), strict=True))
         }

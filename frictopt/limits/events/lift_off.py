@@ -117,7 +117,7 @@ def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
 
 
 def _retraced(a: Array, b: Array, c: Array, d: Array) -> Booleans:
-    """(N,) nodes of which the legs a to b and c to d have a common part longer than rounding."""
+    """(N,) nodes whose reactions on the legs a to b and c to d have a part of a line in common."""
     along = b - a
     size = (along**2).sum(axis=0)
     unit = np.where(size > 0, size, 1.0)
