@@ -189,7 +189,8 @@ class Body:
     def with_mesh(self, mesh: Mesh, **known: Array) -> Body:
         """The body with another mesh, with known `errors` and `written`.
 
-        It is not checked: a body that a bolt cuts has two parts.
+        The new body is not checked: the check refuses two parts, and a body that a bolt cuts has
+        two.
         """
         body = copy(self)
         for name in ("errors", "written"):

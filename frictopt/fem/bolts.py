@@ -62,10 +62,11 @@ class BoltPreload(Part):
     Raises
     ------
     ModelError
-        A body or a section that is no text, or a force that is not a finite number, or not above 0
-        if the bolt is locked. In a model: facets on the outline or out of one plane; a section that
-        does not cut the body in two, or has nodes in another section, in a contact, or held along
-        the axis; a free end; a locked bolt with other loads in its load case, or in two load cases.
+        A body or a section that is not a string, or a force that is not a finite number, or not
+        above 0 if the bolt is locked. In a model: facets on the outline or out of one plane; a
+        section that does not cut the body in two, or has nodes in another section, in a contact, or
+        held along the axis; a free end; a locked bolt with other loads in its load case, or in two
+        load cases.
 
     Examples
     --------

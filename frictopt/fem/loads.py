@@ -104,7 +104,7 @@ class Traction(ForceLoad):
     Raises
     ------
     ModelError
-        The body or the boundary is no text, no component is given, or a component is neither a
+        The body or the boundary is not a string, no component is given, or a component is neither a
         finite number nor a function.
 
     Examples
@@ -138,7 +138,7 @@ class Pressure(Part):
     Raises
     ------
     ModelError
-        The body or the boundary is no text, or the amount is neither a finite number nor a
+        The body or the boundary is not a string, or the amount is neither a finite number nor a
         function.
 
     Examples
@@ -169,8 +169,8 @@ class BodyForce(ForceLoad):
     Raises
     ------
     ModelError
-        The body is no text, no component is given, or a component is neither a finite number nor a
-        function.
+        The body is not a string, no component is given, or a component is neither a finite number
+        nor a function.
 
     Examples
     --------
@@ -212,8 +212,8 @@ class Centrifugal(Part):
     Raises
     ------
     ModelError
-        The body is no text, a number is not finite, the density is negative, or the axis has length
-        zero.
+        The body is not a string, a number is not finite, the density is negative, or the axis has
+        length zero.
 
     Examples
     --------
@@ -260,7 +260,7 @@ class Expansion(Part):
     Raises
     ------
     ModelError
-        The body is no text, or the strain is neither a finite number nor a function.
+        The body is not a string, or the strain is neither a finite number nor a function.
 
     Examples
     --------

@@ -347,7 +347,8 @@ def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
 
     Two kinds of nodes do not show it. Nodes connected to clamped nodes lack neighbours, because the
     matrix does not contain clamped nodes. Such nodes are recognised because clamped nodes pull them
-    back in every shift. In reduced models every node is connected to every other.
+    back in every shift. The second kind are nodes of reduced models: each is connected to all
+    others.
     """
     listed = unknowns >= 0
     shifts = np.zeros((K.shape[0], unknowns.shape[1]))  # column a: all nodes move along axis a

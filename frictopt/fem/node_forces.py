@@ -38,8 +38,8 @@ class PointForce(ForceLoad):
     Raises
     ------
     ModelError
-        The body is no text, no component is given, a component is neither a finite number nor a
-        function, or there is no such node.
+        The body is not a string, no component is given, a component is neither a finite number nor
+        a function, or there is no such node.
 
     Examples
     --------
@@ -95,7 +95,7 @@ class RemoteForce(ForceLoad):
     Raises
     ------
     ModelError
-        The body is no text, neither a force nor a moment is given, or one is not finite. In a
+        The body is not a string, neither a force nor a moment is given, or one is not finite. In a
         model: the nodes lie on a line and cannot carry the moment, or an axisymmetric model has a
         moment or a radial force.
 

@@ -42,7 +42,8 @@ class Support:
     Raises
     ------
     ModelError
-        The directions are unknown, the body is no text, or the place is neither a text nor a point.
+        The directions are unknown, the body is not a string, or the place is neither a text nor a
+        point.
 
     Examples
     --------

@@ -155,7 +155,7 @@ def verdicts_in_words(parts: ReportParts) -> pd.DataFrame:
 
 
 def _with_load(parts: ReportParts) -> Iterator[Section]:
-    # Without scatter, the factor against gross slip alone is the gross-slip load.
+    # Without scatter, a factor against gross slip repeats the gross-slip load.
     if len(parts.safety) > (0 if parts.scatter else 1):
         sentences = ["A safety factor is the number by which the cyclic load may grow."]
         if parts.scatter:

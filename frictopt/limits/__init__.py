@@ -18,15 +18,15 @@ users extend, `pictures.py` the plots. The model for a new limit is `limit_of_se
 The folders inside it, in an order in which each needs only those before it:
 
 - `program`: a question as arrays, their solution, and the mechanism that proves it.
-- `between`: limits of large contacts between two proven numbers, without the stiffness.
+- `between`: proven bounds of the limits of large contacts, without their stiffness matrix.
 - `events`: nodes that open and close in each cycle, in a given order.
 - `moving`: uncoupled contacts whose normal loads open and close nodes.
 - `guarantee`: the critical nodes of the guaranteed limit.
 - `balance`: statics of the bodies, for gross slip and for faces that slide in full.
 - `printed`: the problems in cvxpy, as they are printed and extended.
 - `answers`: what answers share, what they prove, and their reasons.
-- `search`: the searches for open nodes, for orders of events, and for the ends of stresses.
-- `best_design`: the best preloads and profile; it needs the questions, too.
+- `search`: the searches for open nodes, for orders of events, and for extreme stresses.
+- `best_design`: the best preloads and profile; it also needs the files beside these folders.
 """
 
 from typing import TYPE_CHECKING

@@ -97,8 +97,8 @@ def along(
 def label_panels(panels: Sequence[Axes], nodes: Nodes, *, zero: bool = True) -> None:
     """Label panels that stand one below the other, with lines between several contacts.
 
-    Each panel gets a line at `zero`. The names of the contacts stand above the first panel, the
-    position below the last one.
+    With `zero` each panel gets a line at 0. The names of the contacts stand above the first panel,
+    the position below the last one.
     """
     contacts = parts(nodes)
     for axes in panels:

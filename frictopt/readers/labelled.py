@@ -155,7 +155,7 @@ class LabelledMatrix(Shown):
 
     @cached_property
     def _whole(self) -> tuple[Mesh, csr_matrix]:
-        """The mesh with midside nodes, and the matrix of its nodes as means of deck nodes."""
+        """The mesh with midside nodes, and the matrix that makes its nodes means of deck nodes."""
         return with_midsides(self.mesh, self._shaped)
 
     def nodes(self, where: str | ArrayLike) -> Integers:

@@ -28,8 +28,8 @@ from ...errors import NoContinuation, SolverError
 # Load factor of the first transient, divided by the sliding-off load by statics. If this load is
 # infinite, the unit of the loads takes its place.
 _START = 1e-2
-# Share of the load factor of statics, or of that at which first cycles end, at which a transient
-# confirms this load factor if it goes on.
+# Share of the load factor of statics, or of the load factor at which first cycles end. If a
+# transient goes on at this share, it confirms that load factor.
 _END = 0.99
 # Largest load factor that is tried if that of statics is infinite, over the unit of the loads.
 _END_WITHOUT_STATICS = 1e6

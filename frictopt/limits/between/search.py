@@ -338,7 +338,7 @@ def _in_cones(rows: Array) -> Array:
 
 # Frictions that are tried until one is proven enough, or until neither proof is found.
 _FIRST = tuple(4.0**k for k in range(8))
-# Ratio that is assumed for the two frictions as long as no friction is proven too little.
+# Ratio `too_little / enough` that is assumed as long as no friction is proven too little.
 _LOWER = 1 / 16
 # If the two frictions are within three gaps, the next friction is this share of the gap below
 # `enough`. If it is too little, the bracket is within the gap. It is close to `enough`, because

@@ -833,7 +833,7 @@ def _add_row(row, state, time):
 def compiled() -> None:
     """Compile what every path needs, or load it from disk; a notice says that it is compiled."""
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
-    # The stiffness of a system is read-only, too: numba compiles once more for another array.
+    # Read-only like the stiffness of a system: numba compiles once more for a writable array.
     S.flags.writeable = False
     state = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1))
     active, proof, record = new_active_set(1), new_active_set(1), np.zeros((0, 7))
