@@ -394,7 +394,7 @@ def safe_slip_reason(safe: Proven, exists: bool) -> str:
 
 
 def _cause_of_slip(areas: MovingAreas, load_factor: float) -> str:
-    """Why no state of rest exists: a node that slips with any friction, else too little friction."""
+    """Why no state of rest exists: a node that slips with any friction, or too little friction."""
     node = areas.slipping_at(load_factor)
     if node is None:
         return TOO_LITTLE_FRICTION
