@@ -76,6 +76,20 @@ def test_one_cone_program_for_each_node(seed):
     assert set(table["how"]) <= {"solved", "never critical", "one corner alone governs"}
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_node_that_only_lifts_off_is_never_critical(seed):
+    """The cyclic loads put no shear force on the first node, so that one corner governs it."""
+    contact, loads, f = centred(seed, most=5)
+    without_shear = {}
+    for case in {case for corner in loads.corners for case in corner}:
+        q, p = contact.bonded[case]
+        without_shear[case] = q * (np.arange(len(q)) > 0)[:, None], p
+    contact = contact.with_bonded(without_shear)
+    assert least_of_node(contact, loads, f, 0) == np.inf
+    first = fo.guaranteed_limit(contact, loads, f).to_frame().iloc[0]
+    assert first["how"] == "one corner alone governs"
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 11])
 def test_one_node_that_its_equations_fix(seed):
     """Three equations give the critical slip and the load factor of one node.
