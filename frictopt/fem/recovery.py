@@ -52,7 +52,7 @@ _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")
 
 @runtime_checkable
 class Steady(Protocol):
-    """What is needed of a steady state."""
+    """The parts of a steady state that recovery needs."""
 
     def states(self) -> Any:
         """The states over the cycle."""

@@ -1,4 +1,4 @@
-"""What a deck has apart from its mesh: materials, contacts, bolts, supports, loads of steps."""
+"""The parts of a deck beside its mesh: materials, contacts, bolts, supports, loads of steps."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise

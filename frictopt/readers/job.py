@@ -311,7 +311,7 @@ class MatrixJob(LabelledMatrix):
         ModelError
             Not exactly one of the four arguments is given; no facet of the outline joins the
             nodes; a value is not finite. Or a force acts on a displacement that is not held and
-            that the matrix lacks, such as that of a tied node. See also `nodes`.
+            that the matrix lacks, such as a displacement of a tied node. See also `nodes`.
 
         Examples
         --------

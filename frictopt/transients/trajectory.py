@@ -294,7 +294,7 @@ class Trajectory(Kept, Plotted):
         )
 
     def state_at(self, number: int) -> ContactState:
-        """The state with index `number`, from which another transient may start.
+        """The state with index `number`; another transient may start from it.
 
         A negative index counts from the end.
 

@@ -51,35 +51,41 @@ def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
 def critical_states(question: Question) -> list[list[CriticalState]]:
     """The critical states of each node.
 
-    A node has no critical state if it has no friction or can only lift off. In the plane it has one
-    for each pair of corners that governs at some load factor. If all corners are the same at load
-    factor 0, that is a single pair. In space no critical state is computed if they differ: such
+    A node has no critical state if it has no friction or can only lift off. If all corners are the
+    same at load factor 0, it has a single one; otherwise it has one for each pair of corners that
+    govern. In space no critical state is computed if the corners differ at load factor 0: such
     contacts only come here if they are uncoupled, and then need no critical state.
     """
-    if question.q1.ndim == 2:
+    if question.fixed and question.q1.ndim == 3:
+        return [[] for _ in question.friction]
+    if question.fixed:
         return _states_of_pairs(question)
     f = question.friction
-    states: list[list[CriticalState]] = [[] for _ in f]
-    if question.fixed:
-        return states
     q1 = question.q1
     p1 = question.p1
     shear, bound = needed(f, q1, p1)
     size = (lengths(q1, p1) + f * np.abs(p1)).max(axis=0)
+    q = q1 + shear
     # Corners that are equally far from the bound, up to rounding, govern together.
-    governs = lengths(q1 + shear, p1) - f * p1 >= bound - ROUNDING * size  # (K, N)
+    governs = lengths(q, p1) - f * p1 >= bound - ROUNDING * size  # (K, N)
     cyclic = (bound > (-f * p1).max(axis=0) + ROUNDING * size) & (f > 0)
+
+    states: list[list[CriticalState]] = [[] for _ in f]
     for i in np.flatnonzero(cyclic).tolist():
         corners = tuple(np.flatnonzero(governs[:, i]).tolist())
+        if q.ndim == 2:
+            forward = next(k for k in corners if q[k, i] < 0)
+            backward = next(k for k in corners if q[k, i] > 0)
+            corners = (forward, backward)
         at_zero = -np.r_[question.q0[0, i], question.p0[0, i]]
         states[i].append(CriticalState(i, corners, at_zero, np.r_[shear[i], bound[i] / f[i]]))
     return states
 
 
 def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
-    """The critical states in the plane: a corner of forward slip with one of backward slip."""
+    """The critical states in the plane if the corners differ at load factor 0."""
+    q0, p0 = question.q0, question.p0
     q1, p1 = question.q1, question.p1
-    q0, p0 = np.broadcast_to(question.q0, q1.shape), np.broadcast_to(question.p0, p1.shape)
     fp0 = question.friction * p0
     fp1 = question.friction * p1
     rows = np.stack([q0, fp0, q1, fp1])  # (4, K, N)
