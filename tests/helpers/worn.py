@@ -36,19 +36,6 @@ def on_edges(stick, reach=1.3, share=0.5):
     return cylinder(2 * half, half * cell, share)
 
 
-def driven_punch(nodes):
-    """A flat punch under a normal force, whose far end a load case moves to and fro.
-
-    The punch slides as a whole.
-    """
-    arrays = fo.reference.half_plane_contact(nodes, 1.0, 1.0)
-    stiff = 10.0 * np.eye(nodes)
-    bonded = {"P": arrays["bonded"]["P"], "motion": (-stiff.sum(axis=1), np.zeros(nodes))}
-    return fo.ContactSystem.from_blocks(
-        stiff, arrays["B"], arrays["C"], arrays["x"], bonded, width=np.full(nodes, 2 / nodes)
-    )
-
-
 def plain_rate(steady, coefficient):
     """Depth per cycle by Archard's law, from the states of the steady cycle.
 

@@ -103,9 +103,9 @@ def forces_of_order(
         response_of[m] = keys[key]
         later[m] = of_set.response @ np.kron(np.eye(axes), slips.placed(m))
         if instant.event is not None:
-            change, moved = _moved_by_event(question, m, instant.event, load_factor, about)
-            start[m] -= moved[0]
-            rate[m] += moved[1]
+            change, taken, added = _moved_by_event(question, m, instant.event, load_factor, about)
+            start[m] -= taken
+            rate[m] += added
             effect = effects.setdefault(f"way{instant.event}", np.zeros((count, entries)))
             effect[m] = change
     if load_factor is None:
@@ -119,26 +119,23 @@ def forces_of_order(
 
 def _moved_by_event(
     question: LiftOff, m: int, event: int, load_factor: float | None, about: About | None
-) -> tuple[Array, tuple[Array, Array]]:
-    """The change (M,) of the forces along the leg of an event, a force to subtract, a rate to add.
+) -> tuple[Array, Array, Array]:
+    """The forces (M,) that change as an event moves along its leg, and two corrections.
 
-    If fixed and scaled loads both vary, the forces contain the product of load factor and place.
-    This product is linearised about given values of both: that gives the force to subtract, and the
-    rate with the load factor. Otherwise both are zero.
+    The corrections are zero unless the forces contain the product of the load factor and the place
+    of the event, because fixed and scaled loads both vary. The product is then linear about given
+    values of both: a constant is taken off the forces, and a rate with the load factor is added.
     """
     at_zero, scaled = _changes(question, m)
-    nothing = np.zeros_like(scaled)
     fixed_varies, scaled_varies = varying(question, question.at[m].leg)
-    if not fixed_varies:
-        return scaled, (nothing, nothing)
-    if not scaled_varies:
-        return at_zero, (nothing, nothing)
+    if not (fixed_varies and scaled_varies):
+        nothing = np.zeros_like(scaled)
+        return at_zero if fixed_varies else scaled, nothing, nothing
     at = (load_factor if about is None else about.load_factor) or 0.0
-    change = at_zero + at * scaled
-    if load_factor is not None:
-        return change, (nothing, nothing)
-    place = 0.0 if about is None else about.places[event]
-    return change, (place * at * scaled, place * scaled)
+    # With a given load factor the forces are linear in the place as they are.
+    place = 0.0 if about is None or load_factor is not None else about.places[event]
+    rate = place * scaled
+    return at_zero + at * scaled, at * rate, rate
 
 
 def ordered_program(
