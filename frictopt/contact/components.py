@@ -1,4 +1,4 @@
-"""Vectors of all nodes, ordered by component, and coordinates along contacts in the plane."""
+"""The order of vectors of all nodes, places along contacts, and rigid displacements."""
 
 import numpy as np
 
@@ -96,3 +96,15 @@ def frames_of(normals: Array) -> Array:
     first = axis - np.sum(axis * n, axis=1)[:, None] * n
     first = first / np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(n, first), n], axis=1)
+
+
+def rigid_displacements(arms: Array) -> Array:
+    """(n, d, m) displacements at the ends of arms (n, d) from a point in its unit motions.
+
+    These are displacements, and then turns: about z in the plane, about x, y and z in space.
+    """
+    d = arms.shape[1]
+    arms_in_space = np.pad(arms, ((0, 0), (0, 3 - d)))
+    columns = [np.broadcast_to(direction, arms.shape) for direction in np.eye(d)]
+    columns += [np.cross(axis, arms_in_space)[:, :d] for axis in np.eye(3)[2 * (d == 2) :]]
+    return np.stack(columns, axis=-1)

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..base import SAME_POINT, Array, Integers, finite_number, shown
+from ..contact.components import rigid_displacements
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Amount, Kinematics, node_areas
 from .loads import ForceLoad, components
-from .rigid import rigid_motions
 from .supports import Place, checked_place, checked_point, nodes_of
 
 # Smallest divisor of a vector that is scaled to length one, so that zero vectors stay zero.
@@ -217,7 +217,7 @@ def check_reference(part: Any) -> None:
 
 def motions_of_point(points: Array, about: Array) -> Array:
     """(n d, m) displacements of points (n, d) in unit displacements and rotations of a point."""
-    motions = rigid_motions(points - about)
+    motions = rigid_displacements(points - about)
     return motions.reshape(points.size, -1)
 
 

@@ -14,6 +14,7 @@ from ..base import (
     Integers,
     place,
 )
+from ..contact.components import rigid_displacements
 from ..errors import ModelError
 from .interface import Interface
 
@@ -231,16 +232,4 @@ def _motions_of_bodies(points: Array, body: Integers) -> Array:
     arm = points - centre[body]
     size = np.zeros(len(count))
     np.maximum.at(size, body, np.abs(arm).max(axis=1))
-    return rigid_motions(arm / np.where(size > 0, size, 1.0)[body][:, None])
-
-
-def rigid_motions(arms: Array) -> Array:
-    """(n, d, m) displacements at the ends of arms (n, d) from a point in its unit motions.
-
-    These are displacements, and then turns: about z in the plane, about x, y and z in space.
-    """
-    d = arms.shape[1]
-    arms_in_space = np.pad(arms, ((0, 0), (0, 3 - d)))
-    columns = [np.broadcast_to(direction, arms.shape) for direction in np.eye(d)]
-    columns += [np.cross(axis, arms_in_space)[:, :d] for axis in np.eye(3)[2 * (d == 2) :]]
-    return np.stack(columns, axis=-1)
+    return rigid_displacements(arm / np.where(size > 0, size, 1.0)[body][:, None])

@@ -6,7 +6,7 @@ occur.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
@@ -97,6 +97,13 @@ class DissipationRange(Kept, Plotted):
     levels: tuple[float, ...]
     residual: float
     _orbits: tuple[Orbit, ...] = field(repr=False)
+
+    def _answer(self) -> Mapping[str, object]:
+        failed = sum(orbit.state is None for orbit in self._orbits)
+        if not failed:
+            return super()._answer()
+        text = f"{failed} of {len(self._orbits)} starts and ends of searches"
+        return {**super()._answer(), "failed": text}
 
     @property
     def steady_states(self) -> list[SteadyState]:

@@ -36,6 +36,7 @@ from ...base import (
     worst,
 )
 from ...contact import ContactLaw, ContactSystem, contact_law
+from ...contact.components import rigid_displacements
 from ...solve.answer import answer, without_optimum
 from ...solve.arrays import CONE, LINEAR, Arrays, Rows, program_of, rows_of
 from ...transients.balance import balance_rows, force_rows
@@ -244,21 +245,10 @@ def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> list[flo
 def _rigid_fit(arms: Array, moves: Array) -> tuple[Array, Array, float]:
     """Shift and spin that fit motions (n, axes) of points at these arms best, and the error."""
     axes = arms.shape[1]
-    basis = _rigid_motions(arms).reshape(moves.size, -1)
+    basis = rigid_displacements(arms).reshape(moves.size, -1)
     fit: Any = np.linalg.lstsq(basis, moves.ravel())[0]
     error = float(np.abs(basis @ fit - moves.ravel()).max())
     return fit[:axes], fit[axes:], error
-
-
-def _rigid_motions(arms: Array) -> Array:
-    """(n, axes, k) motions of points at these arms (n, axes): shifts along the axes, then turns."""
-    n, axes = arms.shape
-    if axes == 2:
-        turns = [arms[:, ::-1] * [-1, 1]]
-    else:
-        turns = [np.cross(axis, arms) for axis in np.eye(3)]
-    shifts = np.tile(np.eye(axes), (n, 1, 1))
-    return np.concatenate([shifts, np.stack(turns, axis=-1)], axis=-1)
 
 
 def motions_in_words(motion: Table) -> str:
@@ -334,7 +324,7 @@ def slides_in_full_at(
 def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
     """(t n, k) slips of the n nodes of a face that move as one body and do not open."""
     arms = system.points[face] - system.points[face].mean(axis=0)
-    motions = _rigid_motions(arms / (np.abs(arms).max() or 1.0))
+    motions = rigid_displacements(arms / (np.abs(arms).max() or 1.0))
     along = np.einsum("nak,nkm->anm", system.frames[face], motions)
     flat = without_lift(along[-1], np.sqrt(len(arms)) * COUNTS)
     stretch = system.stretch.reshape(system.nodes, -1)[face].T
