@@ -191,14 +191,12 @@ def infeasible(program: Arrays) -> tuple[Array, float] | None:
     return best
 
 
-def error_of_contradiction(unbalanced: float, lack: float) -> float:
+def error_of_contradiction(unbalanced: float, lack: float, far: float = 1e6) -> float:
     """The error of multipliers y that prove that slack is missing; inf if they prove nothing.
 
     `unbalanced` is the sum of the entries of `A'y`, which would all vanish without rounding. `lack`
-    is the missing slack, `-right @ y`. The proof holds for unknowns up to a million times their
-    units.
+    is the missing slack, `-right @ y`. The proof holds for unknowns up to `far` times their units.
     """
-    far = 1e6
     return RESIDUAL * far * unbalanced / lack if lack > 0 else np.inf
 
 

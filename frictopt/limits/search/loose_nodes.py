@@ -149,6 +149,9 @@ class LooseNodes:
         self._arrays = program.arrays()
         self._matrix = self._arrays.matrix
         self._unit = program.place.unit
+        # A proof that a branch has no solution must hold for all values of the goal that count. At
+        # little friction they are far above the unit of the goal.
+        self._far = max(1e6, self._most / self._unit) if np.isfinite(largest) else 1e6
         # The places of the own motions among the unknowns. Those of the lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
         self._set = np.asarray(sets)[program.response_of]  # number of the set of each instant
@@ -207,7 +210,8 @@ class LooseNodes:
             outcome, x, y = self._solved(branch, still, zero)
         if outcome == INFEASIBLE:
             unbalanced = self._unbalanced(np.zeros(len(still)), y, still).sum()
-            error = error_of_contradiction(unbalanced, -float(self._arrays.right @ y))
+            lack = -float(self._arrays.right @ y)
+            error = error_of_contradiction(unbalanced, lack, self._far)
             return Relaxed(-np.inf if error <= RESIDUAL else np.inf)
         if outcome not in (OPTIMAL, CUT_OFF):
             return Relaxed(np.inf)
