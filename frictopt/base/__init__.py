@@ -14,6 +14,8 @@
     npz archives and strict JSON, and results in them.
 `kinds.py`
     The classes that an archive can hold.
+`entries.py`
+    Files in TOML, whose tables are the arguments of classes and functions.
 `libraries.py`
     Libraries that read files of other codes.
 """

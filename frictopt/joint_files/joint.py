@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base import Array, Shown
+from ..base.entries import known
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..fem.model import ContactModel
@@ -279,14 +279,3 @@ def _number(part: str, value: str) -> float:
         return float(value)
     except ValueError as error:
         raise ModelError(f"{part!r}: {value!r} is no number; give CASE=AMPLITUDE") from error
-
-
-def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
-    """The name in the file that matches, in any case; ModelError with the nearest names."""
-    by_letters = {each.casefold(): each for each in names}
-    letters = name.strip().casefold()
-    if letters not in by_letters:
-        near = difflib.get_close_matches(letters, by_letters, cutoff=0.4) or by_letters
-        listed = [by_letters[each] for each in near]
-        raise ModelError(f"{what} {name!r} is unknown; give one of {listed}{remedy}")
-    return by_letters[letters]

@@ -1,13 +1,12 @@
 """Reading of joints: from decks, and from joint files in TOML."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
-from inspect import signature
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..base import choice, flag
+from ..base.entries import checked_entries, known, made, read_toml
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
@@ -18,13 +17,13 @@ from ..fem.load_cases import Load
 from ..fem.model import ContactModel
 from ..fem.sector import Cyclic
 from ..fem.supports import Support
-from ..readers.deck_text import blocks, flat, text_of
+from ..readers.deck_text import blocks, flat
 from ..readers.keywords import read_deck
 from ..readers.meshes import read_mesh
 from ..study.plans import named_distribution
 from .deck_conditions import Conditions
 from .deck_model import DeckModel
-from .joint import Joint, known
+from .joint import Joint
 from .refused import check_not_refused
 from .states import load_cases
 
@@ -36,7 +35,7 @@ _OF_ALL: dict[str, type] = {
     "friction": dict,
     "preload": dict,
     "load": object,
-    "correlation_length": float,
+    "correlation_length": object,
     "limits": dict,
 }
 _OF_DECK = {"deck": str, "elastic": bool, "stiffness": str, **_OF_ALL}
@@ -52,6 +51,8 @@ _OF_MESH = {
     "ties": list,
     **_OF_ALL,
 }
+_NEEDED = ("materials", "bodies", "contacts", "loads")
+_OF_CYCLE = dict.fromkeys(("mean", "corners", "harmonic", "points"), object)
 _STIFFNESS = ("rigid", "deck")
 _LOADS = {kind.__name__: kind for kind in get_args(Load)}
 _SUPPORTS = {kind.__name__: kind for kind in (Support, Cyclic, *get_args(Coupling))}
@@ -123,22 +124,22 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
     cases, states = load_cases(conditions.states)
     setting = conditions.states[-1].setting
     try:
-        made = DeckModel(conditions, cases, file.name)
-        model = made.model(setting, cases)
+        deck_model = DeckModel(conditions, cases, file.name)
+        model = deck_model.model(setting, cases)
     except ModelError as error:
         raise ModelError(f"deck {file.name}: {error}") from error
     states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
     return Joint(
         file.name,
         model,
-        made.thickness if made.is_plane else None,
+        deck_model.thickness if deck_model.is_plane else None,
         {
             name: {case: loads[case] for case in loads if case in model.loads}
             for name, loads in states.items()
         },
-        made.friction,
-        made.interactions,
-        made.materials,
+        deck_model.friction,
+        deck_model.interactions,
+        deck_model.materials,
         [*conditions.left_out],
         [state.name for state in conditions.states if state.setting != setting],
         [state.name for state in conditions.states if state.locked],
@@ -147,19 +148,18 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
 
 def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
     """The joint of a joint file: a deck with additions, or a mesh with everything else."""
-    try:
-        tables = tomllib.loads(text_of(file, "joint file"))
-    except ValueError as error:
-        raise ModelError(f"{file.name}: {error}; give a file in TOML") from error
-    _check_entries(file, tables)
+    tables = read_toml(file)
     if "deck" in tables:
+        tables = checked_entries(file.name, tables, _OF_DECK)
         deck = file.parent / str(tables["deck"])
         stiffness = choice("stiffness", tables.get("stiffness", stiffness), _STIFFNESS)
         joint = _joint_of_deck(deck, flag("elastic", tables.get("elastic", elastic)), stiffness)
     elif "mesh" in tables:
+        tables = checked_entries(file.name, tables, _OF_MESH, _NEEDED)
         joint = _joint_of_mesh(file, tables)
     else:
         raise ModelError(f"{file.name}: neither deck nor mesh; name the file of one")
+    asked = checked_entries(f"{file.name}: cycle", tables.get("cycle", {}), _OF_CYCLE)
     friction = _scatters("friction", tables.get("friction", {}))
     of_report: dict[str, Any] = {
         name: tables[name] for name in ("title", "limits", "correlation_length") if name in tables
@@ -173,29 +173,15 @@ def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
         name=file.name,
         friction=joint.friction_with(friction),
         units=tables.get("units"),
-        asked=tables.get("cycle", {}),
+        asked=asked,
         of_report=of_report,
     )
 
 
-def _check_entries(file: Path, tables: Mapping[str, Any]) -> None:
-    """Check the names and the kinds of the entries of a joint file."""
-    kinds = _OF_DECK if "deck" in tables else _OF_MESH
-    for name, value in tables.items():
-        kind = kinds[known(f"{file.name}: entry", name, kinds)]
-        if not isinstance(value, (kind, int) if kind is float else kind):
-            raise ModelError(f"{file.name}: {name} = {value!r}; give a {kind.__name__}")
-    for name in tables.get("cycle", {}):
-        known("cycle: entry", name, ("mean", "corners", "harmonic", "points"))
-
-
 def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
     """The joint of a mesh and tables, each of them a class of frictopt."""
-    missing = [name for name in ("materials", "bodies", "contacts", "loads") if name not in tables]
-    if missing:
-        raise ModelError(f"{file.name}: {', '.join(missing)} missing; a joint of a mesh has them")
     materials = {
-        name: _made(f"materials.{name}", Material, table)
+        name: made(f"materials.{name}", Material, table)
         for name, table in tables["materials"].items()
     }
     bodies = {
@@ -205,8 +191,10 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
     contacts = []
     coefficients = {}
     for table in tables["contacts"]:
-        friction = table.get("friction", 0.0) if isinstance(table, dict) else 0.0
-        contacts.append(_made("contacts", Contact, table, "friction"))
+        friction = 0.0
+        if isinstance(table, dict):
+            friction = table.pop("friction", 0.0)
+        contacts.append(made("contacts", Contact, table))
         coefficients[str(contacts[-1].name)] = _scatter("contacts.friction", friction)
     model = ContactModel(
         split_bodies(read_mesh(file.parent / str(tables["mesh"])), bodies),
@@ -220,7 +208,7 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
         },
         contacts,
         tables.get("kinematics"),
-        ties=[_made("ties", Tie, table) for table in tables.get("ties", [])],
+        ties=[made("ties", Tie, table) for table in tables.get("ties", [])],
     )
     return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {}, tables["bodies"])
 
@@ -231,25 +219,10 @@ def _chosen(where: str, kinds: Mapping[str, Any], table: Any) -> Any:
     if len(parts) == 1 and isinstance(parts[0], dict):
         ((name, arguments),) = table.items()
         name = known(where, name, kinds)
-        return _made(f"{where}: {name}", kinds[name], arguments)
+        return made(f"{where}: {name}", kinds[name], arguments)
     if kinds is _LOADS:
         raise ModelError(f"{where}: {table!r}; give the table of a load, {{ Pressure = {{...}} }}")
-    return _made(where, Support, table)
-
-
-def _made(where: str, kind: Any, table: Any, beside: str = "") -> Any:
-    """An instance of a class with the arguments of a table; its entry `beside` is no argument."""
-    if not isinstance(table, dict):
-        raise ModelError(f"{where}: {table!r}; give a table of the arguments of {kind.__name__}")
-    parameters = signature(kind).parameters
-    names = {known(where, name, [*parameters, beside]): name for name in table}
-    arguments = {name: table[given] for name, given in names.items() if name != beside}
-    try:
-        return kind(**arguments)
-    except TypeError as error:  # an argument is missing
-        raise ModelError(f"{where}: {error}; give a table of {', '.join(parameters)}") from error
-    except ModelError as error:
-        raise ModelError(f"{where}: {error}") from error
+    return made(where, Support, table)
 
 
 def _scatters(name: str, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Callable
+from collections.abc import Mapping
 from contextlib import suppress
-from inspect import signature
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import pandas as pd
 from scipy import stats
 
-from ..base import choice, whole_number
+from ..base import whole_number
 from ..base.checks import distribution as checked_distribution
+from ..base.entries import checked_entries, known, made, read_toml
 from ..base.files import TABLES, output
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from . import starts as families
 from .starts import Start
 
-T = TypeVar("T")
+# Entries of the file of a study, and their kinds in TOML.
+_KINDS: dict[str, type] = {
+    "system": str,
+    "cycle": dict,
+    "friction": object,
+    "load_factors": object,
+    "starts": dict,
+    "limits": object,
+    "store": str,
+    "table": str,
+    "picture": str,
+}
 _NEEDED = ("system", "cycle", "friction", "load_factors")
-_KNOWN = (*_NEEDED, "starts", "limits", "store", "table", "picture")
 _STARTS = ("no_slip", "safe_slips", "random_slips", "overloads")
 _CYCLE = {"mean", "corners", "history", "harmonic"}  # entries of a single load cycle
 _READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
@@ -46,17 +55,12 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     ModelError if it is not such a file, or if it has an entry that the study would refuse.
     """
     path = Path(file)
-    try:
-        plan = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except ValueError as error:
-        raise ModelError(f"{file}: {error}; give a file in TOML") from error
-    _check_entries(file, plan)
-    system_file = path.parent / _checked_part("system", plan["system"], str)
+    plan = checked_entries(path.name, read_toml(path), _KINDS, _NEEDED)
     files = _files_to_write(path, plan)
-    system = ContactSystem.load(system_file)
+    system = ContactSystem.load(path.parent / plan["system"])
     arguments = {
         "system": system,
-        "cycle": _cycles(path, _checked_part("cycle", plan["cycle"], dict)),
+        "cycle": _cycles(path, plan["cycle"]),
         "load_factors": plan["load_factors"],
         "starts": _starts(system, plan.get("starts", {"no_slip": {}})),
         "limits": plan.get("limits", False),
@@ -66,24 +70,12 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     return arguments | {"friction": plan["friction"]}, files
 
 
-def _check_entries(file: str | Path, plan: dict[str, Any]) -> None:
-    unknown = sorted(set(plan) - set(_KNOWN))
-    missing = [name for name in _NEEDED if name not in plan]
-    faults = list[str]()
-    if unknown:
-        faults.append(f"{', '.join(unknown)} unknown")
-    if missing:
-        faults.append(f"{', '.join(missing)} missing")
-    if faults:
-        raise ModelError(f"{file}: {' and '.join(faults)}; a study has {', '.join(_KNOWN)}")
-
-
 def _files_to_write(path: Path, plan: dict[str, Any]) -> dict[str, Path]:
     """The store, by default beside the plan, and the table and the picture if they are named."""
     files = {"store": path.with_suffix(".sqlite")}
     for name in ("store", "table", "picture"):
         if name in plan:
-            files[name] = path.parent / _checked_part(name, plan[name], str)
+            files[name] = path.parent / plan[name]
     if "table" in files:
         files["table"] = output(files["table"], *TABLES)
     if "picture" in files:
@@ -98,50 +90,25 @@ def _cycles(path: Path, entry: dict[str, Any]) -> LoadCycle | dict[str, LoadCycl
     return {label: _cycle(f"cycle.{label}", path, part) for label, part in entry.items()}
 
 
-def _cycle(name: str, path: Path, entry: object) -> LoadCycle:
-    options = dict[str, Any](_checked_part(name, entry, dict))
-    if "history" in options:
-        table = read_table(path.parent / str(options.pop("history")))
-        return _call(name, LoadCycle.from_history, table, **options)
-    if "harmonic" in options:
-        return _call(name, LoadCycle.harmonic, options.pop("harmonic"), **options)
-    return _call(name, LoadCycle, **options)
+def _cycle(name: str, path: Path, entry: Any) -> LoadCycle:
+    if not isinstance(entry, dict):
+        raise ModelError(f"{name}: {entry!r}; give a table of TOML, [{name}]")
+    if "history" in entry:
+        table = read_table(path.parent / str(entry.pop("history")))
+        return made(name, LoadCycle.from_history, entry, history=table)
+    if "harmonic" in entry:
+        return made(name, LoadCycle.harmonic, entry, loads=entry.pop("harmonic"))
+    return made(name, LoadCycle, entry)
 
 
-def _starts(system: ContactSystem, entry: object) -> list[Start]:
+def _starts(system: ContactSystem, entry: Mapping[str, object]) -> list[Start]:
     """The starts of a plan, by functions of `fo.starts`."""
     starts = list[Start]()
-    for name, options in _checked_part("starts", entry, dict).items():
-        choice("starts", name, _STARTS)
-        arguments = (system,) if name == "random_slips" else ()
-        options = _checked_part(f"starts.{name}", options, dict)
-        starts += _call(f"starts.{name}", getattr(families, name), *arguments, **options)
+    for name, options in entry.items():
+        family = known("starts", name, _STARTS)
+        given = {"system": system} if family == "random_slips" else {}
+        starts += made(f"starts.{family}", getattr(families, family), options, **given)
     return starts
-
-
-def _checked_part(name: str, value: object, kind: type[T]) -> T:
-    """Check that an entry of a plan is of the kind that it needs: text or table."""
-    if isinstance(value, kind):
-        return value
-    remedy = "the name of a file" if kind is str else f"a table of TOML, [{name}]"
-    raise ModelError(f"{name}: {value!r}; give {remedy}")
-
-
-def _call(name: str, function: Callable[..., T], *arguments: Any, **options: Any) -> T:
-    """Call a function with options from a file; ModelError if it has or needs other options."""
-    try:
-        return function(*arguments, **options)
-    except TypeError as error:
-        remedy = ""
-        parameters = [
-            parameter.name
-            for parameter in signature(function).parameters.values()
-            if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
-        ]
-        known = parameters[len(arguments) :]
-        if known:
-            remedy = f"; its options are {', '.join(known)}"
-        raise ModelError(f"{name}: {error}{remedy}") from error
 
 
 def _distributions(

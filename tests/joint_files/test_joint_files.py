@@ -57,7 +57,8 @@ def read(text):
 
 def test_a_file_adds_to_a_deck_its_cycle_scatter_and_thresholds(capsys):
     """f = 0.1 and 0.9 of the pressure: 0.1 x 3600 / 600, a third of the nominal."""
-    joint = read(BESIDE_DECK)
+    joint = read(BESIDE_DECK.replace("title", "Title").replace("[preload]", "[Preload]"))
+    assert joint.of_report.keys() == {"title", "preload", "limits"}
     assert joint.cycle().corners == ({"CLOAD NLEFT": 1.0}, {"CLOAD NLEFT": -1.0})
     assert joint.friction == {"SPUNCH-SBLOCK": (0.1, 0.2, 0.3)}
     assert main(["report", "joint.toml", "--pages", "2", "--json"]) == 0
