@@ -105,9 +105,7 @@ class Store:
 
     def read(self) -> pd.DataFrame:
         """All rows, ordered by key; damaged rows are left out, with a warning."""
-        with _store_errors(self.path):
-            stored = self._connection.execute("SELECT * FROM runs ORDER BY key").fetchall()
-        return pd.DataFrame(self._sound(stored), columns=list(STORED)).astype(STORED)
+        return pd.DataFrame(self._sound("runs"), columns=list(STORED)).astype(STORED)
 
     def own_rows(self, contacts: set[str]) -> list[Row]:
         """The rows of this version of frictopt.
@@ -140,14 +138,14 @@ class Store:
 
         Damaged rows are left out, with a warning.
         """
-        with _store_errors(self.path):
-            stored = self._connection.execute("SELECT * FROM limits ORDER BY key").fetchall()
         own = written_by()["version"]
-        sound = self._sound(stored)
+        sound = self._sound("limits")
         return {key: _number(limit) for key, limit, version in sound if version == own}
 
-    def _sound(self, stored: list[tuple[Any, ...]]) -> list[list[Any]]:
-        """The values of the rows that have the right checksum; a warning counts the others."""
+    def _sound(self, table: str) -> list[list[Any]]:
+        """The rows of a table that have the right checksum; a warning counts the others."""
+        with _store_errors(self.path):
+            stored = self._connection.execute(f"SELECT * FROM {table} ORDER BY key").fetchall()
         sound = [values for *values, checksum in stored if checksum == _checksum(values)]
         damaged = len(stored) - len(sound)
         if damaged:
@@ -159,9 +157,7 @@ class Store:
 
     def read_contacts(self) -> dict[str, Array]:
         """Key -> sketch of each contact; damaged ones are left out, with a warning."""
-        with _store_errors(self.path):
-            stored = self._connection.execute("SELECT * FROM contacts ORDER BY key").fetchall()
-        return {key: np.frombuffer(sketch) for key, sketch in self._sound(stored)}
+        return {key: np.frombuffer(sketch) for key, sketch in self._sound("contacts")}
 
     def contact(self, sketch: Array) -> str:
         """The key of a contact: of a known one with the same sketch up to 1e-9, or a new key."""
@@ -172,9 +168,7 @@ class Store:
                 if known.shape == sketch.shape and np.abs(known - sketch).max() <= SAME:
                     return key
             values = [digest(sketch.tobytes()), sketch.tobytes()]
-            self._connection.execute(
-                "INSERT OR REPLACE INTO contacts VALUES (?, ?, ?)", [*values, _checksum(values)]
-            )
+            self._insert("contacts", values)
         return str(values[0])
 
     def check_cycles(self, loads: Mapping[str, str]) -> None:
@@ -210,11 +204,13 @@ class Store:
             self._connection.execute("BEGIN IMMEDIATE")
             for key, load_factor in limits.items():
                 number = None if pd.isna(load_factor) else float(load_factor)
-                values = [key, number, written_by()["version"]]
-                self._connection.execute(
-                    "INSERT OR REPLACE INTO limits VALUES (?, ?, ?, ?)",
-                    [*values, _checksum(values)],
-                )
+                self._insert("limits", [key, number, written_by()["version"]])
+
+    def _insert(self, table: str, values: list[Any]) -> None:
+        marks = ", ".join("?" * (len(values) + 1))
+        self._connection.execute(
+            f"INSERT OR REPLACE INTO {table} VALUES ({marks})", [*values, _checksum(values)]
+        )
 
 
 def _connect(path: Path, make: bool) -> sqlite3.Connection:
