@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext, suppress
 from dataclasses import replace
@@ -362,13 +362,11 @@ def checked_starts(
     """Check the starts of a contact: a list of `Start`, slips (S, *slip_shape), or None."""
     if starts is None:
         return no_slip()
-    if isinstance(starts, Iterator):
-        starts = list(starts)
-    if isinstance(starts, Sequence) and not starts:
+    items = listed("starts", starts)
+    if not items:
         raise ModelError("starts: empty; give at least one start")
-    if not np.iterable(starts) or not any(isinstance(start, Start) for start in starts):
+    if not any(isinstance(start, Start) for start in items):
         return given_slips(finite_array("starts", starts, (None, *slip_shape)))
-    items: list[Any] = list(starts)
     for start in items:
         _check_start(start, slip_shape)
     ((name, count),) = Counter(start.name for start in items).most_common(1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
@@ -315,8 +315,7 @@ def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
     >>> [start.name for start in fo.starts.given_slips([[0.1, 0.0], [0.0, 0.1]], family="measured")]
     ['measured 0', 'measured 1']
     """
-    values = list(slips) if isinstance(slips, Iterator) else slips
-    rows = _slips("slips", values, (None,))
+    rows = _slips("slips", slips, (None,))
     return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 
 

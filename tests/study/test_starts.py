@@ -29,7 +29,7 @@ def test_starts_come_in_any_row(make):
     assert study(make(STARTS)).start.tolist() == ["none", "overload to 2"]
 
 
-@pytest.mark.parametrize("make", [list, iter, pd.DataFrame])
+@pytest.mark.parametrize("make", [list, pd.DataFrame])
 def test_slips_come_in_any_row(make):
     slips = [[0.0, 0.0, 0.0], [1.0, 2.0, 4.0]]
     assert study(make(slips)).amplitude.tolist() == pytest.approx([0.0, np.sqrt(7.0)])
