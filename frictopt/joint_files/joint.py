@@ -207,14 +207,11 @@ class Joint(Shown):
         """The corners of the joint file."""
         if "harmonic" not in self.asked:
             return self.asked.get("corners")
-        loads = {}
-        for name, load in self.asked["harmonic"].items():
-            case = known("load case", name, self.model.loads)
-            loads[case] = tuple(load) if isinstance(load, list) else load
+        _, loads = self._loads(self.asked["harmonic"])
         points = self.asked.get("points", 16)
         return LoadCycle.harmonic(loads, mean={}, points=points).corners
 
-    def _loads(self, given: str | Mapping[str, float]) -> tuple[str, dict[str, float]]:
+    def _loads(self, given: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         """The state that a text names ("" if none), and all loads that the text gives."""
         if not isinstance(given, str):
             cases = self.model.loads

@@ -128,15 +128,16 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         model = deck_model.model(setting, cases)
     except ModelError as error:
         raise ModelError(f"deck {file.name}: {error}") from error
-    states = {name: {"FIT": 1.0, **loads} for name, loads in states.items()}
+    # The overlaps of a fit are in force in all states.
+    amplitudes = {
+        name: {case: size for case, size in {"FIT": 1.0, **loads}.items() if case in model.loads}
+        for name, loads in states.items()
+    }
     return Joint(
         file.name,
         model,
         deck_model.thickness if deck_model.is_plane else None,
-        {
-            name: {case: loads[case] for case in loads if case in model.loads}
-            for name, loads in states.items()
-        },
+        amplitudes,
         deck_model.friction,
         deck_model.interactions,
         deck_model.materials,
