@@ -128,12 +128,11 @@ def with_numbers(table: Table, numbers: Mapping[str, object]) -> Table:
 
     columns = dict[str, object]()
     for name, value in numbers.items():
-        if _is_plain(value):
-            word = plain(value)
-            columns[f"answer_{name}"] = json.dumps(word) if isinstance(word, dict) else value
-    columns = {
-        name: value.name if isinstance(value, Enum) else value for name, value in columns.items()
-    }
+        if isinstance(value, Enum):
+            columns[f"answer_{name}"] = value.name
+        elif _is_plain(value):
+            is_loads = isinstance(value, Mapping)
+            columns[f"answer_{name}"] = json.dumps(plain(value)) if is_loads else value
     # A table without rows gets one row for the numbers of the answer.
     if not len(table):
         return pd.DataFrame([columns])

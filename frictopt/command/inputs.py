@@ -127,16 +127,13 @@ def cycle_of(options: argparse.Namespace, joint: Joint | None, friction: Any) ->
             time=options.time,
             tolerance=options.tolerance or 0.0,
         )
-    if options.tolerance is not None:
-        raise ModelError(
-            f"--tolerance: {options.tolerance:g}; only a history has noise: leave the option out, "
-            "or give a --history"
-        )
-    if options.time is not None:
-        raise ModelError(
-            f"--time: {options.time!r}; only a history has times: leave the option out, or give a "
-            "--history"
-        )
+    for name in ("tolerance", "time"):
+        value = getattr(options, name)
+        if value is not None:
+            raise ModelError(
+                f"--{name}: {value}; only a history has it: leave the option out, or give a "
+                "--history"
+            )
     if joint is not None:
         return joint.cycle(options.mean, options.corners, friction)
     if not options.corners:

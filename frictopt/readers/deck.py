@@ -185,16 +185,12 @@ class Deck(Shown):
         In the plane these elements are lines (here without midside nodes); in space they are plane
         elements.
         """
-        if self._in_space:
-            return [
-                (block.numbers, block.nodes)
-                for block in self.elements
-                if block.kind.startswith(PLANES)
-            ]
+        in_space = self._in_space
+        kinds = PLANES if in_space else LINES
         return [
-            (block.numbers, block.nodes[:, [0, -1]])
+            (block.numbers, block.nodes if in_space else block.nodes[:, [0, -1]])
             for block in self.elements
-            if block.kind.startswith(LINES)
+            if block.kind.startswith(kinds)
         ]
 
     @property

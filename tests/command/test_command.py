@@ -262,8 +262,8 @@ WRONG = {
         "look",
         "semicolons.csv",
     ],
-    "--tolerance: 0; only a history has noise": [*LIMIT, *CORNERS, "--tolerance", "0"],
-    "--time: 't'; only a history has times": [*LIMIT, *CORNERS, "--time", "t"],
+    "--tolerance: 0.0; only a history has it": [*LIMIT, *CORNERS, "--tolerance", "0"],
+    "--time: t; only a history has it": [*LIMIT, *CORNERS, "--time", "t"],
     "has semicolons between its columns": [*LIMIT, "--history", "semicolons.csv"],
     "or rows with more values than names": [
         *LIMIT,
