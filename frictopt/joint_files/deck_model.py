@@ -28,7 +28,7 @@ from ..fem.supports import Support
 from ..readers.meshes import corner_mesh, named_mesh
 from .deck_conditions import Conditions, Coupled, Pair
 from .refused import FIT
-from .states import Field, Setting
+from .states import Field
 
 _Loads: TypeAlias = Mapping[tuple[Any, ...], float]
 _KINEMATICS: dict[str, Kinematics] = {
@@ -68,6 +68,8 @@ class DeckModel:
 
     def __init__(self, conditions: Conditions, cases: Mapping[str, Field], name: str) -> None:
         self.conditions = conditions
+        # that of the last step
+        self.setting = conditions.states[-1].setting
         self.friction = dict[str, float]()
         self.interactions = defaultdict[str, list[str]](list)
         self.deck = conditions.deck.without_thin()
@@ -130,10 +132,9 @@ class DeckModel:
                 )
         return constants
 
-    def model(self, setting: Setting, cases: Mapping[str, Field]) -> ContactModel:
-        """The model with the supports, pairs and friction of a setting."""
-        self.setting = setting
-        self.held = self._held(setting)
+    def model(self, cases: Mapping[str, Field]) -> ContactModel:
+        """The model with the supports, pairs and friction of the last step."""
+        self.held = self._held()
         contacts, overlaps = self._contacts()
         if not contacts:
             raise ModelError(
@@ -150,9 +151,9 @@ class DeckModel:
         ties = [*self._ties()]
         return ContactModel(self.bodies, supports, loads, contacts, self.kinematics, ties=ties)
 
-    def _held(self, setting: Setting) -> Booleans:
+    def _held(self) -> Booleans:
         """(nodes, 6) whether displacements and rotations along and about x, y and z are held."""
-        held = self._nodal(dict.fromkeys(setting.held, 1.0)).reshape(-1, 2, 3)
+        held = self._nodal(dict.fromkeys(self.setting.held, 1.0)).reshape(-1, 2, 3)
         for row, axes in self.conditions.turned.items():
             # The held axes must span the same space as some of x, y and z.
             space = np.einsum("ai,pa,aj->pij", axes, held[row], axes)
@@ -174,11 +175,11 @@ class DeckModel:
 
     def _in_force(self, *, glued: bool) -> list[Pair]:
         """The contact pairs in force: those that are glued, or those that are not."""
-        setting = self.setting
         return [
             pair
             for pair in self.conditions.pairs
-            if pair[:2] not in setting.removed and (pair.interaction in setting.glued) == glued
+            if pair[:2] not in self.setting.removed
+            and (pair.interaction in self.setting.glued) == glued
         ]
 
     def _contacts(self) -> tuple[list[Contact], list[Load]]:

@@ -122,10 +122,9 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
     if not conditions.states:
         raise ModelError(f"deck {file.name}: no *STATIC step; a joint needs one")
     cases, states = load_cases(conditions.states)
-    setting = conditions.states[-1].setting
     try:
         deck_model = DeckModel(conditions, cases, file.name)
-        model = deck_model.model(setting, cases)
+        model = deck_model.model(cases)
     except ModelError as error:
         raise ModelError(f"deck {file.name}: {error}") from error
     # The overlaps of a fit are in force in all states.
@@ -142,7 +141,7 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         deck_model.interactions,
         deck_model.materials,
         [*conditions.left_out],
-        [state.name for state in conditions.states if state.setting != setting],
+        [state.name for state in conditions.states if state.setting != deck_model.setting],
         [state.name for state in conditions.states if state.locked],
     )
 
