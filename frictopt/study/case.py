@@ -62,13 +62,13 @@ def _graded(values: Array) -> Array:
     return np.append(np.arcsinh(1e3 * values / largest), np.log(largest))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Case:
     """The input that all runs of a study at one friction and load cycle share.
 
     `contact` is the key of contact and load cycle, `number` the place of the friction in its list,
     `label` the name of the load cycle, "" if the study has a single one. `limit` is the shakedown
-    limit for starts that need it; None if no start needs it or no solver proves a limit.
+    limit, None until it is found.
     """
 
     system: ContactSystem

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext, suppress
-from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -203,9 +202,8 @@ class _Study:
 
     Attributes
     ----------
-    cases, combinations
-        (number of the friction, label of the load cycle) -> case; and the runs in their order, each
-        as number, label, load factor and start.
+    cases, runs
+        (number of the friction, label of the load cycle) -> case; and the runs in their order.
     keys
         Key of each run that differs from the others -> the first such run.
     rows
@@ -225,7 +223,6 @@ class _Study:
     ) -> None:
         self.units = system.units
         self.per_depth = system.per_depth
-        self.combinations = combinations
         self.file = file
         self.with_limits = with_limits
         contacts = {
@@ -240,7 +237,11 @@ class _Study:
             )
             for number, label in dict.fromkeys(combination[:2] for combination in combinations)
         }
-        self._update_runs()
+        self.runs = [
+            Run(self.cases[number, label], factor, start)
+            for number, label, factor, start in combinations
+        ]
+        self.keys = {run.key: run for run in self.runs}
         self._copies = Counter(run.key for run in self.runs)
         self._finished = 0
         self.rows: dict[str, Row] = {}
@@ -252,14 +253,6 @@ class _Study:
                     self._add(row)
             if with_limits:
                 self.limits = file.read_limits()
-
-    def _update_runs(self) -> None:
-        """Make the runs of the cases."""
-        self.runs = [
-            Run(self.cases[number, label], factor, start)
-            for number, label, factor, start in self.combinations
-        ]
-        self.keys = {run.key: run for run in self.runs}
 
     def missing(self) -> list[Run]:
         """The runs without a row."""
@@ -291,28 +284,25 @@ class _Study:
     def find_limits_of_starts(self, progress: bool) -> None:
         """Find the shakedown limits that starts of missing runs need."""
         needed = [run.case for run in self.missing() if run.start.safe_multiple is not None]
-        self._find(needed, progress)
-        self._update_runs()
+        self._find(dict.fromkeys(needed), progress)
 
     def find_limits(self, progress: bool) -> None:
         """Find the shakedown limits of the table that the file does not have."""
         needed = [case for case in self.cases.values() if case.key not in self.limits]
         self._find(needed, progress)
 
-    def _find(self, cases: Iterable[Case], progress: bool) -> None:
+    def _find(self, cases: Collection[Case], progress: bool) -> None:
         """Find the shakedown limits of cases, and keep each of them."""
-        places = {(case.number, case.label): case for case in cases}
-        with progress_bar(progress, "limits", "limit", total=len(places)) as bar:
+        with progress_bar(progress, "limits", "limit", total=len(cases)) as bar:
             bar.keep("table", self.table, self._note())
-            for place, case in places.items():
+            for case in cases:
                 with suppress(SolverError):
-                    limit = shakedown_limit(
+                    case.limit = shakedown_limit(
                         case.system, case.cycle, case.friction, progress=progress
                     )
-                    self.cases[place] = replace(case, limit=limit)
-                    self.limits[case.key] = limit.load_factor
+                    self.limits[case.key] = case.limit.load_factor
                     if self.file is not None:
-                        self.file.write_limits({case.key: limit.load_factor})
+                        self.file.write_limits({case.key: case.limit.load_factor})
                 bar.update()
 
     def table(self) -> pd.DataFrame:
