@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base import ROUNDING, Array
-from ..errors import ModelError
 from ..readers.deck import Deck
-from ..readers.deck_text import Block, entries, number
+from ..readers.deck_text import Block, entries, number, reading
 from ..readers.keywords import KEPT
 from ..readers.listing import CONSTRAINING, HELD_BY_NAME
 from .refused import OUTPUT, WITHOUT_EFFECT
@@ -155,11 +154,8 @@ class Conditions:
             if block.keyword not in known and not block.keyword.endswith(OUTPUT):
                 self.left_out[f"*{block.keyword}: not read"] = None
             return
-        try:
+        with reading(block):
             read(block)
-        except (KeyError, ValueError, IndexError, ModelError) as error:
-            why = f"{error} is not in this deck" if isinstance(error, KeyError) else error
-            raise ModelError(f"{block.title}: {why}") from error
 
     def _rows(self, entry: str) -> Sequence[int]:
         """Nodes that an entry names, by a number or a set."""

@@ -9,6 +9,7 @@ name. The elements of an instance I form the element set I.
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -49,6 +50,22 @@ class Block:
     def rows(self) -> list[list[str]]:
         """The entries of each data line that are not empty."""
         return [fields(line) for line in self.lines]
+
+
+@contextmanager
+def reading(block: Block) -> Iterator[None]:
+    """While a block is read, give each error its file, its line and its keyword line."""
+    try:
+        yield
+    except (KeyError, ValueError, IndexError) as error:
+        why = str(error)
+        if isinstance(error, KeyError):
+            why = f"{error} is not in this deck"
+        elif re.match("invalid literal|could not convert", why):
+            # Python's message quotes the entry, which may be a line of any file that a deck
+            # includes.
+            why = "an entry is no number"
+        raise ModelError(f"{block.title}: {why}") from error
 
 
 def blocks(path: Path) -> Iterator[Block]:
@@ -291,14 +308,14 @@ def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
 
 
 def _without_end(head: Block, end: str) -> ModelError:
-    return ModelError(f"deck: the block {head} has no {end}, so that its content is unknown")
+    return ModelError(f"{head.title} has no {end}, so that its content is unknown")
 
 
 def _part_of(head: Block, parts: dict[str, list[Block]]) -> list[Block]:
     part = head.parameters.get("PART", "")
     if part not in parts or not head.parameters.get("NAME"):
         raise ModelError(
-            f"deck: the block {head} has no name, or its part {part!r} is not in this deck; "
+            f"{head.title} has no name, or its part {part!r} is not in this deck; "
             "write the parts into it"
         )
     return parts[part]
@@ -316,10 +333,8 @@ def _largest(blocks: list[Block]) -> int:
 
 def _instance(head: Block, blocks: list[Block], offset: int) -> _Instance:
     """The instance of a block *INSTANCE: one line has its shift, the next an axis and an angle."""
-    try:
-        values = [[number(entry) for entry in fields(line)] for line in head.lines]
-    except ValueError as error:
-        raise ModelError(f"deck: the block {head} cannot be read ({error}); repair it") from error
+    with reading(head):
+        values = [[number(entry) for entry in row] for row in head.rows]
     shift = np.zeros(3)
     if values:
         shift[: len(values[0])] = values[0]
@@ -327,7 +342,7 @@ def _instance(head: Block, blocks: list[Block], offset: int) -> _Instance:
         return _Instance(head.parameters["NAME"], blocks, offset, lambda point: point + shift)
     if len(values[1]) != 7:
         raise ModelError(
-            f"deck: the block {head} turns by {len(values[1])} numbers; give two points of the "
+            f"{head.title} turns by {len(values[1])} numbers; give two points of the "
             "axis and an angle"
         )
     start = np.array(values[1][:3])
@@ -346,7 +361,7 @@ def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
     if block.keyword in ("NSET", "ELSET") and "INSTANCE" in block.parameters:
         instance = instances.get(block.parameters["INSTANCE"])
         if instance is None:
-            raise ModelError(f"deck: the block {block} names an unknown instance; repair it")
+            raise ModelError(f"{block.title} names an unknown instance; repair it")
         # Only the lines of the block belong to the instance; its name belongs to the assembly.
         (lines,) = replace(instance, blocks=[block]).flat()
         return replace(block, lines=lines.lines)

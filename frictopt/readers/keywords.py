@@ -15,7 +15,7 @@ import numpy as np
 from ..base import number_of
 from ..errors import ModelError, ModelWarning
 from .deck import FREE, Deck, node_count
-from .deck_text import Block, blocks, entries, fields, flat, number
+from .deck_text import Block, blocks, entries, fields, flat, number, reading
 from .listing import CONSTRAINING, DeckListing, Sets
 
 FLAT = (
@@ -118,10 +118,11 @@ def _range(row: list[str]) -> range:
 def _surface(listing: DeckListing, block: Block) -> None:
     """*SURFACE: nodes, or faces of elements, or surfaces that it combines."""
     name = block.parameters["NAME"]
-    remedy = "name faces (S1, S2, ...) or nodes (TYPE=NODE), or remove the surface"
     problem = _problem_of_surface(block)
     if problem:
-        raise ModelError(f"deck: surface {name}: {problem}; {remedy}")
+        raise ValueError(
+            f"{problem}; name faces (S1, S2, ...) or nodes (TYPE=NODE), or remove the surface"
+        )
     if not block.lines:
         listing.empty_surfaces.append(name)
         return
@@ -259,24 +260,14 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
     """
     listing = DeckListing()
     for block in acting(flat(blocks(path))):
-        where = f"deck {path.name}: the block {block}"
         ends = not block.lines and block.keyword in _ENDS
         only_directions = mesh_alone and block.keyword == "TRANSFORM"
         reason = way_out(block, REFUSED)
         if reason and not ends and not only_directions:
-            raise ModelError(f"{where} {reason}")
-        if block.keyword not in KEPT:
-            continue
-        try:
-            KEPT[block.keyword](listing, block)
-        except ModelError:
-            raise
-        except (KeyError, ValueError, IndexError) as error:
-            # Python's message quotes the entry, which may be a line of any file that a deck
-            # includes.
-            no_number = re.match("invalid literal|could not convert", str(error))
-            why = "an entry is no number" if no_number else error
-            raise ModelError(f"{where} cannot be read ({why}); repair it") from error
+            raise ModelError(f"{block.title} {reason}")
+        if block.keyword in KEPT:
+            with reading(block):
+                KEPT[block.keyword](listing, block)
     for kind, numbers in (("node", listing.nodes), ("element", listing.elements)):
         largest = max(numbers, default=0)
         if largest >= 2**62:

@@ -198,11 +198,9 @@ def test_what_is_kept_is_there(folder, name):
 def test_what_is_refused_is_named_and_the_remedy_helps(folder, name):
     bad, good = REFUSED[name]
     keyword = name.split(",")[0].strip("*").replace(" ", "")
-    message = (
-        rf"surface BAD: {name.split(', ')[1].removesuffix('=YES')}"
-        if keyword == "SURFACE"
-        else rf"block \*{keyword}\b"
-    )
+    message = rf"\*{keyword}\b"
+    if keyword == "SURFACE":
+        message += rf" .*: {name.split(', ')[1].removesuffix('=YES')}"
     for read in (mesh_of, job_of):
         with pytest.raises(fo.ModelError, match=message):
             read(folder, NODES + BRICKS + bad)

@@ -193,7 +193,7 @@ def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
         assert "NONE" not in fo.readers.read_mesh(tmp_path / "b.inp").boundaries
     for odd, message in bad.items():  # no part of a surface that cannot be read
         (tmp_path / "b.inp").write_text(deck + f"*SURFACE, NAME=BAD\n{odd}\n")
-        with pytest.raises(fo.ModelError, match=f"surface BAD.*{message}"):
+        with pytest.raises(fo.ModelError, match=f"(?i)surface (name=)?BAD.*{message}"):
             fo.readers.read_mesh(tmp_path / "b.inp")
     (tmp_path / "b.inp").write_text(
         deck
