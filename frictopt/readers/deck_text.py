@@ -2,12 +2,11 @@
 
 Decks of Abaqus/CAE have parts, and their instances in an assembly. `flat` makes one flat deck of
 them. Each instance gets the nodes and elements of its part, moved, under numbers of its own. A set
-or surface S of the part becomes the set I.S of an instance I, and also S if nothing else has that
-name. The elements of an instance I form the element set I.
+or surface S of the part becomes the set I.S of an instance I. The elements of an instance I form
+the element set I.
 """
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -187,8 +186,6 @@ _NAMES = {
     "SURFACE": ("NAME",),
     "SOLIDSECTION": ("ELSET",),
 }
-# Parameter -> what its names are; element sets, node sets and surfaces may share a name.
-_KINDS = {"NSET": "NSET", "ELSET": "ELSET", "NAME": "SURFACE"}
 
 
 @dataclass(frozen=True)
@@ -235,15 +232,6 @@ class _Instance:
         moved = self.move(point)
         return ", ".join([self.member(node), *(repr(float(value)) for value in moved)])
 
-    def short(self, kind: str, name: str) -> Iterator[Block]:
-        """Blocks that give a set or a surface of the part its short name, too."""
-        if kind != "SURFACE":
-            yield Block(kind, {kind: name}, [self.member(name)])
-            return
-        for block in self.flat():
-            if block.keyword == kind and block.parameters["NAME"] == self.member(name):
-                yield replace(block, parameters={**block.parameters, "NAME": name})
-
     def member(self, entry: str) -> str:
         """An entry of the part, a number or the name of a set, as it is in the assembly."""
         if entry.isdecimal():
@@ -264,7 +252,7 @@ def flat(blocks: Iterable[Block]) -> Iterator[Block]:
     largest = _largest(all_blocks)
     # The numbers of the first instance are those of its part.
     step = 10 ** len(str(largest))
-    used: set[tuple[str, str]] = set()
+    element_sets = {block.parameters.get("ELSET") for block in outside}
     instances: dict[str, _Instance] = {}
     inside: list[Block] | None = None
     head = outside[0]
@@ -275,16 +263,17 @@ def flat(blocks: Iterable[Block]) -> Iterator[Block]:
             instance = _instance(head, [*_part_of(head, parts), *inside], step * len(instances))
             instances[instance.name] = instance
             yield from instance.flat()
+            if instance.name not in element_sets:
+                members = f"{instance.offset + 1}, {instance.offset + largest}"
+                yield Block("ELSET", {"ELSET": instance.name, "GENERATE": ""}, [members])
             inside = None
         elif inside is not None:
             inside.append(block)
         else:
-            used |= _names_used([block])
             yield _of_assembly(block, instances)
     if inside is not None:
         _part_of(head, parts)
         raise _without_end(head, "*END INSTANCE")
-    yield from _short_names(instances, used, largest)
 
 
 def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
@@ -375,29 +364,3 @@ def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
 
 # A node or element of an instance, such as Part-1-1.17.
 _ENTRY = re.compile(r"([^\s,.]+)\.(\d+)(?=\s*(?:,|$))")
-
-
-def _names_used(blocks: Iterable[Block]) -> set[tuple[str, str]]:
-    """Kind and name of each set and surface that the assembly itself names."""
-    return {
-        (_KINDS[parameter], block.parameters[parameter])
-        for block in blocks
-        for parameter in _NAMES.get(block.keyword, ())
-        if block.parameters.get(parameter)
-    }
-
-
-def _short_names(
-    instances: dict[str, _Instance], used: set[tuple[str, str]], largest: int
-) -> Iterator[Block]:
-    """Sets under the names that only one instance has, and an element set for each instance."""
-    owners: Counter[tuple[str, str]] = Counter()
-    for instance in instances.values():
-        owners.update(_names_used(instance.blocks))
-    for instance in instances.values():
-        for kind, name in sorted(_names_used(instance.blocks)):
-            if owners[kind, name] == 1 and (kind, name) not in used:
-                yield from instance.short(kind, name)
-        if ("ELSET", instance.name) not in used:
-            numbers = f"{instance.offset + 1}, {instance.offset + largest}"
-            yield Block("ELSET", {"ELSET": instance.name, "GENERATE": ""}, [numbers])

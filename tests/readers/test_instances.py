@@ -97,20 +97,18 @@ def test_a_quarter_turn_about_z_takes_x_to_y(tmp_path):
     assert Rotation.from_euler("z", 90, degrees=True).apply([5, 0, 0]) == pytest.approx([0, 5, 0])
 
 
-def test_names_that_one_instance_has_are_short_too(tmp_path):
-    one = "*Assembly, name=X\n*Instance, name=I, part=Block\n*Nset, nset=Own\n 5, 6, 7, 8\n*End Instance\n*Nset, nset=Rim, instance=I\n 1, 2, 5, 6\n*Surface, type=ELEMENT, name=S\nAll, S2\n*End Assembly\n"
+def test_sets_of_an_instance_begin_with_its_name(tmp_path):
+    one = "*Assembly, name=X\n*Instance, name=I, part=Block\n*Nset, nset=Own\n 5, 6, 7, 8\n*End Instance\n*Nset, nset=Rim, instance=I\n 1, 2, 5, 6\n*Surface, type=ELEMENT, name=S\nI.All, S2\n*End Assembly\n"
     mesh = read(tmp_path, PART + one)
-    assert sorted(mesh.boundaries) == sorted(
-        ["I.LOW", "LOW", "I.TOP", "TOP", "I.OWN", "OWN", "I.NODES", "NODES", "RIM", "S"]
-    )
-    assert sorted(mesh.subdomains) == ["ALL", "I", "I.ALL"]
+    assert sorted(mesh.boundaries) == ["I.LOW", "I.NODES", "I.OWN", "I.TOP", "RIM", "S"]
+    assert sorted(mesh.subdomains) == ["I", "I.ALL"]
     job = tmp_path / "k.mtx"
     labels = [(n, d) for n in range(1, 9) for d in (1, 2, 3)]
     job.write_text("".join(f"{n},{d},{n},{d},2.\n" for n, d in labels) + "".join(
         f"{a},{b},{c},{d},-1.\n" for (a, b), (c, d) in pairwise(labels)))  # fmt: skip
     read_job = fo.readers.read_abaqus(job, deck=tmp_path / "a.inp")
-    assert read_job.force("Top", pressure=3.0).sum() == pytest.approx(-3.0)
-    assert sorted(read_job.nodes("Nodes").tolist()) == [0, 1, 2, 3, 4]
+    assert read_job.force("I.Top", pressure=3.0).sum() == pytest.approx(-3.0)
+    assert sorted(read_job.nodes("I.Nodes").tolist()) == [0, 1, 2, 3, 4]
     (tmp_path / "a.inp").write_text(PART + ASSEMBLY.format(moved=""))
     with pytest.raises(
         fo.ModelError, match=r"2 instances, and Abaqus numbers the nodes.*flat deck"
