@@ -28,9 +28,10 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind, SolveRecord
+from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
+from .answers.answered import Proven
 from .answers.reasons import reason_of_last_rest
 from .answers.shakedown_answer import ShakedownAnswer
 from .moving.moving_areas import (
@@ -45,6 +46,7 @@ from .program.question import Question, pose_like, vertices_of_hull, with_open
 from .program.solution import Mechanism
 
 L = TypeVar("L", bound=ShakedownAnswer)
+P = TypeVar("P", bound=Proven)
 
 
 def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
@@ -161,36 +163,28 @@ def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integ
     return np.asarray(instants[vertices[vertices < len(instants)]])
 
 
-def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
-    """The limit of moving areas, from the limit of its ordinary question.
+def on_all_instants(answer: P, areas: MovingAreas, instants: Integers) -> P:
+    """The answer about moving areas, from the answer to its ordinary question.
 
-    SolverError if the states at the instants violate the contact law by more than 1e-9.
+    SolverError if the states under a safe slip violate the contact law at an instant by more than
+    1e-9.
     """
-    motion = at_all_instants(limit._motion, areas, instants)
-    slip = limit.slip
-    record = limit.record
-    if limit.kind is LimitKind.FINITE:
-        record = checked_at_instants("shakedown limit", areas, limit.load_factor, slip, record)
-        slip = areas.completed(limit.load_factor, slip)
-    told_at = limit.load_factor if limit.kind is LimitKind.FINITE else areas.told_at
-    areas = replace(areas, told_at=told_at)
-    return replace(limit, slip=slip, record=record, _question=areas, _motion=motion)
-
-
-def checked_at_instants(
-    question_name: str, areas: MovingAreas, load_factor: float, slip: Array, record: SolveRecord
-) -> SolveRecord:
-    """The record of a slip, with the violation of the contact law at the instants.
-
-    SolverError if it is more than 1e-9.
-    """
-    residual = areas.violation(load_factor, slip)
+    load_factor, slip = answer.load_factor, answer.slip
+    residual = 0.0
+    if answer._has_safe_slip:
+        residual = areas.violation(load_factor, slip)
     if not residual <= RESIDUAL:
         raise SolverError(
-            f"{question_name}: the states at the instants of the cycle are off by {residual:.1e} "
-            f"(tolerance {RESIDUAL:g}); reactions or stiffnesses may differ too much in size"
+            f"load factor {load_factor:g}: the states at the instants of the cycle are off by "
+            f"{residual:.1e} (tolerance {RESIDUAL:g}); reactions or stiffnesses may differ too "
+            "much in size"
         )
-    return replace(record, residual=max(residual, record.residual))
+    motion = at_all_instants(answer._motion, areas, instants)
+    record = replace(answer.record, residual=max(residual, answer.record.residual))
+    if np.isfinite(load_factor):
+        slip = areas.completed(load_factor, slip)
+        areas = replace(areas, told_at=load_factor)
+    return replace(answer, slip=slip, record=record, _question=areas, _motion=motion)
 
 
 def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -> Mechanism:
@@ -226,8 +220,8 @@ def safe_with_moving_areas(
 
     It is also None if no node has friction, and no slip is safe.
 
-    `safe_slip_of` returns the safe slip of an ordinary question. SolverError if the states under a
-    safe slip violate the contact law at an instant by more than 1e-9.
+    `safe_slip_of` returns the safe slip of an ordinary question. SolverError: see
+    `on_all_instants`.
     """
     areas = moving_areas_at(question, load_factor)
     if areas is None:
@@ -237,12 +231,7 @@ def safe_with_moving_areas(
     if not safe.exists and not question.friction.any():
         # Without friction a state of rest need not stop the slip of nodes that press.
         return None
-    motion = at_all_instants(safe._motion, areas, instants)
-    record = safe.record
-    if safe.exists:
-        record = checked_at_instants("safe slip", areas, load_factor, safe.slip, record)
-    slip = areas.completed(load_factor, safe.slip)
-    return replace(safe, slip=slip, record=record, _question=areas, _motion=motion)
+    return on_all_instants(safe, areas, instants)
 
 
 # Constants of the walk along the load factors.
