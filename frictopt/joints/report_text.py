@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 from textwrap import fill
@@ -37,7 +38,6 @@ _BY_IMPORTANCE = (
     *("Limits", "The contact", "What grows with the load"),
 )
 _SHOWN_CORNERS = 4  # corners whose loads and forces are shown
-_GAP = "  "  # between two columns
 _BRIEF = ["number", "value", "unit", "converges"]
 _OF_FACES = [
     *("contact", "slides_at", "slides_at_steady", "utilisation", "slipping"),
@@ -54,7 +54,6 @@ class Section(NamedTuple):
     """A part of a report.
 
     The sheet has the sentences and the table; the details have the table in full and the picture.
-    `units` maps columns of both tables to names and units.
     """
 
     title: str
@@ -62,7 +61,6 @@ class Section(NamedTuple):
     table: pd.DataFrame | None = None
     in_full: pd.DataFrame | None = None
     picture: Plotted | None = None
-    units: Mapping[str, tuple[str, str]] | None = None
 
 
 def title_of(parts: ReportParts) -> str:
@@ -124,7 +122,6 @@ def _at_load(parts: ReportParts) -> Iterator[Section]:
 def _faces(parts: ReportParts) -> Iterator[Section]:
     """The contacts face by face, and the forces through ties, which have no nodes of a contact."""
     contacts = parts.contacts
-    units = columns_with_units(parts, contacts)
     is_tie = contacts.get("nodes", pd.Series(1, contacts.index)) == 0
     along = " along the first tangents" if parts.system.orthotropic else ""
     sentence = (
@@ -137,7 +134,7 @@ def _faces(parts: ReportParts) -> Iterator[Section]:
     faces = contacts[~is_tie].dropna(axis=1, how="all")
     known = _OF_ONE_FACE if len(faces) == 1 else []
     table = faces[[name for name in _OF_FACES if name in faces and name not in known]]
-    yield Section("Face by face", [sentence], table, contacts, parts.steady, units)
+    yield Section("Face by face", [sentence], table, contacts, parts.steady)
     if is_tie.any():
         sentence = (
             "P: normal force at the corners of the steady cycle, compression positive; Q: shear; "
@@ -145,7 +142,7 @@ def _faces(parts: ReportParts) -> Iterator[Section]:
         )
         corners = range(min(len(parts.cycle.corners), _SHOWN_CORNERS))
         names = ["contact", *(f"{part}_{k}" for k in corners for part in "PQM")]
-        yield Section("Forces through ties", [sentence], contacts.loc[is_tie, names], units=units)
+        yield Section("Forces through ties", [sentence], contacts.loc[is_tie, names])
 
 
 def verdicts_in_words(parts: ReportParts) -> pd.DataFrame:
@@ -167,8 +164,7 @@ def _with_load(parts: ReportParts) -> Iterator[Section]:
     if parts.curve is not None:
         table = curve_table(parts, parts.curve)
         brief = table[[name for name in _OF_CURVE if name in table]]
-        units = columns_with_units(parts, table)
-        yield Section("What grows with the load", [], brief, table, parts.curve, units)
+        yield Section("What grows with the load", [], brief, table, parts.curve)
 
 
 def _limits(parts: ReportParts) -> Iterator[Section]:
@@ -191,10 +187,10 @@ def missing_in_words(parts: ReportParts) -> list[str]:
 
 def page_text(parts: ReportParts, page: int) -> str:
     """The text of a page, in lines of paper; "" if nothing on it is known."""
-    return "\n\n".join(_section_text(section) for section in sections_of(parts, page))
+    return "\n\n".join(_section_text(parts, section) for section in sections_of(parts, page))
 
 
-def _section_text(section: Section) -> str:
+def _section_text(parts: ReportParts, section: Section) -> str:
     """The text of a section; the sentences that a report begins with need no heading."""
     heading = [] if section.title == _FIRST else [f"{section.title}:"]
     # Sentences beside a table are left out here: the sheet explains the columns.
@@ -203,9 +199,8 @@ def _section_text(section: Section) -> str:
     table = section.table
     if section.title != "Verdicts":
         table = table.drop(columns=_NOT_ON_PAPER, errors="ignore")
-    in_lines = list(table_lines(table, section.units or {}))
     # The columns of numbers need no names.
-    return "\n".join([*heading, *in_lines["number" in table :]])
+    return "\n".join([*heading, _table_text(parts, table, header="number" not in table)])
 
 
 def whole_text(parts: ReportParts) -> str:
@@ -214,7 +209,7 @@ def whole_text(parts: ReportParts) -> str:
     Tables have only the columns that fit beside each other. Sections that do not fit are named.
     """
     sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
-    texts = {section.title: _section_text(section).split("\n\n")[0] for section in sections}
+    texts = {section.title: _section_text(parts, section).split("\n\n")[0] for section in sections}
     left = list[str]()
     # The sentence on sections that do not fit takes an empty line and up to two lines of text.
     room = _MOST_LINES - 3 - len(_head(parts).splitlines())
@@ -244,57 +239,25 @@ def _head(parts: ReportParts) -> str:
     return f"{title}\n{fill(loads_of(parts), PAPER, max_lines=9, placeholder=' ...')}"
 
 
-def table_lines(table: pd.DataFrame, units: Mapping[str, tuple[str, str]]) -> Iterator[str]:
-    """The lines of a table on paper; columns that do not fit follow below, beside the first again.
+def _table_text(parts: ReportParts, table: pd.DataFrame, header: bool) -> str:
+    """A table on paper; columns that do not fit follow below, beside the first one again.
 
     Units stand below the names of their columns.
     """
-    columns = [_column(table, name, *units.get(name, (name, ""))) for name in table.columns]
-    key, *others = columns
-    block = [key]
-    for column in others:
-        if len(block) > 1 and _width([*block, column]) > PAPER:
-            yield from _joined(block)
-            yield ""
-            block = [key]
-        block.append(column)
-    yield from _joined(block)
-
-
-def _column(table: pd.DataFrame, name: str, title: str, unit: str) -> list[str]:
-    """The cells of a column, all of one width: its title, its unit, and its values."""
-    values = table[name]
-    is_text = values.map(lambda value: isinstance(value, str)).any()
-    cells = [_cell(value) for value in values]
-    texts = [title, unit, *(_short(cell) for cell in cells)]
-    width = max(map(len, texts))
-    align: Callable[[str, int], str] = str.ljust if is_text else str.rjust
-    return [align(text, width) for text in texts]
-
-
-def _cell(value: str | float) -> str:
-    """A value as text; a number that is not known is a dash."""
-    if isinstance(value, str):
-        return value
-    return "-" if np.isnan(value) else f"{value:.4g}"
-
-
-def _short(text: str) -> str:
-    """A text of at most half a line."""
-    most = PAPER // 2
-    return text if len(text) <= most else f"{text[: most - 3]}..."
-
-
-def _width(columns: list[list[str]]) -> int:
-    return len(_GAP.join(column[0] for column in columns))
-
-
-def _joined(columns: list[list[str]]) -> Iterator[str]:
-    """The lines of columns beside each other, without an empty line of units."""
-    for cells in zip(*columns, strict=True):
-        line = _GAP.join(cells).rstrip()
-        if line:
-            yield line
+    key = table.columns[0]
+    shown = table.set_index(key).rename_axis(index=None, columns=key)
+    named = columns_with_units(parts, shown)
+    if any(unit for _, unit in named.values()):
+        shown.columns = pd.MultiIndex.from_tuples(named.values(), names=[key, ""])
+    text = shown.to_string(
+        header=header,
+        float_format="{:.4g}".format,
+        na_rep="-",
+        line_width=PAPER,
+        max_colwidth=PAPER // 2,
+    )
+    # pandas marks lines that go on below.
+    return re.sub(r" *\\?$", "", text, flags=re.MULTILINE)
 
 
 # Files of a report: one page of HTML to print and sign, JSON, and tables for a spreadsheet.
@@ -341,16 +304,15 @@ def write_html(parts: ReportParts, file: Path) -> None:
             picture = []
         lines.append(f"<h2>{section.title}</h2>")
         if section.table is not None:
-            lines.append(_table(parts, section, section.table))
+            lines.append(_table(parts, section.table))
         lines += [f"<p>{_text(sentence)}</p>" for sentence in section.sentences]
     if parts.model is not None:
-        bodies = Section("Bodies", [], units={})
-        lines.append(f"<h2>Bodies</h2>{_table(parts, bodies, parts.bodies)}")
+        lines.append(f"<h2>Bodies</h2>{_table(parts, parts.bodies)}")
     lines += [*picture, _SIGNED, '<div class="details">']
     for section in sections:
         if section.in_full is not None:
             lines.append(f"<h3>{section.title}</h3>")
-            lines.append(_table(parts, section, section.in_full))
+            lines.append(_table(parts, section.in_full))
         if section.picture is not None:
             lines.append(_image(section.title, section.picture))
     lines.append("</div>")
@@ -364,10 +326,8 @@ def _image(title: str, pictured: Plotted) -> str:
     return f'<img alt="{title}" src="data:image/png;base64,{image}">'
 
 
-def _table(parts: ReportParts, section: Section, table: pd.DataFrame) -> str:
-    if section.units is not None:
-        table = with_units(parts, table)
-    html: str = table.to_html(
+def _table(parts: ReportParts, table: pd.DataFrame) -> str:
+    html: str = with_units(parts, table).to_html(
         index=False,
         float_format="{:.4g}".format,
         na_rep="-",
@@ -387,12 +347,12 @@ def tables_of(parts: ReportParts) -> dict[str, pd.DataFrame]:
         "verdicts": parts.verdicts,
         "safety": parts.safety,
         "numbers": numbers_of(parts),
-        "contacts": with_units(parts, parts.contacts),
-        "bodies": with_units(parts, parts.bodies),
+        "contacts": parts.contacts,
+        "bodies": parts.bodies,
     }
     if parts.curve is not None:
-        tables["curve"] = with_units(parts, curve_table(parts, parts.curve))
-    return {name: table for name, table in tables.items() if not table.empty}
+        tables["curve"] = curve_table(parts, parts.curve)
+    return {name: with_units(parts, table) for name, table in tables.items() if not table.empty}
 
 
 def write_json(parts: ReportParts, file: Path) -> None:
