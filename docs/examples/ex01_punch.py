@@ -2,8 +2,8 @@
 Limits of a punch on a half-plane
 =================================
 
-The scene of Flicek et al. (2015): which load does the contact survive without slipping for ever,
-and which nodes limit it?
+The contact of Flicek et al. (2015): up to which load can it stop slipping, and which nodes govern
+this limit?
 """
 
 import frictopt as fo
@@ -20,8 +20,8 @@ limit = fo.shakedown_limit(system, cycle, friction=0.7)
 limit.plot()
 
 # %%
-# The nodes at the edges limit the load. The mechanism lists them with the corner of the cycle and
-# the direction of slip.
+# The nodes at the edges govern the limit. The mechanism lists these nodes, with the load corner and
+# the direction of their slip.
 
 print(limit.mechanism.head())
 

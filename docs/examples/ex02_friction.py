@@ -29,4 +29,4 @@ ax.set(
 ax.legend()
 
 # %%
-# Between the two limits the slip left from assembly decides whether the contact stops slipping.
+# Between the two limits, the residual slip from assembly decides whether the contact stops slipping.

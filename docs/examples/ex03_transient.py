@@ -2,8 +2,8 @@
 A transient into its steady state
 =================================
 
-Above the shakedown limit the contact slips for ever. Follow it exactly, from event to event,
-without a time step.
+Above the shakedown limit the contact slips for ever. This example follows the slip exactly, from
+event to event, without a time step.
 """
 
 import frictopt as fo
@@ -15,7 +15,7 @@ path = fo.march(system, cycle, friction=0.7, load_factor=2.2, cycles=4)
 path.plot()
 
 # %%
-# The steady state is proven by a cycle that starts from it and comes back to it.
+# The steady state is proven, because a cycle that starts from this state returns to it.
 
 steady = fo.steady_state(system, cycle, friction=0.7, load_factor=2.2)
 print(steady)

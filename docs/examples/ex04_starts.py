@@ -2,7 +2,7 @@
 Below the limit the start decides
 =================================
 
-The same contact, the same load: some starts stop slipping, others slip for ever.
+With the same contact and the same load, slip stops from some starts and goes on for ever from others.
 """
 
 import frictopt as fo
@@ -24,7 +24,7 @@ table = fo.dissipation_study(
 fo.plot_study(table)
 
 # %%
-# Count the outcomes.
+# Count the outcomes at each load, as a share of the shakedown limit.
 
 table["of the limit"] = table["load_ratio"].round(2)
 print(table.groupby(["of the limit", "outcome"]).size().unstack(fill_value=0))

@@ -2,8 +2,8 @@
 A constraint of your own
 ========================
 
-The limits are cvxpy problems in your units. Add what you know of the joint: here, how much slip its
-assembly can leave.
+The limits are cvxpy problems in your units. You can add constraints that state what you know of the
+joint: here, how much slip its assembly can leave.
 """
 
 import matplotlib.pyplot as plt
@@ -29,6 +29,6 @@ ax.set(xlabel="largest residual slip", ylabel=r"shakedown limit $\lambda_2$")
 ax.legend()
 
 # %%
-# Each limit is proven with the constraints; ``explain`` names the rows that bind.
+# The proof of each limit includes your constraints; ``explain`` names the active constraints.
 
 print(model.solve(0.7, constraints=[model.slip <= bounds[0]]).explain())

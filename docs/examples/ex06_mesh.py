@@ -2,8 +2,8 @@
 Your own mesh
 =============
 
-A mesh file of two bodies, made with gmsh: a steel foot on a titanium block. Lengths in mm, stresses
-in MPa.
+The mesh file, made with gmsh, contains two bodies: a steel foot on a titanium block. Lengths are in
+mm, stresses in MPa.
 """
 
 from pathlib import Path
@@ -32,7 +32,8 @@ model = fo.fem.ContactModel(
 model.plot()
 
 # %%
-# The largest stress in the block, in units of 10 MPa, with which the foot can stop slipping:
+# The limit is the largest stress in the block, in units of 10 MPa, with which the foot can stop
+# slipping.
 
 cycle = fo.LoadCycle(mean={"press": 1.0}, corners=[{"stretch": 1.0}, {"stretch": -1.0}])
 limit = fo.shakedown_limit(model.condense(), cycle, friction=0.5)

@@ -2,8 +2,8 @@
 Matrices of CalculiX
 ====================
 
-A job of CalculiX, run without contact, has written its stiffness matrix. Node sets say where the
-contact is.
+CalculiX has run a job without contact, and has written its stiffness matrix. Node sets of the deck
+say where the contact is.
 """
 
 from pathlib import Path
@@ -28,7 +28,7 @@ system = fo.condense(
 print(system)
 
 # %%
-# From here on it does not matter where the matrices come from.
+# From here on, the calls are the same for matrices of every code.
 
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
 fo.onset(system, cycle, friction=0.5).plot()

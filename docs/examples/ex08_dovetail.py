@@ -2,8 +2,8 @@
 A dovetail root
 ===============
 
-How much may the pull on a blade vary, for three angles of its flanks? With friction of the
-cotangent of the angle the flanks lock.
+How much may the pull on a blade vary, for three angles of its flanks? The flanks lock if the friction
+is the cotangent of their angle.
 """
 
 import matplotlib.pyplot as plt

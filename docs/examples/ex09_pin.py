@@ -2,8 +2,8 @@
 A pin that creeps round
 =======================
 
-A pin is shrunk into a plate, and a force on it rotates. Above the shakedown limit it does not only
-slip: it turns, a little in each cycle.
+A pin is shrunk into a plate, and the direction of the force on the pin rotates. Above the shakedown
+limit the pin does not only slip: it turns a little in each cycle.
 """
 
 import numpy as np

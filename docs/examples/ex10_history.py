@@ -2,8 +2,8 @@
 From a load history to what frets where
 =======================================
 
-A blade root under a measured history: which nodes slip, how far, and how much friction works there.
-Lengths in mm, stresses in MPa.
+A blade root carries a measured history of loads. Which nodes slip, how far, and how much work does
+friction do there? Lengths are in mm, stresses in MPa.
 """
 
 import matplotlib.pyplot as plt

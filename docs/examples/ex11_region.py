@@ -28,7 +28,7 @@ ax.set(
 ax.legend()
 
 # %%
-# Each side of a polygon is a mechanism, proven from both sides. Which nodes limit the amplitudes
+# Each side of a polygon belongs to a slip mechanism, and is proven. Which nodes govern the amplitudes
 # with the least friction?
 
 region.plot()

@@ -2,8 +2,8 @@
 One transient, exactly and in increments
 ========================================
 
-The exact path has no time step. Increments have one, and an error with it; each is a cvxpy problem
-that you can print.
+The exact path has no time step. A path in increments has steps, and therefore an error. Each
+increment is a cvxpy problem that you can print.
 """
 
 import matplotlib.pyplot as plt
@@ -28,7 +28,7 @@ ax.loglog(steps, errors, "o-")
 ax.set(xlabel="increments from corner to corner", ylabel="error of the work of friction")
 
 # %%
-# One increment as a convex program with a frozen friction bound, by its names:
+# ``explain`` describes one increment, as a convex program with a frozen friction bound.
 
 increment = fo.increments.NewtonIncrement(system, friction=0.7)
 load = system.reaction({"P": 1.0, "sigma": 3.0})

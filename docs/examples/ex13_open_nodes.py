@@ -2,8 +2,8 @@
 A rounded punch, open at its edges
 ==================================
 
-Where no slip keeps all nodes closed, the shakedown limit searches which ones stay open, near what
-the mean load opens.
+If no slip keeps all nodes closed, the shakedown limit searches for the nodes that stay open. The
+search begins near the set of nodes that the mean load opens.
 """
 
 import frictopt as fo
@@ -15,7 +15,7 @@ limit = fo.shakedown_limit(rounded, cycle, friction=0.6)
 print(limit.reason)
 
 # %%
-# The bound is that of these open nodes.
+# The bound holds for this set of open nodes.
 
 print(limit.covers)
 limit.plot()

@@ -2,8 +2,8 @@
 The work of friction depends on the start
 =========================================
 
-Above the shakedown limit slip goes on from every start, but the work of friction is not the same.
-How far apart may it be?
+Above the shakedown limit slip goes on from every start, but the work of friction depends on the
+start. How far apart may the works of two starts be?
 """
 
 import frictopt as fo
@@ -16,16 +16,16 @@ print(found)
 found.plot()
 
 # %%
-# Below the limit the start decides whether slip stops. Up to which load factor does it, for a
-# contact assembled by its mean load?
+# Below the limit the start decides whether slip stops. Up to which load factor does slip stop if the
+# mean load assembles the contact?
 
 after = fo.limit_after_protocol(limit)
 print(after)
 after.plot()
 
 # %%
-# One unloading may help. How far does it, from the start of most work among slips no larger than the
-# safe one?
+# One unloading may help. Take the start with the most work among all slips that are no larger than
+# the safe slip. Up to which load factor does slip stop after an unloading?
 
 below = 0.9 * limit.load_factor
 bounded = fo.dissipation_range(

@@ -2,9 +2,9 @@
 The backbone curve of a joint
 =============================
 
-A load shakes a joint. Work of friction and slipping share grow with the amplitude, stiffness falls,
-and damping depends on what assembly has left. With the load of a mode (`Modes.load`) and its
-`natural_frequency` the curve has the frequency, too.
+A load shakes a joint. With the amplitude, the work of friction and the slipping share grow, and the
+stiffness falls. Damping depends on the residual slip from assembly. With the load of a mode
+(`Modes.load`) and its `natural_frequency`, the curve has the frequency, too.
 """
 
 import numpy as np
@@ -20,15 +20,15 @@ print(curve.to_frame())
 curve.plot()
 
 # %%
-# At which load does a fifth of the contact slip? The answer is the steady state at the least load
-# found, by transients between two load factors of the curve.
+# At which load does a fifth of the contact slip? Transients between two load factors of the curve
+# find the least such load. The result is the steady state there.
 
 fifth = curve.load_at(slipping=0.2)
 print(fifth.load_factor, fifth.slipping_share)
 print(fifth.by_contact().T)
 
 # %%
-# The loop of the load in one of these steady cycles; its area is the work of friction.
+# The hysteresis loop of the load in one steady cycle: its area is the work of friction.
 
 steady = fo.steady_state(system, cycle, friction=0.6, load_factor=3.0)
 loop = steady.loop("sigma")
@@ -36,7 +36,7 @@ print(loop.area, steady.dissipation)
 loop.plot()
 
 # %%
-# With surfaces that give the corners are not singular.
+# If the surfaces have a contact stiffness, the stress at the corners is not singular.
 
 soft = system.with_contact_stiffness(tangential=20.0, normal=20.0)
 print(

@@ -1,9 +1,9 @@
 """
-Wear, and what it wears into
-============================
+Wear, and the worn-in profile
+=============================
 
-A cylinder that is sheared to and fro slips at the edges of its contact, and wears there. How long,
-and how deep, until it stops slipping?
+A cylinder that is sheared to and fro slips at the edges of its contact, and wears there. After how
+many cycles does it stop slipping, and how deep is the wear then?
 """
 
 import frictopt as fo
@@ -17,7 +17,7 @@ print(history)
 history.plot()
 
 # %%
-# Bodies of one material wear into a profile that is known without following them there.
+# If both bodies have one material, the final profile is known without following the wear.
 
 end = fo.joints.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
 print(end)

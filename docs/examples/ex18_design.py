@@ -2,8 +2,8 @@
 The best crown of a punch
 =========================
 
-How much material to take off a face, and where, so that it slips under no more than the largest
-load? One convex program, with its proof.
+How much material should be taken off a face, and where, so that slip can stop up to the largest
+possible load? One convex program finds and proves the answer.
 """
 
 import cvxpy as cp
@@ -27,8 +27,8 @@ ax.plot(depths, limits, "o-")
 ax.set(xlabel="largest depth", ylabel=r"shakedown limit $\lambda_2$")
 
 # %%
-# The design with its profile is a contact like any other; the price of a constraint is what more
-# depth would give.
+# The design with its profile is a contact like any other. The price of a constraint is the gain of
+# the limit per unit of depth.
 
 print(design, design.prices["depth"].sum())
 print(fo.guaranteed_limit(design.system, design.cycle, 0.5))

@@ -2,7 +2,8 @@
 A film of a steady cycle
 ========================
 
-The shear of each node moves between its bounds of friction. Its colour shows what the node does.
+The shear of each node moves between its friction bounds. The colour shows whether the node sticks,
+slips or is open.
 """
 
 from pathlib import Path
@@ -19,8 +20,8 @@ cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 states = fo.steady_state(system, cycle, friction=0.7, load_factor=2.2).states()
 
 # %%
-# Between two states the reactions are linear in time, and each node does what it did at the first
-# one.
+# Between two states the reactions are linear in time, and each node keeps the status that it has at
+# the first of the two states.
 
 times = np.linspace(0.0, states.time[-1], 8)
 q, p = (

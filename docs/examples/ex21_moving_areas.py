@@ -26,16 +26,16 @@ def cycle(phase):
     )
 
 
-# In phase the limit of all states of rest is f P / 5, on any mesh.
+# If the loads are in phase, the limit of all states of rest is f P / 5, on any mesh.
 in_phase = fo.shakedown_limit(system, cycle(0), friction=0.35)
 print(in_phase.load_factor, in_phase.covers)
 print(in_phase.events.head())
 
-# With a phase it is 0: the outermost nodes slip in every cycle, however small the shear.
+# Out of phase the limit is 0: the outermost nodes slip in every cycle, however small the shear is.
 print(fo.shakedown_limit(system, cycle(45), friction=0.35).reason)
 
 # %%
-# The work of a cycle says how much that is.
+# The work per cycle shows how little this slip matters at small shears.
 
 shears = np.linspace(0.02, 0.1, 5)
 figure, axes = plt.subplots(layout="constrained")

@@ -20,14 +20,14 @@ band = fo.fatigue_band(stresses, cycle, friction=0.7, load_factor=0.2)
 print(band.reason)
 
 # %%
-# Both ends occur: a transient that starts with their slips stays at rest.
+# Both ends of the band occur: a transient that starts with the residual slip of an end stays at rest.
 
 for slip in (band.least_slip, band.worst_slip):
     steady = fo.steady_state(stresses.system, cycle, 0.7, 0.2, initial_slip=slip)
     print(steady.outcome.name, band.at(steady.slip).max())
 
 # %%
-# The band of both flanks, node by node from the bottom of the right one.
+# The picture shows the band on both flanks, node by node from the bottom of the right flank.
 
 table = band.to_frame()
 figure, axes = plt.subplots(layout="constrained")
@@ -37,8 +37,8 @@ axes.set(xlabel="node", xticks=table["point"], ylabel="SWT at a depth of 0.1 in 
 axes.legend()
 
 # %%
-# On the plane with the largest value the cycle goes from `from` to `to`. Residual slip moves both
-# by the same stress; their difference is the same in all states of rest.
+# On the plane with the largest value, the normal stress of a cycle goes from `from` to `to`. Residual
+# slip adds the same stress to both, so their difference is the same in all states of rest.
 
 worst = table.loc[table["most"].idxmax()]
 print(worst[["from_least", "to_least", "from_most", "to_most"]])
