@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..base import (
     ROUNDING,
-    Array,
     PerNode,
     SolveRecord,
     Table,
@@ -24,7 +23,7 @@ from ..errors import ModelError, SolverError
 from .answers.answered import Proven, answered, check_margin, reserve_of
 from .answers.reasons import safe_slip_reason
 from .events.lift_off import LiftOff
-from .events.ordered import ordered_program, read_order, solved_order
+from .events.ordered import ordered_program, read, solved
 from .program import assembled
 from .program.question import Question, pose, with_open
 from .program.solution import Solution, solve
@@ -159,42 +158,24 @@ def _with_events(limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
     limit = best_with_events(limit_of_set, limit_of_order, limit, load_factor)
     ordered = limit._question
     if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
-        return _of_order(ordered, load_factor)
+        return safe_slip_of_set(ordered, load_factor)
     if isinstance(ordered, LiftOff) and np.isnan(limit.least):
         # The least load factor is not known, so the order may have no slip at `load_factor`.
         with suppress(SolverError):
-            return _of_order(ordered, load_factor)
+            return safe_slip_of_set(ordered, load_factor)
     return None
 
 
 def safe_slip_of_set(question: Question, load_factor: float) -> SafeSlip:
-    """The slip with the largest margin, with the open nodes of the question."""
-    program = assembled.safe_slip(question, load_factor)
-
-    def claimed(solution: Solution) -> SafeSlip:
-        safe = checked_slip(question, solution, load_factor)
-        values = {"load_factor": load_factor, "margin": safe.margin}
-        return replace(safe, _solved=solution.solved("safe_slip", **values))
-
-    safe, record = solve(program, claimed)
-    return answered(safe, record)
-
-
-def _of_order(question: LiftOff, load_factor: float) -> SafeSlip:
-    """The slip with the largest margin, with nodes that open and close in a given order.
+    """The slip with the largest margin, with the open nodes or the order of events of the question.
 
     A node has no reserve at the event at which it opens or closes.
     """
-    program = ordered_program(question, load_factor)
-
-    def claimed(solution: Solution) -> SafeSlip:
-        placed, slip, motion = read_order(question, solution, load_factor)
-        safe = checked_slip(placed, solution, load_factor, slip=slip)
-        values = {"load_factor": load_factor, "margin": safe.margin}
-        solved = solved_order(question, solution, "ordered", **values)
-        return replace(safe, _motion=motion, _solved=solved)
-
-    safe, record = solve(program, claimed)
+    if isinstance(question, LiftOff):
+        program = ordered_program(question, load_factor)
+    else:
+        program = assembled.safe_slip(question, load_factor)
+    safe, record = solve(program, partial(checked_slip, question, load_factor))
     return answered(safe, record)
 
 
@@ -265,18 +246,9 @@ def safe_slip(
         return safe_slip_of_question(question, load_factor, events=events)
 
 
-def checked_slip(
-    question: Question,
-    solution: Solution,
-    load_factor: float,
-    slip: Array | None = None,
-) -> SafeSlip:
-    """The slip of a solution for the largest margin, checked by its reserve and the multipliers.
-
-    `slip`: the slip of all nodes, if the solution does not give it.
-    """
-    if slip is None:
-        slip = solution.slip_of_nodes
+def checked_slip(question: Question, load_factor: float, solution: Solution) -> SafeSlip:
+    """The slip of a solution for the largest margin, checked by its reserve and the multipliers."""
+    question, slip, motion = read(question, solution, load_factor)
     margin = solution.value
     reserve = reserve_of(question, load_factor, slip)
 
@@ -287,12 +259,14 @@ def checked_slip(
         question.violation(load_factor, slip) if question.events else 0.0,
         question.excess_over_slip_bound(slip),
     ]
+    values = {"load_factor": load_factor, "margin": margin}
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,
         record=SolveRecord(residual=worst(violations)),
         _question=question,
-        _motion=solution.motion,
+        _motion=motion,
         margin=margin,
         bound=bound + defect,
+        _solved=solved(question, solution, "safe_slip", **values),
     )

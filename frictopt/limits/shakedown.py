@@ -57,7 +57,7 @@ from .between.cones import (
 )
 from .between.search import Method, search
 from .events.lift_off import LiftOff
-from .events.ordered import read_order, solved_order
+from .events.ordered import read, solved
 from .gross_slip import statics_alone
 from .moving.moving_areas import moving_areas
 from .probability import RandomLimit, ShakedownProbability, probability_of
@@ -330,15 +330,9 @@ def limit_of_order(
     question: LiftOff, program: RestProgram, sense: float, above: float = -np.inf
 ) -> ShakedownLimit:
     """The largest (sense 1) or least load factor of an order of events."""
-
-    def claimed(solution: Solution) -> ShakedownLimit:
-        placed, slip, motion = read_order(question, solution)
-        limit = checked_limit(placed, solution, at_rest=(slip, motion))
-        return replace(limit, _solved=solved_order(question, solution, "ordered"))
-
     limit, record = solve(
         program,
-        claimed,
+        partial(checked_limit, question),
         sense,
         no_optimum=lambda outcome: _every_load_is_safe(question, program),
         above=above if sense > 0 else -np.inf,
@@ -497,17 +491,10 @@ def check_events(events: object, question: Question, restricted: bool) -> None:
             raise ModelError(f"events: {reason}; pass events=False")
 
 
-def checked_limit(
-    question: Question,
-    solution: Solution,
-    at_rest: tuple[Array, Mechanism] | None = None,
-) -> ShakedownLimit:
-    """The limit of a solution, with its violations and its bound.
-
-    `at_rest`: the slip of all nodes and the mechanism of an order of events.
-    """
+def checked_limit(question: Question, solution: Solution) -> ShakedownLimit:
+    """The limit of a solution, with its violations and its bound."""
     load_factor = solution.load_factor
-    slip, motion = at_rest or (solution.slip_of_nodes, solution.motion)
+    question, slip, motion = read(question, solution)
     bound, defect = solution.bound
     objective = None if solution.program.goal == "load_factor" else solution.value
     return ShakedownLimit(
@@ -521,7 +508,7 @@ def checked_limit(
         objective=objective,
         _why="" if objective is None else CHOSEN,
         constraints=solution.program.constraints,
-        _solved=solution.solved("shakedown"),
+        _solved=solved(question, solution, "shakedown"),
     )
 
 
@@ -598,9 +585,9 @@ def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLim
     if grown is None:
         return None
     along, residual = grown
-    placed, _, motion = read_order(question, along)
-    solved = replace(solved_order(question, along, "ordered"), status=UNBOUNDED)
-    return _not_finite(placed, LimitKind.UNBOUNDED, residual, motion, _solved=solved)
+    placed, _, motion = read(question, along)
+    found = replace(solved(question, along, "ordered"), status=UNBOUNDED)
+    return _not_finite(placed, LimitKind.UNBOUNDED, residual, motion, _solved=found)
 
 
 def _not_finite(

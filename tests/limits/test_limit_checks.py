@@ -388,11 +388,17 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
     The slip is the last one judged, or the one with the index `number`.
     """
     residuals, module = [], import_module("frictopt.limits.safe_slip")
-    judged = module.checked_slip
+    judged, read = module.checked_slip, module.read
 
-    def of_both(question, solution, *given):
-        claim = judged(question, solution, *given)
-        moved = judged(question, solution, *given, slip=claim.slip + [by, 0.0])
+    def moved_slip(*given):
+        placed, slip, motion = read(*given)
+        return placed, slip + [by, 0.0], motion
+
+    def of_both(*given):
+        claim = judged(*given)
+        with monkeypatch.context() as patch:
+            patch.setattr(module, "read", moved_slip)
+            moved = judged(*given)
         residuals.append((claim.residual, moved.residual))
         return claim
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from ...base import Array, Integers
 from ..program.assembled import law_rows
+from ..program.question import Question
 from ..program.rest_program import RestProgram
 from ..program.solution import Mechanism, Solution, Solved
 from .lift_off import LiftOff, varying, way_of
@@ -221,13 +222,16 @@ def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: flo
         number += 1
 
 
-def read_order(
-    question: LiftOff, solution: Solution, load_factor: float | None = None
-) -> tuple[LiftOff, Array, Mechanism]:
-    """The order with its events placed, the slip of the first episodes, and the mechanism.
+def read(
+    question: Question, solution: Solution, load_factor: float | None = None
+) -> tuple[Question, Array, Mechanism]:
+    """The question with its events placed, the slip of all nodes, and the mechanism.
 
-    `load_factor`: the given one; None if the solution contains it.
+    If nodes open and close, the slip is that of their first episodes. `load_factor`: the given one;
+    None if the solution contains it.
     """
+    if not isinstance(question, LiftOff):
+        return question, solution.slip_of_nodes, solution.motion
     system = question.system
     places = _places(question, solution)
     if load_factor is None:
@@ -258,9 +262,14 @@ def _places(question: LiftOff, solution: Solution) -> list[float]:
     return [float(solution.values(f"way{event}")[0]) for event in events]
 
 
-def solved_order(question: LiftOff, solution: Solution, goal: str, **values: Any) -> Solved:
-    """The solved program of an order, with the unknown places of its events and its later slips."""
-    values["ways"] = np.array(_places(question, solution))
+def solved(question: Question, solution: Solution, goal: str, **values: Any) -> Solved:
+    """The solved program as data, with the places of events and later slips if it has them.
+
+    `goal`: see `Solved`; the goal of the program of an order is "ordered".
+    """
+    if isinstance(question, LiftOff):
+        goal = "ordered"
+        values["ways"] = np.array(_places(question, solution))
     if "later_slip" in solution.program.named:
         axes = question.system.tangents
         values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T

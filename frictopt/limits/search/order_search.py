@@ -39,7 +39,7 @@ from ..events.lift_off import (
     path_of,
     with_order,
 )
-from ..events.ordered import About, ordered_program, read_order
+from ..events.ordered import About, ordered_program, read
 from ..program.question import Question, pose_like, with_open
 from ..program.rest_program import slip_units
 from ..program.solution import Judged, Solution, solve
@@ -428,7 +428,8 @@ def _limit_of_products(limit_of_order: LimitOfOrder[L], question: LiftOff, settl
     for _ in range(_LINEARISED):
         program = ordered_program(question, about=about)
         judged, _ = solve(program, _judged)
-        placed, _, _ = read_order(question, judged.said)
+        placed, _, _ = read(question, judged.said)
+        assert isinstance(placed, LiftOff)  # so is the question
         load_factor = judged.said.load_factor
         change = abs(load_factor - about.load_factor) / question.load_unit
         moved = np.abs(np.subtract(placed.shares, about.places)).max()
