@@ -256,17 +256,8 @@ class LiftOff(Question):
 
     @cached_property
     def episodes(self) -> Integers:
-        """(M, N) number of the episode of each node at each instant, -1 while the node is open.
-
-        Until a node first opens, it is in its episode 0; each closing begins the next episode. On a
-        closed path, the episode at the end of the cycle is the episode at its beginning.
-        """
-        before, after = self.opened
-        opens = after & ~before
-        numbers = opens.cumsum(axis=0) - opens
-        if self.path.closed:
-            numbers %= np.maximum(opens.sum(axis=0), 1)
-        return np.where(before & after, -1, numbers)
+        """See `episodes_of`."""
+        return episodes_of(*self.opened, self.path.closed)
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
@@ -349,6 +340,20 @@ class LiftOff(Question):
         touching = np.abs(r).max(axis=1)[before ^ after].max(initial=0.0) / self.force
         steps = np.diff(self.way, append=float(len(self.path.legs)))
         return worst([super().violation(load_factor, slip), touching, -steps.min()])
+
+
+def episodes_of(before: Booleans, after: Booleans, closed: bool) -> Integers:
+    """(M, N) number of the episode of each node at each instant, -1 while the node is open.
+
+    The masks (M, N) are those of the nodes that are open around each instant. Until a node first
+    opens, it is in its episode 0; each closing begins the next episode. On a closed path, the
+    episode at the end of the cycle is the episode at its beginning.
+    """
+    opens = after & ~before
+    numbers = opens.cumsum(axis=0) - opens
+    if closed:
+        numbers %= np.maximum(opens.sum(axis=0), 1)
+    return np.where(before & after, -1, numbers)
 
 
 def shares_of_corners(

@@ -42,6 +42,7 @@ from ...base import (
 )
 from ...contact import ContactProducts, off_law, other_laws
 from ..events.lift_off import (
+    episodes_of,
     events_of,
     fields_of,
     names_of_instants,
@@ -101,11 +102,15 @@ class _Equations:
 
     def __init__(self, A: Array, loads: Array, statuses: Statuses, nodes: Integers) -> None:
         tangents = loads.shape[2]
-        numbers, count = statuses.episodes(nodes)
+        opened = ~statuses.before[:, nodes], ~statuses.after[:, nodes]
+        numbers = episodes_of(*opened, closed=True)
+        counts = numbers.max(axis=0) + 1
         # Columns of the slips: first the episodes of one tangent, then those of the next.
-        columns = [np.where(numbers < 0, -1, axis * count + numbers) for axis in range(tangents)]
+        count = int(counts.sum())
+        columns = counts.cumsum() - counts + numbers
+        by_tangent = [np.where(numbers < 0, -1, axis * count + columns) for axis in range(tangents)]
         self._count = tangents * count
-        self._column = np.concatenate(columns, axis=1)
+        self._column = np.concatenate(by_tangent, axis=1)
         self._touching = np.tile(statuses.touching[:, nodes], tangents)
         self._A = A
         self._loads = loads.reshape(*loads.shape[:2], -1)

@@ -229,21 +229,6 @@ class Statuses:
         """(N,) nodes without pressure in some interval."""
         return np.asarray(~self.after.all(axis=0))
 
-    def episodes(self, nodes: Integers) -> tuple[Integers, int]:
-        """(M, R) number of the closed episode of each rim node at each instant; number of episodes.
-
-        An episode is a time from a closing of a node to its next opening; it may go on across the
-        end of the cycle. The number is -1 where a node has no pressure before and after the
-        instant.
-        """
-        pressed = (self.before | self.after)[:, nodes]
-        closes = (self.after & ~self.before)[:, nodes]
-        counts = closes.sum(axis=0)
-        # Before its first closing in the cycle, a node is in its last episode.
-        of_node = (closes.cumsum(axis=0) - 1) % np.maximum(counts, 1)
-        numbers = np.where(pressed, of_node + counts.cumsum() - counts, -1)
-        return numbers, int(counts.sum())
-
 
 @dataclass(frozen=True, eq=False)
 class PathPiece:
