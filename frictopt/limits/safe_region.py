@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from time import perf_counter
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -30,7 +30,6 @@ from ..base import (
     finite_number,
     frame,
     listed,
-    number_of,
     progress_bar,
     warns_of_odd_values,
 )
@@ -93,8 +92,8 @@ class Rays:
         Counts the rays. An interrupt keeps the safe amplitudes at their ends.
     open_nodes
         (N,) mask of the nodes that are open in all limits; None: each limit searches them.
-    limits, reached
-        The limits of all rays, and the pairs of safe amplitudes at their ends.
+    ends
+        The ends of all rays so far.
     """
 
     system: ContactSystem
@@ -104,8 +103,7 @@ class Rays:
     parts: Corners
     bar: Bar
     open_nodes: Booleans | None = None
-    limits: list[ShakedownLimit] = field(default_factory=list)
-    reached: list[tuple[float, float]] = field(default_factory=list)
+    ends: list[BorderPoint] = field(default_factory=list)
 
     @cached_property
     def _of_unit_loads(self) -> list[Question]:
@@ -116,31 +114,25 @@ class Rays:
     def to(self, first: float, second: float) -> BorderPoint:
         """The largest safe amplitudes in the ratio `first : second`, with their line."""
         most_sides = 1000
-        if len(self.limits) > 2 * most_sides:
+        if len(self.ends) > 2 * most_sides:
             plane = self.system.tangents == 1
             advice = "coarsen the contact" if plane else "give a larger tolerance"
             raise SolverError(_MANY_SIDES.format(most=most_sides, advice=advice))
         limit = self._limit(domain(self.mean, self.parts, (first, second)))
-        self.limits.append(limit)
         self.bar.update()
 
-        reach = 0.0
-        bound = limit.bound
-        if np.isfinite(limit.load_factor):
-            reach = limit.load_factor
-        if reach <= ZERO_LOAD_FACTOR * limit._question.load_unit:
+        reach, bound = limit.load_factor, limit.bound
+        if not ZERO_LOAD_FACTOR * limit._question.load_unit < reach < np.inf:
             reach = 0.0
             bound = 0.0
-        if np.isfinite(limit.load_factor):
-            self.reached.append((reach * first, reach * second))
-            pairs = number_of(len(self.reached), "pair")
-            note = f"the attribute `table` has {pairs} of safe amplitudes, the ends of rays"
-            self.bar.keep("table", self._table, note)
-
         units = [with_open(unit, limit.open) or unit for unit in self._of_unit_loads]
         motion = _at_governing_corners(limit._motion, units)
         line = np.array([motion.drive(unit) for unit in units])
-        return BorderPoint(reach * np.array([first, second]), limit, line, float(bound), motion)
+        end = BorderPoint(reach * np.array([first, second]), limit, line, float(bound), motion)
+        self.ends.append(end)
+        note = "the attribute `table` has the safe amplitudes at the ends of rays"
+        self.bar.keep("table", self._table, note)
+        return end
 
     def _limit(self, cycle: LoadCycle) -> ShakedownLimit:
         """The limit with the open nodes of all rays, or of the best set.
@@ -156,8 +148,8 @@ class Rays:
         """The ends of the rays of each load alone."""
         return self.to(1.0, 0.0), self.to(0.0, 1.0)
 
-    def with_one_set(self, first: BorderPoint, second: BorderPoint) -> Rays:
-        """New rays, with the open nodes of the limit under both loads.
+    def keep_one_set(self, first: BorderPoint, second: BorderPoint) -> None:
+        """Give all further rays the open nodes of the limit under both loads.
 
         The region is convex only for one set of open nodes. `first` and `second` are the ends of
         the rays of each load alone.
@@ -166,12 +158,12 @@ class Rays:
         for number, point in enumerate((first, second)):
             if 0 < point.limit.load_factor < np.inf:
                 amplitudes[number] = point.limit.load_factor
-        both = self.to(*amplitudes)
-        return replace(self, open_nodes=both.limit.open, limits=[])
+        self.open_nodes = self.to(*amplitudes).limit.open
 
     def _table(self) -> Table:
         """The safe amplitudes at the ends of the rays."""
-        return frame(sorted(self.reached), names=list(self.names))
+        safe = [end.amplitudes for end in self.ends if np.isfinite(end.limit.load_factor)]
+        return frame(sorted(map(tuple, safe)), names=list(self.names))
 
 
 def checked_parts(loads: Sequence[Any]) -> tuple[tuple[str, str], Corners]:
@@ -421,7 +413,7 @@ def safe_region(
         rays = Rays(system, static, coefficients, names, parts, bar)
         first, second = rays.along_axes()
         if (first.limit.open | second.limit.open).any():
-            rays = rays.with_one_set(first, second)
+            rays.keep_one_set(first, second)
             first, second = rays.along_axes()
         points, unlimited, reason = _border(rays, first, second, tolerance)
         return _region(rays, points, unlimited, reason, started)
@@ -508,18 +500,12 @@ def beyond_chord(start: Array, end: Array, amplitudes: Array) -> float:
     return float(1 - across @ start / (across @ amplitudes))
 
 
-@dataclass(frozen=True, eq=False)
-class Side:
+class Side(NamedTuple):
     """A side of the outer polygon, on the line of a point of the border."""
 
     start: Array  # (2,)
     end: Array  # (2,)
     point: BorderPoint
-
-    @property
-    def error(self) -> float:
-        """Largest distance of an end from the line, relative to the line's distance from zero."""
-        return max(abs(self.point.excess(self.start)), abs(self.point.excess(self.end)))
 
 
 def _region(
@@ -530,20 +516,29 @@ def _region(
     started: float,
 ) -> SafeRegion:
     """The region of a border; SolverError if a side misses its vertices."""
-    ends = _ends(points)
-    sides = _sides(points, ends, bool(no_limit))
-    error = max((side.error for side in sides), default=0.0)
+    meeting = [meeting_point(left, right) for left, right in pairwise(points)]
+    sides = _sides(points, meeting, bool(no_limit))
+    # Distances of the ends from the lines, relative to the distances of the lines from zero.
+    off = [side.point.excess(end) for side in sides for end in (side.start, side.end)]
+    error = max(map(abs, off), default=0.0)
     if error > 2 * _ON_LINE:
         raise SolverError(_DIFFER.format(error=error))
 
-    in_space = rays.system.tangents > 1
     unlimited = np.array([name in no_limit for name in rays.names])
-    vertices, outer = _polygons(points, sides, unlimited, in_space)
-    gap = _largest_gap(points, ends) if in_space else 0.0
+    vertices = outer = np.reshape(
+        [*(side.start for side in sides), *(side.end for side in sides[-1:])], (-1, 2)
+    )
+    gap = 0.0
+    if rays.system.tangents > 1:
+        vertices = np.reshape([point.amplitudes for point in points], (-1, 2))
+        gap = _largest_gap(points, meeting)
+    if unlimited.any():
+        limited = vertices[0] if len(vertices) else np.zeros(2)
+        vertices = outer = np.where(unlimited, np.inf, limited).reshape(1, 2)
     if gap > 0:
         reason += GAP_OF_SIDES.format(gap=gap)
     corners = domain(rays.mean, rays.parts, (1.0, 1.0)).corner_names
-    record, *others = (limit.record for limit in rays.limits)
+    record, *others = (end.limit.record for end in rays.ends)
     return SafeRegion(
         loads=rays.names,
         vertices=vertices,
@@ -562,22 +557,6 @@ def _region(
     )
 
 
-def _polygons(
-    points: Sequence[BorderPoint], sides: Sequence[Side], unlimited: Booleans, in_space: bool
-) -> tuple[Array, Array]:
-    """The vertices and the outer polygon; in the plane they are the same."""
-    ends = [side.start for side in sides] + [side.end for side in sides[-1:]]
-    outer = np.reshape(ends, (-1, 2))
-    vertices = outer
-    if in_space:
-        vertices = np.reshape([point.amplitudes for point in points], (-1, 2))
-    if unlimited.any():
-        limited = vertices[0] if len(vertices) else np.zeros(2)
-        corner = np.where(unlimited, np.inf, limited).reshape(1, 2)
-        return corner, corner
-    return vertices, outer
-
-
 def _table(sides: Sequence[Side], unlimited: Booleans) -> Table:
     """See `SafeRegion.sides`."""
     rows: list[tuple[float, float, float]] = []
@@ -588,35 +567,30 @@ def _table(sides: Sequence[Side], unlimited: Booleans) -> Table:
     return frame(rows, names=["a", "b", "bound"])
 
 
-def _ends(points: Sequence[BorderPoint]) -> list[Array]:
-    """The ends of the sides: the outer points, and the meeting points of neighbouring lines."""
-    if not points:
-        return []
-    meeting = [meeting_point(left, right) for left, right in pairwise(points)]
-    return [points[0].amplitudes, *meeting, points[-1].amplitudes]
+def _sides(points: Sequence[BorderPoint], meeting: Sequence[Array], unlimited: bool) -> list[Side]:
+    """The sides between the ends of the border and the meeting points of neighbouring lines.
 
-
-def _sides(points: Sequence[BorderPoint], ends: Sequence[Array], unlimited: bool) -> list[Side]:
-    """The sides between neighbouring ends. Sides on the same line are one side.
-
-    A side without length counts only if one load is unlimited.
+    Sides on the same line are one side. A side without length counts only if one load is unlimited.
     """
     sides: list[Side] = []
+    ends = [
+        *(point.amplitudes for point in points[:1]),
+        *meeting,
+        *(point.amplitudes for point in points[-1:]),
+    ]
     for (start, end), point in zip(pairwise(ends), points, strict=True):
         last = sides[-1] if sides else None
         if last and max(abs(last.point.excess(end)), abs(point.excess(last.start))) <= _ON_LINE:
-            sides[-1] = replace(last, end=end)
+            sides[-1] = last._replace(end=end)
         elif start is not end or unlimited:
             sides.append(Side(start, end, point))
     return sides
 
 
-def _largest_gap(points: Sequence[BorderPoint], ends: Sequence[Array]) -> float:
-    """Largest distance of an outer vertex beyond a chord of neighbours, see `SafeRegion.gap`."""
+def _largest_gap(points: Sequence[BorderPoint], meeting: Sequence[Array]) -> float:
+    """Largest distance of a meeting point beyond the chord of its neighbours, see `SafeRegion`."""
     gap = 0.0
-    for end in ends:
-        if any(end is point.amplitudes for point in points):
-            continue
-        for left, right in pairwise(points):
+    for (left, right), end in zip(pairwise(points), meeting, strict=True):
+        if end is not left.amplitudes and end is not right.amplitudes:
             gap = max(gap, beyond_chord(left.amplitudes, right.amplitudes, end))
     return gap
