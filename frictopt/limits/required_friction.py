@@ -32,7 +32,7 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, ModelWarning, SolverError
 from .answers.answered import Answered
-from .answers.reasons import where
+from .answers.reasons import where, within_bound
 from .answers.sentences import (
     ENOUGH_WITH_EVENTS,
     LESS_IS_NOT_SAFE,
@@ -52,7 +52,7 @@ from .between.cones import (
     slip_of,
     without_gap,
 )
-from .between.search import FrictionBracket
+from .between.search import TRIED, FrictionBracket
 from .events.lift_off import LiftOff, Order, has_static_shear
 from .moving.moving_areas import uncoupled
 from .program.assembled import most_pressed
@@ -83,11 +83,6 @@ class SafeByFriction:
         self._bar = bar
         self._events = events
         self._solved: dict[tuple[float, bytes, bool], SafeSlip] = {}
-
-    @property
-    def within(self) -> str:
-        """The slip bound, as a part of a reason."""
-        return "" if self.question.slip_bound is None else " within the slip bound"
 
     def at(
         self, friction: float, open_nodes: Booleans | None = None, events: bool = True
@@ -169,8 +164,6 @@ _UNDECIDED = (
 
 # Constants of the search for the least friction.
 
-# Frictions that are tried until one is enough; larger ones act as infinite in linear programs.
-_TRIED = tuple(4.0**k for k in range(8))
 _SMALLEST = 1e-6  # the smallest friction that linear programs distinguish from 0
 # Relative distance of the two frictions of a proof from the root: the first one that is tried, and
 # the largest. Nodes with little pressure need a larger distance, because the margin depends little
@@ -392,13 +385,13 @@ def required_friction(
             (
                 friction
                 for searched in (False, True)
-                for friction in _TRIED
+                for friction in TRIED
                 if safe_slips.exists(friction, events=searched)
             ),
             None,
         )
         if enough is None:
-            return _none_is_enough(safe_slips, slip_bound)
+            return _none_is_enough(safe_slips)
 
         root, open_nodes = _least_friction(safe_slips, enough)
         if root >= _SMALLEST:
@@ -488,7 +481,9 @@ def _proven_from_both_sides(
         ):
             enough = safe_slips.at(above, open_nodes)
             too_little = safe_slips.at(below, open_nodes)
-            return _answer(safe_slips, above, below, enough, too_little)
+            mechanism = too_little._mechanism
+            reason = _reason(safe_slips, enough, too_little)
+            return _answer(safe_slips, above, below, enough, mechanism, reason, too_little.record)
         width *= 4
 
     less, more = safe_slips.bracket()
@@ -497,28 +492,42 @@ def _proven_from_both_sides(
     raise SolverError(_UNDECIDED.format(less=less, more=more, slip=slip, smaller=smaller))
 
 
-def _answer(
-    safe_slips: SafeByFriction, above: float, below: float, enough: SafeSlip, too_little: SafeSlip
-) -> RequiredFriction:
+def _reason(safe_slips: SafeByFriction, enough: SafeSlip, too_little: SafeSlip) -> str:
+    """Why no less friction is enough, and what this does not cover."""
     opened = int(too_little.open.sum())
     node_states = "all nodes closed"
     if safe_slips.areas is not None:
         node_states = "for all openings and closings"
     elif opened:
         node_states = f"{number_of(opened, 'node')} open and the others closed"
-    reason = LESS_IS_NOT_SAFE.format(within=safe_slips.within, node_states=node_states)
+    reason = LESS_IS_NOT_SAFE.format(
+        within=within_bound(safe_slips.question), node_states=node_states
+    )
     if safe_slips.areas is None and not enough.events.empty:
         reason += ENOUGH_WITH_EVENTS
     if not uncoupled(enough._question):
         reason += NOT_FROM_EVERY_START
+    return reason
+
+
+def _answer(
+    safe_slips: SafeByFriction,
+    required: float,
+    bound: float,
+    enough: SafeSlip,
+    mechanism: Table,
+    reason: str,
+    *others: SolveRecord,
+) -> RequiredFriction:
+    """The answer with the slip that is safe with enough friction; `others` are further records."""
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=enough.slip,
-        record=enough.record.joined([too_little.record], safe_slips.started),
+        record=enough.record.joined(others, safe_slips.started),
         _question=enough._question,
-        required=above,
-        bound=below,
-        mechanism=too_little._motion.table(enough.system, too_little._question.names),
+        required=required,
+        bound=bound,
+        mechanism=mechanism,
         reason=reason,
         _solved=enough._solved,
     )
@@ -578,33 +587,23 @@ def _answer_within(
 def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer 0, after a slip has been proven safe without friction."""
     safe = safe_slips.at(0.0)
-    return RequiredFriction(
-        load_factor=safe_slips.load_factor,
-        slip=safe.slip,
-        record=safe.record.joined([], safe_slips.started),
-        _question=safe._question,
-        required=0.0,
-        bound=np.nan,
-        mechanism=safe._motion.table(safe.system, safe._question.names)[:0],
-        reason=NONE_NEEDED.format(within=safe_slips.within),
-        _solved=safe._solved,
-    )
+    reason = NONE_NEEDED.format(within=within_bound(safe_slips.question))
+    return _answer(safe_slips, 0.0, np.nan, safe, safe._mechanism[:0], reason)
 
 
 def _slips_at_any(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer inf, if some node closes under another shear load than it opens."""
-    safe = safe_slips.at(_TRIED[0])
-    mechanism = safe._motion.table(safe.system, safe._question.names)
+    safe = safe_slips.at(TRIED[0])
     reason = NONE_STOPS_IT.format(why=safe.reason)
-    return _infinite(safe_slips, safe._question, safe.record, mechanism, reason)
+    return _infinite(safe_slips, safe._question, safe.record, safe._mechanism, reason)
 
 
-def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFriction:
+def _none_is_enough(safe_slips: SafeByFriction) -> RequiredFriction:
     """The answer inf, if a mechanism proves that the loads open a node under any slip."""
     question = safe_slips.question
     system = question.system
     load_factor = safe_slips.load_factor
-    without = pose(system, question.cycle, 0.0, slip_bound=slip_bound)
+    without = with_friction(question, 0.0)
 
     def claimed(solution: Solution) -> Judged:
         """The least normal force under the best slip, over the mean one, and the mechanism."""
@@ -620,10 +619,12 @@ def _none_is_enough(safe_slips: SafeByFriction, slip_bound: Any) -> RequiredFric
     least, motion = pressed.said
     # A tension within the error of an answer is no proof.
     if not least < -RESIDUAL:
-        raise SolverError(_NONE_FOUND.format(largest=_TRIED[-1], least=least))
+        raise SolverError(_NONE_FOUND.format(largest=TRIED[-1], least=least))
     mechanism = motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
-    why = LOADS_OPEN.format(within=safe_slips.within, where=where(system, nodes, _MOST_PLACES))
+    why = LOADS_OPEN.format(
+        within=within_bound(safe_slips.question), where=where(system, nodes, _MOST_PLACES)
+    )
     return _infinite(safe_slips, question, record, mechanism, NONE_IS_ENOUGH.format(why=why))
 
 

@@ -110,13 +110,10 @@ class SafeSlip(Proven):
         The table has slips on which the loads do more work than friction can dissipate. No residual
         slip does work on them; within a slip bound, its work is too small. None if a slip is safe.
         """
-        if self.exists:
-            return None
-        return self._motion.table(self.system, self._question.names)
+        return None if self.exists else self._mechanism
 
     def _explanation(self) -> tuple[str, float | None, Table | None, str]:
-        mechanism = self._motion.table(self.system, self._question.names)
-        return "safe residual slip", self.margin, mechanism, self.reason
+        return "safe residual slip", self.margin, self._mechanism, self.reason
 
 
 def safe_slip_of_question(

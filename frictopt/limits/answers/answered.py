@@ -416,6 +416,11 @@ class Proven(Answered, Explained):
         return frame(columns)
 
     @property
+    def _mechanism(self) -> Table:
+        """The table of the mechanism, see `ShakedownLimit.mechanism`."""
+        return self._motion.table(self.system, self._question.names)
+
+    @property
     def _by_friction(self) -> Array:
         """(N,) rate with the friction of each node: multipliers of its bounds times pressures."""
         _, _, p = self._instants

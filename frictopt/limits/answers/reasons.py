@@ -200,12 +200,15 @@ def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
 
 def _slip(limit: ShakedownAnswer) -> str:
     """The kind of slip that the limit covers, in words."""
-    slip = "residual slip"
-    if limit._question.slip_bound is not None:
-        slip += " within the slip bound"
+    slip = f"residual slip{within_bound(limit._question)}"
     if limit.constraints:
         slip += f" that obeys {', '.join(limit.constraints)}"
     return slip
+
+
+def within_bound(question: Question) -> str:
+    """The slip bound of a question, in words."""
+    return "" if question.slip_bound is None else " within the slip bound"
 
 
 def _mean_load(limit: ShakedownAnswer) -> str:
@@ -375,7 +378,7 @@ def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
 def safe_slip_reason(safe: Proven, exists: bool) -> str:
     """Effect of a safe slip, or why none is safe, in words."""
     question = safe._question
-    within = "" if question.slip_bound is None else " within the slip bound"
+    within = within_bound(question)
     opened = int(safe.open.sum())
 
     if not exists:

@@ -205,7 +205,7 @@ class ShakedownAnswer(Proven):
         A symmetric contact has several such mechanisms; one is shown. Columns: node, x, corner,
         its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
         """
-        return self._motion.table(self.system, self._question.names)
+        return self._mechanism
 
     @cached_property
     def friction_rate(self) -> Array:

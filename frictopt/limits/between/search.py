@@ -336,8 +336,8 @@ def _in_cones(rows: Array) -> Array:
 
 # Numbers of the search for the least friction.
 
-# Frictions that are tried until one is proven enough, or until neither proof is found.
-_FIRST = tuple(4.0**k for k in range(8))
+# Frictions that are tried until one is enough; larger ones act as infinite in programs.
+TRIED = tuple(4.0**k for k in range(8))
 # Ratio `too_little / enough` that is assumed as long as no friction is proven too little.
 _LOWER = 1 / 16
 # If the two frictions are within three gaps, the next friction is this share of the gap below
@@ -382,7 +382,7 @@ class FrictionBracket:
 
         The search also ends if the friction `smallest` is proven to be enough.
         """
-        for friction in _FIRST:
+        for friction in TRIED:
             if self.enough < np.inf or not self._try(friction):
                 break
         while smallest < self.enough < np.inf and not self.is_within(gap):
