@@ -204,9 +204,20 @@ def guaranteed_limit_of(question: Question, user: Any = None) -> GuaranteedLimit
 
     Otherwise the limit with the open nodes of the best shakedown limit. `user`: the `UserRows`.
     """
-    known = None if user is not None else limit_of_all_openings(question)
-    if known is not None:
-        return _uncoupled_result(known)
+    shakedown = None if user is not None else limit_of_all_openings(question)
+    if shakedown is None:
+        shakedown = _limit_of_open_nodes(question, user)
+    question = shakedown._question
+    nodes = CriticalNodes(question, (shakedown.least, shakedown.load_factor), user)
+    if shakedown.load_factor > shakedown.least and not uncoupled(question):
+        _find_critical(nodes, shakedown)
+    else:
+        nodes.need_no_program()
+    return _result(shakedown, nodes, user)
+
+
+def _limit_of_open_nodes(question: Question, user: Any) -> ShakedownLimit:
+    """The shakedown limit with all nodes closed or, if the mean load is not safe, some open."""
     shakedown = limit_of_set(question, user=user)
     if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
         shakedown = limit_of_any_set(question)
@@ -214,16 +225,7 @@ def guaranteed_limit_of(question: Question, user: Any = None) -> GuaranteedLimit
             shakedown = limit_of_set(shakedown._question, user=user)
     if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
         raise SolverError(f"guaranteed limit: {shakedown.reason}")
-    question = shakedown._question
-    if uncoupled(question):
-        return _uncoupled_result(shakedown)
-
-    nodes = CriticalNodes(question, (shakedown.least, shakedown.load_factor), user)
-    if shakedown.load_factor > shakedown.least:
-        _find_critical(nodes, shakedown)
-    else:
-        nodes.need_no_program()
-    return _result(shakedown, nodes, user)
+    return shakedown
 
 
 def _find_critical(nodes: CriticalNodes, shakedown: ShakedownLimit) -> None:
@@ -255,14 +257,7 @@ def _find_critical(nodes: CriticalNodes, shakedown: ShakedownLimit) -> None:
             bar.update()
 
 
-def _uncoupled_result(shakedown: ShakedownLimit) -> GuaranteedLimit:
-    """The guaranteed limit of an uncoupled contact: the shakedown limit, without a program."""
-    nodes = CriticalNodes(shakedown._question, (shakedown.least, shakedown.load_factor))
-    nodes.need_no_program()
-    return _result(shakedown, nodes)
-
-
-def _result(shakedown: ShakedownLimit, nodes: CriticalNodes, user: Any = None) -> GuaranteedLimit:
+def _result(shakedown: ShakedownLimit, nodes: CriticalNodes, user: Any) -> GuaranteedLimit:
     """The guaranteed limit: from the critical node, or the shakedown limit if there is none."""
     question = shakedown._question
     without_coupling = uncoupled(question)
