@@ -259,6 +259,24 @@ class LiftOff(Question):
         """See `episodes_of`."""
         return episodes_of(*self.opened, self.path.closed)
 
+    @cached_property
+    def later(self) -> list[tuple[int, int]]:
+        """Node and number of each later episode, which has a slip of its own.
+
+        All instants share the slips of the first episodes.
+        """
+        instants, nodes = np.nonzero(self.episodes > 0)
+        numbers = self.episodes[instants, nodes]
+        return list(dict.fromkeys(zip(nodes.tolist(), numbers.tolist(), strict=True)))
+
+    def placed(self, m: int) -> Array:
+        """(N, L) the node, at an instant, that has each of the later slips: 1, else 0."""
+        row = self.episodes[m]
+        placed = np.zeros((len(row), len(self.later)))
+        for place, (node, number) in enumerate(self.later):
+            placed[node, place] = float(row[node] == number)
+        return placed
+
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
         motions = list[Array]()

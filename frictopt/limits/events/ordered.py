@@ -33,32 +33,6 @@ class About:
 
 
 @dataclass(frozen=True, eq=False)
-class LaterSlips:
-    """The slips of nodes that close again: each later episode of a node has its own slip.
-
-    All instants share the slips of the first episodes.
-    """
-
-    later: list[tuple[int, int]]  # node and number of the episode
-    numbers: Integers  # (M, N) episode of each node at each instant, -1 while it is open
-
-    @classmethod
-    def of(cls, question: LiftOff) -> LaterSlips:
-        """The later slips of the nodes in an order."""
-        numbers = question.episodes
-        keys = [(int(node), int(row[node])) for row in numbers for node in np.flatnonzero(row > 0)]
-        return cls(list(dict.fromkeys(keys)), numbers)
-
-    def placed(self, m: int) -> Array:
-        """(N, L) the node, at an instant, that has each of the later slips: 1, else 0."""
-        row = self.numbers[m]
-        placed = np.zeros((len(row), len(self.later)))
-        for place, (node, number) in enumerate(self.later):
-            placed[node, place] = float(row[node] == number)
-        return placed
-
-
-@dataclass(frozen=True, eq=False)
 class Forces:
     """The forces at the instants of an order, as functions of the unknowns of its program.
 
@@ -78,16 +52,14 @@ class Forces:
     response_of: Integers
 
 
-def forces_of_order(
-    question: LiftOff, slips: LaterSlips, load_factor: float | None, about: About | None
-) -> Forces:
+def forces_of_order(question: LiftOff, load_factor: float | None, about: About | None) -> Forces:
     """The forces at all instants, where events move along their legs, see `About`."""
     axes = question.system.tangents
     count, entries = len(question.sets), len(question.system.S)
     start = np.zeros((count, entries))
     rate = np.zeros((count, entries))
     effects: dict[str, Array] = {}
-    later = np.zeros((count, entries, axes * len(slips.later)))
+    later = np.zeros((count, entries, axes * len(question.later)))
     responses = list[Array]()
     keys = dict[tuple[int, bytes], int]()
     response_of = np.zeros(count, dtype=int)
@@ -96,13 +68,13 @@ def forces_of_order(
         start[m] = of_set.start[corner if of_set.fixed else 0]
         rate[m] = of_set.rate[corner]
         # Instants with the same open nodes and episodes share one response.
-        first_episode = slips.numbers[m] <= 0
+        first_episode = question.episodes[m] <= 0
         key = id(of_set), first_episode.tobytes()
         if key not in keys:
             keys[key] = len(responses)
             responses.append(of_set.response * np.tile(first_episode, axes))
         response_of[m] = keys[key]
-        later[m] = of_set.response @ np.kron(np.eye(axes), slips.placed(m))
+        later[m] = of_set.response @ np.kron(np.eye(axes), question.placed(m))
         if instant.event is not None:
             change, taken, added = _moved_by_event(question, m, instant.event, load_factor, about)
             start[m] -= taken
@@ -113,7 +85,7 @@ def forces_of_order(
         effects["load_factor"] = rate
     else:
         start = start + load_factor * rate
-    if slips.later:
+    if question.later:
         effects["later_slip"] = later
     return Forces(start, effects, responses, response_of)
 
@@ -147,18 +119,17 @@ def ordered_program(
     """The program of an order. Its goal with a given `load_factor` is the largest `margin`."""
     system = question.system
     axes = system.tangents
-    slips = LaterSlips.of(question)
     units: dict[str, Any] = {"margin": 1.0}
     if load_factor is None:
         units = {"load_factor": question.load_unit}
     for event, leg in enumerate(question.order.on_legs):
         units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
-    if slips.later:
-        nodes = [node for node, _ in slips.later]
+    if question.later:
+        nodes = [node for node, _ in question.later]
         slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
         units["later_slip"] = np.tile(slip_unit[nodes], axes)
 
-    forces = forces_of_order(question, slips, load_factor, about)
+    forces = forces_of_order(question, load_factor, about)
     program = RestProgram(
         [question],
         units,
@@ -236,14 +207,13 @@ def read(
     places = _places(question, solution)
     if load_factor is None:
         load_factor = solution.load_factor
-    slips = LaterSlips.of(question)
     first = solution.closed_slip()
     shifts = np.zeros((len(question.sets), *system.slip_shape))
-    if slips.later:
-        later = solution.values("later_slip").reshape(-1, len(slips.later)).T
-        later = later.reshape(len(slips.later), *system.slip_shape[1:])
+    if question.later:
+        later = solution.values("later_slip").reshape(-1, len(question.later)).T
+        later = later.reshape(len(question.later), *system.slip_shape[1:])
         for m in range(len(shifts)):
-            placed = slips.placed(m)
+            placed = question.placed(m)
             taken = placed.any(axis=1)
             shifts[m][taken] = (placed @ later)[taken] - first[taken]
     placed_question = replace(placed_order(question, places, load_factor), shifts=shifts)

@@ -27,7 +27,7 @@ from ...solve.problem import Problem, set_no_optimum, set_optimal
 from ...solve.solvers import OPTIMAL
 from ..balance.statics import CornerQuestion
 from ..events.lift_off import LiftOff
-from ..events.ordered import About, Forces, LaterSlips, forces_of_order, is_scaled
+from ..events.ordered import About, Forces, forces_of_order, is_scaled
 from ..program.question import Question
 from ..program.solution import Solved
 from . import models
@@ -126,7 +126,7 @@ def ordered(solved: Solved) -> cp.Problem:
     # If the load factor is given, its product with a place is linear.
     places = [0.0] * len(way) if margin is not None else values["ways"].tolist()
     about = About(values["load_factor"], places)
-    forces = forces_of_order(question, LaterSlips.of(question), None, about)
+    forces = forces_of_order(question, None, about)
     parts = [*_parts(solved, x, partial(friction, f=f), forces, more)]
     shared = [
         *models.ordered(_ways_of_legs(question, way, x.load_factor)),
