@@ -36,7 +36,7 @@ from .answers.reasons import reason_of_last_rest
 from .answers.shakedown_answer import ShakedownAnswer
 from .moving.moving_areas import (
     MovingAreas,
-    areas_at,
+    areas_if_moving,
     areas_near,
     holds_for_all_openings,
     moving_areas,
@@ -206,11 +206,7 @@ def moving_areas_at(question: Question, load_factor: float) -> MovingAreas | Non
         asked = replace(question, friction=np.ones_like(question.friction))
     if not holds_for_all_openings(asked):
         return None
-    try:
-        areas = areas_at(question, load_factor)
-    except NoPath:
-        return None
-    return areas if areas.at_instant.touching.any() else None
+    return areas_if_moving(question, load_factor)
 
 
 def safe_with_moving_areas(
@@ -296,18 +292,11 @@ def pieces(question: Question, begin: float = 0.0) -> Iterator[MovingAreas]:
     )
 
 
-def rests(question: Question, limit_of: LimitOf[L]) -> Iterator[Rest[L]]:
-    """The intervals of load factors with states of rest, in their order."""
-    no_slip = np.zeros(question.system.slip_shape)
-    return _rests(question, pieces(question), no_slip, limit_of)
-
-
-def _rests(
-    question: Question, some: Iterator[MovingAreas], slip: Array, limit_of: LimitOf[L]
-) -> Iterator[Rest[L]]:
-    """The intervals of load factors with states of rest in some pieces that follow each other."""
+def rests(question: Question, limit_of: LimitOf[L], begin: float = 0.0) -> Iterator[Rest[L]]:
+    """The intervals of load factors above `begin` with states of rest, in their order."""
+    slip = np.zeros(question.system.slip_shape)
     current: Rest[L] | None = None
-    for areas in some:
+    for areas in pieces(question, begin):
         found = _rest_in(question, areas, slip, limit_of)
         if current is not None:
             if found is None or not _joins(current, found):
@@ -428,8 +417,7 @@ def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
     if following.path.low < end - _STEP * (end + question.load_unit):
         # The order of openings and closings is the same above the limit.
         return limit
-    above = _rests(question, pieces(question, end), limit.slip, limit_of)
-    rest = next(above, None)
+    rest = next(rests(question, limit_of, end), None)
     if rest is None or rest.least > end + 2 * _STEP * (end + question.load_unit):
         return replace(limit, _why=reason_of_last_rest(limit, following, lifted=False))
     return _limit_of_rest(question, replace(rest, least=limit.least), limit_of)

@@ -396,8 +396,13 @@ def moving_areas(question: Question) -> MovingAreas | None:
     """
     if question.r0[:, -1].min() > 0 or not scales_shear_alone(question):
         return None
+    return areas_if_moving(question, 0.0)
+
+
+def areas_if_moving(question: Question, load_factor: float) -> MovingAreas | None:
+    """The areas at one load factor; None if no node opens or closes, or if none are found."""
     try:
-        areas = areas_at(question, 0.0)
+        areas = areas_at(question, load_factor)
     except NoPath:
         return None
     return areas if areas.at_instant.touching.any() else None
