@@ -24,7 +24,7 @@ from .answers import sentences
 from .answers.answered import Answered
 from .fatigue_band import Parameter, posed
 from .program.question import Question
-from .search.stress_levels import Crossing, StressCrossings, Stresses, tensors_at_rest
+from .search.stress_levels import Level, StressCrossings, Stresses, tensors_at_rest
 from .shakedown import limit_of_question
 
 
@@ -177,13 +177,13 @@ def fatigue_limit(
                 "give a `slip_bound`, or reduce the friction"
             )
         found = crossings.first() if every else crossings.last(limit.load_factor)
-    end = found or Crossing(limit.load_factor, limit.bound, limit.slip, limit.residual)
+    end = found or Level(limit.load_factor, limit.bound, limit.slip, limit.residual)
     return FatigueLimit(
         parameter=parameter,
         weight=weight,
         allowable=allowable,
         every=bool(every),
-        load_factor=end.load_factor,
+        load_factor=end.value,
         reached=found is not None,
         slip=end.slip,
         bound=end.bound,

@@ -91,7 +91,11 @@ def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
 
 
 class Level(NamedTuple):
-    """The largest value of some points with one slip, and a proven bound for all slips."""
+    """A value with one slip, and a proven bound for all slips.
+
+    The value is the largest value of some points, or the load factor of a crossing, at which a
+    parameter reaches a value. This load factor is inf if the parameter does not reach it.
+    """
 
     value: float
     bound: float
@@ -302,18 +306,6 @@ def _value(end: End) -> float:
     return end.value
 
 
-class Crossing(NamedTuple):
-    """A load factor at which a parameter reaches a value, its proven bound, and the slip.
-
-    The load factor is inf if the parameter does not reach the value.
-    """
-
-    load_factor: float
-    bound: float
-    slip: Array  # (N,) or (N, 2)
-    residual: float
-
-
 class Plane(NamedTuple):
     """The function `start + rate * load factor + rates @ slip` of one plane of one point."""
 
@@ -321,10 +313,10 @@ class Plane(NamedTuple):
     rate: float
     rates: Array  # (t N,)
 
-    def at(self, crossing: Crossing) -> float:
+    def at(self, crossing: Level) -> float:
         """The value of the function at a load factor and a slip."""
         added = self.rates @ crossing.slip.T.ravel()
-        return float(self.start + self.rate * crossing.load_factor + added)
+        return float(self.start + self.rate * crossing.value + added)
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,7 +345,7 @@ class StressCrossings:
     def _least(self, load_factor: float) -> Level:
         return self.levels(load_factor).least(range(self.stress_map.count))
 
-    def first(self) -> Crossing | None:
+    def first(self) -> Level | None:
         """The least load factor at which some state of rest has the value; None if none has it.
 
         For a parameter whose critical plane is searched, the largest value over all planes at this
@@ -364,13 +356,13 @@ class StressCrossings:
         of_whole = self._stresses(whole)
         # The stresses under the mean load, with the ranges at load factor 1.
         of_mean = self._stresses(np.stack([mean[:, 0], whole[:, 1]], axis=1))
-        queue = list[tuple[float, int, Plane, Crossing]]()
+        queue = list[tuple[float, int, Plane, Level]]()
         numbers = count()
 
         def add(plane: Plane, tangent: float, least: float = 0.0) -> None:
             crossing = self._crossing(plane, tangent, least)
-            if np.isfinite(crossing.load_factor):
-                heappush(queue, (crossing.load_factor, next(numbers), plane, crossing))
+            if np.isfinite(crossing.value):
+                heappush(queue, (crossing.value, next(numbers), plane, crossing))
 
         def add_all(point: int, normals: Array, tangent: float) -> None:
             starts, rates = of_mean.on(point, normals)
@@ -401,7 +393,7 @@ class StressCrossings:
                 return crossing
         return None
 
-    def _crossing(self, plane: Plane, tangent: float, least: float) -> Crossing:
+    def _crossing(self, plane: Plane, tangent: float, least: float) -> Level:
         """The least load factor, from `least` on, at which a plane's function reaches the value.
 
         If the parameter is the load factor times the function of the plane, this is a lower bound:
@@ -417,21 +409,21 @@ class StressCrossings:
         terms = [by_load, *stress_terms(program, plane.rates[None])]
         program.add("reached", LINEAR, [terms], np.array([plane.start - value]), np.array([value]))
 
-        def claimed(solution: Solution) -> Crossing:
+        def claimed(solution: Solution) -> Level:
             bound, error = solution.bound
             load_factor, slip = solution.load_factor, solution.slip_of_nodes
             off = self.question.violation(load_factor, slip)
-            return Crossing(load_factor, bound - error, slip, worst([off, solution.gap]))
+            return Level(load_factor, bound - error, slip, worst([off, solution.gap]))
 
-        def never(outcome: str) -> Crossing | None:
+        def never(outcome: str) -> Level | None:
             found = contradiction(program)
             nowhere = np.full(self.question.system.slip_shape, np.nan)
-            return None if found is None else Crossing(np.inf, np.inf, nowhere, found[1])
+            return None if found is None else Level(np.inf, np.inf, nowhere, found[1])
 
         crossing, _ = solve(stuck(program), claimed, -1.0, no_optimum=never)
         return crossing
 
-    def last(self, largest: float) -> Crossing | None:
+    def last(self, largest: float) -> Level | None:
         """The largest load factor at which some state of rest has at most the value.
 
         None if this load factor is at least `largest`.
@@ -452,4 +444,4 @@ class StressCrossings:
                 break
         else:
             bound = largest
-        return Crossing(load_factor, bound, level.slip, level.residual)
+        return Level(load_factor, bound, level.slip, level.residual)
