@@ -146,11 +146,6 @@ class SafeByFriction:
         return frame(sorted(rows), names=["friction", "safe", "margin"])
 
 
-_NONE_FOUND = (
-    "required friction: none up to {largest:g} is enough, although no node has to open: with the "
-    "best residual slip, the pressure at one node is only {least:.1e} force scales; press nodes of "
-    "little pressure, or leave them out"
-)
 _NEXT_TO_ZERO = (
     "required friction: {smallest:.0e} is enough and 0 is not; a shear load of this size does not "
     "matter, so use 0"
@@ -619,7 +614,11 @@ def _none_is_enough(safe_slips: SafeByFriction) -> RequiredFriction:
     least, motion = pressed.said
     # A tension within the error of an answer is no proof.
     if not least < -RESIDUAL:
-        raise SolverError(_NONE_FOUND.format(largest=TRIED[-1], least=least))
+        raise SolverError(
+            f"required friction: none up to {TRIED[-1]:g} is enough, although no node has to open: "
+            f"with the best residual slip, the pressure at one node is only {least:.1e} force "
+            "scales; press nodes of little pressure, or leave them out"
+        )
     mechanism = motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
     why = LOADS_OPEN.format(

@@ -48,11 +48,6 @@ from .program.question import Question, pose, with_open
 from .program.solution import Mechanism
 from .shakedown import ShakedownLimit, limit_of_any_set, limit_of_question
 
-_MANY_SIDES = (
-    "safe region: more than {most} sides; {advice}, or compute the limit of each ratio of the "
-    "amplitudes separately"
-)
-
 # The corners of each of two loads, at amplitude 1.
 Corners: TypeAlias = tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, float]]]
 
@@ -117,7 +112,10 @@ class Rays:
         if len(self.ends) > 2 * most_sides:
             plane = self.system.tangents == 1
             advice = "coarsen the contact" if plane else "give a larger tolerance"
-            raise SolverError(_MANY_SIDES.format(most=most_sides, advice=advice))
+            raise SolverError(
+                f"safe region: more than {most_sides} sides; {advice}, or compute the limit of "
+                "each ratio of the amplitudes separately"
+            )
         limit = self._limit(domain(self.mean, self.parts, (first, second)))
         self.bar.update()
 

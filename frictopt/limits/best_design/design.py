@@ -194,12 +194,6 @@ class Design(Answered, Explained):
         return "best design", self.value, None, self.reason
 
 
-_CARRIES_LESS = (
-    "design: {opened}the best design has the load factor {load_factor:.6g}, but other nodes open "
-    "under its mean load, and its shakedown limit is lower; bound the design more tightly"
-)
-
-
 class NoneSafeError(ModelError):
     """No design is safe with the given nodes open. With other nodes open, one may be safe."""
 
@@ -327,8 +321,12 @@ class DesignSearch:
             self._keep(design)
         else:
             self._uncounted[key] = design
-            why = _CARRIES_LESS.format(opened=design._opened, load_factor=design.load_factor)
-            self._refused.insert(0, SolverError(why))
+            carries_less = SolverError(
+                f"design: {design._opened}the best design has the load factor "
+                f"{design.load_factor:.6g}, but other nodes open under its mean load, and its "
+                "shakedown limit is lower; bound the design more tightly"
+            )
+            self._refused.insert(0, carries_less)
         return [limit.open for limit in limits]
 
     def _limits(self, design: Design, open_nodes: OpenNodes) -> list[ShakedownLimit]:

@@ -126,26 +126,6 @@ _MOST_PRESSED = 10.0
 # Largest number of unbounded components of a design that an error names.
 _MOST_NAMES = 4
 
-_ROUNDING = (
-    "preloads: {name!r} has reactions of {size:.1e}, which is only rounding relative to the "
-    "reactions {largest:.1e} of others; leave it out if it has no effect on the contact, "
-    "otherwise enlarge its unit, or reduce the unit of the other load cases"
-)
-_NONE_SAFE = "no design is safe at any load factor with all nodes closed"
-_CONTRADICT = "they contradict each other"
-_NONE_SAFE_AT_ALL = (
-    "preloads: {why}; press nodes that are open, or call `shakedown_limit` for designs of your own"
-)
-_NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one of them"
-_GROWS = (
-    "{goal}: it grows without bound for any design; bound it by a constraint, "
-    "or give another objective"
-)
-_GROWS_WITH_DESIGN = (
-    "{goal}: it grows without bound with the design: {directions}; bound them by constraints, "
-    "or subtract their cost"
-)
-
 
 class Scenario(NamedTuple):
     """A question in which a design has to hold, and the share of each preload that acts there."""
@@ -245,7 +225,12 @@ def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: 
         largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
         for name, size in zip(names, sizes, strict=True):
             if 0 < size < CONDENSATION * largest:
-                raise ModelError(_ROUNDING.format(name=name, size=size, largest=largest))
+                raise ModelError(
+                    f"preloads: {name!r} has reactions of {size:.1e}, which is only rounding "
+                    f"relative to the reactions {largest:.1e} of others; leave it out if it has no "
+                    "effect on the contact, otherwise enlarge its unit, or reduce the unit of the "
+                    "other load cases"
+                )
         parts["preload"] = Part(cp.Variable(len(names), name="preload"), names, reactions, sizes)
     if has_profile:
         n = system.nodes
@@ -407,12 +392,15 @@ def _contradiction_error(claim: Solution) -> ModelError:
     """The error for constraints that contradict each other."""
     names = ", ".join(claim.ruling)
     if claim.of_user_alone:
-        error, why = ModelError, _CONTRADICT
+        error, why = ModelError, "they contradict each other"
     else:
-        error, why = NoneSafeError, _NONE_SAFE
+        error, why = NoneSafeError, "no design is safe at any load factor with all nodes closed"
     if not names:
-        return error(_NONE_SAFE_AT_ALL.format(why=why))
-    return error(_NONE_OBEYS.format(names=names, why=why))
+        return error(
+            f"preloads: {why}; press nodes that are open, or call `shakedown_limit` for designs of "
+            "your own"
+        )
+    return error(f"{names}: {why} under these constraints; drop or relax one of them")
 
 
 def _growth_text(goal: str, along: Mapping[str, float]) -> str:
@@ -422,7 +410,10 @@ def _growth_text(goal: str, along: Mapping[str, float]) -> str:
     """
     largest = max(abs(value) for value in along.values())
     if not largest > GROWN:
-        return _GROWS.format(goal=goal)
+        return (
+            f"{goal}: it grows without bound for any design; bound it by a constraint, or give "
+            "another objective"
+        )
     growing = {name: value for name, value in along.items() if abs(value) > GROWN * largest}
     directions: list[str] = []
     for name, value in list(growing.items())[:_MOST_NAMES]:
@@ -431,4 +422,7 @@ def _growth_text(goal: str, along: Mapping[str, float]) -> str:
     text = ", ".join(directions)
     if len(growing) > _MOST_NAMES:
         text += f" and {len(growing) - _MOST_NAMES} more"
-    return _GROWS_WITH_DESIGN.format(goal=goal, directions=text)
+    return (
+        f"{goal}: it grows without bound with the design: {text}; bound them by constraints, or "
+        "subtract their cost"
+    )
