@@ -27,7 +27,6 @@ from ..base import (
     PerNode,
     SolveRecord,
     Table,
-    frame,
     frozen,
     progress_bar,
     warns_of_odd_values,
@@ -845,8 +844,7 @@ class ShakedownLimit(ShakedownAnswer):
             largest = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0)
         else:
             largest = ratio[0]
-        columns = {**self._places(), "traction_ratio": largest}
-        return frame(columns, units=self.system.units)
+        return super().to_frame().assign(traction_ratio=largest)
 
     def _answer(self) -> Mapping[str, object]:
         names = ["load_factor", "least", "kind", "bound", "largest_slip", "residual", "reason"]

@@ -325,17 +325,14 @@ class Answered(Recorded, Plotted):
 
     def to_frame(self) -> Table:
         """A row for each node: node, its place, its slip, and, if any node is open, `open`."""
-        return frame(self._places(), units=self.system.units)
-
-    def _places(self) -> dict[str, object]:
-        """The columns of `to_frame`."""
         opened = {"open": self.open} if self.open.any() else {}
-        return {
+        columns = {
             "node": range(self.system.nodes),
             **places(self.system),
             **components("slip", self.slip),
             **opened,
         }
+        return frame(columns, units=self.system.units)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

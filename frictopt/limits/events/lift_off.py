@@ -249,7 +249,7 @@ class LiftOff(Question):
 
     @cached_property
     def opened(self) -> tuple[Booleans, Booleans]:
-        """(M, N) masks of the nodes that are open before, and after, each instant."""
+        """See `Question.opened`."""
         nodes = self.system.nodes
         before = np.array([among(instant.before, nodes) for instant in self.at])
         return before, np.array([among(instant.after, nodes) for instant in self.at])
@@ -308,12 +308,6 @@ class LiftOff(Question):
     def by_corner(self, moves: Array) -> Array:
         """Motions at the corners. A motion at an event is divided between the ends of its leg."""
         return np.tensordot(self.weights.T, moves, 1)
-
-    @property
-    def statuses(self) -> tuple[Booleans, Booleans]:
-        """See `Question.statuses`."""
-        before, after = self.opened
-        return ~(before | after), before & after
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -279,13 +279,8 @@ class MovingAreas(Question):
         return np.asarray(at_zero + load_factor * rate).reshape(len(rate), -1)
 
     @property
-    def statuses(self) -> tuple[Booleans, Booleans]:
-        """See `Question.statuses`."""
-        return self.at_instant.before & self.at_instant.after, self.at_instant.free
-
-    @property
     def opened(self) -> tuple[Booleans, Booleans]:
-        """(M, N) masks of the nodes without pressure before, and after, each instant."""
+        """See `Question.opened`: the nodes without pressure."""
         return ~self.at_instant.before, ~self.at_instant.after
 
     @property

@@ -271,12 +271,18 @@ class Question:
         return moves
 
     @property
+    def opened(self) -> tuple[Booleans, Booleans]:
+        """(K, N) or (1, N) masks of the nodes that are open before, and after, each instant."""
+        return self.open_nodes[None], self.open_nodes[None]
+
+    @property
     def statuses(self) -> tuple[Booleans, Booleans]:
         """(K, N) or (1, N) masks of the nodes that stick at each instant, and of the open ones.
 
         Nodes in neither mask touch without force.
         """
-        return ~self.open_nodes[None], self.open_nodes[None]
+        before, after = self.opened
+        return ~(before | after), before & after
 
     # Whether the normal loads alone open and close nodes in each cycle, see `MovingAreas`.
     moves: ClassVar[bool] = False
