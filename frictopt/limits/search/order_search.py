@@ -145,34 +145,28 @@ def _order_of(
 
     A cycle of states begins at the last corner; at time k the load is at corner k - 1.
     """
-    size = max(float(gap.max()), np.finfo(float).tiny)
     corners = max(path.stops) + 1
-    intervals = list[tuple[int, float, Nodes]]()
-    for j in range(len(time) - 1):
-        middle = (time[j] + time[j + 1]) / 2
-        if time[j + 1] - time[j] > _COUNTS:
-            leg = (int(np.floor(middle)) - int(np.floor(time[0])) - 1) % corners
-            nodes = np.flatnonzero(gap[j] + gap[j + 1] > _COUNTS * size)
-            share = float(time[j] - np.floor(middle))
-            intervals.append((leg, max(share, 0.0), frozenset(nodes.tolist())))
-    intervals.sort(key=lambda interval: interval[:2])
+    begins, ends = time[:-1], time[1:]
+    segment = np.floor((begins + ends) / 2)
+    legs = (segment - np.floor(time[0]) - 1).astype(int) % corners
+    shares = (begins - segment).clip(0.0)
+    size = max(float(gap.max()), np.finfo(float).tiny)
+    opened = gap[:-1] + gap[1:] > _COUNTS * size
+    counts = ends - begins > _COUNTS
     if not path.closed:
-        intervals = [interval for interval in intervals if interval[0] == 0]
+        counts &= legs == 0
+    along = np.lexsort([shares, legs])
+    along = along[counts[along]]
 
+    sets = [_nodes(opened[j]) for j in along]
     events = list[tuple[int, float, Nodes]]()
-    now: Nodes = intervals[0][2]
-    for leg, share, opened in intervals[1:]:
-        if opened != now:
-            events.append((leg, share, opened ^ now))
-            now = opened
+    for j, before, after in zip(along[1:], sets[:-1], sets[1:], strict=True):
+        if after != before:
+            events.append((int(legs[j]), float(shares[j]), before ^ after))
     # Nodes that differ between the last interval and the first one change at the first corner.
-    if path.closed and now != intervals[0][2]:
-        events.append((corners - 1, 1.0, now ^ intervals[0][2]))
-    order = Order(
-        intervals[0][2],
-        tuple(nodes for _, _, nodes in events),
-        tuple(leg for leg, _, _ in events),
-    )
+    if path.closed and sets[-1] != sets[0]:
+        events.append((corners - 1, 1.0, sets[-1] ^ sets[0]))
+    order = Order(sets[0], tuple(nodes for *_, nodes in events), tuple(leg for leg, *_ in events))
     return Settled(order, tuple(share for _, share, _ in events), load_factor)
 
 
