@@ -1,7 +1,6 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit.
 
 With an objective of the user it may be the cheapest design for a given load, for example.
-design.
 """
 
 from __future__ import annotations
@@ -77,7 +76,6 @@ class Design(Answered, Explained):
         grows if the constraint is relaxed, in your units and in the shape of the constraint. For
         an equation it is the rate with respect to the right side. If the best design is not unique,
         the rates need not be unique either.
-        the rates need not be unique.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law by the slips at all corners with the design built in, the

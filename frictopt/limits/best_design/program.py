@@ -351,7 +351,6 @@ def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[
 
     The preloads press with at most `_MOST_PRESSED` times the normal force of the contact.
     SolverError if no answer passes the checks.
-    answer passes the checks.
     """
     question = scenario.question
     n = question.system.nodes
