@@ -129,11 +129,10 @@ class SafeByFriction:
 
     def bracket(self) -> tuple[float, float]:
         """The largest friction proven too little, and the smallest one proven enough."""
-        enough = [friction for (friction, *_), safe in self._solved.items() if safe.exists]
-        least_enough = min(enough, default=np.inf)
-        too_little = [friction for (friction, *_), safe in self._solved.items() if not safe.exists]
-        below = (friction for friction in too_little if friction < least_enough)
-        return max(below, default=0.0), least_enough
+        tried = [(friction, safe.exists) for (friction, *_), safe in self._solved.items()]
+        enough = min((friction for friction, exists in tried if exists), default=np.inf)
+        too_little = (f for f, exists in tried if f < enough and not exists)
+        return max(too_little, default=0.0), enough
 
     def largest_slip(self, friction: float) -> float:
         """Size of the first safe slip that was found with a friction."""

@@ -328,13 +328,16 @@ def _with_least(
 def limit_of_order(
     question: LiftOff, program: RestProgram, sense: float, above: float = -np.inf
 ) -> ShakedownLimit:
-    """The largest (sense 1) or least load factor of an order of events."""
+    """The largest (sense 1) or least load factor of an order of events.
+
+    `NotAbove` if multipliers prove that the largest one is at most `above`.
+    """
     limit, record = solve(
         program,
         partial(checked_limit, question),
         sense,
         no_optimum=lambda outcome: _every_load_is_safe(question, program),
-        above=above if sense > 0 else -np.inf,
+        above=above,
     )
     return answered(limit, record)
 
