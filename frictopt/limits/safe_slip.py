@@ -30,11 +30,10 @@ from .program.solution import Solution, solve
 from .rest_intervals import safe_with_moving_areas
 from .search.order_search import best_with_events
 from .shakedown import (
+    LIMITS,
     ShakedownLimit,
     check_events,
     limit_of_any_set,
-    limit_of_order,
-    limit_of_set,
 )
 
 
@@ -152,7 +151,7 @@ def safe_slip_of_question(
 
 def _with_events(limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
     """The safe slip of an order of events, searched from a limit; None if none is found."""
-    limit = best_with_events(limit_of_set, limit_of_order, limit, load_factor)
+    limit = best_with_events(LIMITS, limit, load_factor)
     ordered = limit._question
     if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
         return safe_slip_of_set(ordered, load_factor)

@@ -73,7 +73,7 @@ from .program.solution import (
     growth,
     solve,
 )
-from .search.order_search import best_with_events
+from .search.order_search import Limits, best_with_events
 from .search.set_search import best_open_set, may_open
 
 # One file because a reader follows the question to its answer in it, from top to bottom.
@@ -215,12 +215,12 @@ def limit_of_question(
     if not events:
         return known
     if known is limit:
-        return best_with_events(limit_of_set, limit_of_order, limit)
+        return best_with_events(LIMITS, limit)
     # `known` covers all openings and closings, from the load factor 0 on. If `limit` also begins at
     # 0, a search of orders from there can name the events of the same limit.
     if limit.least != 0:
         return known
-    ordered = best_with_events(limit_of_set, limit_of_order, limit)
+    ordered = best_with_events(LIMITS, limit)
     as_high = ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
     return replace(ordered, _ends_rests=True) if as_high else known
 
@@ -340,6 +340,10 @@ def limit_of_order(
         above=above,
     )
     return answered(limit, record)
+
+
+LIMITS = Limits(limit_of_set, limit_of_order)
+"""The limits that a search of orders compares."""
 
 
 def _all_intervals(question: Question) -> Array:

@@ -15,7 +15,6 @@ import frictopt as fo
 from frictopt.limits import (
     NoPath,
     limit_of_any_set,
-    limit_of_set,
     normal_path,
     piece_at,
     pieces,
@@ -24,7 +23,7 @@ from frictopt.limits import (
 )
 from frictopt.limits.moving import normal_path as paths
 from frictopt.limits.search.order_search import best_with_events
-from frictopt.limits.shakedown import limit_of_order
+from frictopt.limits.shakedown import LIMITS
 from helpers.cases import few
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_areas import Case, ends
@@ -206,7 +205,7 @@ def test_to_and_fro_the_search_of_events_has_the_same_limit(seed):
     assert case.kind == "to and fro"
     limit = fo.shakedown_limit(case.system, case.cycle, case.friction)
     settled = limit_of_any_set(pose(case.system, case.cycle, case.friction))
-    searched = best_with_events(limit_of_set, limit_of_order, settled)
+    searched = best_with_events(LIMITS, settled)
     assert searched.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
 
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -172,14 +172,16 @@ def _order_of(
 
 # A shakedown limit.
 L = TypeVar("L", bound=ShakedownAnswer)
-# The limit of a question with given open nodes, and of a program of an order, see `shakedown.py`.
-LimitOfSet: TypeAlias = Callable[..., L]
-LimitOfOrder: TypeAlias = Callable[..., L]
 
 
-def best_order(
-    limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], best: L, enough: float
-) -> L:
+class Limits(NamedTuple, Generic[L]):
+    """The functions of `shakedown.py` that return limits."""
+
+    of_set: Callable[..., L]  # of a question with given open nodes
+    of_order: Callable[..., L]  # of a program of an order of events
+
+
+def best_order(limits: Limits[L], best: L, enough: float) -> L:
     """The best limit with nodes that open and close in each cycle, starting from `best`.
 
     The result is `best` itself if no order is better. The first limit that reaches `enough` ends
@@ -187,7 +189,7 @@ def best_order(
     """
     question = best._question
     with progress_bar(True, "events", "program") as bar:
-        search = _OrderSearch(limit_of_set, limit_of_order, best, bar)
+        search = _OrderSearch(limits, best, bar)
         path = path_of(question.cycle)
         if path is not None and not path.closed and not question.fixed:
             while search.below(enough) and any(
@@ -204,14 +206,11 @@ def best_order(
 class _OrderSearch(Generic[L]):
     """The orders that have been tried, and the best limit so far with its order."""
 
-    def __init__(
-        self, limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], start: L, bar: Bar
-    ) -> None:
+    def __init__(self, limits: Limits[L], start: L, bar: Bar) -> None:
         self.best = start
         self.order = Order(_nodes(start.open))
         self._question = start._question
-        self._limit_of_set = limit_of_set
-        self._limit_of_order = limit_of_order
+        self._limits = limits
         self._tried = set[Order]()
         self._programs = min(PROGRAMS, WORK // start.slip.size)
         self._bar = bar
@@ -264,9 +263,9 @@ class _OrderSearch(Generic[L]):
             if question is None:
                 return None
             if order.events:
-                limit = _limit_of(self._limit_of_order, question, settled, above)
+                limit = _limit_of(self._limits.of_order, question, settled, above)
             else:
-                limit = self._limit_of_set(question.sets[0], above=above)
+                limit = self._limits.of_set(question.sets[0], above=above)
             if limit.load_factor > above:
                 return limit
         return None
@@ -343,9 +342,7 @@ _LINEARISED = 20
 _STAYS = 1e-8
 
 
-def best_with_events(
-    limit_of_set: LimitOfSet[L], limit_of_order: LimitOfOrder[L], best: L, enough: float = np.inf
-) -> L:
+def best_with_events(limits: Limits[L], best: L, enough: float = np.inf) -> L:
     """The best limit with nodes that open and close in each cycle; `best` if none is better.
 
     `best` is the limit of nodes that stay open or closed. The search ends with the first limit that
@@ -356,44 +353,38 @@ def best_with_events(
     if path is None or not may_open_and_close(question, path):
         return best
     if path.closed or len(question.cycle.corners) == 2:
-        found = best_order(limit_of_set, limit_of_order, best, enough)
+        found = best_order(limits, best, enough)
     else:
-        found = _between_ends(limit_of_set, limit_of_order, best, enough, path)
+        found = _between_ends(limits, best, enough, path)
     if found.kind is LimitKind.NO_SAFE_SLIP:
         return replace(found, _why=nothing_with_events(found))
     return found
 
 
-def _between_ends(
-    limit_of_set: LimitOfSet[L],
-    limit_of_order: LimitOfOrder[L],
-    best: L,
-    enough: float,
-    path: LoadPath,
-) -> L:
+def _between_ends(limits: Limits[L], best: L, enough: float, path: LoadPath) -> L:
     """The best limit of a load on a line, whose two ends replace all its corners in the search."""
     question = best._question
     ends = pose_like(question, ends_of(question.cycle, path), question.friction)
     opened = with_open(ends, question.open_nodes)
     assert opened is not None  # the set has a limit with all corners
-    found = best_order(limit_of_set, limit_of_order, limit_of_set(opened), enough)
+    found = best_order(limits, limits.of_set(opened), enough)
     if isinstance(found._question, LiftOff):
         order = found._question.order
         with_corners = with_order(question, order)
         assert with_corners is not None  # the order has a limit between the ends
         settled = Settled(order, found._question.shares, found.load_factor)
-        limit = _limit_of(limit_of_order, with_corners, settled, -np.inf)
+        limit = _limit_of(limits.of_order, with_corners, settled, -np.inf)
     elif (found.open == best.open).all():
         return best
     else:
         opened = with_open(question, found.open)
         assert opened is not None  # the set has a limit
-        limit = limit_of_set(opened)
+        limit = limits.of_set(opened)
     return replace(limit, least=found.least)
 
 
 def _limit_of(
-    limit_of_order: LimitOfOrder[L], question: LiftOff, settled: Settled, above: float
+    limit_of_order: Callable[..., L], question: LiftOff, settled: Settled, above: float
 ) -> L:
     """The limit of an order; SolverError if it is proven to be at most `above`.
 
@@ -411,7 +402,7 @@ def _limit_of(
     return replace(limit, least=limit_of_order(question, program, -1.0).load_factor)
 
 
-def _limit_of_products(limit_of_order: LimitOfOrder[L], question: LiftOff, settled: Settled) -> L:
+def _limit_of_products(limit_of_order: Callable[..., L], question: LiftOff, settled: Settled) -> L:
     """The limit of an order whose program has products of the load factor and places.
 
     The program is linearised about the last solution and solved again, until the solution no longer
