@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, sin, tan
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, check_entries, choice, finite_array, finite_number
+from ..base import Array, check_entries, finite_array, finite_number
 from ..errors import ModelError
 
 # theta of the free side of the punch, and of the interface
@@ -135,24 +134,19 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     return CornerMode(even, symmetric=True), CornerMode(odd, symmetric=False)
 
 
-def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "outward") -> float:
+def sliding_corner_exponent(f: float) -> float:
     """Exponent l of the leading mode at a sliding corner.
 
     Displacement is of order `r^l`, pressure and friction are of order `r^(l-1)`. Punch
-    (quarter-plane) and block (half-plane) stay in contact, `q = kappa p` on the interface. q is the
-    force of the block on the punch, positive into the contact, p the pressure; `kappa = +f` for
-    outward slip of the punch (past the corner), `-f` for inward slip. l is the only root in (0, 1),
-    dimensionless, independent of the elastic constants; it falls with f for outward slip and rises
-    for inward slip.
+    (quarter-plane) and block (half-plane) stay in contact, and the punch slips outward, past the
+    corner: `q = f p` on the interface. q is the force of the block on the punch, positive into the
+    contact, p the pressure. l is the only root in (0, 1), dimensionless, independent of the elastic
+    constants; it falls with f.
 
     Parameters
     ----------
     f
-        Coefficient of friction, dimensionless, not negative; below `3 pi/4 - 1/pi` (outward), below
-        `1/pi` (inward).
-    slip
-        Sense of slip of the punch relative to the block: "outward", away from the contact, or
-        "inward".
+        Coefficient of friction, dimensionless, not negative, below `3 pi/4 - 1/pi`.
 
     Returns
     -------
@@ -162,8 +156,7 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     Raises
     ------
     ModelError
-        f not real and finite, negative, or so large that no mode lies in (0, 1); unknown sense of
-        slip.
+        f not real and finite, negative, or so large that no mode lies in (0, 1).
 
     Notes
     -----
@@ -172,16 +165,16 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     sin(l-1)theta`. Stresses are `s_tt = l (l+1) r^(l-1) F`, `s_rt = -l r^(l-1) F'`, and the normal
     displacement of the interface is `2 mu u_t = r^l (-F' - 4 (1-nu) e)`. Tractions and material are
     common to both wedges, so continuity of `u_t` requires the same `e` in both. `F = F' = 0` on the
-    free face and `s_rt = kappa s_tt` on the interface give, per unit of `-(l+1) F(0) / 4`::
+    free face and `s_rt = f s_tt` on the interface give, per unit of `-(l+1) F(0) / 4`::
 
-        e(omega) = (sin 2 l omega + l sin 2 omega - 2 kappa (sin^2 l omega + l sin^2 omega)) /
+        e(omega) = (sin 2 l omega + l sin 2 omega - 2 f (sin^2 l omega + l sin^2 omega)) /
         (sin^2 l omega - l^2 sin^2 omega)
 
     and `e(pi/2) = e(-pi)`, the characteristic determinant, reduces to::
 
-        sin(pi l) + 2 cot(pi l) (sin^2(pi l / 2) - l^2) = 2 kappa l (1 + l)
+        sin(pi l) + 2 cot(pi l) (sin^2(pi l / 2) - l^2) = 2 f l (1 + l)
 
-    Solved for kappa it falls steadily from `3 pi/4 - 1/pi` at l = 0 to `-1/pi` at l = 1.
+    Solved for f it falls steadily from `3 pi/4 - 1/pi` at l = 0 to `-1/pi` at l = 1.
 
     References
     ----------
@@ -197,17 +190,10 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     [0.774, 0.5604, 0.3854]
     """
     friction = finite_number("f", f, least=0.0)
-    if choice("slip", slip, ("outward", "inward")) == "outward":
-        kappa = friction
-        largest = 3 * pi / 4 - 1 / pi
-    else:
-        kappa = -friction
-        largest = 1 / pi
+    largest = 3 * pi / 4 - 1 / pi
     if not friction < largest:
-        raise ModelError(
-            f"f: {f:g} leaves no singular mode for {slip} slip; give friction below {largest:.6g}"
-        )
-    return _bisection(lambda exponent: _traction_ratio(exponent) - kappa, 0.0, 1.0)
+        raise ModelError(f"f: {f:g} leaves no singular mode; give friction below {largest:.6g}")
+    return _bisection(lambda exponent: _traction_ratio(exponent) - friction, 0.0, 1.0)
 
 
 def _traction_ratio(exponent: float) -> float:
