@@ -89,8 +89,7 @@ class DeckModel:
         self.axes = "xyz"[: self.d]
         self.is_plane = self.kinematics in ("plane_stress", "plane_strain")
         self.thickness = self.deck.thickness if self.is_plane else 1.0
-        # body -> name of its material; then body -> keyword -> constants
-        self.materials = dict[str, str]()
+        # body -> keyword -> constants
         self.constants = self._materials(mesh.nelements)
         bodies = {
             part: Material(*[*data["ELASTIC"], 0.0][:2], *data.get("DENSITY", [])[:1])
@@ -123,7 +122,6 @@ class DeckModel:
         for part, members in self.parts.items():
             names = sorted({sections[i][1] for i in owner[members]})
             found = [self.conditions.materials.get(name, {}) for name in names]
-            self.materials[part] = " and ".join(names)
             constants[part] = found[0]
             if any(data != found[0] or "ELASTIC" not in data for data in found):
                 raise ModelError(

@@ -39,8 +39,6 @@ class Joint(Shown):
         Contact -> coefficient of friction, (least, nominal, most), or a distribution.
     interactions
         `*SURFACE INTERACTION` -> its contacts.
-    materials
-        Body -> name of its material.
     left_out
         Sentences on parts of the file that the model does not have.
     unlike
@@ -70,7 +68,6 @@ class Joint(Shown):
     states: Mapping[str, Mapping[str, float]]
     friction: Mapping[str, Any]
     interactions: Mapping[str, Sequence[str]]
-    materials: Mapping[str, str]
     left_out: Sequence[str] = ()
     unlike: Sequence[str] = ()
     locked: Sequence[str] = ()

@@ -139,7 +139,6 @@ def _joint_of_deck(file: Path, elastic: bool, stiffness: str) -> Joint:
         amplitudes,
         deck_model.friction,
         deck_model.interactions,
-        deck_model.materials,
         [*conditions.left_out],
         [state.name for state in conditions.states if state.setting != deck_model.setting],
         [state.name for state in conditions.states if state.locked],
@@ -210,7 +209,7 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
         tables.get("kinematics"),
         ties=[made("ties", Tie, table) for table in tables.get("ties", [])],
     )
-    return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {}, tables["bodies"])
+    return Joint(file.name, model, tables.get("thickness"), {}, coefficients, {})
 
 
 def _chosen(where: str, kinds: Mapping[str, Any], table: Any) -> Any:
