@@ -45,8 +45,6 @@ SLENDER = (*THIN, "SC")
 # These elements carry no traction.
 FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")
 
-# Solids whose nodes are all corners.
-_LINEAR_SOLIDS = ("C3D4", "C3D5", "C3D6", "C3D8")
 # A letter that changes the formulation may follow: C3D8R, C3D8I.
 _WITH_NODE_COUNT = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
 
@@ -73,13 +71,6 @@ def node_count(kind: str) -> int | None:
     """Number of nodes of an element of a type; None if it is neither solid nor truss."""
     match = _WITH_NODE_COUNT.match(kind)
     return int(match[2]) if match else None
-
-
-def may_have_midsides(kind: str, nodes: int) -> bool:
-    """Whether an element may have midside nodes, but it is not known which nodes these are."""
-    match = _WITH_NODE_COUNT.match(kind)
-    is_linear = nodes <= 4 or (match is not None and match.group() in _LINEAR_SOLIDS)
-    return shape_of(kind) is None and not is_linear
 
 
 # Faces of a surface, as pairs: numbers of elements, and the number of their face (1 for S1).
@@ -212,7 +203,9 @@ class Deck(Shown):
     def unclear(self) -> list[Elements]:
         """Elements that may have midside nodes, but it is unknown which nodes these are."""
         return [
-            block for block in self.elements if may_have_midsides(block.kind, block.nodes.shape[1])
+            block
+            for block in self.elements
+            if shape_of(block.kind) is None and block.nodes.shape[1] > 4
         ]
 
     @property

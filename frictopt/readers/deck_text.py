@@ -248,56 +248,54 @@ def flat(blocks: Iterable[Block]) -> Iterator[Block]:
     if not any(block.keyword == "INSTANCE" for block in all_blocks):
         yield from all_blocks
         return
-    parts, outside = _parts(all_blocks)
+    parts: dict[str, list[Block]] = {}
+    outside: list[Block] = []
+    for head, inside in _sections(all_blocks, "PART"):
+        if head is None:
+            outside += inside
+        else:
+            parts[head.parameters.get("NAME", "")] = inside
     largest = _largest(all_blocks)
     # The numbers of the first instance are those of its part.
     step = 10 ** len(str(largest))
     element_sets = {block.parameters.get("ELSET") for block in outside}
     instances: dict[str, _Instance] = {}
-    inside: list[Block] | None = None
-    head = outside[0]
-    for block in outside:
-        if block.keyword == "INSTANCE":
-            head, inside = block, []
-        elif block.keyword == "ENDINSTANCE" and inside is not None:
-            instance = _instance(head, [*_part_of(head, parts), *inside], step * len(instances))
-            instances[instance.name] = instance
-            yield from instance.flat()
-            if instance.name not in element_sets:
-                members = f"{instance.offset + 1}, {instance.offset + largest}"
-                yield Block("ELSET", {"ELSET": instance.name, "GENERATE": ""}, [members])
-            inside = None
-        elif inside is not None:
-            inside.append(block)
-        else:
-            yield _of_assembly(block, instances)
-    if inside is not None:
-        _part_of(head, parts)
-        raise _without_end(head, "*END INSTANCE")
+    for head, inside in _sections(outside, "INSTANCE"):
+        if head is None:
+            yield from (_of_assembly(block, instances) for block in inside)
+            continue
+        instance = _instance(head, [*_part_of(head, parts), *inside], step * len(instances))
+        instances[instance.name] = instance
+        yield from instance.flat()
+        if instance.name not in element_sets:
+            members = f"{instance.offset + 1}, {instance.offset + largest}"
+            yield Block("ELSET", {"ELSET": instance.name, "GENERATE": ""}, [members])
 
 
-def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
-    """Name of a part -> its blocks; and all blocks outside of parts."""
-    parts: dict[str, list[Block]] = {}
-    outside: list[Block] = []
+def _sections(blocks: Iterable[Block], keyword: str) -> Iterator[tuple[Block | None, list[Block]]]:
+    """The sections from a keyword to its *END: the first block, and those that follow it.
+
+    A block outside of all sections comes by itself, after None.
+    """
     head: Block | None = None
-    into = outside
+    inside: list[Block] = []
     for block in blocks:
-        if block.keyword == "PART":
-            head = block
-            into = parts.setdefault(block.parameters.get("NAME", ""), [])
-        elif block.keyword == "ENDPART":
+        is_begin = block.keyword == keyword
+        if head is None and is_begin:
+            head, inside = block, []
+        elif head is None:
+            yield None, [block]
+        elif block.keyword == f"END{keyword}":
+            yield head, inside
             head = None
-            into = outside
-        elif head is not None and block.keyword in ("ASSEMBLY", "INSTANCE"):
-            raise _without_end(head, "*END PART")
+        elif is_begin:
+            break
         else:
-            into.append(block)
-    return parts, outside
-
-
-def _without_end(head: Block, end: str) -> ModelError:
-    return ModelError(f"{head.title} has no {end}, so that its content is unknown")
+            inside.append(block)
+    if head is not None:
+        raise ModelError(
+            f"{head.title} has no *END {keyword}, so that its content is unknown; write one"
+        )
 
 
 def _part_of(head: Block, parts: dict[str, list[Block]]) -> list[Block]:
