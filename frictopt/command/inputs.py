@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -151,28 +152,26 @@ def _loads(text: str) -> dict[str, float]:
 
 def loads_of(text: str) -> dict[str, float]:
     """Loads of one corner: "P=1,Q=-0.5"."""
-    parts = [part.rpartition("=") for part in text.split(",")]
-    try:
-        loads = {name: float(value) for name, _, value in parts}
-    except ValueError:
-        loads = {}
-    if len(loads) < len(parts) or "" in loads:
-        raise argparse.ArgumentTypeError(
-            f"{text!r}; give CASE=AMPLITUDE, several with commas between"
-        )
-    return loads
+    return _by_names(text, float, "CASE=AMPLITUDE, several with commas between")
 
 
 def ranges_of(text: str) -> dict[str, Any]:
     """Ranges of amplitudes, distributions, or tightening factors: "P=0.9:1.1,Q=1.6"."""
-    ranges = dict[str, Any]()
     form = "CASE=LEAST:MOST or CASE=ALPHA_A, several with commas between"
-    for number, part in enumerate(text.split(","), start=1):
-        name, _, ends = part.rpartition("=")
-        ranges[name] = _scattered(text, ends, (1, 2), form)
-        if not name or len(ranges) < number:
-            raise argparse.ArgumentTypeError(f"{text!r}; give {form}")
-    return ranges
+    return _by_names(text, lambda ends: _scattered(text, ends, (1, 2), form), form)
+
+
+def _by_names(text: str, read: Callable[[str], Any], form: str) -> dict[str, Any]:
+    """The values of NAME=VALUE, several with commas between; each name once."""
+    values = dict[str, Any]()
+    parts = text.split(",")
+    for part in parts:
+        name, _, value = part.rpartition("=")
+        with suppress(ValueError):
+            values[name] = read(value)
+    if len(values) < len(parts) or "" in values:
+        raise argparse.ArgumentTypeError(f"{text!r}; give {form}")
+    return values
 
 
 def load_of(text: str) -> Any:

@@ -10,7 +10,7 @@ from ..base import ROUNDING, Array
 from ..readers.deck import Deck
 from ..readers.deck_text import Block, entries, number, reading
 from ..readers.keywords import KEPT
-from ..readers.listing import CONSTRAINING, HELD_BY_NAME
+from ..readers.listing import HELD_BY_NAME
 from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 
@@ -150,7 +150,7 @@ class Conditions:
     def _read(self, block: Block) -> None:
         read = getattr(self, f"_read_{block.keyword.lower().replace('-', '')}", None)
         if read is None:
-            known = {*KEPT, *CONSTRAINING, *WITHOUT_EFFECT}
+            known = {*KEPT, *WITHOUT_EFFECT}
             if block.keyword not in known and not block.keyword.endswith(OUTPUT):
                 self.left_out[f"*{block.keyword}: not read"] = None
             return

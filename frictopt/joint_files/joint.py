@@ -80,12 +80,14 @@ class Joint(Shown):
         for name, loads in self.states.items():
             parts = [f"{case}={amplitude:g}" for case, amplitude in loads.items()]
             states[name] = ", ".join(parts) or "no load"
-        about = {
+        return {
+            "name": self.name,
+            **self.model._answer(),
             "supports": [str(support) for support in self.model.supports],
             "friction": dict(self.friction),
             "states": states,
+            "left_out": self.left_out,
         }
-        return {"name": self.name, **self.model._answer(), **about, "left_out": self.left_out}
 
     def system(self) -> ContactSystem:
         """The condensed contact, with forces that are totals over the thickness of plane bodies.
