@@ -266,9 +266,6 @@ def without_copies(elements: list[Elements], groups: Groups) -> tuple[list[Eleme
             np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True
         )
         same[numbers] = numbers[first[which.ravel()]]
-    if (same == np.arange(len(same))).all():
-        return elements, groups
-
     distinct = []
     for kind, numbers, nodes in elements:
         is_first = same[numbers] == numbers
