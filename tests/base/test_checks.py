@@ -23,16 +23,12 @@ class Unprintable:
         raise RuntimeError
 
 
-@pytest.mark.parametrize("value", [3, np.int8(3), np.uint64(3)])
+@pytest.mark.parametrize("value", [3, np.int8(3), np.uint64(3), 10**6])
 def test_whole_numbers(value):
-    assert checks.whole_number("n", value, least=0) == 3
+    assert checks.whole_number("n", value, least=0) == value
 
 
-def test_a_count_may_be_a_million_and_a_seed_more():
-    assert (
-        checks.whole_number("n", 10**6, least=1) == 10**6
-        and checks.choice("a", "y", ("x", "y")) == "y"
-    )
+def test_a_seed_may_be_more_than_a_million():
     assert checks.whole_number("n", 2**63 - 1, least=0, most=checks.LARGEST_SEED) == 2**63 - 1
 
 
@@ -59,8 +55,8 @@ NO_COUNTS = [3.0, np.array(3), -1, 10**6 + 1, 10**5000]
 NOT_FINITE = [np.nan, -np.inf, np.ma.masked, 1e151, 10**400, 10**5000]
 SEVERAL = [[2.0], np.array([2.0]), csr_matrix([[2.0]]), np.array(True), np.datetime64("2020-01-01")]
 NO_ROWS = [None, {}, {1.0}, b"AB", [b"A"], "12", ["1"], CIRCLE, [[1.0], [1.0, 2.0]], Unprintable()]
-ODD_ROWS = [MASKED, (MASKED,), [1.0, None], [1.0, pd.NA], [True, False], [1j], [Fraction(1)]]
-ODD_ARRAYS = [[10**30], np.array([1], dtype="m8[s]"), [csr_matrix(np.eye(2))]]
+ODD_ROWS = [MASKED, (MASKED,), [1.0, None], [1.0, pd.NA], [True, False], [1.0, True], [1j]]
+ODD_ARRAYS = [[Fraction(1)], [10**30], np.array([1], dtype="m8[s]"), [csr_matrix(np.eye(2))]]
 REFUSED = {
     "count": (
         lambda value: checks.whole_number("a", value, least=0),
@@ -112,23 +108,6 @@ def test_an_error_message_is_short():
         with pytest.raises(fo.ModelError) as caught:
             checks.flag("a", value)
         assert len(str(caught.value)) < 120
-
-
-@pytest.mark.parametrize(
-    ("values", "why"),
-    [
-        (np.array([True, False]), "its dtype is bool"),
-        ([0.0, True], "True and False are not numbers"),
-        ("0.5", "its dtype is <U3"),
-        (MASKED, "masked numbers"),
-        ([[1.0], [1.0, 2.0]], "inhomogeneous shape"),
-    ],
-)
-def test_an_array_of_another_kind_is_refused_with_what_numpy_says(values, why):
-    with pytest.raises(
-        fo.ModelError, match=rf"values: .* \(.*{why}.*\); give an array of real numbers"
-    ):
-        checks.real_array("values", values)
 
 
 def test_a_count_agrees_with_its_noun_and_verb():

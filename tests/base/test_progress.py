@@ -173,21 +173,6 @@ def guaranteed():
     return fo.guaranteed_limit(PAIR, CYCLE, 0.6, progress=False)
 
 
-@cache
-def bolted():
-    """Two springs, and a bolt in series with them."""
-    loads = {"bolt": ([0.0], [3.0]), "pull": ([0.0], [-0.6])}
-    return fo.ContactSystem.from_blocks(
-        [[1.0]],
-        [[0.0]],
-        [[12.0]],
-        [0.0],
-        loads,
-        compliance=[[-0.75, -0.1], [-0.1, 0.02]],
-        bolts={"bolt": (3.0, 0.25)},
-    )
-
-
 def worn(**options):
     return fo.joints.wear(*WORN, coefficient=1e-3, **options)
 
@@ -276,13 +261,6 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call):
     assert not seen(lambda: ask(progress=False))
     with pytest.raises(fo.ModelError, match="progress: 'yes'"):
         ask(progress="yes")
-
-
-def test_tightening_shows_its_progress_unless_it_is_switched_off():
-    cycle = fo.LoadCycle({"bolt": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
-    shown = seen(lambda: fo.joints.tightened(bolted(), cycle, 0.3))
-    assert re.search(r"tightening: \d+ transients?, 00:\d\d", shown)
-    assert not seen(lambda: fo.joints.tightened(bolted(), cycle, 0.3, progress=False))
 
 
 def test_every_question_about_a_contact_or_a_limit_has_a_switch_for_its_progress():

@@ -3,7 +3,6 @@ do; Datasets."""
 
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from skfem import MeshQuad
@@ -65,30 +64,6 @@ def test_models_pass_their_units_on():
     model = replace(scene, units="N,mm")
     assert model.condense().units == "N, mm" and model.plot().get_xlabel() == "$x$ (mm)"
     assert scene.plot().get_xlabel() == "$x$ (length)"
-
-
-def test_axes_and_legends_have_the_units():
-    steady = fo.steady_state(CONTACT, CYCLE, 0.4, 1.0)
-    slip, force, work = steady.plot()
-    assert [one.get_ylabel() for one in (slip, force, work)] == [
-        "slip range (mm)",
-        "traction\n(MPa)",
-        "work of friction per cycle\n(N mm / mm)",
-    ]
-    assert work.get_xlabel().endswith("(mm)")
-    table = fo.dissipation_study(CONTACT, CYCLE, 0.4, [1.0, 2.0], progress=False)
-    assert fo.plot_study(table).get_ylabel().endswith("(N mm / mm)")
-    _, given = plt.subplots(3, 1)
-    assert steady.plot(given)[0].get_ylabel() == "slip range (mm)"
-
-
-def test_states_have_words():
-    steady = fo.steady_state(CONTACT, CYCLE, 0.4, 2.0)
-    states = steady.states()
-    words = {0: "stick", 1: "slip+", -1: "slip-", 2: "open"}
-    assert states.to_frame()["status"].tolist() == [
-        words[code] for code in states.status.ravel().tolist()
-    ]
 
 
 def test_a_study_is_a_dataset_by_its_axes():
