@@ -4,6 +4,8 @@ They are compared with flexibilities, closed forms and a published limit case, i
 space.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,12 +93,10 @@ def test_a_contact_of_a_model_has_its_own_stiffness():
     model = wedge()
     hard = model.condense()
     contacts = [
-        fo.fem.Contact(*_sides(one), tangential_stiffness=k)
+        replace(one, tangential_stiffness=k)
         for one, k in zip(model.contacts, (3.0, np.inf), strict=True)
     ]
-    soft = fo.fem.ContactModel(
-        model.bodies, model.supports, model.loads, contacts, model.kinematics
-    )
+    soft = replace(model, contacts=contacts)
     on_first = np.where(hard.contact == model.contacts[0].name, 3.0, np.inf)
     assert np.array_equal(soft.condense().S, hard.with_contact_stiffness(tangential=on_first).S)
     slip, loads = np.linspace(0, 1e-3, hard.nodes), dict.fromkeys(model.loads, 1.0)
@@ -105,10 +105,6 @@ def test_a_contact_of_a_model_has_its_own_stiffness():
     system = soft.condense()
     assert fields.q == pytest.approx(q + system.A @ slip, abs=1e-9 * np.abs(p).max())
     assert fields.p == pytest.approx(p + system.B @ slip, abs=1e-9 * np.abs(p).max())
-
-
-def _sides(contact):
-    return contact.body_1, contact.body_2, contact.boundary_1, contact.boundary_2, contact.name
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from helpers.cases import few
 from helpers.refused import refused
 from helpers.systems import random_system
 
@@ -338,24 +337,6 @@ def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_
     assert exact * (1 - 1e-9) <= limit <= exact / np.cos(np.pi / points) * (1 + 1e-9)
     if points == 64:
         assert limit == pytest.approx(exact, rel=2e-3)
-
-
-def test_the_polygon_of_random_loads_is_within_its_error_of_a_fine_one():
-    """The contact is in the plane with coupling, and all nodes stay closed."""
-    rng = np.random.default_rng(7)
-    for _ in range(few(3)):
-        contact = random_system(rng, 4, loads=("mean", "a", "b", "c"))
-        loads = {name: (float(rng.uniform(0.2, 1.0)), float(rng.uniform(0, 360))) for name in "abc"}
-        fine, rough = (
-            fo.shakedown_limit(
-                contact,
-                fo.LoadCycle.harmonic(loads, mean={"mean": 1.0}, points=points),
-                0.6,
-                open_nodes=np.zeros(4, dtype=bool),
-            ).load_factor
-            for points in (180, 8)
-        )
-        assert fine <= rough * (1 + 1e-9) and rough * np.cos(np.pi / 8) <= fine * (1 + 2e-4)
 
 
 @pytest.mark.parametrize("phases", [(0, 0), (30, 30), (30, 210), (30, 390), (-75, 105)])

@@ -247,19 +247,6 @@ def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
     assert np.array_equal(system.with_gap([0.1] * 3).stretch, system.stretch)
 
 
-def test_a_report_says_along_which_tangent_friction_holds_its_most(tmp_path):
-    # The second tangent holds 0.3 x 2 x 1, more than the number for the first one.
-    loads = {"P": [0, 0, 1], "Y": [0, 1, 0]}
-    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], loads).with_orthotropic_friction(2.0)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Y": 1.0}, {"Y": -1.0}])
-    joint = fo.report(node, cycle, 0.3, pages=1)
-    row = joint.steady.by_contact().iloc[0]
-    assert row["fP_0"] == pytest.approx(0.3) and row["Q_0"] == pytest.approx(0.6)
-    joint.save(tmp_path / "sheet.html")
-    page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
-    assert "friction can hold along the first tangents;" in page
-
-
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_arrows_of_a_picture_are_slips_as_they_are():
     limit = fo.shakedown_limit(
