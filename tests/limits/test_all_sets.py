@@ -109,16 +109,6 @@ def test_a_set_that_no_solver_answers_may_have_any_limit(outcome, monkeypatch):
     assert not limit.best_of_all and limit.bound_of_sets >= best.load_factor
 
 
-@pytest.mark.parametrize("seed", few([75, 122]))
-def test_the_best_limit_rests_in_a_transient(seed):
-    contact, cycle, friction = block(seed)
-    limit = fo.shakedown_limit(contact, cycle, friction)
-    steady = fo.steady_state(
-        contact, cycle, friction, 0.999 * limit.load_factor, initial_state=limit.state
-    )
-    assert steady.outcome is fo.Outcome.SHAKEDOWN
-
-
 @pytest.mark.parametrize("seed", few(range(20), 2))
 def test_a_clamp_has_one_answer_whatever_its_last_digits(seed):
     """Its best sets of open nodes are far apart, and a local search found one or another."""
@@ -170,31 +160,6 @@ def test_limits_above_load_factors_that_are_not_safe_are_separate():
     limit = fo.shakedown_limit(contact, cycle, 0.5)
     assert limit.load_factor == pytest.approx(1.0) and limit.best_of_all
     assert "with other nodes open from 1.25 on" in limit.covers
-
-
-def test_a_set_that_is_given_is_compared_with_no_other():
-    contact, cycle, friction = block(75)
-    closed = fo.shakedown_limit(
-        contact, cycle, friction, open_nodes=np.zeros(contact.nodes, dtype=bool)
-    )
-    assert closed.programs == 0 and not closed.best_of_all
-    assert "the contact may shake down above it" in closed.covers
-
-
-def test_a_bad_number_of_programs_is_refused():
-    contact, cycle, friction = block(75)
-    for programs in (0, 1.5, "many"):
-        with pytest.raises(fo.ModelError, match="programs"):
-            fo.shakedown_limit(contact, cycle, friction, programs=programs)
-
-
-@pytest.mark.parametrize("seed", few([51, 75, 90, 111, 122, 132], 3))
-def test_no_more_friction_is_required_than_a_limit_needs(seed):
-    contact, cycle, friction = block(seed)
-    limit = fo.shakedown_limit(contact, cycle, friction)
-    load_factor = 0.999 * limit.load_factor
-    assert fo.safe_slip(contact, cycle, friction, load_factor).exists
-    assert fo.required_friction(contact, cycle, load_factor).required <= friction
 
 
 def test_the_margin_of_open_gaps_counts_where_a_body_slides_freely():

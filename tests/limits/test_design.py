@@ -11,43 +11,11 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.components import joined
-from helpers.oracle import TIGHT
+from helpers.designs import largest_load_factor
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
-from helpers.springs import collocation, punch
+from helpers.springs import punch
 from helpers.systems import CYCLE, PULL, at_corners, explained, random_system
-
-
-def best(contact, scenarios, preloads, profile, user_rows):
-    """Largest load factor of a plain program with the law of each node at each corner.
-
-    The program covers all scenarios. The value is nan if no load factor is safe, and inf if there
-    is no largest one. `own(b, g)` gives constraints on the amplitudes b of the preloads and the
-    depths g of the profile.
-    """
-    n, t, lam = contact.nodes, contact.tangents, cp.Variable()
-    b, g = cp.Variable(max(len(preloads), 1)), cp.Variable(n)
-    rows = (
-        [lam >= 0, *user_rows(b, g)]
-        + ([] if profile else [g == 0])
-        + ([] if preloads else [b == 0])
-    )
-    for loads, friction, shares in scenarios:
-        v, mean = cp.Variable(t * n), joined(*loads.mean_reaction(contact))
-        added = contact.S @ cp.hstack([v, -g]) + sum(
-            shares.get(name, 1.0) * b[i] * joined(*contact.bonded[name])
-            for i, name in enumerate(preloads)
-        )
-        for pair in zip(*loads.corner_reactions(contact), strict=True):
-            q, p = cp.Variable((n, t)), cp.Variable(n)
-            rows += [cp.hstack([cp.vec(q, order="F"), p]) == mean + lam * joined(*pair) + added]
-            rows += [
-                (cp.abs(q[:, 0]) if t == 1 else cp.norm(q, 2, axis=1)) <= cp.multiply(friction, p)
-            ]
-    value = cp.Problem(cp.Maximize(lam), rows).solve(
-        **{"solver": "SCIPY", "scipy_options": TIGHT} if t == 1 else {"solver": "CLARABEL"}
-    )
-    return np.nan if value is None or value == -np.inf else value
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -98,7 +66,13 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
                 rows += [cp.abs(g) <= depth]
             return rows
 
-        value = best(contact, scenarios, bolts, profile, user_rows)
+        def fixed(b, g, bolts=bolts, profile=profile):
+            """What there is not in this design."""
+            return ([] if bolts else [b == 0]) + ([] if profile else [g == 0])
+
+        value = largest_load_factor(
+            contact, scenarios, bolts, lambda b, g: user_rows(b, g) + fixed(b, g)
+        )
         friction = scenarios[0][1]
         model = fo.DesignModel(
             contact, scenarios[0][0], preloads=bolts, profile=profile, scenarios=scenarios[1:]
@@ -150,19 +124,6 @@ def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
     assert (
         found.profile[np.abs(system.x) < 0.5].mean() > found.profile[np.abs(system.x) > 0.8].mean()
     )
-
-
-def test_the_best_profile_under_shear_carries_gross_slip():
-    hard = punch(40, 0.02)
-    free = np.kron(np.eye(2), np.ones((40, 1)))
-    K = np.linalg.inv(collocation(40, 0.02)[2])
-    shear = (K @ free @ np.linalg.inv(free.T @ K @ free))[:, 0]
-    system = hard.with_bonded({"Q": shear})
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    model = fo.DesignModel(system, cycle, profile=True)
-    design = model.solve(0.3, [cp.abs(model.profile) <= 3.0])
-    assert fo.shakedown_limit(system, cycle, 0.3).load_factor < 0.295
-    assert design.load_factor == pytest.approx(0.3, rel=1e-8)
 
 
 @pytest.mark.parametrize("tangents", [1, 2])

@@ -12,48 +12,12 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.components import joined
-from helpers.designs import CYCLE, pulled
-from helpers.oracle import TIGHT
+from helpers.designs import CYCLE, largest_load_factor, pulled
 from helpers.systems import random_system
 from studies.validation.blocks import block
 from studies.validation.fuzz.space import _SpatialSubject
 
 MOST, DEPTH = 0.6, 0.1
-
-
-def best(contact, friction, opened):
-    """Largest load factor of a plain program in which some nodes are open at all corners.
-
-    Each corner has its own slips and gaps of the open nodes. The value is nan if no design is safe.
-    """
-    n = contact.nodes
-    t = contact.tangents
-    lam = cp.Variable()
-    b = cp.Variable()
-    g = cp.Variable(contact.nodes)
-    mean = joined(*CYCLE.mean_reaction(contact))
-    slip = cp.Variable((n, t))
-    rows = [lam >= 0, cp.abs(b) <= MOST, cp.abs(g) <= DEPTH]
-    for cyclic in map(joined, *CYCLE.corner_reactions(contact)):
-        v, w, q, p = cp.Variable((n, t)), cp.Variable(n), cp.Variable((n, t)), cp.Variable(n)
-        moved = cp.hstack([cp.vec(v, order="F"), w - g])
-        rows += [
-            cp.hstack([cp.vec(q, order="F"), p])
-            == mean + b * joined(*contact.bonded["c"]) + lam * cyclic + contact.S @ moved
-        ]
-        rows += [
-            v[~opened] == slip[~opened],
-            w[~opened] == 0,
-            q[opened] == 0,
-            p[opened] == 0,
-            w[opened] >= 0,
-        ]
-        rows += [(cp.abs(q[:, 0]) if t == 1 else cp.norm(q, 2, axis=1)) <= cp.multiply(friction, p)]
-    value = cp.Problem(cp.Maximize(lam), rows).solve(
-        **{"solver": "SCIPY", "scipy_options": TIGHT} if t == 1 else {"solver": "CLARABEL"}
-    )
-    return np.nan if value is None or value == -np.inf else float(value)
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -63,7 +27,13 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
     for seed in few(range(12)):
         contact, friction = pulled(seed, tangents)
         every = {
-            opened: best(contact, friction, np.array(opened))
+            opened: largest_load_factor(
+                contact,
+                [(CYCLE, friction, {})],
+                ["c"],
+                lambda b, g: [cp.abs(b) <= MOST, cp.abs(g) <= DEPTH],
+                opened=np.flatnonzero(opened),
+            )
             for opened in product([False, True], repeat=contact.nodes)
             if not all(opened)
         }

@@ -339,26 +339,6 @@ def test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does():
         assert one.load_factor == pytest.approx(again.load_factor, rel=1e-9)
 
 
-@pytest.mark.parametrize(("force", "length"), [(1e6, 1.0), (1e-6, 1e3), (1e3, 1e-3)])
-def test_units_change_no_load_factor(force, length):
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
-    bonded = {name: (force * q, force * p) for name, (q, p) in PUNCH.bonded.items()}
-    turned = replace(
-        PUNCH,
-        S=PUNCH.S * force / length,
-        points=PUNCH.points * length,
-        bonded=bonded,
-        width=PUNCH.width * length,
-        compliance=None,
-    )
-    one, again = fo.gross_slip(PUNCH, cycle, 0.4), fo.gross_slip(turned, cycle, 0.4)
-    assert again.load_factor == pytest.approx(one.load_factor, rel=1e-9)
-    assert np.abs(again.phi - one.phi).max() < 1e-7
-    values = {variable.name(): variable.value for variable in again.problem.variables()}
-    # In the units of the user.
-    assert values["p"].sum() == pytest.approx(turned.reaction({"P": 1.0})[1].sum(), rel=1e-9)
-
-
 def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
     solid = embedded(PUNCH, np.random.default_rng(5))[0]
     for friction in (0.2, 0.7):

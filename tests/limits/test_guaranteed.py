@@ -4,10 +4,6 @@ The methods are closed forms, linear programs over raw slips, and changes of the
 the limit unchanged or scale it.
 """
 
-import gc
-import weakref
-
-import highspy
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -122,23 +118,3 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
     )
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-
-
-def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):
-    """No solver is kept in memory after its answer.
-
-    A solver holds copies of its program. For a thousand nodes these copies take more memory than
-    the program.
-    """
-    alive, made = weakref.WeakSet(), []
-
-    class Watched(highspy.Highs):
-        def __init__(self):
-            super().__init__()
-            alive.add(self)
-            made.append(None)
-
-    monkeypatch.setattr(highspy, "Highs", Watched)
-    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-    gc.collect()
-    assert made and limit.problem is not None and not len(alive)

@@ -3,7 +3,6 @@
 It is compared with an enumeration of all statuses of the nodes.
 """
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,8 +11,7 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
-from studies.validation import lower_bound as study
+from helpers.systems import CYCLE, random_system
 from studies.validation import oracles
 from studies.validation.lower_bound import lower_bound, periodic_bounds
 
@@ -82,12 +80,6 @@ def least_by_enumeration(contact, cycle, friction):
     return least
 
 
-def below(contact, cycle, friction, limit, **options):
-    return lower_bound(
-        contact, cycle, friction, limit.load_factor, witnessed=limit.node is not None, **options
-    )
-
-
 @pytest.mark.parametrize("seed", few(range(3)))
 def test_the_mixed_integer_program_against_enumeration(seed):
     """The mixed-integer program agrees with the enumeration, with separation of nodes.
@@ -131,36 +123,3 @@ def test_every_state_lies_within_the_derived_bounds(least_friction):
             assert (gap <= bounds.gap_high).all() and (p <= bounds.pressure_high).all()
             tight = min(tight, float((bounds.pressure_high / p.max(axis=0)).min()))
     assert tight < 2  # a bound that is far from every state would prove nothing
-
-
-def test_where_no_bound_can_be_derived_the_answer_says_so(punch, paper_cycle):
-    bound = lower_bound(punch(16), paper_cycle, 0.5, 0.4, witnessed=True)
-    assert bound.load_factor == 0 and "S is singular" in bound.status and bound.slips is None
-    assert (
-        lower_bound(
-            random_system(np.random.default_rng(0), 2, coupling=1.0),
-            CYCLE,
-            20.0,
-            1.0,
-            witnessed=False,
-        ).load_factor
-        == 0
-    )
-
-
-def test_a_program_without_solution_is_no_proof_where_there_is_a_sequence(monkeypatch):
-    contact = system(*FIRST_PAIR)
-    honest = study.periodic_bounds
-
-    def wrong(*args):
-        bounds = honest(*args)
-        return replace(bounds, slip_low=bounds.slip_high, slip_high=bounds.slip_high)
-
-    monkeypatch.setattr(study, "periodic_bounds", wrong)
-    limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
-    with pytest.raises(fo.SolverError, match="infeasible"):
-        below(contact, CYCLE, 0.6, limit)
-    assert (
-        lower_bound(contact, CYCLE, 0.6, limit.load_factor, witnessed=False).load_factor
-        == limit.load_factor
-    )

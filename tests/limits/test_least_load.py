@@ -164,15 +164,6 @@ def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(
     )
 
 
-def test_it_costs_no_program_where_the_mean_load_is_safe():
-    limit = fo.shakedown_limit(random_system(np.random.default_rng(1), 3), CYCLE, 0.4)
-    assert limit.least == 0 and len(limit.record.attempts) == 1
-    pressed = fo.shakedown_limit(
-        TWO.with_bonded({**PULLED, "P": (Z, [1.0, 1.0])}), PRESSING, 0.5, simplify=False
-    )
-    assert pressed.least == 0 and len(pressed.record.attempts) == 1
-
-
 @pytest.mark.parametrize("contact", [TWO, GAP], ids=["pulled", "gap"])
 def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(contact):
     """Of the two intervals with a state of rest the first one counts."""

@@ -48,16 +48,6 @@ def test_it_is_sharp_on_the_punch_and_names_its_edges():
     assert np.ptp(slip, axis=0).sum() >= least.total > 0
 
 
-def test_units_cancel():
-    contact = system(*FIRST_PAIR)
-    soft = fo.ContactSystem.from_blocks(
-        contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded
-    )
-    one, other = (fo.shakedown_limit(each, CYCLE, 0.6).least_slip(1.0) for each in (contact, soft))
-    assert other.total == pytest.approx(7 * one.total, rel=1e-9)
-    assert other.bound == pytest.approx(one.bound, rel=1e-9)
-
-
 def test_a_contact_that_only_lifts_off_has_no_closed_cycle_above_its_limit():
     # One corner governs both bounds.
     limit = fo.shakedown_limit(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4)

@@ -184,20 +184,6 @@ def test_a_plane_contact_has_the_same_limit_in_space(seed):
         assert solid.events["node"].tolist() == limit.events["node"].tolist()
 
 
-def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):
-    contact, none = pin(8), np.zeros(8, dtype=bool)
-    closed = fo.shakedown_limit(contact, PIN, 0.8).load_factor
-    model = fo.ShakedownModel(contact, PIN)
-    for limit in (
-        fo.shakedown_limit(contact, PIN, 0.8),
-        fo.shakedown_limit(contact, PIN, 0.8, open_nodes=none),
-        model.solve(0.8, open_nodes=none),
-    ):
-        assert limit.events.empty
-        assert limit.load_factor == pytest.approx(closed, rel=1e-12)
-    assert len(model.solve(0.8, events=True).events) == 6 and model.solve(0.8).events.empty
-
-
 def test_questions_without_events_are_refused(pin):
     contact, model = pin(8), fo.ShakedownModel(pin(8), PIN)
     for question, why in (
@@ -224,12 +210,6 @@ def test_questions_without_events_are_refused(pin):
 def test_least_slip_refuses_nodes_that_open_and_close(pin):
     with pytest.raises(fo.ModelError, match="use shakedown_limit without events"):
         fo.shakedown_limit(pin(8), PIN, 0.8, events=True).least_slip(5.0)
-
-
-def test_the_problem_of_an_order_names_its_places_and_its_sets_of_open_nodes(pin):
-    limit = fo.shakedown_limit(pin(8), PIN, 0.8, events=True)
-    text = str(limit.problem)
-    assert "way[1] <= way[2]" in text and "q[k] == q0_2[k] + load_factor * q1_2[k]" in text
 
 
 def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_order(pin, monkeypatch):

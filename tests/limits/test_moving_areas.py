@@ -116,14 +116,8 @@ def test_the_guaranteed_limit_is_the_same_number_and_proven_if_bodies_are_held()
 
 
 # A node of 9101 opens twice in each cycle, and presses at its beginning.
-@pytest.mark.parametrize("seed", few([9101, *range(9000, 9012)]))
+@pytest.mark.parametrize("seed", few([9101, *range(9000, 9012), 9100, *range(9102, 9140)]))
 def test_random_contacts_rest_just_below_and_slip_just_above_from_every_start(seed):
-    *_, wrong = compared(seed)
-    assert not wrong
-
-
-@pytest.mark.parametrize("seed", few([9100, *range(9102, 9140)]))
-def test_more_random_contacts_rest_just_below_and_slip_just_above(seed):
     *_, wrong = compared(seed)
     assert not wrong
 
@@ -168,14 +162,6 @@ def test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none():
     assert "at any load factor, for all openings and closings: node 0 closes" in none.reason
 
 
-def test_the_rim_knows_nothing_of_friction():
-    """A load that returns by its path has a limit for each friction, proportional to it."""
-    system = cylinder(20, 1.6)
-    limits = [fo.shakedown_limit(system, harmonic(0.0), f).load_factor for f in (0.1, 0.4)]
-    assert limits[1] == pytest.approx(4 * limits[0], rel=1e-9)
-    assert fo.shakedown_limit(system, harmonic(30.0), 5.0).load_factor == 0
-
-
 def test_the_rate_with_friction_is_that_of_differences():
     case = contact(9001)
     limit = fo.shakedown_limit(case.system, case.cycle, case.friction)
@@ -203,13 +189,6 @@ def test_with_a_scaled_normal_load_the_states_of_rest_need_not_be_an_interval(lo
         assert (steady.outcome is fo.Outcome.SHAKEDOWN) is bool(rests)
     limit = fo.shakedown_limit(node, cycle, 0.5)
     assert limit.load_factor == pytest.approx(1 / 2.2) and not limit.proven
-
-
-def test_a_file_keeps_the_limit(tmp_path):
-    limit = fo.shakedown_limit(cylinder(20, 1.6), harmonic(10.0), F)
-    limit.save(tmp_path / "limit.npz")
-    again = fo.results.load(tmp_path / "limit.npz")
-    assert again.reason == limit.reason and again.events.equals(limit.events)
 
 
 def test_options_that_restrict_the_slip_ask_the_ordinary_question():

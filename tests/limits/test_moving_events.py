@@ -323,14 +323,6 @@ def test_a_reason_says_where_to_ask_for_events():
     assert "events=True" not in bounded.reason
 
 
-def test_static_loads_have_no_events():
-    system = pulled_system(np.random.default_rng([75, 3]), 3)
-    static = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
-    limit = fo.shakedown_limit(system, static, 0.5, events=True)
-    known = fo.shakedown_limit(system, static, 0.5)
-    assert limit.load_factor == pytest.approx(known.load_factor, rel=1e-12, nan_ok=True)
-
-
 def test_a_plane_contact_has_the_same_limit_round_a_cycle_in_space():
     system, cycle, friction, limit = with_events("there and back", 1)[0]
     rng = np.random.default_rng(1)

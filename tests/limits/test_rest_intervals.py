@@ -143,14 +143,8 @@ def test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
 
 
-@pytest.mark.parametrize("seed", few([*range(9000, 9012)]))
+@pytest.mark.parametrize("seed", few([*range(9000, 9012), *range(9100, 9140)]))
 def test_random_contacts_rest_inside_of_their_intervals_and_slip_outside(seed):
-    *_, wrong = compared(seed)
-    assert not wrong
-
-
-@pytest.mark.parametrize("seed", few(range(9100, 9140)))
-def test_more_random_contacts_rest_inside_of_their_intervals(seed):
     *_, wrong = compared(seed)
     assert not wrong
 
@@ -334,12 +328,6 @@ def test_a_node_that_opens_and_closes_under_shears_that_never_agree_slips_from_t
     ((least, largest),) = fo.shakedown_limit(node(), cycle, 0.5).intervals
     assert least == 0.0
     assert largest < 0.5
-
-
-@pytest.mark.parametrize(("least", "joins"), [(0.5, True), (0.5 + 1e-7, True), (0.7, False)])
-def test_rests_join_only_without_a_hole_between_them(least, joins):
-    current = SimpleNamespace(largest=0.5, areas=SimpleNamespace(load_unit=1.0))
-    assert rest_intervals._joins(current, SimpleNamespace(least=least)) is joins
 
 
 @pytest.mark.parametrize(("low", "high", "may"), [(0.5, 2.0, True), (1.5, 2.0, False)])

@@ -70,18 +70,6 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
     assert not rests(contact, paper_cycle, 0.6, 1.001 * limit, initial_slip=best.slip)
 
 
-def test_one_node_on_a_vertical_spring_opens_and_never_slips():
-    contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
-    closed = fo.shakedown_limit(contact, CYCLE, 0.5, open_nodes=[False])
-    assert closed.load_factor == pytest.approx(2.0) and "nodes that open and close" in closed.covers
-    best = fo.shakedown_limit(contact, CYCLE, 0.5)
-    assert best.load_factor == np.inf
-    beyond = fo.limit_after_protocol(best, start=closed.slip, up_to=100.0)
-    # It opens and closes in each cycle.
-    assert beyond.load_factor == pytest.approx(100.0)
-    assert beyond.upper == np.inf
-
-
 def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
     """An open node may press the node that governs the limit.
 

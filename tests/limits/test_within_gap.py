@@ -143,17 +143,6 @@ def test_the_first_safe_slip_need_not_be_that_without_friction():
     assert exact > 0 and encloses(limit, exact)
 
 
-def test_units_of_force_and_length_do_not_matter():
-    contact, cycle, f = plane(0)
-    first = within(contact, cycle, f)
-    force, length = 2.0**40, 2.0**-13
-    loads = {name: (force * q, force * p) for name, (q, p) in contact.bonded.items()}
-    scaled = fo.ContactSystem(force / length * contact.S, contact.points, loads)
-    other = within(scaled, cycle, f)
-    assert other.load_factor == pytest.approx(first.load_factor, rel=1e-5)
-    assert other.bound == pytest.approx(first.bound, rel=1e-5)
-
-
 def test_a_limit_within_a_gap_has_its_proofs_and_no_rates(tmp_path):
     contact, cycle, f = plane(1)
     limit = within(contact, cycle, f)
