@@ -110,18 +110,6 @@ def test_bad_models_are_refused(message):
         fo.fem.ContactModel(**{**GOOD, **BAD_MODELS[message]})
 
 
-def test_a_model_shows_the_units_of_its_bodies():
-    soft = fo.fem.Body(BLOCK.mesh, fo.fem.Material(E=70e9, nu=0.25))
-    model = fo.fem.ContactModel({"punch": PUNCH, "block": soft}, FREE, LOADS)
-    told = f"'block': 'E=7e+10, nu=0.25, 2 x 1, {soft.mesh.p.shape[1]} nodes'"
-    assert f"'punch': 'E={PUNCH.material.E:g}, nu={PUNCH.material.nu:g}, 2 x 1, 12 nodes'" in repr(
-        model
-    )
-    assert told in repr(model)
-    assert f"block: {told[10:-1]}</td>" in model._repr_html_()
-    assert "12 nodes<br>block" in model._repr_html_()
-
-
 UNHELD = {
     "the body at (-1, 0), with all that contacts glue to it, can still turn; add a Support": {
         "supports": FREE[:1]

@@ -161,24 +161,6 @@ def test_open_nodes_stay_open_at_every_corner(seed):
     )
 
 
-def test_a_limit_with_open_nodes_counts_what_is_fixed_at_each_corner():
-    """A node that is pulled open by 1, but at one corner by 0.5 only, touches where the load
-    presses it by 0.5 there. The other node is sheared."""
-    loads = {
-        "P": ([0.0, 0.0], [-1.0, 1.0]),
-        "N": ([0.0, 0.0], [1.0, 0.0]),
-        "Q": ([0.0, 0.1], [0.0, 0.0]),
-        "R": ([0.0, 0.0], [0.5, 0.0]),
-    }
-    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
-    limit = fo.shakedown_limit(
-        pair,
-        fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0, "Q": 1.0}], [{}, {"R": 1.0}]),
-        friction=0.5,
-    )
-    assert limit.load_factor == pytest.approx(0.5) and limit.open.tolist() == [True, False]
-
-
 def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
     contact, cycle, f = fixed_contact(5)
     plain = fo.LoadCycle(cycle.mean, cycle.corners)

@@ -219,15 +219,6 @@ def test_the_faces_of_a_body_that_gmsh_leaves_out_are_warned_of(tmp_path):
     assert sorted(mesh.subdomains) == ["upper"]
 
 
-def test_a_mesh_without_names_has_no_bodies(tmp_path):
-    cubes(MeshTet, [tmp_path / "a.msh"], bodies=(), faces=())
-    with pytest.raises(
-        fo.ModelError,
-        match=r"'upper' is unknown; this mesh names \[\]; name each body .* physical group of its volumes",
-    ):
-        fo.fem.split_bodies(fo.readers.read_mesh(tmp_path / "a.msh"), {"upper": fo.fem.Material()})
-
-
 def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
     cubes(MeshTet, [tmp_path / "a.msh"])
     both = fo.fem.Body(fo.readers.read_mesh(tmp_path / "a.msh"))

@@ -227,37 +227,6 @@ def test_faces_that_do_not_meet_are_refused_by_name(message):
         BAD[message]()
 
 
-@pytest.mark.parametrize("clearance", [0.002, 0.2])
-def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(clearance):
-    """A pin of 20 edges is in a hole of 22 edges; the facets lie 1 - cos(pi / 20) = 0.012 and 0.010
-    radii off their circles."""
-    flat = {
-        "pin": ring([0.3, 0.6, 1.0], 20, "bore", "surface"),
-        "plate": ring([1 + clearance, 1.5, 3.0], 22, "hole", "rim", start=0.1),
-    }
-    bodies = {name: fo.fem.Body(mesh) for name, mesh in flat.items()}
-    contact = fo.fem.Contact("pin", "plate", "surface", "hole", gap="measured")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        gap = (
-            fo.fem.ContactModel(
-                bodies,
-                [fo.fem.Support("plate", "rim")],
-                {"pull": [fo.fem.Traction("pin", "bore", x=1.0)]},
-                [contact],
-            )
-            .condense()
-            .gap
-        )
-    off = np.abs(gap - clearance).max()
-    assert bool(off > 0.5 * clearance) is bool(caught) and off < 0.025
-    assert all(
-        "'surface': its facets may miss curved faces by" in str(one.message)
-        and one.category is fo.ModelWarning
-        for one in caught
-    )
-
-
 def fit(radius, noise=0.0, gap="measured"):
     """A pin in a hole of some radius, both of 20 edges, and what its model warns of."""
     rng = np.random.default_rng(0)

@@ -121,20 +121,6 @@ def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
     assert np.ptp(system.bonded["fit"][1] / system.width) < 1e-2 * np.ptp(system.bonded["fit"][1])
 
 
-def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
-    model = punch(PLANE, 1)
-    moved = [fo.fem.Displacement("punch", "plane 0", x=0.1)]
-    with pytest.raises(
-        fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0\)"
-    ):
-        fo.fem.ContactModel(model.bodies, model.supports, {**model.loads, "apart": moved})
-    both = [*moved, fo.fem.Displacement("block", "plane 0", x=0.1)]
-    system = fo.fem.ContactModel(
-        model.bodies, model.supports, {**model.loads, "both": both}
-    ).condense()
-    assert system.bonded["both"][0][0] == 0.0
-
-
 def beside(kind, cells, half, lean):
     """A body of 6 elements above a body of `cells`, or the half of both at x > 0.
 

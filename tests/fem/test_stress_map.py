@@ -48,12 +48,6 @@ def test_points_at_a_depth_have_the_nodal_stresses_of_their_body():
     assert below[:, 1] == pytest.approx(np.full(5, -0.5)) and not below[2, 0]
 
 
-def test_a_model_is_condensed_once():
-    model = fo.scenes.PunchOnHalfPlane(elements=2, growth=2.0).model()
-    system = model.condense()
-    assert model.condense() is system and model.stress_map(depth=0.2).system is system
-
-
 @refused(
     (lambda model: model.stress_map(), "points, body, depth: give points and"),
     (lambda model: model.stress_map(points=[[0.0, 0.0]]), "points, body, depth: give points and"),
