@@ -9,61 +9,6 @@ import numpy as np
 from scipy.optimize import linprog
 
 
-def largest_in_order(contact, cycle, friction, start, events, most, margin=None):
-    """The largest load factor up to `most` of a state of rest; None if there is no state.
-
-    The nodes `start` are open at the first corner, and given nodes open or close at each event.
-    Each node has one slip while it is closed. If `margin` has the units (force, length), the result
-    is the largest margin at the load factor `most`.
-    """
-    n, S, between = contact.nodes, contact.S, [frozenset(start)]
-    for event in events:
-        between.append(between[-1] ^ event)
-    before, after = [between[0], *between], [*between, between[-1]]
-    r0 = np.concatenate(contact.reaction(cycle.mean)) - S[:, n:] @ contact.gap
-    first, last = np.hstack(cycle.corner_reactions(contact))
-    count = len(before)
-    lam, slip, own = (
-        0,
-        slice(1, 1 + n),
-        [slice(1 + n + 2 * n * m, 1 + n + 2 * n * (m + 1)) for m in range(count)],
-    )
-    way = [1 + n + 2 * n * count + m for m in range(count - 2)]
-    size, spare = 2 + n + 2 * n * count + len(way), -1
-    force, length = margin or (0.0, 0.0)
-    equal, less = [], []
-    for m in range(count):
-        r, u = np.zeros((2 * n, size)), np.eye(size)[own[m]]
-        r[:, own[m]], r[:, lam] = S, last if m == count - 1 else first
-        if 0 < m < count - 1:
-            r[:, way[m - 1]] = last - first
-        for i in range(n):
-            q, p, v, w = r[i], r[n + i], u[i], u[n + i]
-            closed = (i not in before[m]) + (i not in after[m])
-            if closed < 2:
-                equal += [(q, -r0[i]), (p, -r0[n + i])]
-            else:
-                held = friction * p - force * np.eye(size)[spare]
-                less += [(sign * q - held, friction * r0[n + i] - sign * r0[i]) for sign in (1, -1)]
-            if closed:
-                equal += [(w, 0.0), (v - np.eye(size)[slip][i], 0.0)]
-            else:
-                less.append((length * np.eye(size)[spare] - w, 0.0))
-    stages = [None, *way, lam]
-    less += [
-        (np.eye(size)[one] * (one is not None) - np.eye(size)[other], 0.0)
-        if one is not None
-        else (-np.eye(size)[other], 0.0)
-        for one, other in pairwise(stages)
-    ]
-    (left, right), rows = zip(*less, strict=True), list(zip(*equal, strict=True)) or [None, None]
-    exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    aim, least, cap = (lam, 0.0, 0.0) if margin is None else (spare, most, 1.0)
-    bounds = [(least, most)] + [(None, None)] * (size - 2) + [(None, cap)]
-    answer = linprog(-np.eye(size)[aim], left, right, *rows, bounds, options=exact)
-    return float(answer.x[aim]) if answer.status == 0 else None
-
-
 def every_order(nodes):
     """All orders in which each node opens or closes at most once.
 
@@ -76,13 +21,19 @@ def every_order(nodes):
             yield start, [frozenset({i}) for i in order]
 
 
-def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at=None):
+def there_and_back(events):
+    """The events of a load that goes to and fro, as events of both segments of its cycle."""
+    return [(0, nodes) for nodes in events] + [(1, nodes) for nodes in reversed(events)]
+
+
+def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at=None, margin=None):
     """The largest load factor up to `most` of a state of rest with events in a cycle.
 
     A plain linear program of scipy has all slips and gaps as unknowns. None: there is no state.
     `start` are the nodes open at the first corner. `events` are pairs of a segment and the nodes
     that open or close there. A node keeps its slip while it is closed. With `at`, the load factor
-    is given, and the result shows whether a state of rest exists.
+    is given, and the result shows whether a state of rest exists, or is the largest margin in the
+    units `margin` (force, length).
     """
     n, S, corners = contact.nodes, contact.S, len(cycle.corners)
     fixed = [np.concatenate(contact.reaction(loads)) for loads in cycle.unscaled]
@@ -95,8 +46,10 @@ def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at
             instants.append((leg, count, opened, opened ^ nodes))
             opened, count = opened ^ nodes, count + 1
     assert opened == start
-    size = 1 + count + 2 * n * len(instants)
+    friction = np.broadcast_to(friction, n)
+    size, spare = 2 + count + 2 * n * len(instants), -1
     unit = np.eye(size)
+    force, length = margin or (0.0, 0.0)
     equal, less = [], []
 
     def motion(m):
@@ -122,11 +75,12 @@ def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at
             if i in before or i in after:
                 equal += [(q, -fixed[leg][i]), (p, -fixed[leg][n + i])]
             else:
-                held = friction[i] * fixed[leg][n + i]
+                most_shear = friction[i] * fixed[leg][n + i]
+                held = friction[i] * p - force * unit[spare]
                 for sign in (1, -1):
-                    less.append((sign * q - friction[i] * p, held - sign * fixed[leg][i]))
+                    less.append((sign * q - held, most_shear - sign * fixed[leg][i]))
             if i in before and i in after:
-                less.append((-w, 0.0))
+                less.append((length * unit[spare] - w, 0.0))
             else:
                 equal.append((w, 0.0))
             if i not in after:
@@ -142,6 +96,7 @@ def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at
                 less.append((row, 1.0) if by_part else (row - unit[0], 0.0))
     (left, right), rows = zip(*less, strict=True), list(zip(*equal, strict=True)) or [None, None]
     exact = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
-    bounds = [(0, most) if at is None else (at, at)] + [(None, None)] * (size - 1)
-    answer = linprog(-unit[0], left, right, *rows, bounds, options=exact)
-    return float(answer.x[0]) if answer.status == 0 else None
+    aim, cap = (0, 0.0) if margin is None else (spare, 1.0)
+    bounds = [(0, most) if at is None else (at, at)] + [(None, None)] * (size - 2) + [(None, cap)]
+    answer = linprog(-unit[aim], left, right, *rows, bounds, options=exact)
+    return float(answer.x[aim]) if answer.status == 0 else None

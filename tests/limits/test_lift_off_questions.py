@@ -11,7 +11,7 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
-from helpers.orders import largest_in_order
+from helpers.orders import largest_round_a_cycle, there_and_back
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system
 
@@ -26,14 +26,14 @@ def pin():
 def margin_in_order(safe, start, events):
     """By a plain program, in the units of a safe slip."""
     question = safe._question
-    return largest_in_order(
+    return largest_round_a_cycle(
         safe.system,
         safe.cycle,
-        safe.friction[0],
+        safe.friction,
         start,
-        events,
-        safe.load_factor,
-        (question.mean_bound, question.clearance),
+        there_and_back(events),
+        at=safe.load_factor,
+        margin=(question.mean_bound, question.clearance),
     )
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.orders import largest_round_a_cycle
+from helpers.orders import largest_round_a_cycle, there_and_back
 from helpers.screens import seen
 from helpers.separation import pulled_system, rests
 from studies.validation.fuzz.embedded import embedded
@@ -71,7 +71,7 @@ def with_events(kind, count):
     raise AssertionError(f"{len(found)} of {count} contacts have events")
 
 
-def by_plain_program(limit, at=None):
+def by_plain_program(limit):
     order = limit._question.order
     legs = order.legs or (0,) * len(order.events)
     return largest_round_a_cycle(
@@ -80,14 +80,7 @@ def by_plain_program(limit, at=None):
         limit.friction,
         order.start,
         list(zip(legs, order.events, strict=True)),
-        at=at,
     )
-
-
-def there_and_back(order):
-    """The events of both legs of a cycle of two corners, from the events of the first leg."""
-    events = list(order.events)
-    return [(0, nodes) for nodes in events] + [(1, nodes) for nodes in events[::-1]]
 
 
 @pytest.mark.parametrize(
@@ -271,7 +264,7 @@ def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
             IN_PHASE,
             limit.friction,
             order.start,
-            there_and_back(order),
+            there_and_back(order.events),
             at=share * limit.load_factor,
         )
         assert (rest is not None) == exists
