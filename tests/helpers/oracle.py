@@ -17,10 +17,10 @@ class Oracle:
 
     Closed nodes stick within `|q| <= f p`, and the `opened` nodes are free of force. `slip` is the
     slip at load factor 0 and corner 0. `q` and `p` have one part for each corner. `lam` is the load
-    factor, `most` a slip bound.
+    factor, `most` a slip bound, and `added` are reactions at all corners, (M,).
     """
 
-    def __init__(self, contact, cycle, f, opened=None, most=None):
+    def __init__(self, contact, cycle, f, opened=None, most=None, added=0.0):
         n, self.contact = contact.nodes, contact
         self.opened, f = (
             np.zeros(n, dtype=bool) if opened is None else opened,
@@ -32,14 +32,14 @@ class Oracle:
             1 if cycle.fixed else len(cycle.corners)
         )
         for mean, corner in zip(at_rest, cycle.corners, strict=True):
-            _, w, q, p = self.state(mean + self.lam * joined(*contact.reaction(corner)))
+            _, w, q, p = self.state(mean + added + self.lam * joined(*contact.reaction(corner)))
             self.rows += [w >= 0] if self.opened.any() else []
             self.rows.append(
                 self.size(q[~self.opened]) <= cp.multiply(f[~self.opened], p[~self.opened])
             )
             self.q.append(self.shaped(q))
             self.p.append(p)
-        slip = self.state(at_rest[0])[0] if self.opened.any() else self.shared
+        slip = self.state(at_rest[0] + added)[0] if self.opened.any() else self.shared
         self.slip = self.shaped(slip)
         self.rows += [] if most is None else [self.size(slip) <= most]
 

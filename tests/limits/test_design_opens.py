@@ -32,7 +32,7 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
                 [(CYCLE, friction, {})],
                 ["c"],
                 lambda b, g: [cp.abs(b) <= MOST, cp.abs(g) <= DEPTH],
-                opened=np.flatnonzero(opened),
+                opened=np.array(opened),
             )
             for opened in product([False, True], repeat=contact.nodes)
             if not all(opened)
