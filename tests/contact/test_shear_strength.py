@@ -21,7 +21,7 @@ from helpers.systems import (
     TO_AND_FRO,
     at_corners,
     block,
-    corner_rows,
+    linprog_limit,
     of_mode,
     random_system,
     uncoupled,
@@ -98,28 +98,17 @@ def test_the_limit_is_that_of_raw_rows_by_scipy():
         bare = random_system(rng, n)
         c = np.where(rng.random(n) < 0.3, np.inf, rng.uniform(0.05, 0.5, n))
         limit = fo.shakedown_limit(strong(bare, *c), CYCLE, 0.6, open_nodes=np.zeros(n, dtype=bool))
-        rows, right = corner_rows(bare, CYCLE, 0.6)
         q0, q1 = bare.closed_reaction(CYCLE.mean)[0], CYCLE.corner_reactions(bare)[0]
-        most = [
-            (np.append(sign * bare.A[i], sign * q[i]), c[i] - sign * q0[i])
+        strengths = [
+            (sign * bare.A[i], sign * q[i], c[i] - sign * q0[i])
             for q in q1
             for sign in (1, -1)
             for i in np.flatnonzero(c < np.inf)
         ]
-        pressed = [
-            (np.append(-bare.B[i], -p[i]), bare.closed_reaction(CYCLE.mean)[1][i])
-            for p in CYCLE.corner_reactions(bare)[1]
-            for i in range(n)
-        ]
-        every, sides = zip(*most, *pressed, strict=True)
-        rows = np.vstack([rows.reshape(-1, n + 1), *every])
-        sides = np.r_[right.ravel(), sides]
-        answer = linprog(
-            np.append(np.zeros(n), -1.0), rows, sides, bounds=[(None, None)] * n + [(0, None)]
-        )
-        assert (answer.status == 0) == (limit.kind is fo.LimitKind.FINITE)
-        if answer.status == 0:
-            assert limit.load_factor == pytest.approx(-answer.fun, rel=1e-8)
+        status, largest = linprog_limit(bare, CYCLE, 0.6, upper=strengths)
+        assert (status == 0) == (limit.kind is fo.LimitKind.FINITE)
+        if status == 0:
+            assert limit.load_factor == pytest.approx(largest, rel=1e-8)
             assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
             q, _ = at_corners(bare, CYCLE, limit.load_factor, limit.slip)
             assert (np.abs(q) <= c + 1e-9).all()
