@@ -11,7 +11,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 import frictopt as fo
 from helpers.components import joined, parted
@@ -21,6 +20,7 @@ from helpers.systems import (
     TO_AND_FRO,
     at_corners,
     block,
+    largest_in_balance,
     linprog_limit,
     of_mode,
     random_system,
@@ -218,25 +218,12 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
     rng, n = np.random.default_rng(5), 5
     system, cycle = block(rng, width=8.0), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     N = np.linalg.svd(system.S)[2][-3:].T
-    (q0, p0), (q1, p1) = (system.reaction(load) for load in ({"P": 4.0}, {"Q": 1.0}))
-    within = np.vstack(
-        [np.hstack([sign * np.eye(n), -0.5 * np.eye(n), np.zeros((n, 1))]) for sign in (1, -1)]
-    )
+    r0, r1 = (joined(*system.reaction(load)) for load in ({"P": 4.0}, {"Q": 1.0}))
     for c in (rng.uniform(0.05, 0.3, n), np.array([0.1, 0.2, np.inf, 0.1, 0.3]), np.full(n, 0.01)):
         slide = fo.gross_slip(strong(system, *c), cycle, 0.5)
-        found = []
-        for sign in (1, -1):
-            balance = np.hstack([N.T, -sign * N.T @ joined(q1, p1)[:, None]])
-            bounds = [(-most, most) for most in c] + [(0, None)] * (n + 1)
-            answer = linprog(
-                -np.eye(2 * n + 1)[-1],
-                within,
-                np.zeros(2 * n),
-                balance,
-                N.T @ joined(q0, p0),
-                bounds=bounds,
-            )
-            found.append(-answer.fun)
+        found = [
+            largest_in_balance(N, np.full(n, 0.5), r0, sign * r1, strength=c) for sign in (1, -1)
+        ]
         assert slide.load_factor == pytest.approx(min(found), rel=1e-8)
         assert slide.bound == pytest.approx(slide.load_factor, rel=1e-7)
         assert slide.load_factor < 0.99 * fo.gross_slip(system, cycle, 0.5).load_factor

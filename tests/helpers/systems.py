@@ -237,6 +237,12 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
     }.get(answer.status, np.nan)
 
 
+def has_safe_slip(contact, cycle, friction, load_factor, most=None):
+    """Whether some raw slip of at most `most` keeps all nodes stuck at a load factor, by scipy."""
+    at = (np.zeros(contact.nodes), 1.0, load_factor)
+    return linprog_limit(contact, cycle, friction, most, equal=[at])[0] == 0
+
+
 def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
     """Largest margin of raw slips of at most `most` at a load factor, by scipy.
 
@@ -357,6 +363,32 @@ def block(rng, width=2.0, height=1.0, nodes=5, axes=2, **more):
     resultants[1, [0, 4 if axes == 3 else 2]] = -1.0, -height if axes == 3 else height
     forces = resultants @ np.linalg.pinv(motions)
     return body(rng, points, normals, dict(zip("PQ", forces, strict=True)), **more)
+
+
+def largest_in_balance(motions, friction, r0, r1, least=False, strength=np.inf):
+    """Largest or least load factor >= 0 with forces within friction in the plane, by scipy.
+
+    The forces balance `r0 + lam r1` in all motions. The value is nan if there are none.
+    """
+    n = len(friction)
+    eye = np.eye(n)
+    rows = np.block(
+        [[eye, -np.diag(friction), np.zeros((n, 1))], [-eye, -np.diag(friction), np.zeros((n, 1))]]
+    )
+    goal = np.eye(2 * n + 1)[-1] * (1.0 if least else -1.0)
+    bounds = [(-most, most) for most in np.broadcast_to(strength, n)] + [(0, None)] * (n + 1)
+    answer = linprog(
+        goal,
+        rows,
+        np.zeros(2 * n),
+        np.column_stack([motions.T, -motions.T @ r1]),
+        motions.T @ r0,
+        bounds=bounds,
+    )
+    assert answer.status in (0, 2, 3)
+    return {0: answer.x[-1] if answer.x is not None else np.nan, 2: np.nan, 3: np.inf}[
+        answer.status
+    ]
 
 
 def uncoupled(rng, nodes, tangents):

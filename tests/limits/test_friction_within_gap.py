@@ -4,7 +4,6 @@ import warnings
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 import frictopt as fo
 from helpers import spatial
@@ -14,7 +13,7 @@ from helpers.systems import (
     CYCLE,
     NODE,
     at_corners,
-    corner_rows,
+    has_safe_slip,
     lifts,
     random_system,
     stress_of,
@@ -39,14 +38,6 @@ def encloses(answer, exact):
     assert not exact.open.any() and exact.events.empty
     least, most = exact.bound * (1 - 1e-8), exact.required * (1 + 1e-8)
     return answer.bound <= most and answer.required >= least
-
-
-def has_safe_slip(contact, cycle, friction, load_factor):
-    """Whether some slip keeps all nodes stuck, by a linear program in raw slips."""
-    rows, right = corner_rows(contact, cycle, friction)
-    right = (right - load_factor * rows[..., -1]).ravel()
-    rows = rows[..., :-1].reshape(-1, contact.nodes)
-    return linprog(np.zeros(contact.nodes), rows, right, bounds=(None, None)).status == 0
 
 
 @pytest.mark.parametrize("seed", range(few(12, least=6)))

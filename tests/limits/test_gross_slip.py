@@ -9,13 +9,12 @@ from dataclasses import replace
 import cvxpy as cp
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 import frictopt as fo
 from helpers.cases import few
 from helpers.components import joined
 from helpers.liars import is_excess, lying, misread, unpolished
-from helpers.systems import TO_AND_FRO, block, body, rigid
+from helpers.systems import TO_AND_FRO, block, body, largest_in_balance, rigid
 from studies.validation.fuzz.embedded import embedded
 
 PUNCH = fo.scenes.PunchOnHalfPlane(elements=12).condense()
@@ -180,32 +179,6 @@ def test_a_loose_collar_has_no_load_and_a_tension_that_drives_no_motion_no_limit
     assert np.isnan(fo.gross_slip(system, loose, 0.3).load_factor)
 
 
-def by_scipy(motions, friction, r0, r1, least=False):
-    """Largest or least load factor >= 0 with forces within friction in the plane, by scipy.
-
-    The value is nan if there is none.
-    """
-    n = len(friction)
-    eye = np.eye(n)
-    rows = np.block(
-        [[eye, -np.diag(friction), np.zeros((n, 1))], [-eye, -np.diag(friction), np.zeros((n, 1))]]
-    )
-    goal = np.eye(2 * n + 1)[-1] * (1.0 if least else -1.0)
-    bounds = [(None, None)] * n + [(0, None)] * (n + 1)
-    answer = linprog(
-        goal,
-        rows,
-        np.zeros(2 * n),
-        np.column_stack([motions.T, -motions.T @ r1]),
-        motions.T @ r0,
-        bounds=bounds,
-    )
-    assert answer.status in (0, 2, 3)
-    return {0: answer.x[-1] if answer.x is not None else np.nan, 2: np.nan, 3: np.inf}[
-        answer.status
-    ]
-
-
 def test_random_faces_in_the_plane_agree_with_scipy():
     kinds = []
     for seed in range(60):
@@ -231,7 +204,10 @@ def test_random_faces_in_the_plane_agree_with_scipy():
         r1 = [joined(*system.reaction(load)) for load in cycle.corners]
         most, least = (
             np.array(
-                [by_scipy(motions, friction, *pair, low) for pair in zip(r0[:2], r1, strict=True)]
+                [
+                    largest_in_balance(motions, friction, *pair, low)
+                    for pair in zip(r0[:2], r1, strict=True)
+                ]
             )
             for low in (False, True)
         )

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 from scipy.stats import lognorm, norm, uniform
 
 import frictopt as fo
@@ -15,8 +14,8 @@ from helpers.systems import (
     NODE,
     PUSHED_AND_PULLED,
     SEEDS,
-    corner_rows,
     fixed_contact,
+    has_safe_slip,
     random_system,
     stress_of,
     system,
@@ -28,27 +27,13 @@ def brute_force(contact, cycle, load_factor, bound=None):
 
     No slip exceeds `bound`. The value is inf if no friction up to 1000 is enough.
     """
-
-    def safe(f):
-        rows, right = corner_rows(contact, cycle, f)  # which press all nodes, for f > 0
-        right = (right - load_factor * rows[..., -1]).ravel()
-        rows = rows[..., :-1].reshape(-1, contact.nodes)
-        return (
-            linprog(
-                np.zeros(contact.nodes),
-                rows,
-                right,
-                bounds=(None if bound is None else -bound, bound),
-            ).status
-            == 0
-        )
-
-    if not safe(1e3):
+    if not has_safe_slip(contact, cycle, 1e3, load_factor, bound):
         return np.inf
     least, most = 0.0, 1e3
     while most - least > 1e-7 * most + 1e-9:
         middle = np.sqrt(least * most) if least > 1e-4 else (least + most) / 2
-        least, most = (least, middle) if safe(middle) else (middle, most)
+        enough = has_safe_slip(contact, cycle, middle, load_factor, bound)
+        least, most = (least, middle) if enough else (middle, most)
     return most
 
 
