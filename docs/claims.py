@@ -195,7 +195,7 @@ CLAIMS = (
         "answers.sentences.ONLY_SLIP_PRESSES",
         by="`ShakedownLimit`",
         source="the sign of its force under the mean load without slip",
-        tests="test_reasons::test_a_node_that_only_slip_presses_is_named",
+        tests="test_limit_kinds::test_a_node_that_only_slip_presses_is_named",
     ),
     Claim(
         "answers.sentences.BELONGS_TO_MESH",
@@ -285,13 +285,13 @@ CLAIMS = (
         by="`GuaranteedLimit`",
         holds_if="always: the slip of the answer brings this node to these bounds",
         source="the contact law, checked in each run",
-        tests="test_limit_kinds::test_the_reason_of_a_witness_names_node_and_corners test_reasons::test_a_node_that_slip_unloads_is_named",
+        tests="test_limit_kinds::test_the_reason_of_a_witness_names_node_and_corners test_limit_kinds::test_a_node_that_slip_unloads_is_named",
     ),
     Claim(
         "answers.sentences.WEDGED",
         by="`GuaranteedLimit`",
         source="the stiffness of this node alone (Klarbring 1990)",
-        tests="test_reasons::test_a_node_that_may_wedge_itself_is_named",
+        tests="test_limit_kinds::test_a_node_that_may_wedge_itself_is_named",
     ),
     Claim(
         "answers.sentences.ONLY_AT_LEAST",
