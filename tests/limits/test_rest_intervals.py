@@ -330,6 +330,12 @@ def test_a_node_that_opens_and_closes_under_shears_that_never_agree_slips_from_t
     assert largest < 0.5
 
 
+@pytest.mark.parametrize(("least", "joins"), [(0.5, True), (0.5 + 1e-7, True), (0.7, False)])
+def test_rests_join_only_without_a_hole_between_them(least, joins):
+    current = SimpleNamespace(largest=0.5, areas=SimpleNamespace(load_unit=1.0))
+    assert rest_intervals._joins(current, SimpleNamespace(least=least)) is joins
+
+
 @pytest.mark.parametrize(("low", "high", "may"), [(0.5, 2.0, True), (1.5, 2.0, False)])
 def test_a_rim_that_can_rest_at_one_load_factor_rests_only_in_its_piece(low, high, may):
     """The forces that the equations leave vanish at the load factor 1."""

@@ -1,6 +1,7 @@
 """The documentation: its code runs, its names, numbers, links and tables are those of the
 package."""
 
+import doctest
 import inspect
 import re
 import runpy
@@ -8,6 +9,7 @@ from importlib import import_module
 from itertools import combinations
 from operator import attrgetter
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 import cvxpy as cp
@@ -376,3 +378,30 @@ def test_tables_have_the_columns_of_the_studies(path, quick):
     assert [re.sub(r"N = \d+", "N", head) for head in made] == [
         re.sub(r"N = \d+", "N", head) for head in kept
     ]
+
+
+ROOMS = [
+    import_module(f"frictopt.{room.name}")
+    for room in iter_modules(fo.__path__)
+    if room.ispkg and room.name not in ("scenes", "solve")
+]
+NAMES = [
+    (room, name)
+    for room in (*ROOMS, fo, fo.results, fo.starts)
+    for name in getattr(room, "__all__", ())
+]
+PUBLIC = list(dict.fromkeys(getattr(room, name) for room, name in NAMES))
+
+
+def has_example(thing):
+    return not inspect.ismodule(thing) and not (
+        inspect.isclass(thing) and issubclass(thing, Exception)
+    )
+
+
+@pytest.mark.parametrize(
+    "thing", list(filter(has_example, PUBLIC)), ids=lambda thing: thing.__name__
+)
+def test_everything_public_has_an_example(thing):
+    text = inspect.getdoc(thing)
+    assert "\nExamples\n--------\n" in text and doctest.DocTestParser().get_examples(text)
