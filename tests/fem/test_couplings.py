@@ -78,18 +78,12 @@ def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load)
     for row in parts.on("lower", d - 1, -1.0):
         constraints.append(np.eye(n + m)[row])
     C = np.array(constraints)
-    G = np.zeros((d * system.nodes, n + m))
-    for i, (point, frame) in enumerate(zip(system.points, system.frames, strict=True)):
-        for k, direction in enumerate(frame):
-            G[i + k * system.nodes, parts.rows("upper", point)] = direction
-            G[i + k * system.nodes, parts.rows("lower", point)] = -direction
-    K = np.zeros((n + m, n + m))
-    K[:n, :n] = parts.K
+    pairs = [[("upper", point, 1.0), ("lower", point, -1.0)] for point in system.points]
+    G = np.pad(parts.motions(system.frames, pairs), ((0, 0), (0, m)))
+    F = np.r_[np.zeros(n), load]
     all_rows = np.vstack([C, G])
-    F = np.zeros(n + m)
-    F[n:] = load
     zero = np.zeros((len(all_rows),) * 2)
-    matrix = np.block([[K, -all_rows.T], [all_rows, zero]])
+    matrix = np.block([[np.pad(parts.K, (0, m)), -all_rows.T], [all_rows, zero]])
     right_sides = np.zeros((len(matrix), len(G) + 1))
     right_sides[: n + m, -1] = F
     right_sides[n + m + len(C) :, :-1] = np.eye(len(G))
