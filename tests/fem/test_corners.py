@@ -24,8 +24,10 @@ from skfem import (
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
+from helpers import quadratic
 from helpers.meshes import matrices_of
 from helpers.multipliers import Assembled, by_multipliers, glued_pairs
+from helpers.quadratic import dimensions
 from helpers.spatial import vectors
 
 KINDS = [MeshQuad, MeshTri, MeshHex, MeshTet]
@@ -40,20 +42,9 @@ JOINTS.append(("left", "right", "x1", "x0"))
 
 
 def box(kind, x0, x1, y0, y1, across, up=3):
-    """A box with sides x0, x1, y0 and y1 in the plane, or in space.
-
-    In space the box has the sides x0, x1, y0, y1 and z0, or the depth 0 .. 1.
-    """
-    steps = [np.linspace(x0, x1, across + 1), np.linspace(y0, y1, up + 1)]
-    if kind in (MeshHex, MeshTet):
-        steps.append(np.array([0.0, 0.3, 0.6, 1.0]))
-    sides = {"x0": (0, x0), "x1": (0, x1), "y0": (1, y0), "y1": (1, y1), "z0": (2, 0.0)}
-    named = {
-        name: (lambda x, a=axis, c=at: np.isclose(x[a], c))
-        for name, (axis, at) in sides.items()
-        if axis < len(steps)
-    }
-    return kind.init_tensor(*steps).with_boundaries(named)
+    """A box with sides x0, x1, y0 and y1 in the plane, or of the depth 0 .. 1 in space."""
+    sides = [(x0, x1), (y0, y1), (0.0, 1.0)][: dimensions(kind)]
+    return quadratic.box(kind, *sides, steps=[across, up, 3][: len(sides)], linear=True)
 
 
 def shims(kind, plate=4, element=None, up=3, contacts=None, **more):

@@ -10,11 +10,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh
-from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import BilinearForm, MeshHex, MeshQuad, MeshTet, MeshTri
 from skfem.helpers import dot
-from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
+from helpers.multipliers import Assembled
 from helpers.quadratic import dimensions
 
 matplotlib.use("Agg")
@@ -130,26 +130,19 @@ def dense(bodies, joined, held):
     Nodes in pairs are merged. The unknowns are ordered node by node, body after body, without the
     unknowns of held nodes.
     """
-    parts = []
-    for body in bodies.values():
-        basis = Basis(body.mesh, ElementVector(body.mesh.elem()))
-        K = (
-            linear_elasticity(*lame_parameters(body.material.E, body.material.nu))
-            .assemble(basis)
-            .toarray()
-        )
-        M = (
-            body.material.density
-            * BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis).toarray()
-        )
-        order = basis.nodal_dofs.T.ravel()
-        parts.append((K[np.ix_(order, order)], M[np.ix_(order, order)]))
-    d = next(iter(bodies.values())).mesh.dim()
-    number = np.arange(len(parts[0][0]) // d + len(parts[1][0]) // d)
+    whole = Assembled(bodies)
+    order, masses = [], []
+    for name, basis in whole.bases.items():
+        mass = BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis).toarray()
+        masses.append(bodies[name].material.density * mass)
+        order.append(whole.first[name] + basis.nodal_dofs.T.ravel())
+    order = np.concatenate(order)
+    K, M = (part[np.ix_(order, order)] for part in (whole.K, block_diag(*masses)))
+    d = basis.mesh.dim()
+    number = np.arange(len(order) // d)
     number[joined[:, 1]] = number[joined[:, 0]]
     kept = np.setdiff1d(np.unique(number), held)
     merge = np.kron(number[:, None] == kept, np.eye(d))
-    K, M = (block_diag(*part) for part in zip(*parts, strict=True))
     squares, y = eigh(merge.T @ K @ merge, merge.T @ M @ merge)
     return squares, merge @ y, M, np.tile(np.eye(d), (len(number), 1))
 
