@@ -21,13 +21,11 @@ from frictopt.base import Kept
 from frictopt.base.results import Shown
 from frictopt.fem import modes, recovery
 from helpers.answers import ASKED, PAIR, QUESTIONS, answer
-from helpers.systems import CYCLE, of_mode, stresses_of, system
+from helpers.systems import CYCLE, of_mode, stresses_of, system, unit_nodes
 
 matplotlib.use("Agg")
 
-NODE = fo.ContactSystem.from_blocks(
-    [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])}
-)
+NODE = unit_nodes({"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
 LIFTS = fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}])
 GRID = [[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)]
 SHEARS = dict(zip("QR", np.eye(12), strict=False))

@@ -22,7 +22,7 @@ from helpers.designs import CYCLE as TURNS
 from helpers.designs import pulled
 from helpers.interrupts import interrupted
 from helpers.screens import Terminal, seen, soon
-from helpers.systems import CYCLE, FIRST_PAIR, system
+from helpers.systems import CYCLE, FIRST_PAIR, system, unit_nodes
 from helpers.worn import cylinder
 from studies.progress import each
 from studies.tables import Table
@@ -146,13 +146,7 @@ PAIR, WORN = system(*FIRST_PAIR), cylinder(32)
 PULLED = system(
     np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, 3.0], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]]
 )
-ROLLED = fo.ContactSystem.from_blocks(
-    [[1.0]],
-    [[0.0]],
-    [[1.0]],
-    [0.0],
-    {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])},
-)
+ROLLED = unit_nodes({"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])})
 
 
 def designed(**options):

@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from helpers.answers import ASKED, PAIR, QUESTIONS, answer
-from helpers.systems import CYCLE
+from helpers.systems import CYCLE, unit_nodes
 
 
 # A comparison is shown as its table.
@@ -85,9 +85,7 @@ def test_the_record_of_a_guaranteed_limit_covers_that_of_the_shakedown_limit():
 
 
 def test_a_table_for_notebooks_shows_names_of_load_cases_as_they_are():
-    contact = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"<b>": ([0.0], [1.0])}
-    )
+    contact = unit_nodes({"<b>": ([0.0], [1.0])})
     assert "&lt;b&gt;" in contact._repr_html_() and "<b>" not in contact._repr_html_()
 
 

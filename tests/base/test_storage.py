@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.systems import random_system
+from helpers.systems import random_system, unit_nodes
 
 PLACED = {
     "points": [[0, 0], [1, 0], [1, 1]],
@@ -139,7 +139,7 @@ def test_names_of_which_a_damaged_header_shows_a_part_are_refused(tmp_path):
     """Names of seven letters read as of three: readers look at the checksum of a long member only
     where they come to its end."""
     path, cases = tmp_path / "a.npz", {f"case{k:03}": ([0.0], [1.0]) for k in range(400)}
-    fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], cases).save(path)
+    unit_nodes(cases).save(path)
     whole = path.read_bytes()
     assert whole.count(b"'<U7'") == 1
     path.write_bytes(whole.replace(b"'<U7'", b"'<U3'"))

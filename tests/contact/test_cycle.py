@@ -7,7 +7,7 @@ import pytest
 
 import frictopt as fo
 from helpers.refused import refused
-from helpers.systems import random_system
+from helpers.systems import random_system, unit_nodes
 
 
 @refused(
@@ -314,7 +314,7 @@ def rotated(turn, size, mean=1.0):
     degrees.
     """
     bonded = {"P": ([0.0], [mean]), "Q": ([1.0], [0.0]), "N": ([0.0], [1.0])}
-    return fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], bonded), {
+    return unit_nodes(bonded), {
         "Q": (size, turn),
         "N": (1.0, 90.0 + turn),
     }

@@ -9,7 +9,7 @@ import pytest
 import frictopt as fo
 from frictopt.contact.diagnosis import counted, in_contact, open_nodes, pressing
 from frictopt.transients.statics import mean_load_diagnosis
-from helpers.systems import system
+from helpers.systems import system, unit_nodes
 
 
 def mean(**loads):
@@ -105,14 +105,7 @@ def test_a_shear_load_alone_does_not_press(punch):
 
 
 def test_the_forces_of_a_state_are_those_of_each_contact():
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(4),
-        np.zeros((4, 4)),
-        np.eye(4),
-        range(4),
-        {"P": (np.zeros(4), np.ones(4))},
-        contact=["a", "a", "b", "b"],
-    )
+    contact = unit_nodes({"P": (np.zeros(4), np.ones(4))}, contact=["a", "a", "b", "b"])
     text = pressing(
         contact,
         np.full(4, 0.5),
@@ -166,9 +159,7 @@ def test_nodes_are_told_with_their_contacts_where_there_are_two():
     """The names are in a reason, in the message of a transient that ends, and in the tables."""
     loads = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}
     names = ["head", "nut", "nut"]
-    joint = fo.ContactSystem.from_blocks(
-        np.eye(3), np.zeros((3, 3)), np.eye(3), range(3), loads, contact=names
-    )
+    joint = unit_nodes(loads, contact=names)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     friction = [0.0, 0.5, 0.5]
     assert counted(joint, np.array([True, False, True])) == "2 of 3 nodes (head 1 of 1, nut 1 of 2)"

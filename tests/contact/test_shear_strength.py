@@ -25,6 +25,7 @@ from helpers.systems import (
     of_mode,
     random_system,
     uncoupled,
+    unit_nodes,
 )
 
 STICK, FORWARD, BACKWARD, OPEN, OFF_FORWARD, OFF_BACKWARD = range(6)
@@ -275,9 +276,7 @@ def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(ax
 
 def test_the_referee_sees_shear_beyond_the_strength():
     node = strong(
-        fo.ContactSystem.from_blocks(
-            [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-        ),
+        unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}),
         0.3,
     )
     bonded = node.reaction({"P": 2.0, "Q": 0.8})

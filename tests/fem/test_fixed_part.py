@@ -20,7 +20,14 @@ from helpers.guaranteed import check
 from helpers.oracle import Oracle
 from helpers.separation import pulled_system
 from helpers.spatial import random_contact, vectors
-from helpers.systems import all_closed, corner_rows, fixed_contact, linprog_limit, linprog_margin
+from helpers.systems import (
+    all_closed,
+    corner_rows,
+    fixed_contact,
+    linprog_limit,
+    linprog_margin,
+    unit_nodes,
+)
 from studies.validation.verify import verify
 
 seeds = st.integers(0, 10**6)
@@ -268,9 +275,7 @@ def test_a_corner_between_others_counts_with_its_own_fixed_part():
     Its slip has to be -0.4 or less, because 0.9 of shear may leave at most 0.5 at the corner
     between the others. So 0.1 is left for the cyclic shear.
     """
-    node = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    )
+    node = unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle(
         {"P": 1.0}, [{"Q": -1.0}, {"Q": 0.0}, {"Q": 1.0}], fixed=[{}, {"Q": 0.9}, {}]
     )

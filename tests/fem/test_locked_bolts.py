@@ -12,6 +12,7 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 from helpers.calculix import displacements, equation, node_set
+from helpers.systems import unit_nodes
 
 STEEL = fo.fem.Material(E=3.0, nu=0.3)
 
@@ -313,9 +314,7 @@ REFUSED = {
 
 
 def one_bolt(**bolts):
-    return fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"bolt": ([0.0], [1.0])}, bolts=bolts
-    )
+    return unit_nodes({"bolt": ([0.0], [1.0])}, bolts=bolts)
 
 
 @pytest.mark.parametrize("message", REFUSED)

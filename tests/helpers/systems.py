@@ -44,14 +44,6 @@ SECOND_PAIR = (
     (0.4, -0.4),
     (0.1, -0.1),
 )
-# One node that two load cases press and one shears.
-NODE = fo.ContactSystem.from_blocks(
-    [[1.0]],
-    [[0.0]],
-    [[1.0]],
-    [0.0],
-    {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])},
-)
 # One coupled node, and three without coupling.
 ONE_NODE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
 THREE = (
@@ -62,6 +54,17 @@ THREE = (
     (0.5, 0.3, -0.2),
     (0.1, -0.2, 0.9),
 )
+
+
+def unit_nodes(loads, **known):
+    """Nodes of unit stiffness at 0, 1 and so on that do not feel each other."""
+    shears, _ = next(iter(loads.values()))
+    unit, none = np.eye(len(shears)), np.zeros((len(shears),) * 2)
+    return fo.ContactSystem.from_blocks(unit, none, unit, np.arange(len(shears)), loads, **known)
+
+
+# One node that two load cases press and one shears.
+NODE = unit_nodes({"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
 
 
 def system(A, B, q0, p0, q1, p1, C=None, gap=None):

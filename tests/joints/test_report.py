@@ -18,7 +18,7 @@ from helpers.cases import few
 from helpers.screens import soon
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
-from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system
+from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system, unit_nodes
 
 
 def value(report, number):
@@ -264,9 +264,7 @@ def test_advice_where_bodies_are_free(mean, corners, friction, sentence):
 
 
 def test_without_friction_nodes_slide_and_no_start_is_warned_of():
-    node = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    )
+    node = unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     report = fo.report(node, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.0)
     assert report.advice == [
         "At your load friction does no work; nodes without friction slide to and fro."

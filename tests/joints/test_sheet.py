@@ -23,7 +23,7 @@ from helpers.cases import few
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import flat_body, random_contact
 from helpers.systems import BLOCK as BARE_BLOCK
-from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system
+from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system, unit_nodes
 from studies.validation.moving_events import FRICTION, ROLLS, cylinder
 
 STIFFNESS = 3.0
@@ -632,9 +632,7 @@ def two_faces(*names):
     The mean load presses them with 2, and the load shears them by 0.4.
     """
     loads = {"P": (np.zeros(2), np.ones(2)), "Q": (np.ones(2), np.zeros(2))}
-    system = fo.ContactSystem.from_blocks(
-        np.eye(2), np.zeros((2, 2)), np.eye(2), np.arange(2.0), loads, contact=names
-    )
+    system = unit_nodes(loads, contact=names)
     return system, fo.LoadCycle({"P": 2.0}, [{"Q": 0.4}, {"Q": -0.4}])
 
 

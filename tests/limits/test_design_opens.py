@@ -14,7 +14,7 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.designs import CYCLE as TURNS
 from helpers.designs import largest_load_factor, pulled
-from helpers.systems import CYCLE, random_system
+from helpers.systems import CYCLE, random_system, unit_nodes
 from studies.validation.blocks import block
 from studies.validation.fuzz.space import _SpatialSubject
 
@@ -79,9 +79,7 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
         "bolt": (none, [0.5, 0.2, 0.2]),
         "Q": ([1.0, 1.0, 1.0], none),
     }
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads
-    )
+    contact = unit_nodes(loads)
     model = fo.DesignModel(
         contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), preloads=["bolt"]
     )
@@ -104,9 +102,7 @@ def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
         "N": (none, [0.5, 0.0, 0.0]),
         "Q": ([1.0, 1.0, 1.0], none),
     }
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads
-    )
+    contact = unit_nodes(loads)
     model = fo.DesignModel(
         contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0, "N": 1.0}, {"Q": -1.0}]), preloads=["bolt"]
     )
@@ -127,9 +123,7 @@ def test_scenarios_have_open_nodes_of_their_own():
         "bolt": (none, [2.0, 1.0, 1.0]),
         "Q": ([0.1, 1.0, 1.0], none),
     }
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads
-    )
+    contact = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     model = fo.DesignModel(
         contact, cycle, preloads=["bolt"], scenarios=[(cycle, 0.5, {"bolt": 0.5})]
@@ -220,9 +214,7 @@ def test_the_search_begins_without_a_design_too():
         "bolt": (none, np.r_[0.5, np.full(19, -0.02)]),
         "Q": (others, none),
     }
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(20), np.zeros((20, 20)), np.eye(20), np.arange(20.0), loads
-    )
+    contact = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     model = fo.DesignModel(contact, cycle, preloads=["bolt"])
     design = model.solve(0.5, [model.preload >= 0, model.preload <= 10.0])

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
-from helpers.systems import CYCLE, NODE, SEEDS, excess, linprog_limit, random_system
+from helpers.systems import CYCLE, NODE, SEEDS, excess, linprog_limit, random_system, unit_nodes
 from studies.validation.verify import verify
 
 Z = [0.0, 0.0]
@@ -21,7 +21,7 @@ PULLED = {"P": (Z, [-1.0, 1.0]), "N": (Z, [1.0, 0.0]), "Q": ([0.1, 0.3], Z)}
 GAPED = {**PULLED, "P": (Z, [0.2, 1.0])}
 # Node 0 sticks if 0.1 lam <= 0.5 (lam - 1), node 1 if 0.3 lam <= 0.5; the second contact is the
 # same by a gap that the mean load does not close.
-TWO = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], PULLED)
+TWO = unit_nodes(PULLED)
 GAP = TWO.with_bonded(GAPED).with_gap([1.2, 0.0])
 PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
 

@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.systems import CYCLE, all_closed, explained, random_system, system
+from helpers.systems import CYCLE, all_closed, explained, random_system, system, unit_nodes
 from studies.validation.fuzz.embedded import embedded
 
 ASK = (fo.shakedown_limit, fo.guaranteed_limit)
@@ -179,7 +179,7 @@ def test_a_problem_without_a_safe_slip_has_the_multipliers_that_prove_it():
     negative bound, while no slip changes their sum.
     """
     loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    node = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}], fixed=[{"Q": 1.0}, {"Q": -1.0}])
     limit = fo.shakedown_limit(node, cycle, 0.5, open_nodes=[False])
     assert limit.kind is fo.LimitKind.NO_SAFE_SLIP

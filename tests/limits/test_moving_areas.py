@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 import frictopt as fo
 from frictopt.limits import NoPath, moving_areas, normal_path, pose
 from helpers.cases import few
+from helpers.systems import unit_nodes
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_areas import compared, contact
 
@@ -179,9 +180,7 @@ def test_the_rate_with_friction_is_that_of_differences():
 )
 def test_with_a_scaled_normal_load_the_states_of_rest_need_not_be_an_interval(load_factor, rests):
     """One node is at rest on [0, 1 / 2.2] and from 1 on."""
-    node = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    )
+    node = unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     loads = [(0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0)]
     cycle = fo.LoadCycle({"P": 1.0}, [{"P": p, "Q": q} for p, q in loads])
     for slip in (-0.5, 0.0, 0.5):

@@ -10,6 +10,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
+from helpers.systems import unit_nodes
 from studies.validation.moving_areas import Case, contact, ends
 from studies.validation.moving_events import FRICTION, IN_PHASE, ROLLS, cylinder, out_of_phase
 from studies.validation.rest_intervals import contact as scaled_contact
@@ -54,9 +55,7 @@ def test_with_a_phase_no_friction_is_enough():
 
 def test_one_node_with_scaled_normal_loads_by_hand():
     """It rests up to 1 / 2.2, and from 1 on, where it is open while its shear turns."""
-    node = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    )
+    node = unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     loads = [(0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0)]
     cycle = fo.LoadCycle({"P": 1.0}, [{"P": p, "Q": q} for p, q in loads])
     rests = [fo.safe_slip(node, cycle, 0.5, lam).exists for lam in (0.45, 0.46, 0.9, 1.01, 3.0)]
@@ -85,9 +84,7 @@ def test_no_friction_is_needed_where_pressed_nodes_carry_no_shear():
     """By hand: one node opens in each cycle, under no shear, under static shear that a slip takes
     off, and under shear that comes and goes while the node is open. With hardly any friction every
     start comes to rest."""
-    node = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    )
+    node = unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     lifts = [{"P": -2.0}, {"P": 2.0}]
     turns = [(0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0)]
     cycles = (

@@ -16,7 +16,7 @@ from helpers.guaranteed import check as of_witness
 from helpers.interrupts import interrupted
 from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
-from helpers.systems import CYCLE, all_closed, system
+from helpers.systems import CYCLE, all_closed, system, unit_nodes
 from studies.validation.open_sets import largest_with_open
 from studies.validation.verify import verify
 
@@ -91,7 +91,7 @@ def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
         "Q": ([1.0, 0.0], [0.0, 0.0]),
         "R": ([0.0, 0.0], [-1.0, 2.0]),
     }
-    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    pair = unit_nodes(loads)
     region = fo.safe_region(pair, {"P": 1.0}, ["Q", "R"], friction=0.5)
     assert region.vertices == pytest.approx(
         np.array([[1.0, 0.0], [0.75, 0.5], [0.0, 0.5]]), abs=1e-8

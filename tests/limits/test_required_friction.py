@@ -19,6 +19,7 @@ from helpers.systems import (
     random_system,
     stress_of,
     system,
+    unit_nodes,
 )
 
 
@@ -275,9 +276,7 @@ def test_as_assembled_a_joint_slips_with_more_friction_than_it_needs():
     limit = fo.shakedown_limit(joint, sway, 1.1 * required.required)
     as_assembled = fo.limit_after_protocol(limit, scan=4)
     assert as_assembled.load_factor < 0.6
-    node = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    )
+    node = unit_nodes({"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     uncoupled = fo.required_friction(node, fo.LoadCycle({"P": 2.0}, [{"Q": -1.0}, {"Q": 3.0}]), 1.0)
     assert "start" not in uncoupled.reason
 

@@ -25,6 +25,7 @@ from frictopt.limits.moving import normal_path as paths
 from frictopt.limits.search.order_search import best_with_events
 from frictopt.limits.shakedown import LIMITS
 from helpers.cases import few
+from helpers.systems import unit_nodes
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_areas import Case, ends
 from studies.validation.rest_intervals import compared, contact
@@ -152,7 +153,7 @@ def test_random_contacts_rest_inside_of_their_intervals_and_slip_outside(seed):
 def two_nodes(pressures, P, Q):
     """Two nodes that do not know of each other, with mean pressures, and cyclic loads of node 1."""
     loads = {"mean": (np.zeros(2), pressures), "P": ([0, 0], [0, P]), "Q": ([0, Q], [0, 0])}
-    return fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], loads)
+    return unit_nodes(loads)
 
 
 TO_AND_FRO = fo.LoadCycle({"mean": 1.0}, [{"P": 1.0, "Q": 1.0}, {"P": -1.0, "Q": -1.0}])

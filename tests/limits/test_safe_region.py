@@ -13,7 +13,7 @@ from helpers.cases import few
 from helpers.refused import refused
 from helpers.separation import open_in_space
 from helpers.spatial import random_contact
-from helpers.systems import lifts, linprog_limit, random_system, stress_of
+from helpers.systems import lifts, linprog_limit, random_system, stress_of, unit_nodes
 from studies.validation.fuzz.cases import random_case
 from studies.validation.polygons import polygon_limit
 
@@ -185,7 +185,7 @@ def test_a_curved_region_is_drawn_with_its_outer_polygon():
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_directions_without_a_limit_are_named():
     loads = {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])}
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    contact = unit_nodes(loads)
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
     assert region.unlimited == ("idle",)
     assert np.allclose(region.vertices, [[np.inf, 0.5]])
@@ -254,13 +254,7 @@ def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
         limit = limit_of(*args)
         return replace(limit, bound=limit.bound * (1 + 1e-6))
 
-    contact = fo.ContactSystem.from_blocks(
-        [[1.0]],
-        [[0.0]],
-        [[1.0]],
-        [0.0],
-        {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "twin": ([1], [0])},
-    )
+    contact = unit_nodes({"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "twin": ([1], [0])})
     monkeypatch.setattr(rays, "_limit", loose)
     with pytest.raises(fo.SolverError, match=r"its sides and vertices differ by 1\.0e-06"):
         fo.safe_region(contact, {"P": 1.0}, [other, "Q"], 0.5)

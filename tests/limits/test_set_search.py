@@ -13,7 +13,7 @@ from frictopt.limits import pose
 from frictopt.limits.search.likely_sets import settled_sets
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
-from helpers.systems import CYCLE, NODE, all_closed, system
+from helpers.systems import CYCLE, NODE, all_closed, system, unit_nodes
 from studies.validation.blocks import block
 from studies.validation.open_sets import largest_with_open
 from studies.validation.stays_open import interval_of_set
@@ -220,7 +220,7 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
         "N": ([0, 0, 0], [0, 1.0, 0]),
         "Q": ([0, 0.1, shear], [0, 0, 0]),
     }
-    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
+    contact = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
     first = fo.shakedown_limit(contact, cycle, 0.5)
     opened = np.array([True, False, False])

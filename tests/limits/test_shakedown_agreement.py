@@ -3,7 +3,14 @@ import pytest
 
 import frictopt as fo
 from helpers.liars import lying, misread, sloppy, unpolished
-from helpers.systems import at_corners, explained, linprog_limit, random_system, stress_of
+from helpers.systems import (
+    at_corners,
+    explained,
+    linprog_limit,
+    random_system,
+    stress_of,
+    unit_nodes,
+)
 
 
 def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(
@@ -42,7 +49,7 @@ def test_friction_changed_by_hand_to_zero_leaves_no_tension():
     """The cyclic load lifts node 0, p = 1 - lam, and shears node 1. Without friction at node 0 the
     limit is min(1, 10 f)."""
     loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.0, 0.1], [1.0, 0.0])}
-    two = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    two = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     problem = fo.shakedown_limit(two, cycle, 0.5, open_nodes=[False, False]).problem
     for friction, right in (([0.0, 0.5], 1.0), ([0.0, 0.02], 0.2), ([1e-9, 0.5], 1.0)):

@@ -16,7 +16,7 @@ from frictopt.limits import limit_of_set, pose, with_open
 from frictopt.limits.answers import sentences
 from frictopt.limits.program.mean_load import open_under_mean
 from helpers.separation import open_in_space, pulled_system, resting_starts
-from helpers.systems import CYCLE, random_system, system
+from helpers.systems import CYCLE, random_system, system, unit_nodes
 from studies import first_look
 
 ROOT = Path(__file__).parents[2]
@@ -214,7 +214,7 @@ def test_where_nothing_is_safe_nothing_is_proven_of_starts():
     """One node of B = 0, pulled open by 0.5, pressed by 1 and sheared by less than friction at one
     corner: it opens and closes, and never slips."""
     loads = {"P": ([0.0], [-0.5]), "N": ([0.4], [1.0]), "X": ([0.01], [0.0])}
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    node = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], fixed=[{"N": 1.0}, {}])
     limit, steady = fo.guaranteed_limit(node, cycle, 0.5), fo.steady_state(node, cycle, 0.5, 1.0)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0

@@ -17,7 +17,7 @@ import threadpoolctl
 import frictopt as fo
 from frictopt.solve import by_cvxpy, solvers
 from helpers.liars import lying_by_cvxpy
-from helpers.systems import CYCLE, random_system
+from helpers.systems import CYCLE, random_system, unit_nodes
 
 
 def test_a_highs_that_cannot_be_loaded_is_named_with_a_remedy(tmp_path):
@@ -50,7 +50,7 @@ def test_a_simplex_method_that_takes_too_many_steps_is_stopped_and_another_solve
     """A node under p = 1 and a shear of 1: lambda = f. It takes a step or two."""
     monkeypatch.setattr(solvers, "_STEPS", (0, least))
     loads = {"mean": ([0.0], [1.0]), "shear": ([1.0], [0.0])}
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    node = unit_nodes(loads)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])
     limit = fo.shakedown_limit(node, cycle, 0.5)
     assert limit.load_factor == pytest.approx(0.5, rel=1e-9)

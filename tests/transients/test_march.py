@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.systems import CYCLE, system
+from helpers.systems import CYCLE, system, unit_nodes
 
 
 def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
@@ -82,9 +82,7 @@ def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
     """Node 0 slides by q = 0.7 at f p = 0.5 and then sticks; node 1 bears 1e9 times as much and
     does nothing else."""
     bonded = {"P": ([0.0, 0.0], [1.0, 4e9]), "X": ([0.7, 0.0], [0.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
-    )
+    contact = unit_nodes(bonded)
     path = fo.march(
         contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.5, 1.0, cycles=2, steps=1
     )

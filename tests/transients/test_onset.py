@@ -7,7 +7,7 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.separation import pulled_system
 from helpers.spatial import random_contact, vectors
-from helpers.systems import CYCLE, random_system, system
+from helpers.systems import CYCLE, random_system, system, unit_nodes
 
 ONE_WAY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
 
@@ -148,13 +148,7 @@ def test_the_onset_in_space_with_open_nodes_is_the_first_event_of_small_incremen
 
 
 def test_a_picture_and_the_reason_tell_the_settled_mean_load():
-    pair = fo.ContactSystem.from_blocks(
-        np.eye(2),
-        np.zeros((2, 2)),
-        np.eye(2),
-        [0, 1],
-        {"P": ([0, 0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.5])},
-    )
+    pair = unit_nodes({"P": ([0, 0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.5])})
     found = fo.onset(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5)
     assert (found.slip.load_factor, found.slip.node, found.touch.load_factor, found.touch.node) == (
         1.0,
@@ -197,13 +191,7 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
     turn = np.array([0.6, 0.8])
     shears = {"mean": np.array([q0, 0.0]), "cyclic": np.array([q1, 0.0])}
     presses = {"mean": np.array([p0, 1.0]), "cyclic": np.array([p1, 0.0])}
-    plane = fo.ContactSystem.from_blocks(
-        np.eye(2),
-        np.zeros((2, 2)),
-        np.eye(2),
-        [0, 1],
-        {name: (shears[name], presses[name]) for name in shears},
-    )
+    plane = unit_nodes({name: (shears[name], presses[name]) for name in shears})
     solid = fo.ContactSystem(
         np.eye(6),
         np.eye(3)[:2],
@@ -228,8 +216,6 @@ def test_shear_of_pressing_alone_asks_for_friction_and_for_no_less_shear():
         ((0.8, 0.2), "more friction, or less shear"),
     ):
         loads = {"P": (shears, [1.0, 1.0]), "Q": ([1.0, 1.0], [0.0, 0.0])}
-        pair = fo.ContactSystem.from_blocks(
-            np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
-        )
+        pair = unit_nodes(loads)
         first = fo.onset(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5)
         assert expected in first.reason and ("less shear" in first.reason) is ("less" in expected)

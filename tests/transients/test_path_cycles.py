@@ -15,6 +15,7 @@ from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
 from frictopt.transients.extrapolation import AffineLimit
 from helpers.return_maps import Mapped, settled
+from helpers.systems import unit_nodes
 
 
 def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
@@ -208,9 +209,7 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
         "H": ([0.0, 0.0], [1.0, 0.0]),
         "N": ([0.0, 0.0], [0.0, -2.0]),
     }
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
-    )
+    contact = unit_nodes(bonded)
     cycle = fo.LoadCycle(
         {"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"H": hard, "N": 1.0 if other == "opens" else 0.0}]
     )
@@ -259,9 +258,7 @@ def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_
         "X": ([1.0, 0.0], [0.0, 0.0]),
         "H": ([0.0, 0.0], [0.0, 1e12]),
     }
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
-    )
+    contact = unit_nodes(bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "H": 1.0}, {"X": -1.0}])
     path = fo.march(contact, cycle, 0.5, 1.0, cycles=3)
     assert path.cycle_work[-1] == pytest.approx([1.0, 0.0], rel=1e-6)

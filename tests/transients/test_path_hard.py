@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import frictopt as fo
 from helpers.cases import few
 from helpers.paths import followed
-from helpers.systems import CYCLE, random_system
+from helpers.systems import CYCLE, random_system, unit_nodes
 
 
 @settings(max_examples=few(60))
@@ -49,9 +49,7 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
     )
 
 
-NODE = fo.ContactSystem.from_blocks(
-    [[1.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
-)
+NODE = unit_nodes({"N": ([0.0], [1.0]), "T": ([1.0], [0.0])})
 
 
 def test_a_first_cycle_without_work_is_no_shakedown():

@@ -11,6 +11,7 @@ import frictopt as fo
 from frictopt.transients.classify import returns_after
 from helpers.paths import ASKED, ROUND, TWICE
 from helpers.return_maps import Mapped, settled
+from helpers.systems import unit_nodes
 from studies.validation.fuzz.embedded import embedded
 
 
@@ -119,13 +120,7 @@ def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
 
 
 def test_a_node_without_friction_slides_but_does_not_slip():
-    pair = fo.ContactSystem.from_blocks(
-        np.eye(2),
-        np.zeros((2, 2)),
-        np.eye(2),
-        [0.0, 1.0],
-        {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
-    )
+    pair = unit_nodes({"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])})
     steady = fo.steady_state(
         pair, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}]), [0.0, 0.5], 1.0
     )

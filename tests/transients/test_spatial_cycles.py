@@ -10,7 +10,7 @@ import pytest
 import frictopt as fo
 from frictopt.transients import extrapolation
 from helpers.spatial import cycle, random_contact, single
-from helpers.systems import at_corners
+from helpers.systems import at_corners, unit_nodes
 
 
 def unguided(rng, nodes, corners):
@@ -211,9 +211,7 @@ def test_a_node_does_no_work_while_it_is_open():
 def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doubt(steps):
     """All numbers of increments have the same error: in one increment the node slides and opens, or
     comes down at another slip than before."""
-    plane = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])}
-    )
+    plane = unit_nodes({"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
     slides = fo.LoadCycle({"P": 0.5}, [{"P": -0.48}, {"P": -0.48, "X": 0.03}, {"P": -1.5}])
     exact = fo.steady_state(plane, slides, 2.0, 1.0)
     steady = fo.steady_state(single(), slides, 2.0, 1.0, steps=steps)
@@ -248,9 +246,7 @@ def test_what_is_known_when_cycles_run_out_is_in_the_error():
 
 def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_plane():
     loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
-    plane = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])}
-    )
+    plane = unit_nodes({"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
     for contact in (single(), plane):
         steady = fo.steady_state(contact, loads, 0.0, 1.0)
         assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0

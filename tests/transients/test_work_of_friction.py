@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from helpers.systems import unit_nodes
 
 BEGINS_SYMMETRIC = [{"sigma": -1.0}, {"sigma": 1.0}]
 
@@ -93,7 +94,7 @@ def test_work_under_a_pressure_that_grows_while_the_node_slips(steps):
     The bound grows from 1/2 to 1, so that the node slips by 2 - 1/2 under a mean bound of 3/4.
     """
     loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    contact = unit_nodes(loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0, "P": 1.0}])
     path = fo.march(contact, cycle, 0.5, 1.0, cycles=1, steps=steps)
     first, second = (np.flatnonzero(path.time == corner)[-1] for corner in (1, 2))
