@@ -21,7 +21,7 @@ from frictopt.base import progress, progress_bar
 from helpers.designs import CYCLE as TURNS
 from helpers.designs import pulled
 from helpers.interrupts import interrupted
-from helpers.screens import Terminal, seen, soon
+from helpers.screens import Terminal, seen, soon, until
 from helpers.systems import CYCLE, FIRST_PAIR, system, unit_nodes
 from helpers.worn import cylinder
 from studies.progress import each
@@ -38,13 +38,6 @@ def log():
     """A file for standard error; lines come soon."""
     with soon():
         yield io.StringIO()
-
-
-def until(log, line):
-    end = time.monotonic() + 60
-    while not re.search(line, log.getvalue()):
-        assert time.monotonic() < end, f"no {line!r} in {log.getvalue()[-300:]!r}"
-        time.sleep(0.01)
 
 
 def test_a_table_says_what_is_computed_and_how_far_it_is(log):

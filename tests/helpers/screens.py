@@ -1,6 +1,8 @@
 """Standard error as a terminal, or as a file, on which progress is shown soon."""
 
 import io
+import re
+import time
 from contextlib import contextmanager, redirect_stderr
 
 import pytest
@@ -21,6 +23,15 @@ def soon():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(progress, "PACE", progress.Pace(first=0.01, line=0.01, look=0.01))
         yield
+
+
+def until(log, line):
+    """Wait for a line of a log; returns what matches it."""
+    end = time.monotonic() + 60
+    while not (found := re.search(line, log.getvalue())):
+        assert time.monotonic() < end, f"no {line!r} in {log.getvalue()[-300:]!r}"
+        time.sleep(0.01)
+    return found[0]
 
 
 def seen(ask):

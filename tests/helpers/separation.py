@@ -1,5 +1,7 @@
 """Random contacts that open, and starts from which they shake down."""
 
+from itertools import islice
+
 import numpy as np
 from hypothesis import assume
 
@@ -38,6 +40,14 @@ def rests(contact, cycle, friction, load_factor, **begin):
         )
     except fo.FrictoptError:
         return False
+
+
+def with_events(limits, count):
+    """The first of some limits that are finite and whose nodes open and close in each cycle."""
+    having = (one for one in limits if one.kind is fo.LimitKind.FINITE and not one.events.empty)
+    found = list(islice(having, count))
+    assert len(found) == count
+    return found
 
 
 def resting_starts(contact, cycle, friction, load_factor, witness, count, rng):

@@ -71,14 +71,19 @@ def test_the_element_of_jenkins():
     assert np.array_equal(curve.most_frequency, curve.frequency)
 
 
+def with_a_gap(pressed):
+    """Two coupled nodes, of which the mean load leaves node 1 open, and Q presses it."""
+    loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, pressed])}
+    A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
+    return fo.ContactSystem.from_blocks(
+        A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
+    )
+
+
 def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     """The closed contact rests there from every start, but a node that is open under the mean load
     closes in each cycle. Random starts show this."""
-    loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.2])}
-    A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
-    pair = fo.ContactSystem.from_blocks(
-        A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
-    )
+    pair = with_a_gap(0.2)
     cycle = opposed("Q", {"P": 1.0})
     friction = [0.5, 0.4]
     starts = 3.0 * np.random.default_rng(1).normal(size=(20, 2))
@@ -103,12 +108,7 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
 def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
     """The reference is the vibration of the state with the open node under a load so small that
     nothing slips and nothing closes."""
-    loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.9])}
-    A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
-    pair = fo.ContactSystem.from_blocks(
-        A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
-    )
-    question = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
+    question = with_a_gap(0.9), opposed("Q", {"P": 1.0}), [0.5, 0.4]
     rest = fo.joints.backbone_curve(*question, [1e-3])
     # Softer than the glued contact.
     assert rest.outcome == ("SHAKEDOWN",)

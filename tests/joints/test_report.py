@@ -6,7 +6,6 @@ what it leaves out, and the file that it writes.
 
 import io
 import re
-import time
 from contextlib import redirect_stderr
 from dataclasses import replace
 
@@ -15,7 +14,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.screens import soon
+from helpers.screens import soon, until
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
 from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system, unit_nodes
@@ -179,11 +178,7 @@ def test_progress_counts_the_steady_states_that_a_report_needs(limits):
         if "Page 1" in text:
             line = "1 of 6 steady states" + (" or more" if "slip range" in limits else "") + "\n"
         if "Page 3" not in text:
-            end = time.monotonic() + 60
-            while not (found := re.search(line, log.getvalue())):
-                assert time.monotonic() < end, f"no {line!r} in {log.getvalue()[-300:]!r}"
-                time.sleep(0.01)
-            known.append(found[0])
+            known.append(until(log, line))
 
     ranges = {"friction": (0.4, 0.5, 0.6), "preload": {"N": (0.9, 1.1)}, "limits": limits}
     with soon(), redirect_stderr(log):

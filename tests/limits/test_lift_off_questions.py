@@ -12,7 +12,7 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.liars import misread
 from helpers.orders import largest_round_a_cycle, there_and_back
-from helpers.separation import pulled_system, rests
+from helpers.separation import pulled_system, rests, with_events
 from helpers.systems import CYCLE, random_system
 
 PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
@@ -37,27 +37,20 @@ def margin_in_order(safe, start, events):
     )
 
 
-def drawn(seed, nodes=3):
+def drawn(seed):
     """A random contact with nodes that the loads lift off, and a friction."""
     rng = np.random.default_rng([41, seed])
-    return pulled_system(rng, nodes), float(rng.uniform(0.2, 0.8))
+    return pulled_system(rng, 3), float(rng.uniform(0.2, 0.8))
 
 
 @cache
-def opening(count, nodes=3):
-    """Random contacts whose limit has nodes that open and close in each cycle.
-
-    Each has its friction and its limit.
-    """
-    found = []
-    for seed in range(60 + 20 * count):
-        contact, friction = drawn(seed, nodes)
-        limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
-        if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
-            found.append((contact, friction, limit))
-        if len(found) == count:
-            return found
-    raise AssertionError(f"{len(found)} of {count} contacts have events")
+def opening(count):
+    """Limits of random contacts whose nodes open and close in each cycle."""
+    asked = (drawn(seed) for seed in range(60 + 20 * count))
+    return with_events(
+        (fo.shakedown_limit(contact, CYCLE, friction, events=True) for contact, friction in asked),
+        count,
+    )
 
 
 @pytest.mark.parametrize("share", few([0.5, 0.9, 0.7, 0.999]))
@@ -107,11 +100,11 @@ def test_the_margin_falls_by_the_rate_of_friction(pin):
 
 
 def test_required_friction_agrees_with_the_limit_from_both_sides():
-    for contact, friction, limit in opening(few(2, 1)):
-        required = fo.required_friction(contact, CYCLE, limit.load_factor, events=True)
-        assert required.required <= friction * (1 + 1e-5)
+    for limit in opening(few(2, 1)):
+        required = fo.required_friction(limit.system, CYCLE, limit.load_factor, events=True)
+        assert required.required <= limit.friction[0] * (1 + 1e-5)
         enough, less = (
-            fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor
+            fo.shakedown_limit(limit.system, CYCLE, f, events=True).load_factor
             for f in (required.required, required.bound)
         )
         assert enough >= limit.load_factor * (1 - 1e-9) > less * (1 - 1e-9)
@@ -120,17 +113,17 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
     """By the theorem for uncoupled contacts, all starts come to rest wherever a state with events
     is safe with a margin."""
-    followed = 0
-    for seed in range(60):
-        if followed == few(3):
-            break
+
+    def drawn(seed):
         rng = np.random.default_rng([53, seed])
         uncoupled = random_system(rng, 3, coupling=0.0)
         shear = uncoupled.bonded["cyclic"][0]
         contact = uncoupled.with_bonded({"cyclic": (shear, rng.normal(size=3))})
-        limit = fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
-        if limit.kind is not fo.LimitKind.FINITE or limit.events.empty:
-            continue
+        return fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
+
+    rng = np.random.default_rng(53)
+    for limit in with_events(map(drawn, range(60)), few(3)):
+        contact = limit.system
         safe = fo.safe_slip(contact, CYCLE, 0.5, 0.95 * limit.load_factor, events=True)
         starts = 2 * rng.normal(size=(3, 3))
         assert safe.margin > 0
@@ -141,21 +134,6 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
             rests(contact, CYCLE, 0.5, 1.02 * limit.load_factor, initial_slip=start)
             for start in starts
         )
-        followed += 1
-    assert followed == few(3)
-
-
-def test_questions_without_events_are_refused(pin):
-    model = fo.ShakedownModel(pin, PIN)
-    for question, why in (
-        (
-            lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
-            "slip is bounded",
-        ),
-        (lambda: model.solve(0.8, [model.slip <= 1], events=True), "cannot be combined"),
-    ):
-        with pytest.raises(fo.ModelError, match=why):
-            question()
 
 
 @pytest.mark.parametrize("wrong", [0, 1], ids=["margin", "place of an event"])

@@ -14,7 +14,7 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.orders import largest_round_a_cycle, there_and_back
 from helpers.screens import seen
-from helpers.separation import pulled_system, rests
+from helpers.separation import pulled_system, rests, with_events
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.moving_events import FRICTION as F
 from studies.validation.moving_events import (
@@ -59,16 +59,10 @@ def limit_of(seed, kind):
     return fo.shakedown_limit(*coupled(seed, kind), events=True)
 
 
-def with_events(kind, count):
+def opening(kind, count):
     """Random contacts whose limit has nodes that open and close, with these limits."""
-    found = []
-    for seed in range(60 + 20 * count):
-        case, limit = coupled(seed, kind), limit_of(seed, kind)
-        if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
-            found.append((*case, limit))
-        if len(found) == count:
-            return found
-    raise AssertionError(f"{len(found)} of {count} contacts have events")
+    limits = with_events((limit_of(seed, kind) for seed in range(60 + 20 * count)), count)
+    return [(limit.system, limit.cycle, limit.friction, limit) for limit in limits]
 
 
 def by_plain_program(limit):
@@ -194,7 +188,7 @@ def test_a_measured_history_of_one_load_may_have_events():
 @pytest.mark.parametrize("kind", ["there and back", "static shear"])
 def test_orders_round_a_cycle_against_a_plain_program_and_transients(kind):
     slips = 0
-    for system, cycle, friction, limit in with_events(kind, few(12)):
+    for system, cycle, friction, limit in opening(kind, few(12)):
         assert limit.load_factor == pytest.approx(by_plain_program(limit), rel=1e-6)
         assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
         below = (1 - 1e-6) * limit.load_factor
@@ -215,7 +209,7 @@ def test_required_friction_round_a_cycle():
     order of events that rests with less.
     """
     reached = 0
-    contacts = with_events("there and back", few(6, 3))[::-1]  # the search in the third is short
+    contacts = opening("there and back", few(6, 3))[::-1]  # the search in the third is short
     for system, cycle, friction, _ in contacts[: few(6, 1, 6)]:
         mean = float(friction.mean())
         known = fo.shakedown_limit(system, cycle, mean, events=True).load_factor
@@ -317,7 +311,7 @@ def test_a_reason_says_where_to_ask_for_events():
 
 
 def test_a_plane_contact_has_the_same_limit_round_a_cycle_in_space():
-    system, cycle, friction, limit = with_events("there and back", 1)[0]
+    system, cycle, friction, limit = opening("there and back", 1)[0]
     rng = np.random.default_rng(1)
     solid = embedded(system, rng)[0]
     space = fo.shakedown_limit(solid, cycle, friction, events=True)

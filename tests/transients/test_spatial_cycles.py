@@ -101,6 +101,12 @@ def test_the_steady_state_of_random_unguided_contacts_is_that_of_plain_following
     assert drift > 1e-3 or steady.slip == pytest.approx(ends[-1], abs=1e-5)
 
 
+def at_share(share, contact, friction):
+    """A contact and its cycle at a share of its limit."""
+    limit = fo.shakedown_limit(contact, cycle(2), friction)
+    return contact, cycle(2), friction, share * limit.load_factor
+
+
 @pytest.mark.parametrize("seed", [2, 38, 56, 149, 128])
 def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(seed):
     """Some nodes still slip or open in the last returns and not in the steady state, or vice versa,
@@ -111,12 +117,7 @@ def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(se
     share = float(rng.choice([0.8, 0.95, 1.05, 1.2, 2.0]))
     contact = random_contact(rng, nodes)
     contact = contact.with_gap(np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0))
-    problem = (
-        contact,
-        cycle(2),
-        friction,
-        share * fo.shakedown_limit(contact, cycle(2), friction).load_factor,
-    )
+    problem = at_share(share, contact, friction)
     steady = fo.steady_state(*problem, steps=8)
     works = fo.march(*problem, steps=8, cycles=120).cycle_work.sum(axis=1)
     assert works[-1] == pytest.approx(works[-20], rel=1e-9)
@@ -131,12 +132,7 @@ def test_nodes_that_stop_before_the_limit_or_have_stopped_leave_no_error_untold(
     friction = rng.uniform(0.2, 0.8, nodes) if seed % 4 else float(rng.uniform(0.2, 0.8))
     if steps == 2:
         contact = contact.with_gap(np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0))
-    problem = (
-        contact,
-        cycle(2),
-        friction,
-        share * fo.shakedown_limit(contact, cycle(2), friction).load_factor,
-    )
+    problem = at_share(share, contact, friction)
     steady = fo.steady_state(*problem, steps=steps)
     works = fo.march(*problem, steps=steps, cycles=500).cycle_work.sum(axis=1)
     assert works[-1] == pytest.approx(works[-20], rel=1e-9)
