@@ -4,6 +4,7 @@ Solvers that return one wrong quantity are detected, and bounds hold where their
 settled.
 """
 
+from contextlib import suppress
 from importlib import import_module
 
 import numpy as np
@@ -428,6 +429,18 @@ def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_th
     )
     found, moved = of_moved_slip(monkeypatch, pulled, [0.5, 0.005], -0.05, number=0)
     assert found < 1e-9 and moved > 1e-4
+
+
+def test_a_smaller_margin_than_the_multipliers_prove_is_no_answer(monkeypatch):
+    contact = random_system(np.random.default_rng(0), 4)
+    largest = fo.safe_slip(contact, CYCLE, 0.4, 0.1).margin
+
+    def less(program, name, x, y):
+        return np.where(program.cost != 0, x - 0.1, x), y
+
+    lying(monkeypatch, less)
+    with suppress(fo.SolverError):
+        assert fo.safe_slip(contact, CYCLE, 0.4, 0.1).margin == pytest.approx(largest)
 
 
 def test_a_safe_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(monkeypatch):

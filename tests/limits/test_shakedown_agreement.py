@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.liars import lying, misread, sloppy, unpolished
+from helpers.liars import is_excess, lying, misread, sloppy, unpolished
 from helpers.systems import (
     at_corners,
     explained,
@@ -143,6 +143,12 @@ def test_an_answer_that_is_wrong_in_one_respect_is_not_believed(
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert load_factors
+
+
+def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeypatch):
+    lying(monkeypatch, lambda program, *_: None if is_excess(program) else "infeasible")
+    with pytest.raises(fo.SolverError, match="HIGHS: infeasible, residual inf; CLARABEL"):
+        fo.shakedown_limit(punch(16), paper_cycle, 0.7)
 
 
 def test_a_sweep_has_the_limit_of_each_friction(punch, paper_cycle):
