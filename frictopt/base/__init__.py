@@ -11,13 +11,9 @@
 `results.py`
     Bases of results: how they are printed, plotted and pickled.
 `files.py`, `archive.py`
-    npz archives and strict JSON, and results in them.
-`kinds.py`
-    The classes that an archive can hold.
+    npz archives and strict JSON, the results that they keep, and libraries that read other files.
 `entries.py`
     Files in TOML, whose tables are the arguments of classes and functions.
-`libraries.py`
-    Libraries that read files of other codes.
 """
 
 from .checks import (
@@ -52,7 +48,7 @@ from .checks import (
     whole_array,
     whole_number,
 )
-from .kinds import kept
+from .files import kept
 from .progress import Bar, OutOfTime, progress_bar
 from .results import (
     Attempt,

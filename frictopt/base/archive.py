@@ -17,8 +17,7 @@ import numpy as np
 import pandas as pd
 
 from ..errors import ModelError
-from .files import packed, unpacked
-from .kinds import KINDS
+from .files import KINDS, packed, unpacked
 
 _FORMAT = "frictopt result 1"
 

@@ -1,4 +1,7 @@
-"""Files to be written, whose names are checked before anything is computed: npz archives, JSON."""
+"""Files: npz archives and JSON, and the libraries that read files of other codes.
+
+The names of files to be written are checked before anything is computed.
+"""
 
 import json
 import math
@@ -12,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from datetime import UTC, datetime
 from enum import Enum
+from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
 from itertools import chain
@@ -31,10 +35,26 @@ from numpy.lib.format import (
 )
 
 from ..errors import FrictoptError, ModelError
-from .checks import T, is_distribution
+from .checks import T, is_distribution, shown
 
 TABLES = (".csv", ".xlsx", ".parquet")
 """Endings of the file of a table."""
+
+KINDS: dict[str, Any] = {}
+"""Name -> class of all values, besides numbers, texts and tables, that a file of a result holds.
+"""
+
+
+def kept(kind: type[T]) -> type[T]:
+    """Register a class whose values are kept in files of results, by the names of its fields.
+
+    A class may have three attributes for its files. `KEPT_FIELDS` are the fields that a file holds,
+    if the other fields follow from them. `from_kept` then makes a value from a mapping of the kept
+    fields. `check_kept` checks a value that was read from a file, and raises a ValueError if
+    something is wrong.
+    """
+    KINDS[kind.__name__] = kind
+    return kind
 
 
 def output(name: str | Path, *endings: str) -> Path:
@@ -322,3 +342,48 @@ def origin(path: str | Path) -> str:
         if "version" not in archive:
             return "of an earlier version"
         return f"of version {archive['version']}, {archive['date']}"
+
+
+# Files of other codes, which libraries read.
+
+
+def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -> Any:
+    """Import a module of a library; if it is missing, the error names the extra to install."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ModelError(
+            f"{name}: not installed; python -m pip install 'frictopt[{extra}]'"
+        ) from error
+
+
+def by_library(
+    name: str,
+    read: Callable[[str], Any],
+    file: Path,
+    what: str,
+    remedy: str = "give the file as the code wrote it",
+) -> Any:
+    """Read a file with a library, and return its result."""
+    if not file.is_file():
+        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
+    try:
+        return read(str(file))
+    except ImportError as error:  # a format may need one more library
+        raise ModelError(
+            f"{what}: {name} needs {error.name} for {str(file)!r}; "
+            f"python -m pip install {error.name}"
+        ) from error
+    # A damaged file makes libraries raise any kind of error; meshio even raises SystemExit.
+    except (Exception, SystemExit) as error:
+        problem = str(error).strip() or type(error).__name__
+        raise ModelError(
+            f"{what}: {name} cannot read {str(file)!r} ({problem}); {remedy}"
+        ) from error
+
+
+def file_path(argument: str, path: str | Path) -> Path:
+    """Check the path of a file, and return it as a `Path`."""
+    if not isinstance(path, str | Path) or not str(path):
+        raise ModelError(f"{argument}: {shown(path)}; give the path of a file")
+    return Path(path)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 
 from .checks import Array
-from .kinds import kept
+from .files import kept
 
 WIDE = 79  # characters of a line of a terminal
 

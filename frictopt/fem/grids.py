@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..base import Array, Integers, shown
-from ..base.libraries import library
+from ..base.files import library
 from ..errors import ModelError
 from .faces import facets_around
 from .recovery import BodyFields, Steady, in_meshio

@@ -21,7 +21,7 @@ from ..base import (
     place,
     whole_number,
 )
-from ..base.libraries import library
+from ..base.files import library
 from ..errors import ModelWarning
 from . import schur
 from .bodies import Body

@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 
 from ..base import choice, flag
 from ..base.entries import checked_entries, known, made, read_toml
-from ..base.libraries import file_path
+from ..base.files import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
 from ..fem.contacts import Contact, Tie

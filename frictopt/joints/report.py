@@ -22,8 +22,7 @@ from ..base import (
     warns_of_odd_values,
     whole_number,
 )
-from ..base.files import unsealed, written
-from ..base.libraries import file_path
+from ..base.files import file_path, unsealed, written
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
 from ..errors import ModelError
 from .advice import advice_on, kind_of_contact

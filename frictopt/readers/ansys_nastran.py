@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, triu
 
 from ..base import Integers, number_of, shown, whole_array
-from ..base.libraries import by_library, file_path, library
+from ..base.files import by_library, file_path, library
 from ..errors import ModelError
 from .bulk_data import bulk_deck, cards, free_fields
 from .deck import Deck

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..base import ROUNDING, Array, Integers, number_of
-from ..base.libraries import file_path
+from ..base.files import file_path
 from ..errors import ModelError
 from .deck import SLENDER, Deck
 from .deck_text import blocks, entries, fields, number, text_of

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..base import Integers
-from ..base.libraries import by_library, library
+from ..base.files import by_library, library
 from ..errors import ModelError
 from .deck import Deck, Elements
 

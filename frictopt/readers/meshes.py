@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from skfem import Mesh
 
 from ..base import SAME_POINT, Integers
-from ..base.libraries import file_path
+from ..base.files import file_path
 from ..errors import ModelError, ModelWarning
 from ..fem.mixed import MIXED, places_among
 from .bulk_data import bulk_deck

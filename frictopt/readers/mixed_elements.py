@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from skfem import Mesh
 
 from ..base import ROUNDING, Array, Booleans, Integers, place
-from ..base.libraries import library
+from ..base.files import library
 from ..errors import ModelError
 from ..fem.elasticity import QUADRATIC, corner_weights, functions_of
 from ..fem.mixed import COLLAPSED, HEXAHEDRON, MIXED, MeshMixed, MeshMixedPlane, places_among
