@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, kron, vstack
-from scipy.sparse.csgraph import connected_components
 
 from ..base import (
     COUNTS,
@@ -26,14 +25,13 @@ from .adjusting import adjusted, notes_on_moves
 from .bodies import Body, on_axis
 from .bolts import BoltPreload, Cut, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
-from .condense import Glued
 from .contacts import Contact, Tie, contact_names, followers_of, independent_pairs
 from .couplings import Coupling, coupled
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .interface import Interface, guided_pairs, notes_on_held, openings
 from .loads import Displacement
 from .mortar import Joint, check_touching, faces_of, join_faces, normals_into, resultants
-from .rigid import NO_ROWS, assemblies, free_motions, node_graph
+from .rigid import Glued, assemblies, glued_bodies, node_graph
 from .sector import Cyclic, sector_of
 from .supports import Support, nodes_of
 
@@ -122,28 +120,12 @@ class Assembly:
 
     @cached_property
     def glued(self) -> Glued:
-        """The glued bodies; at each cut, the two faces are tied across the axis of the bolt.
-
-        The normals of the pairs are corrected so that free bodies can slide.
-        """
+        """The glued bodies; at each cut, the two faces are tied across the axis of the bolt."""
         K = self.whole
         if self.cuts:
             R = self.release[0]
             K = csr_matrix(R.T @ self.whole @ R)
-        graph = node_graph(K, self.free_rows)
-        _, body = connected_components(graph, directed=False)
-        points = np.hstack([part.mesh.p for part in self.bodies.values()]).T
-        motions = free_motions(K, self.free_rows, points, body)
-        return Glued(
-            K=K,
-            unknowns=self.free_rows,
-            points=points,
-            graph=graph,
-            interface=self.pairs.sliding(motions, self.free_rows),
-            motions=motions,
-            name_of_node=self._name_of_node,
-            generalised=NO_ROWS,
-        )
+        return glued_bodies(K, self.free_rows, self.points, self.pairs, self._name_of_node)
 
     def through_ties(self, forces: Array, reactions: Array) -> dict[str, Array]:
         """Tie -> (3, n) normal force, shear and moment (`resultants`) of body 2 on body 1.

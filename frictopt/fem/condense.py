@@ -2,15 +2,13 @@
 
 from __future__ import annotations  # so that help() shows the name ArrayLike
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import LinAlgError
 from scipy.sparse import block_array, csr_matrix, hstack, identity
-from scipy.sparse.csgraph import connected_components
 
 from ..base import (
     EQUILIBRIUM,
@@ -40,7 +38,7 @@ from .matrix_checks import (
     checked_rows,
     checked_stiffness,
 )
-from .rigid import balanced, check_supports, free_motions, node_graph
+from .rigid import Glued, balanced, check_supports, glued_bodies
 from .schur import Factor, eliminate, nested_dissection
 
 
@@ -211,22 +209,13 @@ def condense(
     if d == 2 and width is None:
         widths = _half_widths(x, names)
     interface = Interface(nodes, opening, frames, candidates, numbers)
-    graph = node_graph(K, rows, generalised_rows)
-    check_forgotten(graph, interface, rows, coordinates, numbers)
-    check_sides(K, rows, graph, interface, coordinates)
 
-    _, body = connected_components(graph, directed=False)
-    motions = free_motions(K, rows, coordinates, body, generalised_rows)
-    glued = Glued(
-        K=K,
-        unknowns=rows,
-        points=coordinates,
-        graph=graph,
-        interface=interface.sliding(motions, rows),
-        motions=motions,
-        name_of_node=lambda node: f"node {numbers[node]} of body {body[node]}",
-        generalised=generalised_rows,
-    )
+    def name_of_node(node: int) -> str:
+        return f"node {numbers[node]}"
+
+    glued = glued_bodies(K, rows, coordinates, interface, name_of_node, generalised_rows)
+    check_forgotten(glued.graph, interface, rows, coordinates, numbers)
+    check_sides(K, rows, glued.graph, interface, coordinates)
     with progress_bar(progress, "condensation"):
         stiffness, bonded, compliance = condensed(glued, forces)
     return ContactSystem(
@@ -266,40 +255,6 @@ def _half_widths(points: Array, names: Sequence[str]) -> Array | None:
     return width if width.min() > 0 else None
 
 
-@dataclass(frozen=True, eq=False)
-class Glued:
-    """Bodies that are glued together at their contacts.
-
-    Attributes
-    ----------
-    K
-        Stiffness of the separate bodies.
-    unknowns
-        (nodes, d) rows of K, -1 if a displacement is held, -2 if it follows others.
-    points
-        (nodes, d) coordinates.
-    graph
-        Pattern (nodes, nodes) of the nodes that K connects.
-    interface
-        Pairs and their directions.
-    motions
-        Free rigid motions of single bodies, see `free_motions`.
-    name_of_node
-        Function that names a node in error messages.
-    generalised
-        Rows of K that are generalised coordinates.
-    """
-
-    K: csr_matrix
-    unknowns: Integers
-    points: Array
-    graph: csr_matrix
-    interface: Interface
-    motions: csr_matrix
-    name_of_node: Callable[[int], str]
-    generalised: Integers
-
-
 def condensed(
     glued: Glued, loads: Mapping[str, Array]
 ) -> tuple[dict[str, Any], dict[str, Array], Array]:
@@ -334,8 +289,7 @@ def condensed(
 
 def checked_motions(glued: Glued) -> Array:
     """(k, motions) relative motions in the free rigid motions; each of these must cause some."""
-    parts = glued.unknowns, glued.points, glued.graph, glued.interface, glued.generalised
-    check_supports(glued.K, *parts)
+    check_supports(glued)
     relative = glued.interface.relative(glued.motions, glued.unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)
     if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():

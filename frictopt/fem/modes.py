@@ -34,11 +34,12 @@ from . import schur
 from .assembly import Assembly
 from .bodies import Body
 from .bolts import tied_across
-from .condense import Glued, eliminated, fronts
+from .condense import eliminated, fronts
 from .elasticity import Kinematics, basis_of, circumference
 from .load_cases import Load
 from .loads import BodyForce, Centrifugal, NodalForces, Pressure, Traction
 from .node_forces import PointForce, RemoteForce
+from .rigid import Glued
 
 # The numbers of the search for modes.
 

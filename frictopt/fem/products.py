@@ -12,8 +12,9 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from ..base import SAME_POINT, Array, progress_bar
 from ..errors import ModelError
-from .condense import Glued, checked_motions, eliminated, fronts
+from .condense import checked_motions, eliminated, fronts
 from .recovery import Recovery
+from .rigid import Glued
 from .schur import solve
 
 # Number of rows of T that are computed at once; one after the other would take twelve times as

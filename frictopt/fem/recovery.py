@@ -25,7 +25,7 @@ from ..base.files import library
 from ..errors import ModelWarning
 from . import schur
 from .bodies import Body
-from .condense import Glued, eliminated, fronts
+from .condense import eliminated, fronts
 from .elasticity import (
     MOMENTS,
     Kinematics,
@@ -35,6 +35,7 @@ from .elasticity import (
     functions_at,
 )
 from .loads import Expansion
+from .rigid import Glued
 from .sector import on_seam
 from .supports import Seam
 

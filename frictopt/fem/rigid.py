@@ -1,5 +1,8 @@
 """Rigid motions that nothing prevents, found from a stiffness matrix, and checks with them."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
@@ -19,6 +22,59 @@ from ..errors import ModelError
 from .interface import Interface
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
+
+
+@dataclass(frozen=True, eq=False)
+class Glued:
+    """Bodies that are glued together at their contacts.
+
+    Attributes
+    ----------
+    K
+        Stiffness of the separate bodies.
+    unknowns
+        (nodes, d) rows of K, -1 if a displacement is held, -2 if it follows others.
+    points
+        (nodes, d) coordinates.
+    graph
+        Pattern (nodes, nodes) of the nodes that K connects.
+    interface
+        Pairs and their directions.
+    motions
+        Free rigid motions of single bodies, see `free_motions`.
+    name_of_node
+        Function that names a node in error messages.
+    generalised
+        Rows of K that are generalised coordinates.
+    """
+
+    K: csr_matrix
+    unknowns: Integers
+    points: Array
+    graph: csr_matrix
+    interface: Interface
+    motions: csr_matrix
+    name_of_node: Callable[[int], str]
+    generalised: Integers
+
+
+def glued_bodies(
+    K: csr_matrix,
+    unknowns: Integers,
+    points: Array,
+    interface: Interface,
+    name_of_node: Callable[[int], str],
+    generalised: Integers = NO_ROWS,
+) -> Glued:
+    """The bodies with their free rigid motions; arguments are those of `Glued`.
+
+    The normals of the pairs are corrected so that free bodies can slide.
+    """
+    graph = node_graph(K, unknowns, generalised)
+    _, body = connected_components(graph, directed=False)
+    motions = free_motions(K, unknowns, points, body, generalised)
+    interface = interface.sliding(motions, unknowns)
+    return Glued(K, unknowns, points, graph, interface, motions, name_of_node, generalised)
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
@@ -126,17 +182,12 @@ def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
     return np.asarray(connected_components(graph + ties, directed=False)[1])
 
 
-def check_supports(
-    K: csr_matrix,
-    unknowns: Integers,
-    points: Array,
-    graph: csr_matrix,
-    interface: Interface,
-    generalised: Integers,
-) -> None:
+def check_supports(glued: Glued) -> None:
     """Check that bodies that are glued together have no free rigid motion."""
-    assembly = assemblies(graph, interface)
-    left = free_motions(K, unknowns, points, assembly, generalised)
+    unknowns = glued.unknowns
+    points = glued.points
+    assembly = assemblies(glued.graph, glued.interface)
+    left = free_motions(glued.K, unknowns, points, assembly, glued.generalised)
     if not left.shape[1]:
         return
     node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])
