@@ -13,7 +13,7 @@ from skfem.quadrature import get_quadrature
 
 from ..base import Array, Booleans, Integers, check_text, choice, first_of, shown
 from ..errors import ModelError
-from .coincidence import mesh_errors
+from .coincidence import coordinate_errors
 from .elasticity import (
     ELEMENT_NAMES,
     KINEMATICS,
@@ -166,7 +166,7 @@ class Body:
     @cached_property
     def errors(self) -> Array:
         """(nodes, d) error of each coordinate, as the mesh was written."""
-        return mesh_errors(self.mesh)
+        return coordinate_errors(self.mesh.p.T, np.unique(self.mesh.t))
 
     @cached_property
     def written(self) -> Array:

@@ -13,7 +13,6 @@ digits, as in binary files, their error is the rounding of these numbers.
 
 import numpy as np
 from scipy.spatial import cKDTree
-from skfem import Mesh
 
 from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 
@@ -98,11 +97,6 @@ def _are_single(numbers: Array) -> bool:
         return False
     sizes = np.abs(numbers)
     return not _have_digits(sizes, _exponent(sizes), _MAX_DIGITS)
-
-
-def mesh_errors(mesh: Mesh) -> Array:
-    """(nodes, d) error of each coordinate of a mesh."""
-    return coordinate_errors(mesh.p.T, np.unique(mesh.t))
 
 
 def error_along(directions: Array, errors: Array) -> Array:

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.linalg import inv
 
 from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, number_of
@@ -114,10 +114,8 @@ class Interface:
     def frames_to_axes(self) -> csr_matrix:
         """(N d, d N) relative motions Z along the axes, pair by pair, due to z, frame by frame."""
         n, d, _ = self.frames.shape
-        # The column of direction r at pair i is i + n r; indices are pair, axis, direction.
-        columns = np.broadcast_to(np.arange(n)[:, None, None] + n * np.arange(d), (n, d, d))
-        values = self.frames.swapaxes(1, 2)
-        return csr_matrix((values.ravel(), columns.ravel(), d * np.arange(n * d + 1)))
+        by_pairs = blocks_of(self.frames.swapaxes(1, 2))
+        return csr_matrix(by_pairs[:, np.arange(n * d).reshape(n, d).T.ravel()])
 
     def motion(self, unknowns: Integers, size: int) -> tuple[csr_matrix, Integers]:
         """Matrix T of `u = T y`, and the column of T for each displacement, (nodes, d).
@@ -205,11 +203,8 @@ def _rows(unknowns: Integers, size: int) -> csr_matrix:
 
 def blocks_of(blocks: Array) -> csr_matrix:
     """(n d, n d) matrix with blocks (n, d, d) on its diagonal."""
-    n, d, _ = blocks.shape
-    columns = np.broadcast_to(d * np.arange(n)[:, None, None] + np.arange(d), blocks.shape)
-    return csr_matrix(
-        (blocks.ravel(), columns.ravel(), d * np.arange(n * d + 1)), shape=(n * d,) * 2
-    )
+    n = len(blocks)
+    return csr_matrix(bsr_matrix((blocks, np.arange(n), np.arange(n + 1))))
 
 
 def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..base import ROUNDING, Array, Booleans, Integers
 from .coincidence import error_along
+from .elasticity import parts_of
 from .faces import areas_of, normals_of, unit_vectors
 from .interface import ASKEW
 from .mixed import polygons
@@ -188,7 +187,6 @@ def _put_on_surfaces(normals: Array, facets: Integers, points: Array, of_facets:
 
 def _smooth_parts(facets: Integers, of_facets: Array) -> list[Integers]:
     """Facets of each part of a face in space that no sharp edge divides."""
-    count = len(facets)
     edges, facet = _edges(facets)
     order = np.lexsort(edges.T)
     same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
@@ -196,9 +194,8 @@ def _smooth_parts(facets: Integers, of_facets: Array) -> list[Integers]:
     facet_2 = facet[order[1:][same]]
     # The angle between two facets may be twice the angle between a facet and a node.
     smooth = np.sum(of_facets[facet_1] * of_facets[facet_2], axis=1) > 2 * SMOOTH**2 - 1
-    graph = csr_matrix((smooth[smooth], (facet_1[smooth], facet_2[smooth])), shape=(count, count))
-    total, part = connected_components(graph, directed=False)
-    return [facets[part == number] for number in range(total)]
+    part = parts_of((facet_1[smooth], facet_2[smooth]), len(facets))
+    return [facets[part == number] for number in range(part.max() + 1)]
 
 
 def _edges(facets: Integers) -> tuple[Integers, Integers]:

@@ -19,6 +19,7 @@ from ..base import (
 )
 from ..contact.components import rigid_displacements
 from ..errors import ModelError
+from .elasticity import parts_of
 from .interface import Interface
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
@@ -177,9 +178,8 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
 def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
     """(nodes,) number of the assembly of each node: bodies that contacts glue together."""
     links = interface.opening.tocoo()
-    entries = interface.nodes[links.row], links.col
-    ties = csr_matrix((np.ones(len(links.row)), entries), shape=graph.shape)
-    return np.asarray(connected_components(graph + ties, directed=False)[1])
+    ties = interface.nodes[links.row], links.col
+    return parts_of(np.hstack([graph.nonzero(), ties]), graph.shape[0])
 
 
 def check_supports(glued: Glued) -> None:
