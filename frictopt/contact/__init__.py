@@ -30,7 +30,6 @@ from .law import (
     friction_coefficients,
     lengths,
     most_shear,
-    other_laws,
 )
 from .law_check import Verdict, check_contact_law, off_law
 from .products import ContactProducts

@@ -7,13 +7,11 @@ normal force that is concave and piecewise linear, and friction opposes the slip
 
 Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
 pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
-coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term: programs,
-increments, gross slip and the check of the law use these terms. `OTHER_LAWS` lists the
-laws other than Coulomb's, each with its term and the questions that know it; all other questions
-refuse it.
+coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term of
+`contact_law`: programs, increments, gross slip and the check of the law use these terms. Questions
+that do not know the shear strength refuse it, see `checked_law`.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,59 +106,19 @@ class ContactLaw:
 def contact_law(system: ContactSystem, friction: Array | float) -> ContactLaw:
     """The law of a contact; `friction` has been checked, one coefficient or one per node."""
     coefficients = np.broadcast_to(friction, system.nodes)
-    coulomb = BoundTerm("stuck", coefficients, np.zeros(system.nodes))
-    laws = other_laws(system)
-    return ContactLaw((coulomb, *(OTHER_LAWS[name].term(system) for name in laws)))
-
-
-def _strength_term(system: ContactSystem) -> BoundTerm:
     zero = np.zeros(system.nodes)
-    return BoundTerm("strength", zero, system.shear_strength, symbol="c", which="strong")
+    coulomb = BoundTerm("stuck", coefficients, zero)
+    if not system.capped:
+        return ContactLaw((coulomb,))
+    strength = BoundTerm("strength", zero, system.shear_strength, symbol="c", which="strong")
+    return ContactLaw((coulomb, strength))
 
 
-@dataclass(frozen=True)
-class OtherLaw:
-    """A law other than Coulomb's.
-
-    Attributes
-    ----------
-    holds
-        Whether a contact has this law.
-    term
-        The term that this law adds to the contact law.
-    row
-        Label of the rows of this term.
-    known_by
-        The public questions that can be answered with this law.
-    remedy
-        How to leave this law out.
-    """
-
-    holds: Callable[[ContactSystem], bool]
-    term: Callable[[ContactSystem], BoundTerm]
-    row: str
-    known_by: tuple[str, ...]
-    remedy: str
-
-
-OTHER_LAWS = {
-    "a shear strength": OtherLaw(
-        holds=lambda system: system.capped,
-        term=_strength_term,
-        row="strength",
-        known_by=("shakedown_limit", "gross_slip", "march", "steady_state"),
-        remedy="system.with_shear_strength(np.inf)",
-    ),
-}
-"""The laws other than Coulomb's by their names in errors. All questions know Coulomb's law."""
-
-ROWS = ("stuck", *(law.row for law in OTHER_LAWS.values()))
+ROWS = ("stuck", "strength")
 """Labels of the rows of all terms."""
 
-
-def other_laws(system: ContactSystem) -> list[str]:
-    """Names of the laws other than Coulomb's that a contact has, the keys of `OTHER_LAWS`."""
-    return [name for name, law in OTHER_LAWS.items() if law.holds(system)]
+# The public questions that can be answered with a shear strength.
+_KNOW_STRENGTH = ("shakedown_limit", "gross_slip", "march", "steady_state")
 
 
 def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
@@ -176,17 +134,15 @@ def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
 def checked_law(system: object, question: str) -> ContactSystem:
     """Check that a `question` can be answered with the law of a contact; all know Coulomb's law.
 
-    `question` is a name as in `known_by` of `OTHER_LAWS`, or another name for error messages.
+    `question` is a name of a public function, or another name for error messages.
     """
     checked = checked_system(system)
-    for name in other_laws(checked):
-        law = OTHER_LAWS[name]
-        if question not in law.known_by:
-            *first, last = law.known_by
-            raise ModelError(
-                f"system: it has {name}, which {question} does not know; ask "
-                f"{', '.join(first)} or {last}, or leave it out: {law.remedy}"
-            )
+    if checked.capped and question not in _KNOW_STRENGTH:
+        *first, last = _KNOW_STRENGTH
+        raise ModelError(
+            f"system: it has a shear strength, which {question} does not know; ask "
+            f"{', '.join(first)} or {last}, or leave it out: system.with_shear_strength(np.inf)"
+        )
     return checked
 
 

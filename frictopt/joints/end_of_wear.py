@@ -30,7 +30,6 @@ from ..contact import (
     checked_round,
     checked_system,
     friction_coefficients,
-    other_laws,
     reactions,
 )
 from ..contact.diagnosis import in_contact, open_nodes
@@ -202,7 +201,7 @@ def _check_similar(system: ContactSystem) -> None:
     """
     A, B, C = system.A, system.B, system.C
     checked_round(system, ONE_FRICTION)
-    _require(not other_laws(system), "system: it has a shear strength")
+    _require(not system.capped, "system: it has a shear strength")
     _require(
         np.abs(B).max() <= CONDENSATION * np.abs(A).max(),
         "system: it is coupled: slip changes its pressures",

@@ -15,7 +15,7 @@ import pandas as pd
 from ..base import Array, Bar, Booleans, Outcome, number_of
 from ..base.archive import load
 from ..base.files import written_by
-from ..contact import ContactSystem, LoadCycle, other_laws
+from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import (
     GrossSlip,
@@ -304,8 +304,8 @@ class Pages(Generic[Parts]):
             reason = _LONG_SEARCH
         else:
             self.ask("shakedown limit", lambda: shakedown_limit(system, cycle, f))
-            for law in other_laws(system):
-                reason = f"not supported for a surface with {law}"
+            if system.capped:
+                reason = "not supported for a surface with a shear strength"
         if reason:
             for part in ("guaranteed limit", "required friction"):
                 self.missing[part] = reason.format(part.replace(" ", "_"))

@@ -33,7 +33,7 @@ from ..base import (
     worst,
 )
 from ..base.checks import finite_number, flag, flags, whole_number
-from ..contact import ContactProducts, ContactSystem, LoadCycle, other_laws
+from ..contact import ContactProducts, ContactSystem, LoadCycle
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, ModelWarning, NoContinuation, SolverError
 from ..solve.solvers import INFEASIBLE, UNBOUNDED, NoOptimum
@@ -489,7 +489,7 @@ def check_events(events: object, question: Question, restricted: bool) -> None:
         return
     reasons = {
         "the slip is bounded": question.slip_bound is not None,
-        **{f"the surface has {law}": True for law in other_laws(question.system)},
+        "the surface has a shear strength": question.system.capped,
         "they cannot be combined with open_nodes, constraints or an objective": restricted,
     }
     for reason, holds in reasons.items():

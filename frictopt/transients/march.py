@@ -26,7 +26,6 @@ from ..contact import (
     ContactSystem,
     LoadCycle,
     checked_law,
-    other_laws,
     parted,
 )
 from ..errors import NoContinuation, SolverError
@@ -266,7 +265,7 @@ def path_of(
     transient if Newton's method does not find its state at once.
     """
     in_plane = checked_law(system, "march").tangents == 1
-    if in_plane and steps is None and not other_laws(system):
+    if in_plane and steps is None and not system.capped:
         return ExactPath(system, *parameters)
     return SteppedPath(steps, system, *parameters, retries=retries).checked()
 

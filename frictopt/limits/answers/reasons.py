@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...base import ROUNDING, Array, LimitKind, number_of, place
-from ...contact import ContactProducts, ContactSystem, other_laws
+from ...contact import ContactProducts, ContactSystem
 from ...contact.diagnosis import in_contact
 from ...transients.statics import unscaled_diagnosis
 from ..events.lift_off import may_open_and_close, path_of
@@ -236,7 +236,7 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
 def _call_with_events(limit: ShakedownAnswer) -> str:
     """The advice to pass `events=True`, if nodes can open and close in a state of rest."""
     question = limit._question
-    unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
+    unknown = limit.constraints or question.slip_bound is not None or question.system.capped
     # A node without friction would have to keep its slip in a state of rest with events, too.
     if limit.kind is LimitKind.FINITE and _slides_freely(limit):
         return ""

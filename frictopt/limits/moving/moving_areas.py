@@ -40,7 +40,7 @@ from ...base import (
     unresisted,
     worst,
 )
-from ...contact import ContactProducts, off_law, other_laws
+from ...contact import ContactProducts, off_law
 from ..events.lift_off import (
     episodes_of,
     events_of,
@@ -358,7 +358,7 @@ def holds_for_all_openings(question: Question) -> bool:
     """
     if question.slip_bound is not None or not question.friction.all():
         return False
-    return not other_laws(question.system) and uncoupled(question)
+    return not question.system.capped and uncoupled(question)
 
 
 def scales_shear_alone(question: Question) -> bool:

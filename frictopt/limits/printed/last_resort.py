@@ -14,7 +14,6 @@ import cvxpy as cp
 import numpy as np
 
 from ...base import RESIDUAL, Array, SolveRecord
-from ...contact import other_laws
 from ...errors import SolverError
 from ...solve.arrays import CONE, Rows, polish
 from ...solve.by_cvxpy import solve
@@ -32,7 +31,7 @@ def by_plain_cvxpy(
     question: Question, claimed: Callable[[Solution], C], error: SolverError
 ) -> tuple[C, SolveRecord]:
     """The claim of plain cvxpy, and its record; raises `error` if it fails the checks, too."""
-    other = question.slip_bound is not None or other_laws(question.system)
+    other = question.slip_bound is not None or question.system.capped
     if other or not question.friction.all():
         raise error
     question = replace(question, simplify=False)
