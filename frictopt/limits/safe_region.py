@@ -513,26 +513,21 @@ def _region(
     reason: str,
     started: float,
 ) -> SafeRegion:
-    """The region of a border; SolverError if a side misses its vertices."""
+    """The region of a border."""
     meeting = [meeting_point(left, right) for left, right in pairwise(points)]
     sides = _sides(points, meeting, bool(no_limit))
-    # Distances of the ends from the lines, relative to the distances of the lines from zero.
-    off = [side.point.excess(end) for side in sides for end in (side.start, side.end)]
-    error = max(map(abs, off), default=0.0)
-    if error > 2 * _ON_LINE:
-        raise SolverError(_DIFFER.format(error=error))
-
+    error = _checked_error(sides)
     unlimited = np.array([name in no_limit for name in rays.names])
-    vertices = outer = np.reshape(
+    outer = np.reshape(
         [*(side.start for side in sides), *(side.end for side in sides[-1:])], (-1, 2)
     )
+    vertices = outer
     gap = 0.0
     if rays.system.tangents > 1:
         vertices = np.reshape([point.amplitudes for point in points], (-1, 2))
         gap = _largest_gap(points, meeting)
     if unlimited.any():
-        limited = vertices[0] if len(vertices) else np.zeros(2)
-        vertices = outer = np.where(unlimited, np.inf, limited).reshape(1, 2)
+        vertices = outer = _half_plane(vertices, unlimited)
     if gap > 0:
         reason += GAP_OF_SIDES.format(gap=gap)
     corners = domain(rays.mean, rays.parts, (1.0, 1.0)).corner_names
@@ -553,6 +548,24 @@ def _region(
         _mean=rays.mean,
         _parts=rays.parts,
     )
+
+
+def _checked_error(sides: Sequence[Side]) -> float:
+    """Largest distance of a vertex from the line of its side; SolverError if it is too large.
+
+    Distances are relative to the distances of the lines from zero.
+    """
+    off = [side.point.excess(end) for side in sides for end in (side.start, side.end)]
+    error = max(map(abs, off), default=0.0)
+    if error > 2 * _ON_LINE:
+        raise SolverError(_DIFFER.format(error=error))
+    return error
+
+
+def _half_plane(vertices: Array, unlimited: Booleans) -> Array:
+    """(1, 2) the limited amplitude, and inf for a load without a limit."""
+    limited = vertices[0] if len(vertices) else np.zeros(2)
+    return np.where(unlimited, np.inf, limited).reshape(1, 2)
 
 
 def _table(sides: Sequence[Side], unlimited: Booleans) -> Table:

@@ -247,12 +247,16 @@ class _Study:
         self.rows: dict[str, Row] = {}
         self.limits: dict[str, float] = {}
         if file is not None:
-            file.check_cycles({case.label: case.loads for case in self.cases.values()})
-            for row in file.own_rows(set(contacts.values())):
-                if row["key"] in self.keys and row["outcome"] != FAILED:
-                    self._add(row)
-            if with_limits:
-                self.limits = file.read_limits()
+            self._read(file, set(contacts.values()))
+
+    def _read(self, file: Store, contacts: set[str]) -> None:
+        """Take the rows and limits of these contacts that the file has."""
+        file.check_cycles({case.label: case.loads for case in self.cases.values()})
+        for row in file.own_rows(contacts):
+            if row["key"] in self.keys and row["outcome"] != FAILED:
+                self._add(row)
+        if self.with_limits:
+            self.limits = file.read_limits()
 
     def missing(self) -> list[Run]:
         """The runs without a row."""
