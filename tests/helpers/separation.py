@@ -8,6 +8,7 @@ from hypothesis import assume
 import frictopt as fo
 from helpers.spatial import random_contact, vectors
 from helpers.systems import CYCLE, random_system
+from studies.validation.fuzz.cases import random_case
 
 
 def pulled_system(rng, nodes):
@@ -24,11 +25,18 @@ def pulled_system(rng, nodes):
     )
 
 
-def lifted_system(rng, nodes):
+def lifted_system(rng, nodes, coupling=1.0, by=3):
     """A random contact that is closed under its mean load, while the cyclic load lifts nodes off."""
-    contact = random_system(rng, nodes, coupling=1.0)
+    contact = random_system(rng, nodes, coupling=coupling)
     (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
-    return contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
+    return contact.with_bonded({"mean": mean, "cyclic": (q, by * p)})
+
+
+def fuzzed(seed):
+    """A random contact of studies, of two to six nodes, its cycle and friction."""
+    nodes = int(np.random.default_rng([seed, 75]).integers(2, 7))
+    case = random_case(9_000_000 + seed, nodes=nodes)
+    return case.system, case.cycle, case.friction
 
 
 def rests(contact, cycle, friction, load_factor, **begin):

@@ -7,10 +7,9 @@ import frictopt as fo
 from helpers.cases import few
 from helpers.interrupts import interrupted
 from helpers.liars import is_excess, lying
-from helpers.separation import lifted_system, pulled_system
+from helpers.separation import fuzzed, lifted_system, pulled_system
 from helpers.systems import CYCLE
 from studies.validation.blocks import block, clamp, in_space
-from studies.validation.fuzz.cases import random_case
 from studies.validation.stays_open import intervals, intervals_in_space, reach
 
 # Blocks of which a local search misses the best set: it is 1.2 to 2 times better or infinite.
@@ -30,13 +29,6 @@ def lifted(seed):
     rng = np.random.default_rng([seed, 32])
     contact = lifted_system(rng, int(rng.integers(2, 7)))
     return contact, CYCLE, float(rng.uniform(0.2, 1.5))
-
-
-def fuzzed(seed):
-    """A random contact of studies, its cycle and friction."""
-    nodes = int(np.random.default_rng([seed, 75]).integers(2, 7))
-    case = random_case(9_000_000 + seed, nodes=nodes)
-    return case.system, case.cycle, case.friction
 
 
 def is_best(contact, cycle, friction, known):

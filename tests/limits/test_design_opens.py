@@ -19,6 +19,15 @@ from studies.validation.blocks import block
 from studies.validation.fuzz.space import _SpatialSubject
 
 MOST, DEPTH = 0.6, 0.1
+# The mean load pulls node 0 open, and a bolt presses it and the others.
+BOLTED = unit_nodes(
+    {
+        "P": ([0.0] * 3, [-1.0, 1.0, 1.0]),
+        "bolt": ([0.0] * 3, [0.5, 0.2, 0.2]),
+        "N": ([0.0] * 3, [0.5, 0.0, 0.0]),
+        "Q": ([1.0] * 3, [0.0] * 3),
+    }
+)
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -73,16 +82,8 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
     The mean load pulls node 0 open by 1, of which the bolt takes a half; the other two nodes carry
     f (1 + 0.2 b).
     """
-    none = np.zeros(3)
-    loads = {
-        "P": (none, [-1.0, 1.0, 1.0]),
-        "bolt": (none, [0.5, 0.2, 0.2]),
-        "Q": ([1.0, 1.0, 1.0], none),
-    }
-    contact = unit_nodes(loads)
-    model = fo.DesignModel(
-        contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), preloads=["bolt"]
-    )
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    model = fo.DesignModel(BOLTED, cycle, preloads=["bolt"])
     design = model.solve(0.5, [model.preload >= 0, model.preload <= 1.0, model.load_factor >= 0.5])
     assert design.load_factor == pytest.approx(0.6) and design.open.tolist() == [True, False, False]
     assert design.slips[0][0] == pytest.approx(0.0)
@@ -95,17 +96,8 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
 def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
     """By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the other nodes carry
     (1 + b / 5) / 2, which is largest at b = 15 / 11."""
-    none = np.zeros(3)
-    loads = {
-        "P": (none, [-1.0, 1.0, 1.0]),
-        "bolt": (none, [0.5, 0.2, 0.2]),
-        "N": (none, [0.5, 0.0, 0.0]),
-        "Q": ([1.0, 1.0, 1.0], none),
-    }
-    contact = unit_nodes(loads)
-    model = fo.DesignModel(
-        contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0, "N": 1.0}, {"Q": -1.0}]), preloads=["bolt"]
-    )
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0, "N": 1.0}, {"Q": -1.0}])
+    model = fo.DesignModel(BOLTED, cycle, preloads=["bolt"])
     design = model.solve(0.5, [model.preload >= 0, model.preload <= 1.5])
     assert design.open.tolist() == [True, False, False]
     assert (design.load_factor, design.preload["bolt"]) == (

@@ -12,9 +12,8 @@ import pytest
 import frictopt as fo
 from frictopt.limits.search import likely_sets
 from helpers.cases import few
-from helpers.separation import rests
+from helpers.separation import fuzzed, rests
 from helpers.systems import all_closed, among_others
-from studies.validation.fuzz.cases import random_case
 from studies.validation.open_sets import largest_with_open
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
@@ -25,13 +24,6 @@ PRESSED = [13, 34, 42, 87, 88, 95, 106, 120, 127, 149, 169]
 # Random contacts whose best set is next to one that the mean load opens, though some slip would
 # keep all nodes closed.
 SETTLED = [15, 41, 84, 101]
-
-
-def fuzzed(seed):
-    """A random contact of two to six nodes, its cycle and friction."""
-    nodes = int(np.random.default_rng([seed, 75]).integers(2, 7))
-    case = random_case(9_000_000 + seed, nodes=nodes)
-    return case.system, case.cycle, case.friction
 
 
 def better_set(contact, cycle, friction, limit):

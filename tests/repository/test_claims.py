@@ -15,8 +15,8 @@ import frictopt as fo
 from frictopt.limits import limit_of_set, pose, with_open
 from frictopt.limits.answers import sentences
 from frictopt.limits.program.mean_load import open_under_mean
-from helpers.separation import open_in_space, pulled_system, resting_starts
-from helpers.systems import CYCLE, random_system, system, unit_nodes
+from helpers.separation import lifted_system, open_in_space, pulled_system, resting_starts
+from helpers.systems import CYCLE, system, unit_nodes
 from studies import first_look
 
 ROOT = Path(__file__).parents[2]
@@ -233,9 +233,7 @@ def test_where_nothing_is_safe_nothing_is_proven_of_starts():
 def test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close(seed):
     """So `bound`, and that no residual slip is safe, are said of all nodes closed."""
     rng = np.random.default_rng(seed)
-    contact = random_system(rng, int(rng.integers(2, 5)))
-    (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
-    contact = contact.with_bonded({"mean": mean, "cyclic": (q, 4 * p)})
+    contact = lifted_system(rng, int(rng.integers(2, 5)), coupling=0.5, by=4)
     limit = fo.shakedown_limit(contact, CYCLE, 0.6)
     assert not limit.open.any() and limit.bound < 1.01 * limit.load_factor
     assert resting_starts(contact, CYCLE, 0.6, 1.05 * limit.bound, limit.slip, 12, rng)
@@ -247,12 +245,8 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
     """One corner: from no slip it comes to rest at 1.2 of the limit with all nodes closed, with
     some node open."""
     rng = np.random.default_rng(seed)
-    contact = random_system(rng, int(rng.integers(2, 5)))
-    (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
-    contact, up = (
-        contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)}),
-        fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
-    )
+    contact = lifted_system(rng, int(rng.integers(2, 5)), coupling=0.5)
+    up = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
     closed = limit_of_set(pose(contact, up, 0.5))
     steady = fo.steady_state(contact, up, 0.5, 1.2 * closed.bound)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and closed.reason.startswith(

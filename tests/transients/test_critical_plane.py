@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 import frictopt as fo
 from frictopt.transients.critical_plane import critical_planes
 from helpers.cases import few
-from helpers.refused import refused
 
 E, NU, K, FS, C = 200e3, 0.3, 0.25, 1 / 400.0, 0.35
 PULL = np.diag([1.0, 0.0, 0.0])
@@ -167,34 +166,26 @@ def test_the_table_takes_fields_or_their_model():
     )
 
 
-@refused(
-    ({"fields": []}, "fields: give fields"),
-    ({"fields": [1.0]}, "fields: give fields"),
-    ({"fields": 1.0}, "fields: give fields .*or the model itself"),
-    ({"fields": [[]]}, "fields: give fields"),
-    ({"fields": [[]], "stress": [[0.0] * 4], "strain": [[0.0] * 4]}, "fields, stress: both"),
-)
-def test_what_are_no_fields_is_refused(options):
-    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    steady = fo.steady_state(
-        rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
-    )
-    steady.fretting_table(**options)
-
-
-def test_negative_weights_and_other_contacts_are_refused():
+def test_what_are_no_fields_of_the_contact_is_refused():
     model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
-    fields = 2 * [model.recover({"P": 1.0}, np.zeros(5))]
+    field = model.recover({"P": 1.0}, np.zeros(5))
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     steady = fo.steady_state(
         rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
     )
-    with pytest.raises(fo.ModelError, match="crossland: -1"):
-        steady.fretting_table(fields=fields, crossland=-1.0)
-    with pytest.raises(fo.ModelError, match="a contact with 5 nodes, but this contact has 4"):
-        steady.fretting_table(fields=fields)
-    with pytest.raises(fo.ModelError, match="at two states of a cycle or more"):
-        steady.fretting_table(fields=fields[:1])
+    both = {"fields": [[]], "stress": [[0.0] * 4], "strain": [[0.0] * 4]}
+    for options, said in (
+        ({"fields": []}, "fields: give fields"),
+        ({"fields": [1.0]}, "fields: give fields"),
+        ({"fields": 1.0}, "fields: give fields .*or the model itself"),
+        ({"fields": [[]]}, "fields: give fields"),
+        (both, "fields, stress: both"),
+        ({"fields": 2 * [field], "crossland": -1.0}, "crossland: -1"),
+        ({"fields": 2 * [field]}, "a contact with 5 nodes, but this contact has 4"),
+        ({"fields": [field]}, "at two states of a cycle or more"),
+    ):
+        with pytest.raises(fo.ModelError, match=said):
+            steady.fretting_table(**options)
 
 
 def test_stresses_of_a_slipping_contact_are_largest_between_corners_too():
