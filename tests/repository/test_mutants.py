@@ -94,21 +94,7 @@ def test_the_table_counts_by_room_names_what_is_no_plain_kill_and_keeps_other_ro
     assert text[-1] == "*Made here.*"
 
 
-def test_a_run_of_some_faults_of_a_room_says_what_became_of_these():
-    own = of_room("solve")
-    fates = {fault: Fate(killed=True) for fault in own}
-    fates |= {fault: Fate(killed=False) for fault in own[:2]}
-    fates |= {fault: Fate(killed=True, no_end=True, slow=True) for fault in own[2:4]}
-    first = mutants.page("", fates, "abc of 2000-01-01", "Made here.")
-    fates = {fault: Fate(killed=True) for fault in (own[0], own[2])}
-    again = mutants.page(first, fates, "def of 2001-01-01", "Made here.").splitlines()
-    codes = "abc of 2000-01-01, def of 2001-01-01"
-    named = " | ".join(map(mutants.words, (own[3], own[3], own[1])))
-    assert f"| solve | {len(own)} | {len(own) - 1} | {codes} | {named} |" in again
-    assert f"| all | {len(own)} | {len(own) - 1} | - | - | - | - |" in again
-
-
-def test_some_faults_of_a_room_make_no_row_if_others_were_never_planted():
+def test_some_faults_of_a_room_make_no_row():
     fate = {of_room("solve")[0]: Fate(killed=True)}
     assert mutants.rows_of(mutants.page("", fate, "abc of 2000-01-01", "Made here.")) == {}
 

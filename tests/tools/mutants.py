@@ -278,29 +278,15 @@ def rows_of(page: str) -> dict[str, list[str]]:
     return rows
 
 
-def row_of_room(
-    before: Sequence[str] | None, fates: dict[Fault, Fate], own: Sequence[Fault], code: str
-) -> list[str] | None:
-    """The row of a room with the faults `own`.
-
-    None if neither this run nor `before` knows the outcomes of all faults.
-    """
-    known = {fault: fates[fault] for fault in own if fault in fates}
-    codes = [code]
-    if len(known) < len(own):
-        if before is None or int(before[0]) != len(own):
-            return None
-        codes = [*before[2].split(", "), code]
-        for fault in own:
-            slow, no_end, survived = (words(fault) in column.split("; ") for column in before[3:])
-            known.setdefault(fault, Fate(not survived, no_end, slow))
-    late = [words(fault) for fault in own if known[fault].slow]
-    endless = [words(fault) for fault in own if known[fault].no_end]
-    alive = [words(fault) for fault in own if not known[fault].killed]
+def row_of_room(fates: dict[Fault, Fate], own: Sequence[Fault], code: str) -> list[str]:
+    """The row of a room with the faults `own`, whose outcomes are known."""
+    late = [words(fault) for fault in own if fates[fault].slow]
+    endless = [words(fault) for fault in own if fates[fault].no_end]
+    alive = [words(fault) for fault in own if not fates[fault].killed]
     return [
         str(len(own)),
         str(len(own) - len(alive)),
-        ", ".join(dict.fromkeys(codes)),
+        code,
         "; ".join(late) or "-",
         "; ".join(endless) or "-",
         "; ".join(alive) or "-",
@@ -308,17 +294,12 @@ def row_of_room(
 
 
 def page(before: str, fates: dict[Fault, Fate], code: str, made: str) -> str:
-    """The table, one row for each room.
-
-    A row is made anew if all faults of its room were planted. If only some were planted, the last
-    row still counts their outcomes.
-    """
+    """The table, one row for each room. A row is made anew if all faults of its room were planted."""
     rows = rows_of(before)
     for name in dict.fromkeys(map(room, fates)):
         own = [fault for fault in FAULTS if room(fault) == name]
-        row = row_of_room(rows.get(name), fates, own, code)
-        if row is not None:
-            rows[name] = row
+        if fates.keys() >= set(own):
+            rows[name] = row_of_room(fates, own, code)
     ordered = {name: rows[name] for name in dict.fromkeys(map(room, FAULTS)) if name in rows}
     total, killed = (sum(int(row[column]) for row in ordered.values()) for column in (0, 1))
     lines = [
