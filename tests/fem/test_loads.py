@@ -5,10 +5,11 @@ import pytest
 from skfem import MeshQuad
 
 import frictopt as fo
+from helpers.meshes import box
 from helpers.refused import refused
 
 STEEL = fo.fem.Material(E=3.0, nu=0.3)
-TOP = [fo.fem.Support("upper", "top", "y")]
+TOP = [fo.fem.Support("upper", "y+", "y")]
 
 
 def column(
@@ -19,13 +20,8 @@ def column(
     Their sides are 0 <= x <= half (axisymmetric: from 0.5).
     """
     x = np.linspace(0.5 if kinematics == "axisymmetric" else 0.0, half, 5)
-    face = {"contact": lambda x: x[1] == 0.0}
-    upper = MeshQuad.init_tensor(x, np.linspace(0.0, 2.0, 5)).with_boundaries(
-        {**face, "top": lambda x: x[1] == 2.0}
-    )
-    lower = MeshQuad.init_tensor(x, np.linspace(-1.0, 0.0, 4)).with_boundaries(
-        {**face, "bottom": lambda x: x[1] == -1.0}
-    )
+    upper = box(MeshQuad, x, np.linspace(0.0, 2.0, 5))
+    lower = box(MeshQuad, x, np.linspace(-1.0, 0.0, 4))
     beside = [
         fo.fem.Support("lower", (0.0, -1.0), "x"),
         fo.fem.Support("lower", (0.0, 0.0), "x"),
@@ -37,11 +33,11 @@ def column(
             "lower": fo.fem.Body(lower, material, element),
         },
         supports=[
-            fo.fem.Support("lower", "bottom", "y"),
+            fo.fem.Support("lower", "y-", "y"),
             *(beside if kinematics != "axisymmetric" else []),
             *supports,
         ],
-        loads=loads or {"P": [fo.fem.Traction("upper", "top", y=-1.0)]},
+        loads=loads or {"P": [fo.fem.Traction("upper", "y+", y=-1.0)]},
         kinematics=kinematics,
     )
 
@@ -143,13 +139,8 @@ def test_bodies_of_revolution_meet_on_their_axis_and_around_a_bore(bore):
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
 def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_volume_changes(nu):
     x, y = np.linspace(0.0, 2.0, 17), np.linspace(0.0, 1.0, 9)
-    face = {"contact": lambda x: x[1] == 0.0}
     bodies = {
-        name: fo.fem.Body(
-            MeshQuad.init_tensor(x, y + low).with_boundaries(face),
-            fo.fem.Material(1.0, nu),
-            "mean_dilatation",
-        )
+        name: fo.fem.Body(box(MeshQuad, x, y + low), fo.fem.Material(1.0, nu), "mean_dilatation")
         for name, low in (("a", 0.0), ("b", -1.0))
     }
     heat = [fo.fem.Expansion(name, lambda x, y: x) for name in bodies]
@@ -177,18 +168,14 @@ def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_vol
 @pytest.mark.parametrize("elements", [(7, 7), (7, 5), (5, 8)])
 def test_uniform_pressure_passes_between_rings_that_do_not_match(inner, elements):
     one, two = (inner + np.linspace(0.0, 1.0, n + 1) ** 1.2 for n in elements)
-    face = {"contact": lambda x: x[1] == 0.0}
-    upper = MeshQuad.init_tensor(one, [0.0, 0.4, 1.0]).with_boundaries(
-        {**face, "top": lambda x: x[1] == 1.0}
-    )
-    lower = MeshQuad.init_tensor(two, [-1.0, -0.3, 0.0]).with_boundaries(
-        {**face, "bottom": lambda x: x[1] == -1.0}
-    )
-    bodies = {"upper": fo.fem.Body(upper), "lower": fo.fem.Body(lower)}
+    bodies = {
+        "upper": fo.fem.Body(box(MeshQuad, one, [0.0, 0.4, 1.0])),
+        "lower": fo.fem.Body(box(MeshQuad, two, [-1.0, -0.3, 0.0])),
+    }
     model = fo.fem.ContactModel(
         bodies,
-        [fo.fem.Support("lower", "bottom", "y")],
-        {"P": [fo.fem.Pressure("upper", "top")]},
+        [fo.fem.Support("lower", "y-", "y")],
+        {"P": [fo.fem.Pressure("upper", "y+")]},
         kinematics="axisymmetric",
     )
     fields, width = glued(model, P=1.0), model.condense().width
@@ -208,12 +195,10 @@ def test_a_hot_collar_loosens_as_if_its_interference_were_less():
 def test_a_prescribed_displacement_is_the_equivalent_traction():
     cork = fo.fem.Material(E=3.0, nu=0.0)
     pulled = column(material=cork).condense().bonded["P"]
-    held = [fo.fem.Support("upper", "top", "y")]
-    top = {"D": [fo.fem.Displacement("upper", "top", y=-1.0)]}
-    bottom = {"D": [fo.fem.Displacement("lower", "bottom", y=lambda x, y: 1.0 + 0 * x)]}
-    rigid = {
-        "D": [fo.fem.Displacement("lower", where, y=2.0 / 3.0) for where in ("bottom", "contact")]
-    }
+    held = [fo.fem.Support("upper", "y+", "y")]
+    top = {"D": [fo.fem.Displacement("upper", "y+", y=-1.0)]}
+    bottom = {"D": [fo.fem.Displacement("lower", "y-", y=lambda x, y: 1.0 + 0 * x)]}
+    rigid = {"D": [fo.fem.Displacement("lower", where, y=2.0 / 3.0) for where in ("y-", "contact")]}
     for loads, supports in (
         (top, held),
         (bottom, held),
@@ -238,18 +223,18 @@ def test_the_end_of_a_cylinder_may_grow_about_its_axis():
 
 
 def test_displacements_that_share_a_node_agree_or_are_refused():
-    hold = [fo.fem.Support("upper", "top", "y")]
+    hold = [fo.fem.Support("upper", "y+", "y")]
 
     def moved(*parts):
         return column(loads={"D": list(parts)}, supports=hold).condense().bonded["D"][1]
 
-    down = fo.fem.Displacement("upper", "top", y=lambda x, y: -0.01 * x)
+    down = fo.fem.Displacement("upper", "y+", y=lambda x, y: -0.01 * x)
     assert np.array_equal(
         moved(down), moved(down, fo.fem.Displacement("upper", (1.0, 2.0), y=-0.01))
     )
     for other in (
         fo.fem.Displacement("upper", (1.0, 2.0), y=-0.02),
-        fo.fem.Displacement("upper", "top", y=0.0),
+        fo.fem.Displacement("upper", "y+", y=0.0),
     ):
         for parts in ((down, other), (other, down)):
             with pytest.raises(
@@ -281,36 +266,34 @@ def test_a_spinning_disc():
 
 
 def test_loads_add_up_to_their_integrals():
-    mesh = MeshQuad.init_tensor(np.linspace(1, 3, 4), np.linspace(0, 1, 3)).with_boundaries(
-        {"top": lambda x: x[1] == 1.0}
-    )
+    mesh = box(MeshQuad, np.linspace(1, 3, 4), np.linspace(0, 1, 3))
     around = 2 * np.pi * 4.0  # integral of x over the section
     for load, kinematics, expected in (
         (fo.fem.Centrifugal("b", 2.0, 3.0, (1.0, 0.0)), "plane_strain", [36.0, 18.0]),
         (fo.fem.BodyForce("b", y=-3.0), "axisymmetric", [0.0, -3 * around]),
-        (fo.fem.Pressure("b", "top", 1.0), "axisymmetric", [0.0, -around]),
+        (fo.fem.Pressure("b", "y+", 1.0), "axisymmetric", [0.0, -around]),
     ):
         assert np.allclose(load._forces(fo.fem.Body(mesh), kinematics).sum(axis=1), expected)
 
 
 @refused(
-    (lambda: fo.fem.Displacement("b", "top"), "Displacement: x, y and z are all missing"),
+    (lambda: fo.fem.Displacement("b", "y+"), "Displacement: x, y and z are all missing"),
     (
-        lambda: fo.fem.Traction("b", "top"),
+        lambda: fo.fem.Traction("b", "y+"),
         "Traction: x, y and z are all missing; give at least one",
     ),
     (lambda: fo.fem.BodyForce("b"), "BodyForce: x, y and z are all missing; give at least one"),
     (lambda: fo.fem.Displacement("b", (1.0,), x=1.0), "give the name of a boundary, one point"),
     (
-        lambda: column(loads={"P": [fo.fem.Pressure("upper", "top", lambda x, y: 1 / 0)]}),
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "y+", lambda x, y: 1 / 0)]}),
         "the function raised ZeroDivisionError",
     ),
     (
-        lambda: column(loads={"P": [fo.fem.Pressure("upper", "top", lambda x, y: np.ones(3))]}),
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "y+", lambda x, y: np.ones(3))]}),
         r"the function gave shape \(3,\)",
     ),
     (
-        lambda: column(loads={"P": [fo.fem.Pressure("upper", "top", lambda x, y: x * np.nan)]}),
+        lambda: column(loads={"P": [fo.fem.Pressure("upper", "y+", lambda x, y: x * np.nan)]}),
         "pressure, of the function: nan at index",
     ),
     (
@@ -319,15 +302,15 @@ def test_loads_add_up_to_their_integrals():
     ),
     (lambda: column(loads={"P": [fo.fem.BodyForce("none", y=1.0)]}), "body: 'none'; give"),
     (
-        lambda: column(loads={"P": [fo.fem.Displacement("upper", "top", y=1.0)]}),
+        lambda: column(loads={"P": [fo.fem.Displacement("upper", "y+", y=1.0)]}),
         "moves nodes in y that no support holds",
     ),
     (
         lambda: column(supports=TOP),
-        r"loads\['P'\]: acts on boundary 'top' of body 'upper' only where supports .*'top', directions='y'",
+        r"loads\['P'\]: acts on boundary 'y\+' of body 'upper' only where supports .*'y\+', directions='y'",
     ),
     (
-        lambda: column("axisymmetric", {"P": [fo.fem.Pressure("upper", "top")]}, TOP),
+        lambda: column("axisymmetric", {"P": [fo.fem.Pressure("upper", "y+")]}, TOP),
         "load another boundary, or hold fewer directions",
     ),
     (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
