@@ -201,6 +201,16 @@ def test_flat_edges_beside_corners_stay_flat():
     assert np.allclose(normals[[0, 1, -1, -2]], ends[[0, 0, 1, 1]], rtol=0, atol=1e-12)
 
 
+def test_one_flat_edge_before_a_corner_stays_flat():
+    """Beyond the corner a face of three edges is flat, so that nothing bends on."""
+    ways = np.radians([12.0, 0.0, 0.0, 0.0])
+    points = np.vstack(
+        [[0.0, 0.0], np.cumsum(np.column_stack([np.cos(ways), np.sin(ways)]), axis=0)]
+    )
+    end = [-np.sin(ways[0]), np.cos(ways[0])]
+    assert np.allclose(normals_along(points)[[0, -1]], [end, [0.0, 1.0]], rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "curve",
     [lambda t: (2 * np.cos(t), np.sin(t)), lambda t: (t, t**2 / 3), lambda t: (t, np.exp(t) / 8)],

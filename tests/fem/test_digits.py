@@ -11,6 +11,7 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 from frictopt.fem.coincidence import coordinate_errors, measured
+from frictopt.fem.faces import Face
 from helpers.cases import few
 
 
@@ -141,6 +142,22 @@ def test_a_sector_of_few_digits_is_free_to_turn(count, form):
     """
     limit = sixth(lambda points: form(points, count))
     assert limit.load_factor == pytest.approx(sixth(np.array).load_factor, rel=10.0 ** (3 - count))
+
+
+@pytest.mark.parametrize("count", [6, 8])
+def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
+    """The sag of an arc is that of its longest edges, edge^2 / 8 times the curvature."""
+    x = np.linspace(0.0, 1.0, 8)
+    facets = np.column_stack([np.arange(7), np.arange(1, 8)])
+
+    def of_line(curvature):
+        points = digits(np.column_stack([x, 0.1 + x / 3 + curvature * x**2 / 2]), count)
+        return Face(facets, points, coordinate_errors(points)).sag()
+
+    slope = 1 / 3 + 0.2 * x[3]
+    edge = (x[1] - x[0]) * np.sqrt(1 + slope**2)
+    assert not of_line(0.0).any()
+    assert of_line(0.2)[3] == pytest.approx(edge**2 / 8 * 0.2 / (1 + slope**2) ** 1.5, rel=0.1)
 
 
 def plates(gap, size=10.0):
