@@ -15,6 +15,7 @@ import pytest
 import frictopt as fo
 from helpers.components import joined, parted
 from helpers.refused import refused
+from helpers.spatial import random_contact
 from helpers.systems import (
     CYCLE,
     TO_AND_FRO,
@@ -371,3 +372,27 @@ def test_a_picture_of_a_limit_is_over_the_strength():
     assert max(
         np.abs(line.get_ydata()).max() for line in axes.get_lines() if len(line.get_xdata()) == 6
     ) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_open_nodes_in_space_are_eliminated_with_their_strengths():
+    """A transient in which sweeps fail and nodes are open gives the same result from the reduced
+    contact."""
+    rng = np.random.default_rng(7)
+    system = strong(
+        random_contact(rng, 6).with_gap([0.0] * 4 + [5.0] * 2), 0.1, 0.2, np.inf, 0.15, 0.1, 0.1
+    )
+    engine = fo.increments.NewtonIncrement(system, 0.4)
+    loads = [joined(*system.reaction({"mean": 1.0, "a": share})) for share in (0.2, 0.5, -0.5, 0.1)]
+    plain = list(
+        fo.increments.NewtonIncrement(system, 0.4).along(np.r_[np.zeros(12), -system.gap], loads)
+    )
+    swept, eliminated, left = engine._swept, engine._without_open, []
+    engine._swept = lambda u, r, law: replace(swept(u, r, law), error=np.inf)
+    engine._without_open = lambda *arguments: left.append(eliminated(*arguments)) or left[-1]
+    for (u, r, status), (v, q, kind) in zip(
+        plain, engine.along(np.r_[np.zeros(12), -system.gap], loads), strict=True
+    ):
+        assert np.abs(u - v).max() < 1e-9 and np.abs(r - q).max() < 1e-9 and (status == kind).all()
+    assert (
+        len(left) == 3 and all(left) and all(np.abs(status).sum() > 4 for _, _, status in left)
+    ), "two open nodes, and others that slip"
