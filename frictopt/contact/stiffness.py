@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf
 
 from ..base import CONDENSATION, ROUNDING, Array, Booleans, unresisted
 from ..errors import ModelError
@@ -39,22 +38,35 @@ def check_semi_definite(name: str, S: Array) -> None:
     """Check that S has no negative eigenvalue beyond rounding; error messages call it `name`.
 
     A Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the
-    eigenvalues.
+    eigenvalues. Only the part of each column below the diagonal is kept, as whole copies of S would
+    fill the memory.
     """
     scale = max(S.max(), -S.min())
     if scale == 0:
         return
-    scaled = S / scale
-    scaled[np.diag_indices(len(S))] += CONDENSATION * len(S)
-    # The transpose of the symmetric matrix is overwritten: a further copy would fill the memory.
-    _, failed = dpotrf(scaled.T, overwrite_a=1)
-    if failed:
+    shift = CONDENSATION * len(S)
+    # Number of columns that are factored at once.
+    size = 256
+    done = list[tuple[int, Array]]()  # factored columns, and the number of their first row
+    try:
+        for start in range(0, len(S), size):
+            columns = S[start:, start : start + size] / scale
+            count = columns.shape[1]
+            columns[np.diag_indices(count)] += shift
+            for first, factored in done:
+                below = factored[start - first :]
+                columns -= below @ below[:count].T
+            diagonal = np.linalg.cholesky(columns[:count])
+            columns[:count] = diagonal
+            columns[count:] = np.linalg.solve(diagonal, columns[count:].T).T
+            done.append((start, columns))
+    except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
             f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); an "
             "elastic interface stores energy, so S must be positive semi-definite: check signs, "
             "the order of the nodes, and that it was computed with 16 digits (float32 has 7)"
-        )
+        ) from None
 
 
 def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Array, Array, Array]:

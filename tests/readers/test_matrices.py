@@ -252,7 +252,7 @@ ADDED = {
     "\\*TRANSFORM NSET=LEFT .*in the global directions": "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n",
     r"\*ELGEN ELSET=FIRST makes or moves .* not listed": "*ELGEN, ELSET=first\n1, 2, 20\n",
     r"\*NODE INPUT=MORE.NOD makes or moves .* not listed": "*NODE, INPUT=more.nod\n",
-    r"\*INSTANCE NAME=I, PART=P has no name, or its part 'P' is not in this deck": "*INSTANCE, NAME=i, PART=p\n1., 0.\n",
+    r"\*INSTANCE NAME=I, PART=P has no name, or its part 'P' is not in this deck": "*INSTANCE, NAME=i, PART=p\n1., 0.\n*END INSTANCE\n",
 }
 CHANGED = {
     r"node 10 is defined twice, at \(0.0, 0.0, 0.0\) and at \(0.0, 1.0, 0.0\), as in .*flat deck": (
