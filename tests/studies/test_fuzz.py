@@ -142,6 +142,12 @@ def test_sets_that_overlap_by_rounding_are_joined_in_any_order_of_nodes():
     assert found.result == "answer" and found.compared
 
 
+def test_rough_multipliers_do_not_prove_that_a_node_is_never_critical():
+    """Their error is as large as their bound for unknowns of the size of the true solution."""
+    (found,) = space_findings(3012805, ["guaranteed limit, plane in 3-D"])
+    assert found.result == "answer" and found.compared
+
+
 def test_a_mean_load_without_an_answer_is_no_proof_that_no_node_may_be_open():
     """With a friction of 1e-6 an increment towards it is refused. The limit with open nodes, 3e-7,
     follows from the comparison of all sets."""

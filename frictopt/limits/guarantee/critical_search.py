@@ -110,9 +110,9 @@ def _claimed(solution: Solution, state: CriticalState, least_so_far: float) -> N
     load_factor = solution.load_factor
     distance = state.distance(question, load_factor, slip)
     residual = solution.residual(question.violation(load_factor, slip), distance)
-    bound, defect = solution.bound
-    if not residual <= RESIDUAL and least_so_far < bound - defect < np.inf:
-        return _without_slip(question, state, bound - defect, 0.0, LEFT_OUT)
+    at_least, _ = solution.surely
+    if not residual <= RESIDUAL and least_so_far < at_least < np.inf:
+        return _without_slip(question, state, at_least, 0.0, LEFT_OUT)
     solved = solution.solved("critical", state=state)
     return NodeClaim(state, load_factor, slip, residual, solved)
 

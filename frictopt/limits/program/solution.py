@@ -43,8 +43,8 @@ from ...solve.solvers import LP, LP_SOLVERS, OPTIMAL, C
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
 
-# The error of a bound is multiplied by this number, so that the bound of a rough answer also holds
-# for unknowns that are larger by this factor.
+# The error of the bound of a rough solution is multiplied by this number, so that the bound also
+# holds for unknowns that are larger by this factor.
 _SURELY = 1e6
 
 # One file because a mechanism is what the multipliers of a solution are.
@@ -309,6 +309,15 @@ class Solution:
             return float(-resistance / rate), float(errors.sum() / abs(rate))
 
     @property
+    def surely(self) -> tuple[float, float]:
+        """The least and the largest value that the bound may have, if the solution is not checked.
+
+        They hold for unknowns up to a million times those of the solution, and their units.
+        """
+        bound, error = self.bound
+        return bound - _SURELY * error, bound + _SURELY * error
+
+    @property
     def gap(self) -> float:
         """Distance of the bound from the value, with its error, relative to the value.
 
@@ -438,8 +447,8 @@ def solve(
     def read(x: Array, y: Array) -> C:
         solution = Solution(program, x, y[program.form.slides :])
         if above > -np.inf:
-            bound, error = solution.bound
-            if bound + _SURELY * error <= above:
+            _, at_most = solution.surely
+            if at_most <= above:
                 raise NotAbove(f"the limit is not above {above:g}")
         return claimed(solution)
 
