@@ -26,15 +26,25 @@ def checked_entries(
 
     ModelError if an entry has another name or another kind, or if one that is needed is missing.
     """
-    entries = dict[str, Any]()
-    for given, value in table.items():
-        name = known(f"{where}: entry", given, kinds)
+    entries = by_names(f"{where}: entry", table, kinds)
+    for name, value in entries.items():
         if not isinstance(value, kinds[name]):
             raise ModelError(f"{where}: {name} = {value!r}; give a {kinds[name].__name__}")
-        entries[name] = value
     missing = [name for name in needed if name not in entries]
     if missing:
         raise ModelError(f"{where}: {', '.join(missing)} missing; give {', '.join(needed)}")
+    return entries
+
+
+def by_names(what: str, table: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    """The entries of a table by the `names` that they match, see `known`; each name once."""
+    listed = [*names]
+    entries = dict[str, Any]()
+    for given, value in table.items():
+        name = known(what, given, listed)
+        if name in entries:
+            raise ModelError(f"{what} {given!r} is given twice, as {name!r}; leave one of them out")
+        entries[name] = value
     return entries
 
 
@@ -54,7 +64,7 @@ def made(where: str, kind: Callable[..., T], table: object, **given: object) -> 
     if not isinstance(table, Mapping):
         raise ModelError(f"{where}: {table!r}; give a table of the arguments of {kind.__name__}")
     parameters = [name for name in signature(kind).parameters if name not in given]
-    arguments = {known(where, name, parameters): value for name, value in table.items()}
+    arguments = by_names(where, table, parameters)
     try:
         return kind(**given, **arguments)
     except TypeError as error:  # an argument is missing

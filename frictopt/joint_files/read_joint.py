@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..base import choice, flag
-from ..base.entries import checked_entries, known, made, read_toml
+from ..base.entries import by_names, checked_entries, known, made, read_toml
 from ..base.files import file_path
 from ..errors import ModelError
 from ..fem.bodies import split_bodies
@@ -192,7 +193,8 @@ def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
     for table in tables["contacts"]:
         friction = 0.0
         if isinstance(table, dict):
-            friction = table.pop("friction", 0.0)
+            table = by_names("contacts", table, [*signature(Contact).parameters, "friction"])
+            friction = table.pop("friction", friction)
         contacts.append(made("contacts", Contact, table))
         coefficients[str(contacts[-1].name)] = _scatter("contacts.friction", friction)
     model = ContactModel(

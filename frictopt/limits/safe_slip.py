@@ -23,7 +23,7 @@ from ..errors import ModelError, SolverError
 from .answers.answered import Proven, answered, check_margin, reserve_of
 from .answers.reasons import safe_slip_reason
 from .events.lift_off import LiftOff
-from .events.ordered import ordered_program, read, solved
+from .events.ordered import ordered_program, read_solution, solved_program
 from .program import assembled
 from .program.question import Question, pose, with_open
 from .program.solution import Solution, solve
@@ -244,7 +244,7 @@ def safe_slip(
 
 def checked_slip(question: Question, load_factor: float, solution: Solution) -> SafeSlip:
     """The slip of a solution for the largest margin, checked by its reserve and the multipliers."""
-    question, slip, motion = read(question, solution, load_factor)
+    question, slip, motion = read_solution(question, solution, load_factor)
     margin = solution.value
     reserve = reserve_of(question, load_factor, slip)
 
@@ -264,5 +264,5 @@ def checked_slip(question: Question, load_factor: float, solution: Solution) -> 
         _motion=motion,
         margin=margin,
         bound=bound + defect,
-        _solved=solved(question, solution, "safe_slip", **values),
+        _solved=solved_program(question, solution, "safe_slip", **values),
     )

@@ -56,7 +56,7 @@ from .between.cones import (
 )
 from .between.search import Method, search
 from .events.lift_off import LiftOff
-from .events.ordered import read, solved
+from .events.ordered import read_solution, solved_program
 from .gross_slip import statics_alone
 from .moving.moving_areas import moving_areas
 from .probability import RandomLimit, ShakedownProbability, probability_of
@@ -500,7 +500,7 @@ def check_events(events: object, question: Question, restricted: bool) -> None:
 def checked_limit(question: Question, solution: Solution) -> ShakedownLimit:
     """The limit of a solution, with its violations and its bound."""
     load_factor = solution.load_factor
-    question, slip, motion = read(question, solution)
+    question, slip, motion = read_solution(question, solution)
     bound, defect = solution.bound
     objective = None if solution.program.goal == "load_factor" else solution.value
     return ShakedownLimit(
@@ -514,7 +514,7 @@ def checked_limit(question: Question, solution: Solution) -> ShakedownLimit:
         objective=objective,
         _why="" if objective is None else CHOSEN,
         constraints=solution.program.constraints,
-        _solved=solved(question, solution, "shakedown"),
+        _solved=solved_program(question, solution, "shakedown"),
     )
 
 
@@ -591,8 +591,8 @@ def _every_load_is_safe(question: LiftOff, program: RestProgram) -> ShakedownLim
     if grown is None:
         return None
     along, residual = grown
-    placed, _, motion = read(question, along)
-    found = replace(solved(question, along, "ordered"), status=UNBOUNDED)
+    placed, _, motion = read_solution(question, along)
+    found = replace(solved_program(question, along, "ordered"), status=UNBOUNDED)
     return _not_finite(placed, LimitKind.UNBOUNDED, residual, motion, _solved=found)
 
 

@@ -30,6 +30,8 @@ from .solvers import (
 
 # Number of unknowns above which the interior-point method of frictopt is faster than Clarabel.
 _LARGE = 180
+# Proofs that no values satisfy all rows hold for unknowns up to this number of their units.
+FAR = 1e6
 
 
 def kind_of(program: Arrays) -> str:
@@ -191,7 +193,7 @@ def infeasible(program: Arrays) -> tuple[Array, float] | None:
     return best
 
 
-def error_of_contradiction(unbalanced: float, lack: float, far: float = 1e6) -> float:
+def error_of_contradiction(unbalanced: float, lack: float, far: float = FAR) -> float:
     """The error of multipliers y that prove that slack is missing; inf if they prove nothing.
 
     `unbalanced` is the sum of the entries of `A'y`, which would all vanish without rounding. `lack`

@@ -93,12 +93,14 @@ def _cycles(path: Path, entry: dict[str, Any]) -> LoadCycle | dict[str, LoadCycl
 def _cycle(name: str, path: Path, entry: Any) -> LoadCycle:
     if not isinstance(entry, dict):
         raise ModelError(f"{name}: {entry!r}; give a table of TOML, [{name}]")
-    if "history" in entry:
-        table = read_table(path.parent / str(entry.pop("history")))
-        return made(name, LoadCycle.from_history, entry, history=table)
-    if "harmonic" in entry:
-        return made(name, LoadCycle.harmonic, entry, loads=entry.pop("harmonic"))
-    return made(name, LoadCycle, entry)
+    options = dict(entry)
+    if "history" in options:
+        table = read_table(path.parent / str(options.pop("history")))
+        return made(name, LoadCycle.from_history, options, history=table)
+    if "harmonic" in options:
+        loads = options.pop("harmonic")
+        return made(name, LoadCycle.harmonic, options, loads=loads)
+    return made(name, LoadCycle, options)
 
 
 def _starts(system: ContactSystem, entry: Mapping[str, object]) -> list[Start]:

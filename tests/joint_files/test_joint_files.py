@@ -117,7 +117,7 @@ def test_odd_distributions_are_refused_by_name(load, message):
 
 def test_a_file_describes_a_joint_beside_a_mesh(capsys):
     """10 x 20 x 20 = 4000 N, 3 x 20 x 20 / 2 = 600 N: 0.2 x 4000 / 600."""
-    joint = read(BESIDE_MESH)
+    joint = read(BESIDE_MESH.replace("friction", "Friction"))
     system = joint.system()
     assert system.width.sum() == pytest.approx(400) and system.thickness == 20
     assert system.reaction({"P": 1.0})[1].sum() == pytest.approx(4000)
@@ -143,6 +143,7 @@ def test_harmonic_loads_run_along_an_ellipse():
     [
         ("title", "titel", r"entry 'titel' is unknown; give one of \['title'"),
         ('title = "Punch 7"', "title = 7", "title = 7; give a str"),
+        ("title", 'Title = "A"\ntitle', "entry 'title' is given twice"),
         ('deck = "block.inp"', "", r"entry 'preload'|neither deck nor mesh"),
         ("[cycle]\nmean", "[cycle]\nmeans", r"cycle: entry 'means' is unknown; .*'mean'"),
         ("DRY", "WET", r"friction of 'WET' is unknown; give one of"),

@@ -382,7 +382,7 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
     The slip is the last one judged, or the one with the index `number`.
     """
     residuals, module = [], import_module("frictopt.limits.safe_slip")
-    judged, read = module.checked_slip, module.read
+    judged, read = module.checked_slip, module.read_solution
 
     def moved_slip(*given):
         placed, slip, motion = read(*given)
@@ -391,7 +391,7 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
     def of_both(*given):
         claim = judged(*given)
         with monkeypatch.context() as patch:
-            patch.setattr(module, "read", moved_slip)
+            patch.setattr(module, "read_solution", moved_slip)
             moved = judged(*given)
         residuals.append((claim.residual, moved.residual))
         return claim

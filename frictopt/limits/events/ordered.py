@@ -193,7 +193,7 @@ def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: flo
         number += 1
 
 
-def read(
+def read_solution(
     question: Question, solution: Solution, load_factor: float | None = None
 ) -> tuple[Question, Array, Mechanism]:
     """The question with its events placed, the slip of all nodes, and the mechanism.
@@ -232,7 +232,7 @@ def _places(question: LiftOff, solution: Solution) -> list[float]:
     return [float(solution.values(f"way{event}")[0]) for event in events]
 
 
-def solved(question: Question, solution: Solution, goal: str, **values: Any) -> Solved:
+def solved_program(question: Question, solution: Solution, goal: str, **values: Any) -> Solved:
     """The solved program as data, with the places of events and later slips if it has them.
 
     `goal`: see `Solved`; the goal of the program of an order is "ordered".
@@ -240,9 +240,9 @@ def solved(question: Question, solution: Solution, goal: str, **values: Any) -> 
     if isinstance(question, LiftOff):
         goal = "ordered"
         values["ways"] = np.array(_places(question, solution))
-    if "later_slip" in solution.program.named:
-        axes = question.system.tangents
-        values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T
+        if question.later:
+            axes = question.system.tangents
+            values["later_slip"] = solution.values("later_slip").reshape(axes, -1).T
     return solution.solved(goal, **values)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...base import RESIDUAL, Array, Booleans, Integers
-from ...solve.answer import error_of_contradiction
+from ...solve.answer import FAR, error_of_contradiction
 from ...solve.arrays import LINEAR, Arrays, Rows, rows_of
 from ...solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
 from ..program.assembled import at_corners, stuck
@@ -151,7 +151,9 @@ class LooseNodes:
         self._unit = program.place.unit
         # A proof that a branch has no solution must hold for all values of the goal that count. At
         # little friction they are far above the unit of the goal.
-        self._far = max(1e6, self._most / self._unit) if np.isfinite(largest) else 1e6
+        self._far = FAR
+        if np.isfinite(largest):
+            self._far = max(FAR, self._most / self._unit)
         # The places of the own motions among the unknowns. Those of the lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
         self._set = np.asarray(sets)[program.response_of]  # number of the set of each instant

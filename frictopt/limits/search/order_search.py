@@ -39,7 +39,7 @@ from ..events.lift_off import (
     path_of,
     with_order,
 )
-from ..events.ordered import About, ordered_program, read
+from ..events.ordered import About, ordered_program, read_solution
 from ..program.question import Question, pose_like, with_open
 from ..program.rest_program import slip_units
 from ..program.solution import Judged, Solution, solve
@@ -413,7 +413,7 @@ def _limit_of_products(limit_of_order: Callable[..., L], question: LiftOff, sett
     for _ in range(_LINEARISED):
         program = ordered_program(question, about=about)
         judged, _ = solve(program, _judged)
-        placed, _, _ = read(question, judged.said)
+        placed, _, _ = read_solution(question, judged.said)
         assert isinstance(placed, LiftOff)  # so is the question
         load_factor = judged.said.load_factor
         change = abs(load_factor - about.load_factor) / question.load_unit
