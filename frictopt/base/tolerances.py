@@ -71,6 +71,10 @@ ZERO_LOAD_FACTOR = ROUNDING
 # The error of a value is relative to the value, or to this share of its unit if that is larger.
 FLOOR = 1e6 * RESIDUAL
 
+# Proofs by multipliers hold for unknowns up to this number of their units, although the multipliers
+# have rounding errors; proofs by a rough solution also for unknowns larger by this factor.
+FAR = 1e-3 / RESIDUAL
+
 # A cycle that starts from a steady state returns to this state up to this share of the largest
 # value.
 SAME_STATE = 100 * RESIDUAL

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array, hstack, vstack
 
-from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
+from ..base import CONDENSATION, FAR, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays, polish
 from .solvers import (
     INFEASIBLE,
@@ -30,8 +30,6 @@ from .solvers import (
 
 # Number of unknowns above which the interior-point method of frictopt is faster than Clarabel.
 _LARGE = 180
-# Proofs that no values satisfy all rows hold for unknowns up to this number of their units.
-FAR = 1e6
 
 
 def kind_of(program: Arrays) -> str:

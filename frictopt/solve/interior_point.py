@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base import FLOOR, Array
+from ..base import FAR, FLOOR, Array
 from .arrays import Arrays
 from .condensed import Condensed, Cones, Scaling
 from .step_equations import Equations, begins_through_block
@@ -40,9 +40,6 @@ _MENDED = 100.0
 _NONE = 1e-12
 # Length of a step, relative to the step that reaches the boundary of the cones.
 _STAY = 0.98
-# The error of a bound is multiplied by this number, so that the bound also holds for unknowns
-# this many times larger.
-_SURELY = 1e6
 
 
 def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
@@ -100,7 +97,7 @@ class _Residuals:
         value = max(FLOOR * tau, abs(float(c @ y))) * _OBJECTIVES_APART
         off = float(np.abs(self.dual) @ np.maximum(np.abs(y / tau), 1.0))
         self.bound = float(h @ z) / tau
-        self.proven = self.bound + _SURELY * off / tau
+        self.proven = self.bound + FAR * off / tau
         self.apart = (degree + 1) * self.work / tau / value
         self.error = max(
             abs(float(c @ y + h @ z)) / value,

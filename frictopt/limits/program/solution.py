@@ -16,6 +16,7 @@ import numpy as np
 import scipy  # its parts are imported when they are used
 
 from ...base import (
+    FAR,
     FLOOR,
     RESIDUAL,
     ZERO_LOAD_FACTOR,
@@ -42,10 +43,6 @@ from ...solve.arrays import EQUATION, Arrays, Rows
 from ...solve.solvers import LP, LP_SOLVERS, OPTIMAL, C
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
-
-# The error of the bound of a rough solution is multiplied by this number, so that the bound also
-# holds for unknowns that are larger by this factor.
-_SURELY = 1e6
 
 # One file because a mechanism is what the multipliers of a solution are.
 
@@ -315,7 +312,7 @@ class Solution:
         They hold for unknowns up to a million times those of the solution, and their units.
         """
         bound, error = self.bound
-        return bound - _SURELY * error, bound + _SURELY * error
+        return bound - FAR * error, bound + FAR * error
 
     @property
     def gap(self) -> float:

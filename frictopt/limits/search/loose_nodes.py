@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...base import RESIDUAL, Array, Booleans, Integers
-from ...solve.answer import FAR, error_of_contradiction
+from ...base import FAR, RESIDUAL, Array, Booleans, Integers
+from ...solve.answer import error_of_contradiction
 from ...solve.arrays import LINEAR, Arrays, Rows, rows_of
 from ...solve.solvers import CUT_OFF, INFEASIBLE, OPTIMAL, SOCP, WarmProgram, run, solver_order
 from ..program.assembled import at_corners, stuck
