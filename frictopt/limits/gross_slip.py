@@ -195,10 +195,11 @@ def gross_slip(
 
     If contact forces can balance themselves or press against supports, equilibrium does not
     determine the pressure. Examples are a press fit, a clip, a joint with a locked bolt, or a body
-    that supports guide along its face. Then transients without initial slip are followed. If they
-    slide off at a lower load factor, the result is this load factor, and `reason` says so. Its
-    relative error is 2e-4. In space it is 1e-3, and 2e-3 more because only two increments lead from
-    corner to corner; this may take minutes. Where equilibrium decides, the answer comes at once.
+    that supports guide along its face. Then transients without initial slip are followed until they
+    settle, for at most 100 cycles. If they slide off at a lower load factor, the result is this
+    load factor, and `reason` says so. Its relative error is 2e-4. In space it is 1e-3, and 2e-3
+    more because only two increments lead from corner to corner; this may take minutes. Where
+    equilibrium decides, the answer comes at once.
 
     Parameters
     ----------

@@ -632,13 +632,14 @@ class ShakedownLimit(ShakedownAnswer):
         lambda_2, the largest load factor with a safe slip. It is inf if all load factors above some
         value have a safe slip, and nan if no load factor has one; see `kind`.
     least
-        The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It
-        is above 0 if no slip is safe under the mean load and the cyclic loads press the contact.
-        Load factors from `least` to `load_factor` are safe; below `least` the contact slips or
-        opens in every cycle. The proof is as for the limit, also with a slip bound and user
-        constraints. Just above `least` the open nodes may differ from `open`. NaN if no load factor
-        is safe, if rounding hides the value (see `reason`), with an objective, and if `bound` is
-        infinite because of `events`. With a `gap` it is 0 or, if it is not known to be 0, NaN.
+        Load factors from `least` to `load_factor` have a safe slip. It is 0 for a contact that is
+        safe under its mean load, and above 0 if no slip is safe under the mean load and the cyclic
+        loads press the contact. Below `least` no slip is safe with these open nodes; with others
+        open one may be (`safe_slip`). The proof is as for the limit, also with a slip bound and
+        user constraints. Just above `least` the open nodes may differ from `open`. NaN if no load
+        factor is safe, if rounding hides the value (see `reason`), with an objective, and if
+        `bound` is infinite because of `events`. With a `gap` it is 0 or, if it is not known to be
+        0, NaN.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.

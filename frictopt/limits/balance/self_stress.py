@@ -10,7 +10,7 @@ holds itself by friction. The cone contains only zero if the normals of all face
 direction by less than 90 degrees minus the angle of friction.
 
 Only elasticity shows how strongly a fit presses. So the load is found by transients that start from
-no slip and are followed up to their steady states.
+no slip and are followed until they settle, or for a number of cycles.
 """
 
 from collections.abc import Callable, Iterator
@@ -43,6 +43,8 @@ _TOLERANCE = 2e-4
 # error due to the increments.
 _STEPS_IN_SPACE = 2
 _TOLERANCE_IN_SPACE = 1e-3
+# Number of cycles of a transient that does not settle, for instance because a body drifts.
+_MOST_CYCLES = 100
 # In space: ratio of numbers of increments. The finer ones confirm that there is no state.
 _FINER = 4
 
@@ -71,8 +73,8 @@ def sliding_off(
     search ends, and the result is the bracket known by then.
     """
     # Imported here, because limits of other contacts need neither transients nor their compiler.
+    from ...transients.cycles import Run
     from ...transients.march import path_of
-    from ...transients.steady import settled_from
 
     steps = None
     tolerance = _TOLERANCE
@@ -88,7 +90,9 @@ def sliding_off(
 
     def follow_all_cycles(load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps)
-        settled_from(path.start(), np.nan)
+        run = Run(path.start(), 2 * _MOST_CYCLES, bar.update)
+        while run.cycles < _MOST_CYCLES and run.advance() is None:
+            pass
 
     if np.isfinite(statics):
         start = _START * statics
