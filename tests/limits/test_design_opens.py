@@ -16,6 +16,7 @@ from helpers.designs import CYCLE as TURNS
 from helpers.designs import largest_load_factor, pulled
 from helpers.systems import CYCLE, random_system, unit_nodes
 from studies.validation.blocks import block
+from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.space import _SpatialSubject
 
 MOST, DEPTH = 0.6, 0.1
@@ -74,6 +75,23 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
         assert (opened == design.open).all()
         found += opened.any()
     assert found >= few(12) // 6
+
+
+@pytest.mark.parametrize("seed", [560, 3491, *few(range(60), 2)])
+def test_a_contact_with_the_best_of_all_designs_has_no_higher_limit(seed):
+    case = random_case(seed, nodes=2 + seed % 2)
+    (q, p), length = case.system.reaction(case.cycle.mean), 1 / case.system.stiffness_scale
+    length *= np.abs([*np.ravel(q), *p]).max()
+    model = fo.DesignModel(case.system, case.cycle, preloads=["b"], profile=True)
+    within = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.3 * length]
+    try:
+        design = model.solve(case.friction, within)
+        built = fo.shakedown_limit(design.system, design.cycle, case.friction)
+    except fo.FrictoptError:  # for example, the design grows without end with some nodes open
+        return
+    opens_and_closes = "with any nodes open" not in built.covers
+    if "none with other nodes open" in design.reason and not (built.least or opens_and_closes):
+        assert built.load_factor <= design.load_factor * (1 + 1e-6) + 1e-9
 
 
 def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():

@@ -109,8 +109,8 @@ class Design(Answered, Explained):
     _found: tuple[Any, Any] | None = None
     # Whether it is proven that no design with other open nodes is better.
     _is_best_of_all: bool = False
-    # Whether the design had to be safe under the mean load, too.
-    _for_mean_load: bool = False
+    # If the design had to be safe under the mean load, too: the best value without this condition.
+    _without_mean_load: float | None = None
 
     @property
     def value(self) -> float:
@@ -141,7 +141,7 @@ class Design(Answered, Explained):
     def reason(self) -> str:
         """Why no design is better, and for which open nodes this holds."""
         node_states = self._question.node_states
-        sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
+        sentence = BEST_DESIGN if self._without_mean_load is None else BEST_SAFE_DESIGN
         reason = sentence.format(opened=self._opened, node_states=node_states)
         if self._is_best_of_all:
             reason += NO_OTHER_DESIGNS_OPEN
@@ -156,7 +156,7 @@ class Design(Answered, Explained):
     @cached_property
     def _is_safe_at_mean_load(self) -> bool:
         """Whether in each scenario some slip is safe under the mean load alone."""
-        if self._for_mean_load:
+        if self._without_mean_load is not None:
             return True
         questions = zip(self._questions, self.slips, strict=True)
         return all(is_safe_at_mean_load(question, slip) for question, slip in questions)
@@ -258,15 +258,6 @@ class DesignSearch:
         ):
             open_nodes = self._nodes_that_open(open_nodes)
 
-    def from_no_design(self, open_nodes: OpenNodes) -> None:
-        """Start from the nodes that are open without any design."""
-        try:
-            self.alternate(open_nodes)
-        # A design with these open nodes would grow without end.
-        except ModelError:
-            if not self.counted:
-                raise
-
     def compare(self, loose: LooseNodes, scenarios: int) -> None:
         """Bound the designs of all sets of open nodes, until no other set may have a better one."""
         branches = Branches(loose, lambda: self._wanted, partial(self._bound_of, scenarios))
@@ -275,11 +266,15 @@ class DesignSearch:
             programs += 1
             self._bar.update()
             branches.step()
-        uncounted = [design.value for design in self._uncounted.values() if design is not None]
         best = -np.inf if self.best is None else self.best.value
-        self.is_best_of_all = (
-            max(uncounted, default=best) <= best and branches.bound <= self._wanted
-        )
+        others = [design.value for design in self._uncounted.values() if design is not None]
+        # Such a design may be safe under the mean load with other open nodes.
+        others += [
+            design._without_mean_load
+            for design in self.counted
+            if design._without_mean_load is not None
+        ]
+        self.is_best_of_all = max(others, default=best) <= best and branches.bound <= self._wanted
 
     @property
     def _wanted(self) -> float:

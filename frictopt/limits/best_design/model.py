@@ -191,7 +191,7 @@ class DesignModel(SafeModel):
             search.alternate([question.open_nodes for question in questions])
             if not search.counted or search.counted[0].touches:
                 search.alternate(self._open_nodes_if_pressed(scenarios, user))
-            search.from_no_design([limit.open for limit in limits_of(questions)])
+            search.alternate([limit.open for limit in limits_of(questions)])
             if is_small(questions):
                 search.compare(self._loose(scenarios, user), len(questions))
             if search.best is None:
@@ -258,7 +258,7 @@ class DesignModel(SafeModel):
             safe,
             slips=safe.slips[:count],
             _questions=safe._questions[:count],
-            _for_mean_load=True,
+            _without_mean_load=design.value,
         )
 
     def _solved(

@@ -384,7 +384,11 @@ def raise_refusal(program: RestProgram, choice: Choice) -> None:
         values = grown[0].x[program.named[name]].tolist()
         for component, value in zip(part.components, values, strict=True):
             along[f"{name}[{component!r}]"] = value
-    raise ModelError(_growth_text(program.goal, along))
+    opened = np.any([question.open_nodes for question in program.questions], axis=0)
+    goal = program.goal
+    if opened.any():
+        goal += f" with nodes {shown(np.flatnonzero(opened).tolist())} open"
+    raise ModelError(_growth_text(goal, along))
 
 
 def _contradiction_error(claim: Solution) -> ModelError:
