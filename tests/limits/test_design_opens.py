@@ -77,7 +77,7 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
     assert found >= few(12) // 6
 
 
-@pytest.mark.parametrize("seed", [560, 3491, *few(range(60), 2)])
+@pytest.mark.parametrize("seed", [560, 5486, *few(range(60), 2)])
 def test_a_contact_with_the_best_of_all_designs_has_no_higher_limit(seed):
     case = random_case(seed, nodes=2 + seed % 2)
     (q, p), length = case.system.reaction(case.cycle.mean), 1 / case.system.stiffness_scale
