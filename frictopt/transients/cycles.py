@@ -86,9 +86,11 @@ class Run:
         not at the last corner.
     lost
         Largest error of the balance of energy in a return.
+    extrapolated
+        Whether the transient has continued from an extrapolated limit.
     later_changes
         Estimated sum of all later changes, relative to the last change, at the time when the
-        transient continued from an extrapolated limit; None if it never continued from one.
+        transient continued from an extrapolated limit; 1 if it never continued from one.
     search
         The search for the limit of the last returns.
     """
@@ -101,16 +103,12 @@ class Run:
     works: list[float] = field(default_factory=list)
     last: list[FollowedCycle] = field(default_factory=list)
     lost: float = 0.0
-    later_changes: float | None = None
+    extrapolated: bool = False
+    later_changes: float = 1.0
     search: LimitSearch = field(init=False)
 
     def __post_init__(self) -> None:
         self.search = CurvedLimit() if self.path.steps else AffineLimit()
-
-    @property
-    def extrapolated(self) -> bool:
-        """Whether the transient has continued from an extrapolated limit."""
-        return self.later_changes is not None
 
     def settled(self) -> Settled:
         """The steady state.
@@ -203,20 +201,16 @@ class Run:
         work is small enough.
         """
         cycles = self.last[-2:]
-        error = self._work_error(cycles)
+        error = work_error(self.path, cycles, self.later_changes)
         while not error <= RESIDUAL and len(cycles) < _COMPARED_RETURNS:
             cycles.append(self.follow(self.path))
             if not cycles[-1].work.any():
                 return without_work(self.path, cycles[-1])
-            error = self._work_error(cycles)
+            error = work_error(self.path, cycles, self.later_changes)
         if not error < _DYING_WORK:
             return None
         error = max(error, self.search.work_error(self.later_changes))
         return Settled(Outcome.CYCLIC_SLIP, self.path, cycles[-1], error, (cycles[-1],))
-
-    def _work_error(self, cycles: list[FollowedCycle]) -> float:
-        later_changes = 1.0 if self.later_changes is None else self.later_changes
-        return work_error(self.path, cycles, later_changes)
 
     def _judged_at_limit(self) -> Settled | None:
         """The steady state at the limit of the last returns, if the transient approaches the limit.
@@ -230,6 +224,7 @@ class Run:
         if limit is None:
             return None
         changes = [cycle.change for cycle in self.last[-3:]]
+        self.extrapolated = True
         self.later_changes = distance_left(changes, REPEATED) / changes[-1]
         self.path, cycle = limit
         self.last = [cycle]

@@ -96,8 +96,11 @@ class LimitSearch(ABC):
         self.attempts = 0
         self.wait = 0
 
-    def work_error(self, later_changes: float | None) -> float:
-        """Estimated relative error of the work at the limit; 0 on the exact path."""
+    def work_error(self, later_changes: float) -> float:
+        """Estimated relative error of the work at the limit; 0 on the exact path.
+
+        `later_changes` is that of `Run`.
+        """
         return 0.0
 
 
@@ -140,28 +143,22 @@ def _is_affine(path: Transient, limit: Array, moves: Moves, follow: Follow) -> b
     return True
 
 
-class FixedPoint(NamedTuple):
-    """A fixed point of increments: a return from it, and two relative errors of its work.
-
-    `shift` is the change of the work from the previous fixed point. `events_error` is the estimated
-    error due to nodes that have yet to stop slipping.
-    """
-
-    cycle: FollowedCycle
-    shift: float = 0.0
-    events_error: float = 0.0
-
-
 @dataclass
 class CurvedLimit(LimitSearch):
-    """The search in increments; `fixed` is the last fixed point.
+    """The search in increments.
+
+    `fixed` is a return from the last fixed point, `shift` the relative change of its work from the
+    previous fixed point. `events_error` is the estimated relative error of its work due to nodes
+    that have yet to stop slipping.
 
     If some nodes stick in the last returns, there are other fixed points nearby. Later events of
     the transient shift the fixed point; the shift decreases as the transient approaches it. So a
     fixed point counts only if a fixed point extrapolated from a later state has the same work.
     """
 
-    fixed: FixedPoint | None = None
+    fixed: FollowedCycle | None = None
+    shift: float = 0.0
+    events_error: float = 0.0
 
     def find(
         self, path: Transient, last: Sequence[FollowedCycle], follow: Follow, cycles: int
@@ -184,40 +181,26 @@ class CurvedLimit(LimitSearch):
             return None
         limit, turns = iterated
         approached = _is_approached(path, latest, limit.cycle, follow)
-        earlier = self.fixed
-        if earlier is None:
-            self.fixed = FixedPoint(limit.cycle)
-            return None
-        if not approached:
-            self.fixed = earlier._replace(cycle=limit.cycle)
+        earlier, self.fixed = self.fixed, limit.cycle
+        if earlier is None or not approached:
             return None
 
         # The work (N,) of a negligible slip.
         no_work = RESIDUAL * path.scales.mean * path.scales.length
         distance = work_to_come(last[-_LEAST_CYCLES:], limit.cycle, no_work)
-        events_error = turns * _LATER_EVENTS * distance
+        self.events_error = turns * _LATER_EVENTS * distance
         self.wait = _LEAST_CYCLES * turns
-        if events_error > _ACCEPTED:
+        if self.events_error > _ACCEPTED:
             self.wait = max(self.wait, cycles // 4)
-        return self._with_same_work(limit, earlier.cycle, events_error, no_work)
-
-    def _with_same_work(
-        self, limit: Limit, earlier: FollowedCycle, events_error: float, no_work: Array
-    ) -> Limit | None:
-        """Keep a limit as the last fixed point; return it if the previous one had the same work."""
-        work = limit.cycle.work
-        total = work.sum()
-        change = np.abs(work - earlier.work)
-        self.fixed = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
+        total = limit.cycle.work.sum()
+        change = np.abs(limit.cycle.work - earlier.work)
+        self.shift = float(change.sum() / (total or 1.0))
         is_same = (change <= _SAME_WORK * total + no_work).all()
-        return limit if is_same and events_error <= _ACCEPTED else None
+        return limit if is_same and self.events_error <= _ACCEPTED else None
 
-    def work_error(self, later_changes: float | None) -> float:
+    def work_error(self, later_changes: float) -> float:
         """See `LimitSearch`. The fixed point shifts in proportion to the changes left."""
-        if self.fixed is None:
-            return 0.0
-        later_changes = 1.0 if later_changes is None else later_changes
-        return max(later_changes * self.fixed.shift, self.fixed.events_error)
+        return max(later_changes * self.shift, self.events_error)
 
 
 def _iterated(

@@ -265,12 +265,10 @@ def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
 
 
 @pytest.mark.parametrize(
-    ("later_changes", "error"), [(None, 0.2), (0.5, 0.1), (0.01, 0.03), (0.0, 0.03)]
+    ("later_changes", "error"), [(1.0, 0.2), (0.5, 0.1), (0.01, 0.03), (0.0, 0.03)]
 )
 def test_the_error_of_a_fixed_point_falls_with_the_changes_that_are_left(later_changes, error):
     """The work moved by 20 % to this fixed point, and nodes that have yet to stop change 3 %."""
-    search = extrapolation.CurvedLimit(
-        fixed=extrapolation.FixedPoint(cycle=None, shift=0.2, events_error=0.03)
-    )
+    search = extrapolation.CurvedLimit(shift=0.2, events_error=0.03)
     assert search.work_error(later_changes) == pytest.approx(error)
     assert extrapolation.CurvedLimit().work_error(later_changes) == 0.0
