@@ -26,6 +26,7 @@ from ..base import (
     finite_array,
     finite_number,
     frame,
+    free_motions,
     frozen,
     kept,
     real_array,
@@ -387,6 +388,15 @@ class ContactSystem(Shown, Plotted):
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0)."""
         closed = joined(*self.reaction(loads)) - self.pressing_shut(self.gap)
         return parted(closed, self.tangents + 1)
+
+    @cached_property
+    def rigid_motions(self) -> Array:
+        """(M, k) relative motions that strain nothing, orthonormal.
+
+        They are the slides, turns and lifts of bodies that no support guides. A soft body beside a
+        stiff one does not count as free.
+        """
+        return frozen(free_motions(self.S, self.own_stiffness))
 
     @cached_property
     def opening(self) -> Array:

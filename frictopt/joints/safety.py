@@ -31,7 +31,6 @@ from ..limits.program.question import outer_corners
 from ..transients import SteadyState, steady_state
 from ..transients.fretting import nodes_of_contacts, rows_of_corners
 from ..transients.march import mean_state, path_of
-from ..transients.statics import motions_of_bodies
 from ..transients.steady import settled_from
 from .scatter import NOMINAL, Corner, Scatter
 from .thresholds import (
@@ -115,7 +114,7 @@ def _under_mean_load(
     """The vertices of the hull of the load corners, with the normal forces of the state `mean`."""
     bonded = joined(mean.bonded_q, mean.bonded_p)
     p = (bonded + system.S @ joined(mean.slip, mean.gap - system.gap))[-system.nodes :]
-    motions = motions_of_bodies(system)
+    motions = system.rigid_motions
     slides = motions @ without_lift(motions[-system.nodes :], CONDENSATION)
 
     def driving(loads: Mapping[str, float]) -> dict[str, float]:

@@ -31,7 +31,7 @@ from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import SolverError
 from ..solve.explained import Explained
 from ..transients.balance import self_stress
-from ..transients.statics import motions_of_bodies, nodal_motions
+from ..transients.statics import nodal_motions
 from .answers.sentences import (
     ABOVE,
     ALL_BALANCED,
@@ -285,7 +285,7 @@ def _unbalanced(answer: CornerAnswer) -> str:
 def _statics(question: Question) -> GrossSlip:
     """The answer of statics: the load factors at which forces balance all corners."""
     system = question.system
-    N = nodal_motions(motions_of_bodies(system))
+    N = nodal_motions(system.rigid_motions)
     if not N.size:
         return _held_by_supports(question)
     corners = outer_corners(question.cycle)
@@ -396,7 +396,7 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     friction = question.friction
     if statics._asked is None or np.isnan(statics.load_factor) or not friction.any():
         return statics
-    N = motions_of_bodies(system)
+    N = system.rigid_motions
     if not any(drives(N, r) for r in reactions(system, question.cycle.corners)):
         return statics
     forces = self_stress(system, friction, N)

@@ -48,28 +48,10 @@ _PROVEN_MOTION = 0.5
 _EVEN = 0.5
 
 
-def rigid_motions(S: Array, sizes: Array) -> Array:
-    """(M, k) relative motions that strain nothing, orthonormal.
-
-    They are the slides, turns and lifts of bodies that no support guides. `sizes` (M,) are the
-    sizes of S at the nodes (`own_stiffness`): with them, a soft body beside a stiff one does not
-    count as free.
-    """
-    return free_motions(S, sizes)
-
-
-# The rigid motions of each system, and digests of the pairs of friction and load for which contact
-# forces balance the load. They are kept, because a report follows many transients under the same
-# loads, and each proof takes as long as many increments.
-_KNOWN_MOTIONS: WeakKeyDictionary[ContactSystem, Array] = WeakKeyDictionary()
+# Digests of the pairs of friction and load for which contact forces balance the load. They are
+# kept, because a report follows many transients under the same loads, and each proof takes as long
+# as many increments.
 _BALANCED: WeakKeyDictionary[ContactSystem, set[bytes]] = WeakKeyDictionary()
-
-
-def motions_of_bodies(system: ContactSystem) -> Array:
-    """The `rigid_motions` of a system, computed once."""
-    if system not in _KNOWN_MOTIONS:
-        _KNOWN_MOTIONS[system] = rigid_motions(system.S, system.own_stiffness)
-    return _KNOWN_MOTIONS[system]
 
 
 def nodal_motions(V: Array) -> Array:
@@ -106,6 +88,12 @@ class Statics:
     def __init__(self, system: ContactSystem, friction: Array) -> None:
         self._system = system
         self._friction = friction
+        self._law = contact_law(system, friction)
+        # The terms of the law after friction, each with the nodes (N,) that it bounds.
+        self._further_terms = [
+            (np.isfinite(term.constant) & (friction > term.slope), term)
+            for term in self._law.terms[1:]
+        ]
 
     def sentence(self, name: str, load: Array) -> str | None:
         """A sentence on a load (M,) that is proven to have no state; None if this is not proven.
@@ -119,7 +107,7 @@ class Statics:
         if not gap.any() and (shear <= bound).all():
             # The closed contact is at rest.
             return None
-        phi = self._proof(self._motions, False, load)
+        phi = self._proof(self._system.rigid_motions, False, load)
         if phi is not None:
             return self._sentence(name, load, phi)
         if self._slides is None:
@@ -140,15 +128,12 @@ class Statics:
         """
         n = self._system.nodes
         # The motions that do not open the contact.
-        _, opens, turn = np.linalg.svd(self._motions[-n:], full_matrices=False)
-        sliding = self._motions @ turn[opens <= CONDENSATION].T
+        motions = self._system.rigid_motions
+        _, opens, turn = np.linalg.svd(motions[-n:], full_matrices=False)
+        sliding = motions @ turn[opens <= CONDENSATION].T
         pressed = np.r_[forces[:-n], self._within_terms(forces[-n:].clip(0.0))]
         phi = self._with_negative_work(sliding, True, pressed)
         return None if phi is None else self._sentence(name, pressed, phi)
-
-    @cached_property
-    def _motions(self) -> Array:
-        return motions_of_bodies(self._system)
 
     @cached_property
     def _slides(self) -> Array | None:
@@ -158,20 +143,8 @@ class Statics:
         size = np.sqrt(np.diag(S).clip(0.0))
         if (np.abs(S[-n:, :-n]) > ROUNDING * np.outer(size[-n:], size[:-n])).any():
             return None
-        slides = rigid_motions(S[:-n, :-n], self._system.own_stiffness[:-n])
+        slides = free_motions(S[:-n, :-n], self._system.own_stiffness[:-n])
         return np.vstack([slides, np.zeros((n, slides.shape[1]))])
-
-    @cached_property
-    def _law(self) -> ContactLaw:
-        return contact_law(self._system, self._friction)
-
-    @cached_property
-    def _further_terms(self) -> list[tuple[Booleans, BoundTerm]]:
-        """The terms of the law after friction, each with the nodes (N,) that it bounds."""
-        terms = self._law.terms[1:]
-        return [
-            (np.isfinite(term.constant) & (self._friction > term.slope), term) for term in terms
-        ]
 
     def _within_terms(self, p: Array) -> Array:
         """(N,) normal forces, cut where friction would exceed another term of the law."""

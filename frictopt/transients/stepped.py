@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..base import Array, Booleans, whole_number
 from ..contact import ContactSystem, most_shear
 from ..errors import ModelError, NoContinuation, SolverError
-from .statics import Statics, check_sliding, motions_of_bodies
+from .statics import Statics, check_sliding
 from .transient import OPEN, STICK, FollowedCycle, Transient
 
 # Numbers of increments.
@@ -140,7 +140,7 @@ class SteppedPath(Transient):
         If a body slides off under the load, the message names this as the cause.
         """
         system = self.system
-        is_supported = not motions_of_bodies(system).size
+        is_supported = not system.rigid_motions.size
         if isinstance(error, NoContinuation) or is_supported or not self._retries:
             return type(error)(f"{where}: {error}")
         statics = Statics(system, self.friction)

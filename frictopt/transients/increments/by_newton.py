@@ -31,7 +31,7 @@ from ...contact import (
     parted,
 )
 from ...errors import SolverError
-from ..statics import check_sliding, motions_of_bodies
+from ..statics import check_sliding
 from ..transient import HOLD, OPEN
 from .increment import Increment, Posed, force_scale, sizes_of
 from .newton import Law, State, newton
@@ -265,7 +265,7 @@ class NewtonIncrement(_Nodes):
                 return answer
             residual = min(residual, answer.residual)
         remedy = _SMALLER_STEPS
-        if motions_of_bodies(self.system).size:
+        if self.system.rigid_motions.size:
             remedy = _MAY_SLIDE.format(remedy=HOLD)
         raise SolverError(
             f"friction increment: Newton's method leaves a residual of {residual:.1e} "
