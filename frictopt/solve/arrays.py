@@ -361,6 +361,27 @@ def rows_of(
     return Rows(label, kind, sizes, at, quantities, weights, constants, unit, instants, nodes)
 
 
+def dense_rows(
+    label: str,
+    kind: int,
+    matrix: Array,
+    constants: Array,
+    unit: Array,
+    nodes: Integers | None = None,
+) -> Rows:
+    """Make n rows or cones of one size, in the units (n,), from all their weights.
+
+    `matrix` (rows, quantities) and `constants` (rows,) have the cones row by row.
+    """
+    n = len(unit)
+    none = np.full(n, -1)
+    sizes = np.full(n, len(matrix) // n)
+    at, quantities = np.nonzero(matrix)
+    weights = matrix[at, quantities]
+    nodes = none if nodes is None else nodes
+    return Rows(label, kind, sizes, at, quantities, weights, constants, unit, none, nodes)
+
+
 class Stacked(NamedTuple):
     """The rows of a program one after the other: equations, linear rows, cones."""
 

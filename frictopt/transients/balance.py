@@ -15,7 +15,7 @@ from ..base import RESIDUAL, Array
 from ..contact import BoundTerm, ContactLaw, ContactSystem, contact_law
 from ..errors import SolverError
 from ..solve.answer import answer
-from ..solve.arrays import CONE, EQUATION, LINEAR, Rows, program_of, rows_of
+from ..solve.arrays import CONE, EQUATION, LINEAR, Rows, dense_rows, program_of, rows_of
 
 # Forces balance themselves if their works in the rigid motions are below this share of the sum of
 # their pressures.
@@ -53,21 +53,9 @@ def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
     V is (M, k). The load factor is the quantity after the forces; `sizes` (k,) are the units of
     the works.
     """
-    M, count = V.shape
-    entry, motion = np.nonzero(V)
-    every = np.arange(count)
-    return Rows(
-        "balance",
-        EQUATION,
-        np.ones(count, dtype=int),
-        np.r_[motion, every],
-        np.r_[entry, np.full(count, M)],
-        np.r_[V[entry, motion], -(V.T @ r1)],
-        -(V.T @ r0),
-        sizes,
-        np.full(count, -1),
-        every,
-    )
+    works = np.column_stack([V.T, -(V.T @ r1)])
+    every = np.arange(len(works))
+    return dense_rows("balance", EQUATION, works, -(V.T @ r0), sizes, nodes=every)
 
 
 def distance_row(V: Array, load: Array, size: float) -> Rows:
@@ -76,20 +64,10 @@ def distance_row(V: Array, load: Array, size: float) -> Rows:
     The distance is the quantity after the forces (M,).
     """
     M, count = V.shape
-    entry, motion = np.nonzero(V)
-    none = np.full(1, -1)
-    return Rows(
-        "distance",
-        CONE,
-        np.array([count + 1]),
-        np.r_[0, 1 + motion],
-        np.r_[M, entry],
-        np.r_[size, V[entry, motion]],
-        np.r_[0.0, -(V.T @ load)],
-        np.full(1, size),
-        none,
-        none,
-    )
+    distance = size * np.eye(1, M + 1, M)
+    works = np.column_stack([V.T, np.zeros(count)])
+    constants = np.r_[0.0, -(V.T @ load)]
+    return dense_rows("distance", CONE, np.vstack([distance, works]), constants, np.full(1, size))
 
 
 class Nearest(NamedTuple):
@@ -141,19 +119,8 @@ def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | Non
     # A node with a shear strength does not wedge: its bound does not grow with the pressure.
     slope = contact_law(system, friction).wedging_slope
     law = ContactLaw((BoundTerm("stuck", slope, np.zeros(n)),))
-    none = np.full(1, -1)
-    total = Rows(
-        "total",
-        EQUATION,
-        np.ones(1, dtype=int),
-        np.zeros(n, dtype=int),
-        axes * n + np.arange(n),
-        ones,
-        -np.ones(1),
-        np.ones(1),
-        none,
-        none,
-    )
+    pressures = np.r_[np.zeros(axes * n), ones][None]
+    total = dense_rows("total", EQUATION, pressures, -np.ones(1), np.ones(1))
     rows = [*force_rows(law, ones, ones, axes), total]
     try:
         found = nearest(rows, N, np.zeros(len(N)), tolerance=BALANCED)

@@ -49,7 +49,7 @@ def fretting_table(
     unit = "_force" if system.width is None else ""
     width = np.ones(system.nodes) if system.width is None else system.width
     slip = slip_ways(states)
-    slip_range = _slip_ranges(states)
+    slip_range = np.linalg.norm(slip, axis=-1)
     columns: dict[str, ArrayLike] = {
         "node": np.arange(system.nodes),
         **named_places(system),
@@ -111,9 +111,11 @@ def axes_of(values: Array) -> Array:
 
 
 def slip_ways(states: Trajectory) -> Array:
-    """(N, t) largest difference of two slips of each node while it is closed."""
+    """(N, t) largest difference of two slips of each node while closed; 0 if it is rounding."""
     slip = axes_of(states.slip / states.system.stretch)
-    return furthest(np.where((states.gap <= 0)[..., None], slip, np.nan))
+    ways = furthest(np.where((states.gap <= 0)[..., None], slip, np.nan))
+    ways[np.linalg.norm(ways, axis=-1) <= ROUNDING * np.abs(states.slip).max()] = 0.0
+    return ways
 
 
 def with_critical_planes(
@@ -164,7 +166,7 @@ def contact_table(
     for name, which in shares.items():
         columns[name] = member @ (width * which) / area
     columns["work"] = member @ work
-    columns["slip_range"] = (member * _slip_ranges(states)).max(axis=1)
+    columns["slip_range"] = (member * np.linalg.norm(slip_ways(states), axis=-1)).max(axis=1)
 
     corners = states.cycle.corner_names
     q = axes_of(states.q * system.stretch)
@@ -217,13 +219,6 @@ def rows_of_corners(states: Trajectory) -> Integers:
     """The numbers of the states at the corners, in the second cycle if the period is two."""
     times = states.time[-1] - np.arange(len(states.cycle.corners))[::-1]
     return np.asarray(np.searchsorted(states.time, times + SIMULTANEOUS) - 1)
-
-
-def _slip_ranges(states: Trajectory) -> Array:
-    """(N,) largest distance between two slips of each node; 0 if this is only rounding."""
-    ranges = np.linalg.norm(slip_ways(states), axis=-1)
-    rounding = ROUNDING * np.abs(states.slip).max()
-    return np.where(ranges <= rounding, 0.0, ranges)
 
 
 def _shear_through(member: Array, frames: Array, q: Array) -> Array:

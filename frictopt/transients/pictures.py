@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..base import ROUNDING, SIMULTANEOUS, Array
-from ..contact import lengths
+from ..base import SIMULTANEOUS, Array
 from ..contact.pictures import (
     ONE_NODE,
     Circles,
@@ -156,14 +155,12 @@ def work_map(panels: Sequence[AnyAxes], steady: SteadyState, title: str) -> AnyA
     """
     panels[0].set_title(title)
     states = steady.states()
-    ranges = slip_ways(states)
-    is_rounding = lengths(ranges, ranges[:, 0]) <= ROUNDING * np.abs(steady.slip).max()
     return face_map(
         panels,
         faces_of(steady.system),
         steady.dissipation_per_node,
         f"work of friction per cycle ({_WORK})",
-        slip=np.where(is_rounding[:, None], 0.0, ranges),
+        slip=slip_ways(states),
         slip_name="slip range",
         to_and_fro=True,
         opened=states.gap.min(axis=0) > 0,
@@ -174,9 +171,7 @@ def slip_and_work(states: Mapping[str, SteadyState]) -> list[tuple[str, dict[str
     """Rows of `along`: the slip ranges of steady cycles, and their work of friction per cycle."""
     ranges, works = dict[str, Array](), dict[str, Array]()
     for label, steady in states.items():
-        slips = np.asarray(steady.fretting_table()["slip_range"])
-        # Otherwise the picture of a contact at rest would show rounding.
-        ranges[label] = np.where(slips > ROUNDING * np.abs(steady.slip).max(), slips, 0.0)
+        ranges[label] = np.asarray(steady.fretting_table()["slip_range"])
         works[label] = steady.dissipation_per_node
         name = work_label(steady.system)
     return [("slip range (length)", ranges), (name, works)]
