@@ -288,9 +288,8 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
 
     The k-th later distance from the limit is `sum of rate_i^k mode_i` with 1 > rate_1 > ... >
     rate_m >= 0. It is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i + 1)^k` times
-    the sum of the first i modes, for all i < m. The states are these sums, each times a number c_i.
-    The later states are weighted means if the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most
-    `1 - rate_m^k` for all k. This always holds with c_i = 1; smaller c_i are used if they suffice.
+    the sum of the first i modes, for all i < m. The states are these sums. No factor is negative,
+    and all factors add up to `rate_1^k`, which is below 1.
 
     Returns None if no single linear map fits all distances, or if they do not decay monotonically:
     a rate is complex, negative or not below 1.
@@ -319,17 +318,8 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     order = np.argsort(-rates.real)
     rates = rates.real[order]
     modes = modes.real[:, order]
-    # Powers of the rates at cycles k until the slowest mode has vanished, (k, m). If c_i is the
-    # largest share of mode i times the number of modes minus one, the sum is at most 1. The
-    # factor 1.01 covers the cycles between those that are computed.
-    cycles = np.unique(np.geomspace(1, 40 / (1 - rates[0]), 200).round())
-    powers = rates ** cycles[:, None]
-    shares = -np.diff(powers, axis=1) / (1 - powers[:, -1:])
-    factors = 1.01 * (len(rates) - 1) * shares.max(axis=0)
-    if not factors.max(initial=0.0) < 1:
-        factors = np.ones_like(factors)
-    before = factors * np.cumsum(modes, axis=1)[:, :-1]
-    after = factors * np.cumsum(modes * rates, axis=1)[:, :-1]
+    before = np.cumsum(modes, axis=1)[:, :-1]
+    after = np.cumsum(modes * rates, axis=1)[:, :-1]
     return limit, list(zip(before.T, after.T, strict=True))
 
 
