@@ -242,8 +242,6 @@ class _Study:
             for number, label, factor, start in combinations
         ]
         self.keys = {run.key: run for run in self.runs}
-        self._copies = Counter(run.key for run in self.runs)
-        self._finished = 0
         self.rows: dict[str, Row] = {}
         self.limits: dict[str, float] = {}
         if file is not None:
@@ -254,7 +252,7 @@ class _Study:
         file.check_cycles({case.label: case.loads for case in self.cases.values()})
         for row in file.own_rows(contacts):
             if row["key"] in self.keys and row["outcome"] != FAILED:
-                self._add(row)
+                self.rows[row["key"]] = row
         if self.with_limits:
             self.limits = file.read_limits()
 
@@ -262,15 +260,9 @@ class _Study:
         """The runs without a row."""
         return [run for key, run in self.keys.items() if key not in self.rows]
 
-    def _add(self, row: Row) -> None:
-        if row["key"] not in self.rows:
-            self._finished += self._copies[row["key"]]
-        self.rows[row["key"]] = row
-
     def keep(self, bar: Bar, rows: list[Row]) -> None:
         """Keep rows, also for an interrupt, and write them to the file."""
-        for row in rows:
-            self._add(row)
+        self.rows |= {row["key"]: row for row in rows}
         bar.keep("table", self.table, self._note())
         if self.file is not None and rows:
             self.file.write(rows)
@@ -278,9 +270,9 @@ class _Study:
 
     def _note(self) -> str:
         """How many runs are left, for an interrupt."""
-        left = len(self.runs) - self._finished
-        note = f"{number_of(left, 'run is', 'runs are')} left; "
-        note += f"the attribute `table` has {self._finished}"
+        finished = len(self.rows)
+        left = number_of(len(self.keys) - finished, "run is", "runs are")
+        note = f"{left} left; the attribute `table` has {finished}"
         if self.file is not None:
             note += f", and so has {str(self.file.path)!r}, from which the same call continues"
         return note

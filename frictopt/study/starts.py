@@ -240,7 +240,7 @@ def random_slips(
     for number, (amplitude, family, _) in enumerate(kinds, seed):
         rng = np.random.default_rng(number)
         if family == "smooth":
-            slip = smooth(rng, modes, system)
+            slip = modes @ rng.normal(size=(modes.shape[1], *system.slip_shape[1:]))
         else:
             slip = rng.normal(size=system.slip_shape)
         slip = slip - slip.mean(axis=0)
@@ -268,11 +268,6 @@ def smooth_modes(system: ContactSystem) -> Array:
             factors = [axis[degree] for axis, degree in zip(polynomials, degrees, strict=True)]
             modes.append(np.prod(factors, axis=0))
     return np.reshape(modes, (-1, system.nodes)).T
-
-
-def smooth(rng: np.random.Generator, modes: Array, system: ContactSystem) -> Array:
-    """A sum of modes with normally distributed coefficients, (N,) or (N, 2)."""
-    return modes @ rng.normal(size=(modes.shape[1], *system.slip_shape[1:]))
 
 
 def root_mean_square(slip: Array) -> float:
