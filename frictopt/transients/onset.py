@@ -8,7 +8,7 @@ gaps are linear in the load factor, and each event is a root in closed form.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from html import escape
 from typing import NamedTuple
 
@@ -31,7 +31,6 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..contact import (
-    BoundTerm,
     ContactState,
     ContactSystem,
     LoadCycle,
@@ -404,24 +403,42 @@ def onset_from(
 
 def _slip(approach: _Approach) -> OnsetEvent:
     """The first slip: the first shear force that reaches a term of the bound."""
-    law = contact_law(approach.system, approach.friction)
-    first, *further = (_slip_at_term(approach, term) for term in law.terms)
-    for slip in further:
-        if slip.node is not None and slip.load_factor < first.load_factor:
-            first = slip
-    return first
-
-
-def _slip_at_term(approach: _Approach, term: BoundTerm) -> OnsetEvent:
-    """The first shear force that reaches a term of the bound."""
-    nodes = term.nodes
+    system = approach.system
+    in_plane = system.tangents == 1
     q, p, _ = approach.start
     q_rate, p_rate, _ = approach.rate
-    slope = term.slope[nodes]
-    start = q[nodes], slope * p[nodes] + term.constant[nodes]
-    rate = q_rate[nodes], slope * p_rate[nodes]
-    slip = _first_at_bound(approach, approach.system.stretch[nodes], start, rate)
-    return slip if slip.node is None else replace(slip, node=int(nodes[slip.node]))
+    # In the plane a row for slip along +x, and one for slip against it.
+    factors = np.full((2 if in_plane else 1, system.nodes), np.inf)
+    for term in contact_law(system, approach.friction).terms:
+        nodes = term.nodes
+        bound = term.slope[nodes] * p[nodes] + term.constant[nodes]
+        bound_rate = term.slope[nodes] * p_rate[nodes]
+        of_term = _at_bound(q[nodes], bound, q_rate[nodes], bound_rate, approach.floor)
+        factors[:, nodes] = np.minimum(factors[:, nodes], of_term)
+    load_factor, node = _least(factors.min(axis=0))
+    sense: int | tuple[float, float] = 0 if in_plane else (0.0, 0.0)
+    if node is not None and in_plane:
+        sense = 1 if factors[0, node] <= load_factor * (1 + SIMULTANEOUS) else -1
+    elif node is not None:
+        # Slip is opposite to the force. The division undoes the stretch of the tangents.
+        force = (q[node] + load_factor * q_rate[node]) / system.stretch[node]
+        size = float(np.linalg.norm(force))
+        if size > 0:
+            # If the component is 0.0, the difference is 0.0, while its negative would be -0.0.
+            sense = 0.0 - float(force[0]) / size, 0.0 - float(force[1]) / size
+    return OnsetEvent(*approach.corner, "slip", load_factor, node, sense)
+
+
+def _at_bound(q: Array, bound: Array, q_rate: Array, bound_rate: Array, floor: float) -> Array:
+    """Load factors (2, N), in space (N,), at which the shear forces reach their bounds.
+
+    `bound` and `bound_rate` are the bounds at load factor 0, and their change per unit of it.
+    """
+    if q.ndim == 1:
+        slacks = np.array([bound + q, bound - q])
+        return first_zero(slacks, np.array([bound_rate + q_rate, bound_rate - q_rate]), floor)
+    exceeds = bound - lengths(q, bound) < -floor
+    return np.where(exceeds, 0.0, np.maximum(reach(q, bound, q_rate, bound_rate), 0.0))
 
 
 def _at_zero(
@@ -443,39 +460,6 @@ def _residual(approach: _Approach, load_factor: float) -> float:
     largest = float(max(np.abs(q).max(), np.abs(p).max(), (f * np.abs(p)).max())) or 1.0
     excess = (lengths(q, p) - most_shear(system, f, p)).max()
     return float(max(excess, -p.min())) / largest
-
-
-def _first_at_bound(
-    approach: _Approach, stretch: Array, start: tuple[Array, Array], rate: tuple[Array, Array]
-) -> OnsetEvent:
-    """The first node whose shear force reaches its bound.
-
-    `start` and `rate` are shear forces and bounds, at load factor 0 and per unit of it.
-    """
-    q, bound = start
-    q_rate, bound_rate = rate
-    if stretch.ndim == 1:
-        slacks = np.array([bound + q, bound - q])
-        slack_rates = np.array([bound_rate + q_rate, bound_rate - q_rate])
-        factors = first_zero(slacks, slack_rates, approach.floor)
-        load_factor, node = _least(factors.min(axis=0))
-        sense = 0
-        if node is not None:
-            sense = 1 if factors[0, node] <= load_factor * (1 + SIMULTANEOUS) else -1
-        return OnsetEvent(*approach.corner, "slip", load_factor, node, sense)
-
-    exceeds = bound - lengths(q, bound) < -approach.floor
-    factors = np.where(exceeds, 0.0, np.maximum(reach(q, bound, q_rate, bound_rate), 0.0))
-    load_factor, node = _least(factors)
-    direction = 0.0, 0.0
-    if node is not None:
-        # Slip is opposite to the force. The division undoes the stretch of the tangents.
-        force = (q[node] + load_factor * q_rate[node]) / stretch[node]
-        size = float(np.linalg.norm(force))
-        if size > 0:
-            # If the component is 0.0, the difference is 0.0, while its negative would be -0.0.
-            direction = 0.0 - float(force[0]) / size, 0.0 - float(force[1]) / size
-    return OnsetEvent(*approach.corner, "slip", load_factor, node, direction)
 
 
 def _least(factors: Array) -> tuple[float, int | None]:
