@@ -32,16 +32,16 @@ from ..contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
-    check_contact_law,
+    contact_law,
     joined,
-    parted,
+    off_law,
     reactions,
 )
 from ..errors import ModelError, SolverError
 from .fretting import contact_table, fretting_table, tensions, with_critical_planes
 from .march import amplitudes_at, march
 from .trajectory import LoadLoop, Trajectory
-from .transient import Scales, scales
+from .transient import scales
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,24 +156,13 @@ class SteadyState(Recorded, Plotted):
     def check_kept(self) -> None:
         """Check the last state of a loaded result by the contact law; ValueError if it is off."""
         system = self.system
-        loads = np.array(
-            [joined(*system.reaction(load)) for load in self.cycle.at(self.load_factor)]
-        )
-        motion = joined(self.slip, self.gap - system.gap)
-        axes = system.tangents + 1
-        q, p = parted(loads[-1] + system.S @ motion, axes)
-        off = check_contact_law(
-            system,
-            parted(loads[-1], axes),
-            self.friction,
-            v=self.slip,
-            w=self.gap,
-            q=q,
-            p=p,
-            force_scale=float(np.abs(loads).max()) or 1.0,
-        ).residual
+        law = contact_law(system, self.friction)
+        loads = reactions(system, self.cycle.at(self.load_factor))
+        u = joined(self.slip, self.gap - system.gap)
+        force = float(np.abs(loads).max()) or 1.0
+        off = off_law(system, law, loads[-1], u, loads[-1] + system.S @ u, force).max()
         # Another processor may round an error to the other side of its tolerance.
-        if off > 10 * RESIDUAL:
+        if not off <= 10 * RESIDUAL:
             raise ValueError(f"its last state violates the contact law by {off:.1e}")
         work = self.dissipation_per_node
         if work.shape != (system.nodes,) or not np.isclose(
@@ -458,36 +447,19 @@ def check_return(
         accepted_work = units.force * units.length * RESIDUAL
     else:
         accepted_work = work_error * work.sum()
-    error = _work_change(path, work, accepted_work)
+    force = float(np.abs(path.p).max()) or 1.0
+    motion = max(float(np.abs(path.slip).max()), float(path.gap.max()))
+    # If all works are rounding, their change is relative to the unit of work.
+    unit_of_work = force * max(motion, COUNTS * force / system.stiffness_scale)
+    change = np.abs(path.work[-1] - work) - _ACCEPTED * accepted_work
+    error = max(float(change.max()), 0.0) / max(float(path.work.max()), unit_of_work)
     if outcome is not Outcome.RATCHETING:
-        error = max(error, _motion_change(path, units))
+        ends = joined(path.slip, path.gap)[[0, -1]]
+        moved = np.ptp(ends, axis=0).reshape(-1, system.nodes).max(axis=0)
+        moved[moved <= _ACCEPTED * RESIDUAL * units.length] = 0.0
+        error = max(error, float(moved.max()) / (motion or 1.0))
     if not error <= SAME_STATE:
         raise SolverError(
             "steady state: a cycle from this state does not return to it, the difference is "
             f"{error:.1e} (tolerance {SAME_STATE:g})"
         )
-
-
-def _work_change(path: Trajectory, work: Array, accepted: Array) -> float:
-    """Largest change of the work of a node beyond what is accepted, relative to the largest work.
-
-    If all works are rounding, the change is relative to the unit of work.
-    """
-    change = float((np.abs(path.work[-1] - work) - _ACCEPTED * accepted).max())
-    force = float(np.abs(path.p).max()) or 1.0
-    motion = max(_largest_motion(path), COUNTS * force / path.system.stiffness_scale)
-    return max(change, 0.0) / max(float(path.work.max()), force * motion)
-
-
-def _motion_change(path: Trajectory, units: Scales) -> float:
-    """Largest change of a slip or gap from first to last state, relative to the largest motion."""
-    n = path.system.nodes
-    change = np.zeros(n)
-    for values in (path.slip, path.gap):
-        change = np.maximum(change, np.abs(values[-1] - values[0]).reshape(n, -1).max(axis=1))
-    change[change <= _ACCEPTED * RESIDUAL * units.length] = 0.0
-    return float(change.max()) / (_largest_motion(path) or 1.0)
-
-
-def _largest_motion(path: Trajectory) -> float:
-    return max(float(np.abs(path.slip).max()), float(path.gap.max()))
