@@ -22,7 +22,7 @@ from ..base import (
 from ..contact.components import frames_of
 from ..errors import ModelError
 from .adjusting import adjusted, notes_on_moves
-from .bodies import Body, on_axis
+from .bodies import Body, numbered_nodes, on_axis
 from .bolts import BoltPreload, Cut, cut_bodies, joined_by_elements, released
 from .coincidence import coincide
 from .contacts import Contact, Tie, contact_names, followers_of, independent_pairs
@@ -44,16 +44,19 @@ class Assembly:
 
     Attributes
     ----------
-    (nodes, d) coordinates, (nodes, d) errors of these, and (nodes,) numbers in error messages,
-    see `Body.numbers`.
+    own_nodes
+        Body -> numbers of its nodes.
+    points, errors, numbers
+        (nodes, d) coordinates, (nodes, d) errors of these, and (nodes,) numbers in error messages,
+        see `Body.numbers`.
     rows
         (nodes, d) unknown of each displacement along the axes.
     free_rows
         (nodes, d) unknown of each displacement: -1 if a support holds it, -2 if it follows other
         displacements. Supports, ties and cuts are marked in this order.
-    Matrix by which dependent displacements follow others: those of midside nodes of contact
-    faces, of nodes of ties and couplings, and of cut faces of sectors.
-        ties and couplings, and of cut faces of sectors.
+    tied
+        Matrix by which dependent displacements follow others: those of midside nodes of contact
+        faces, of nodes of ties and couplings, and of cut faces of sectors.
     of_ties, followers
         The nodes of each tie with their places, and all nodes that follow others in ties.
     joints
@@ -97,7 +100,7 @@ class Assembly:
         self.notes += notes_on_moves("sector", open_ring, self.bodies)
         self._number_nodes()
         self.names = contact_names(contacts)
-        self.followers = followers_of(ties, self.of_ties, self.bodies, self.first_node)
+        self.followers = followers_of(ties, self.of_ties, self.own_nodes)
         self.joints = self._joined_faces(contacts, ties)
         self._hold_nodes()
         self.tied = self._ties(contacts, ties)
@@ -144,7 +147,7 @@ class Assembly:
             tie = self.ties[number]
             face, _ = faces_of(tie, self.bodies[tie.body_1], self.bodies[tie.body_2])
             nodes = np.flatnonzero(self.followers.tie == number)
-            own = nodes - self.first_node[tie.body_1]
+            own = nodes - self.own_nodes[tie.body_1][0]
             # Two ties of the same faces may differ in their tolerance.
             name = f"{tie.name} {number + 1}" if tie.name in through else tie.name
             through[name] = resultants(face, own, of_ties[nodes])
@@ -157,7 +160,7 @@ class Assembly:
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
         nodes = nodes_of(self.body(argument, part.body), part.body, part.where)
-        return nodes + self.first_node[part.body]
+        return self.own_nodes[part.body][nodes]
 
     def axes(self, argument: str, body: str, directions: str | None) -> list[int]:
         """Numbers of the axes in `directions`, such as "xz"; None: all axes."""
@@ -191,14 +194,7 @@ class Assembly:
 
     def _number_nodes(self) -> None:
         """Number nodes and unknowns, body after body."""
-        self.first_node: dict[str, int] = {}
-        self.own_nodes: dict[str, slice] = {}
-        node = 0
-        for name, body in self.bodies.items():
-            count = body.mesh.p.shape[1]
-            self.first_node[name] = node
-            self.own_nodes[name] = slice(node, node + count)
-            node += count
+        self.own_nodes = numbered_nodes(self.bodies)
         self.points = np.concatenate([body.mesh.p.T for body in self.bodies.values()])
         self.rows: Integers = np.arange(self.points.size).reshape(self.points.shape)
         self.errors = np.concatenate([body.errors for body in self.bodies.values()])
@@ -206,7 +202,7 @@ class Assembly:
 
     def _name_of_node(self, node: int) -> str:
         """The number of a node in the mesh or deck of its body, in words."""
-        owner = next(name for name, own in self.own_nodes.items() if node < own.stop)
+        owner = next(name for name, own in self.own_nodes.items() if node in own)
         return f"node {self.numbers[node]} of body {owner!r}"
 
     def _joined_faces(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> list[Joint]:
@@ -284,12 +280,12 @@ class Assembly:
             )
         taken = [midside, self.followers.nodes]
         for contact, joint in zip(contacts, self.joints, strict=True):
-            taken.append(self.first_node[contact.body_1] + joint.nodes)
-            taken.append(self.first_node[contact.body_2] + joint.projection.indices)
+            taken.append(self.own_nodes[contact.body_1][joint.nodes])
+            taken.append(self.own_nodes[contact.body_2][joint.projection.indices])
         self.coupled = coupled(
             self.couplings,
             self.bodies,
-            self.first_node,
+            self.own_nodes,
             self.free_rows >= 0,
             np.concatenate(taken),
             self.points,
@@ -374,9 +370,9 @@ class Assembly:
         nodes = []
         projections = []
         for contact, joint in zip(contacts, self.joints, strict=True):
-            nodes.append(self.first_node[contact.body_1] + joint.nodes)
+            nodes.append(self.own_nodes[contact.body_1][joint.nodes])
             P = joint.projection
-            columns = self.first_node[contact.body_2] + P.indices
+            columns = self.own_nodes[contact.body_2][P.indices]
             shape = (P.shape[0], len(self.points))
             projections.append(csr_matrix((P.data, columns, P.indptr), shape=shape))
         return (
@@ -415,8 +411,7 @@ class Assembly:
             self.followers.nodes,
         ]
         for cut in cuts:
-            near = self.first_node[cut.bolt.body] + cut.near
-            far = self.first_node[cut.bolt.body] + cut.far
+            near, far = (self.own_nodes[cut.bolt.body][face] for face in (cut.near, cut.far))
             is_held = self._are_held(near, cut.axis, self.free_rows < 0).any()
             if is_held or np.isin(taken, [near, far]).any():
                 raise ModelError(

@@ -204,6 +204,12 @@ class Body:
         return self.with_mesh(mesh, errors=self.errors, written=self.written)
 
 
+def numbered_nodes(bodies: Mapping[str, Body]) -> dict[str, Integers]:
+    """Name of each body -> numbers of its nodes in a model, which counts body after body."""
+    ends = np.cumsum([body.mesh.p.shape[1] for body in bodies.values()])
+    return dict(zip(bodies, np.split(np.arange(ends[-1]), ends[:-1]), strict=True))
+
+
 def check_kind(mesh: Mesh) -> None:
     """Check that a mesh has elements of a kind that bodies may have."""
     kinds = [*QUADRATIC, *QUADRATIC.values()]

@@ -25,7 +25,7 @@ from ..base import (
 )
 from ..contact import checked_springs
 from ..errors import ModelError
-from .bodies import Body, check_names
+from .bodies import check_names
 from .coincidence import coincident
 from .elasticity import parts_of
 from .faces import unit_vectors
@@ -416,17 +416,16 @@ class Followers:
 def followers_of(
     ties: Sequence[Tie],
     tied: Sequence[Tied],
-    bodies: Mapping[str, Body],
-    first_node: Mapping[str, int],
+    own_nodes: Mapping[str, Integers],
 ) -> Followers:
     """The nodes of all ties that follow others, in the numbers of the model."""
-    count = sum(body.mesh.p.shape[1] for body in bodies.values())
+    count = sum(map(len, own_nodes.values()))
     number = np.full(count, -1)
     step = csr_matrix((count, count))
     for k, (tie, of_tie) in enumerate(zip(ties, tied, strict=True)):
         links = of_tie.places.tocoo()
-        rows = first_node[tie.body_1] + of_tie.nodes[links.row]
-        columns = first_node[tie.body_2] + links.col
+        rows = own_nodes[tie.body_1][of_tie.nodes[links.row]]
+        columns = own_nodes[tie.body_2][links.col]
         is_first = number[rows] < 0
         entries = links.data[is_first], (rows[is_first], columns[is_first])
         step = step + csr_matrix(entries, shape=step.shape)

@@ -22,27 +22,16 @@ from .elasticity import Kinematics
 from .faces import unit_vectors
 from .node_forces import (
     TINY,
+    NodesAround,
     check_carried,
     check_reference,
     distribution,
     motions_of_point,
     nodes_around,
 )
-from .supports import Place, checked_place, nodes_of
+from .supports import Place, checked_place
 
 _AXES = ("", "x", "y", "z", "xy", "xz", "yz", "xyz")
-
-
-@dataclass(frozen=True, eq=False)
-class Followers:
-    """Displacements of a body that follow others, by their numbers `d node + axis`."""
-
-    # (f,) displacements that follow
-    followers: Integers
-    # (k,) displacements that they follow
-    leaders: Integers
-    # (f, k) share of each leader in each follower
-    share: Array
 
 
 @dataclass(frozen=True)
@@ -121,27 +110,29 @@ class RigidCoupling(_Coupling):
     'yz'
     """
 
-    def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
-        around = nodes_around(self, body, kinematics)
-        nodes = around.nodes
-        d = body.mesh.dim()
+    def _shares(
+        self, around: NodesAround, held: Booleans, kinematics: Kinematics
+    ) -> tuple[Integers, Integers, Array]:
+        """The displacements that follow, those that they follow, and their shares (f, k).
+
+        `held` (n d,) are displacements of the nodes, by whose numbers the others are meant.
+        """
+        d = around.points.shape[1]
         motions = motions_of_point(around.points, around.point)
         if kinematics == "axisymmetric":
             motions = motions[:, 1:2]
         motions = motions[:, ~self._held(d, kinematics)]
         motions = motions / np.maximum(np.abs(motions).max(axis=0, initial=0.0), TINY)
-        is_held = held[nodes].ravel()
-        if np.abs(motions[is_held]).max(initial=0.0) > SAME_POINT:
+        if np.abs(motions[held]).max(initial=0.0) > SAME_POINT:
             raise ModelError(
                 f"supports: {self} has nodes that other supports hold against its motions; leave "
                 "those nodes out, or hold the point along and about these axes too"
             )
-        free = np.flatnonzero(~is_held)
-        leaders = _independent(motions[free].T)
-        share = motions[free] @ np.linalg.pinv(motions[free][leaders], rcond=SAME_POINT)
-        followers = np.setdiff1d(np.arange(len(free)), leaders)
-        unknowns = (d * nodes[:, None] + np.arange(d)).ravel()[free]
-        return Followers(unknowns[followers], unknowns[leaders], share[followers])
+        free = np.flatnonzero(~held)
+        leaders = free[_independent(motions[free].T)]
+        followers = np.setdiff1d(free, leaders)
+        share = motions[followers] @ np.linalg.pinv(motions[leaders], rcond=SAME_POINT)
+        return followers, leaders, share
 
 
 @dataclass(frozen=True)
@@ -186,15 +177,14 @@ class DistributingCoupling(_Coupling):
                 "directions: none, and no rotations; name the motions of the point that are zero"
             )
 
-    def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
-        d = body.mesh.dim()
-        around = nodes_around(self, body, kinematics)
-        nodes = around.nodes
+    def _shares(
+        self, around: NodesAround, held: Booleans, kinematics: Kinematics
+    ) -> tuple[Integers, Integers, Array]:
         forces = distribution(around, kinematics)
-        is_zero = self._held(d, kinematics)
+        is_zero = self._held(around.points.shape[1], kinematics)
         for load in np.eye(len(is_zero))[is_zero]:
             check_carried(self, around, forces, load)
-        free = np.flatnonzero(~held[nodes].ravel())
+        free = np.flatnonzero(~held)
         constraints = unit_vectors(forces[free][:, is_zero].T)
         followers = _independent(constraints)
         if len(followers) < len(constraints):
@@ -204,8 +194,7 @@ class DistributingCoupling(_Coupling):
             )
         leaders = np.setdiff1d(np.arange(len(free)), followers)
         share = np.asarray(-np.linalg.solve(constraints[:, followers], constraints[:, leaders]))
-        unknowns = (d * nodes[:, None] + np.arange(d)).ravel()[free]
-        return Followers(unknowns[followers], unknowns[leaders], share)
+        return free[followers], free[leaders], share
 
 
 Coupling: TypeAlias = RigidCoupling | DistributingCoupling
@@ -232,7 +221,7 @@ class Coupled:
 def coupled(
     couplings: Sequence[Coupling],
     bodies: Mapping[str, Body],
-    first_node: Mapping[str, int],
+    own_nodes: Mapping[str, Integers],
     free: Booleans,
     taken: Integers,
     points: Array,
@@ -243,14 +232,14 @@ def coupled(
     `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` belong to
     other parts of the model and must not be in a coupling. No node may be in two couplings.
     """
-    d = points.shape[1]
+    unknowns = np.arange(points.size).reshape(points.shape)
     kept = np.ones(points.size)
     links = csr_matrix((points.size,) * 2)
     used = np.zeros(0, dtype=np.intp)
     for coupling in couplings:
         body = bodies[choice("supports: body", coupling.body, bodies)]
-        first = first_node[coupling.body]
-        nodes = first + nodes_of(body, coupling.body, coupling.where)
+        around = nodes_around(coupling, body, kinematics)
+        nodes = own_nodes[coupling.body][around.nodes]
         both = np.intersect1d(nodes, np.r_[taken, used])
         if len(both):
             raise ModelError(
@@ -258,13 +247,13 @@ def coupled(
                 "belongs to a contact or another coupling; leave it out"
             )
         used = np.r_[used, nodes]
-        held = ~free[first : first + body.mesh.p.shape[1]]
-        bound = coupling._followers(body, held, kinematics)
-        share = np.where(np.abs(bound.share) > ROUNDING, bound.share, 0.0)
+        rows = unknowns[nodes].ravel()
+        followers, leaders, share = coupling._shares(around, ~free[nodes].ravel(), kinematics)
+        share = np.where(np.abs(share) > ROUNDING, share, 0.0)
         follow, lead = np.nonzero(share)
-        places = d * first + bound.followers[follow], d * first + bound.leaders[lead]
+        places = rows[followers[follow]], rows[leaders[lead]]
         links = links + csr_matrix((share[follow, lead], places), shape=links.shape)
-        kept[d * first + bound.followers] = 0.0
+        kept[rows[followers]] = 0.0
     return Coupled(csr_matrix(links + diags(kept)), used)
 
 

@@ -254,7 +254,7 @@ class Recoverable:
                     f"{place(points[here].min(axis=0))} to {place(points[here].max(axis=0))}; "
                     "move them, or reduce the depth"
                 ) from error
-            picked[here, assembly.own_nodes[name]] = functions
+            picked[np.ix_(here, assembly.own_nodes[name])] = functions
         return csr_matrix(picked)
 
     def _tensors_at(

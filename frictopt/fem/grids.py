@@ -111,7 +111,7 @@ def _faces(model: Any) -> tuple[list[Integers], Integers]:
     for number, contact in enumerate(model.contacts):
         body = parts.bodies[contact.body_1]
         facets = body.boundary(contact.boundary_1, "contacts")
-        corners = parts.first_node[contact.body_1] + facets_around(body.mesh, facets)
+        corners = parts.own_nodes[contact.body_1][facets_around(body.mesh, facets)]
         pairs = np.flatnonzero(parts.contact == number)
         pair_of_node = np.full(len(parts.points), -1)
         pair_of_node[parts.pairs.nodes[pairs]] = pairs

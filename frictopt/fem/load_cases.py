@@ -79,7 +79,7 @@ def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) 
     if isinstance(load, RemoteForce) and isinstance(load.where, str):
         return  # nodes are weighted by area, so a node and its copy together count once
     body = model.body(argument, load.body)
-    nodes = model.first_node[load.body] + nodes_of(body, load.body, load.where)
+    nodes = model.own_nodes[load.body][nodes_of(body, load.body, load.where)]
     copied = np.intersect1d(nodes, model.sector.nodes)
     if len(copied):
         raise ModelError(
@@ -92,7 +92,7 @@ def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: A
     """Enter a displacement into `prescribed` (nodes, d); nan: not prescribed."""
     nodes = model.nodes(argument, load)
     body = model.body(argument, load.body)
-    points = body.written[:, nodes - model.first_node[load.body]]
+    points = body.written[:, nodes - model.own_nodes[load.body][0]]
     for name in "xyz":
         amount = getattr(load, name)
         if amount is None:

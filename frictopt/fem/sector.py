@@ -24,7 +24,7 @@ from ..base import (
     place,
 )
 from ..errors import ModelError
-from .bodies import Body, check_names
+from .bodies import Body, check_names, numbered_nodes
 from .elasticity import Kinematics, facet_nodes
 from .faces import areas_of, facets_around
 from .interface import ASKEW, blocks_of
@@ -90,13 +90,8 @@ class Sector:
         points[copied] = points[self.copies[copied]] @ self.turn.T + self.shift
         heights = (points[self.fixed] - centre) @ self.along
         points[self.fixed] = centre + np.multiply.outer(heights, self.along)
-        moved = {}
-        start = 0
-        for name, body in bodies.items():
-            end = start + body.mesh.p.shape[1]
-            moved[name] = body.moved(points[start:end].T)
-            start = end
-        return moved
+        own_nodes = numbered_nodes(bodies)
+        return {name: body.moved(points[own_nodes[name]].T) for name, body in bodies.items()}
 
     @property
     def on_cuts(self) -> Integers:
@@ -225,14 +220,14 @@ class Sector:
         )
         return unmatched
 
-    def seam(self, nodes: slice) -> Seam | None:
+    def seam(self, nodes: Integers) -> Seam | None:
         """Copied nodes of a body, the nodes that they copy, and Q; None if the body has none.
 
         `nodes` are the body's nodes.
         """
-        copies = self.copies[nodes] - nodes.start
-        copied = np.flatnonzero(self.copies[nodes] >= 0)
-        return (copied, copies[copied], self.turn) if len(copied) else None
+        copies = self.copies[nodes]
+        copied = np.flatnonzero(copies >= 0)
+        return (copied, copies[copied] - nodes[0], self.turn) if len(copied) else None
 
 
 def on_seam(
@@ -366,23 +361,16 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
     """
     sectors = _sectors(cuts, bodies, kinematics)
     _check_same_turn(sectors, bodies)
-    copies = list[Integers]()
-    fixed = [np.zeros(0, dtype=np.intp)]
-    start = 0
-    for name, body in bodies.items():
-        of_body = np.full(body.mesh.p.shape[1], -1)
-        if name in sectors:
-            of_body = sectors[name].copies
-            fixed.append(start + sectors[name].fixed)
-        copies.append(np.where(of_body < 0, -1, start + of_body))
-        start += len(of_body)
+    own_nodes = numbered_nodes(bodies)
+    copies = np.full(sum(map(len, own_nodes.values())), -1)
+    fixed = np.zeros(0, dtype=np.intp)
+    for name, sector in sectors.items():
+        own = own_nodes[name]
+        copies[own] = np.where(sector.copies < 0, -1, own[sector.copies])
+        fixed = np.r_[fixed, own[sector.fixed]]
     d = next(iter(bodies.values())).mesh.dim()
-    whole = Sector(copies[0], fixed[0], np.eye(d), np.zeros(d), np.zeros(d), count=1)
-    return replace(
-        next(iter(sectors.values()), whole),
-        copies=np.concatenate(copies),
-        fixed=np.concatenate(fixed),
-    )
+    whole = Sector(copies, fixed, np.eye(d), np.zeros(d), np.zeros(d), count=1)
+    return replace(next(iter(sectors.values()), whole), copies=copies, fixed=fixed)
 
 
 def _sectors(
