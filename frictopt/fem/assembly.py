@@ -11,7 +11,6 @@ from scipy.sparse import block_diag, csr_matrix, diags, identity, kron, vstack
 from ..base import (
     COUNTS,
     ROUNDING,
-    SAME_POINT,
     Array,
     Booleans,
     Integers,
@@ -184,7 +183,7 @@ class Assembly:
             ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
             for end in ends if len(ends) > 1 else ():
                 nodes = np.flatnonzero(part == end)
-                by_supports = self._are_held(nodes, cut.axis, self.free_rows == -1).any()
+                by_supports = (self.free_rows[nodes][:, cut.along] == -1).any()
                 if not by_supports and not self.coupled.hold(nodes, cut.axis):
                     raise ModelError(
                         f"bolt {cut.bolt.body!r}: nothing holds the part around "
@@ -233,13 +232,6 @@ class Assembly:
             axes = self.axes("supports", support.body, support.directions)
             held[self.nodes("supports", support)[:, None], axes] = True
         self.free_rows = np.where(held, -1, self.rows)
-
-    def _are_held(self, nodes: Integers, direction: Array, held: Booleans) -> Booleans:
-        """(n,) whether nodes are held along a direction, at least in part.
-
-        `held` (all nodes, d) selects the displacements that are treated as held.
-        """
-        return np.asarray((held[nodes] & (np.abs(direction) > SAME_POINT)).any(axis=1))
 
     def _ties(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> csr_matrix:
         """Matrix `tied`: which displacements follow others, and by how much.
@@ -412,7 +404,7 @@ class Assembly:
         ]
         for cut in cuts:
             near, far = (self.own_nodes[cut.bolt.body][face] for face in (cut.near, cut.far))
-            is_held = self._are_held(near, cut.axis, self.free_rows < 0).any()
+            is_held = (self.free_rows[near][:, cut.along] < 0).any()
             if is_held or np.isin(taken, [near, far]).any():
                 raise ModelError(
                     f"bolt {cut.bolt.body!r}: its section at "

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, hstack
 from skfem import Mesh
 
-from ..base import Array, Booleans, Integers, choice, finite_number, flag
+from ..base import SAME_POINT, Array, Booleans, Integers, choice, finite_number, flag
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import (
@@ -107,6 +107,11 @@ class Cut:
     near: Integers
     far: Integers
     axis: Array
+
+    @property
+    def along(self) -> Booleans:
+        """(d,) coordinate axes along which the faces move apart, at least in part."""
+        return np.abs(self.axis) > SAME_POINT
 
 
 def bolts_of(loads: Mapping[str, Sequence[object]]) -> list[BoltPreload]:

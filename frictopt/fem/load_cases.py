@@ -172,17 +172,10 @@ def _check_felt(
     supports = [
         support for support in (*model.supports, *model.couplings) if support.body in bodies
     ]
-    names = " and ".join(f"{_place(load)} of body {load.body!r}" for load in on_places)
     raise ModelError(
-        f"{argument}: acts on {names} only where supports hold it, {supports}; load another "
+        f"{argument}: {on_places} act only where supports hold the body, {supports}; load another "
         "boundary, or hold fewer directions"
     )
-
-
-def _place(load: Traction | Pressure | PointForce | RemoteForce) -> str:
-    if isinstance(load, Traction | Pressure):
-        return f"boundary {load.boundary!r}"
-    return f"boundary {load.where!r}" if isinstance(load.where, str) else f"nodes {load.where}"
 
 
 _Sized: TypeAlias = Traction | Pressure | BodyForce | PointForce | RemoteForce

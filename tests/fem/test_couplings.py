@@ -301,12 +301,14 @@ BAD = {
     "or other supports hold them; name fewer directions": lambda b: model(
         b, [fo.fem.DistributingCoupling("upper", UP, "x"), fo.fem.Support("upper", "z+", "x")], SIDE
     ),
-    "acts on boundary 'z+' of body 'upper' only where supports hold it, [RigidC": lambda b: model(
-        b,
-        [fo.fem.RigidCoupling("upper", "z+", "xyz", "xyz")],
-        {"L": [fo.fem.RemoteForce("upper", "z+", x=1.0)]},
+    "z=0.0, moment=None, point=None)] act only where supports hold the body, [RigidC": lambda b: (
+        model(
+            b,
+            [fo.fem.RigidCoupling("upper", "z+", "xyz", "xyz")],
+            {"L": [fo.fem.RemoteForce("upper", "z+", x=1.0)]},
+        )
     ),
-    "acts on nodes ((0.0, 0.0, 1.0),) of body 'upper' only where": lambda b: model(
+    "where=((0.0, 0.0, 1.0),), x=1.0, y=0.0, z=0.0)] act only where": lambda b: model(
         b, [fo.fem.Support("upper", "z+")], {"L": [fo.fem.PointForce("upper", UP[:1], x=1.0)]}
     ),
     "where: the function raised TypeError": lambda b: model(
