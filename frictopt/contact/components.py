@@ -108,3 +108,12 @@ def rigid_displacements(arms: Array) -> Array:
     columns = [np.broadcast_to(direction, arms.shape) for direction in np.eye(d)]
     columns += [np.cross(axis, arms_in_space)[:, :d] for axis in np.eye(3)[2 * (d == 2) :]]
     return np.stack(columns, axis=-1)
+
+
+def null_space(matrix: Array, size: float) -> Array:
+    """(k, m) orthonormal combinations of the k columns of a matrix whose sizes are at most `size`.
+
+    Such as the rigid motions, of several, that open no node of a contact.
+    """
+    _, sizes, combinations = np.linalg.svd(np.linalg.qr(matrix, mode="r"))
+    return np.asarray(combinations[np.count_nonzero(sizes > size) :].T)

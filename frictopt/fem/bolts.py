@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix, hstack
+from scipy.sparse import block_diag, csr_matrix, hstack, identity
 from skfem import Mesh
 
 from ..base import SAME_POINT, Array, Booleans, Integers, choice, finite_number, flag
@@ -264,11 +264,10 @@ def joined_by_elements(meshes: Sequence[Mesh]) -> csr_matrix:
 
 def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
     """The matrix (size, size) that lets the far faces of cuts follow the near faces."""
-    size = rows.size
-    follows = np.arange(size)
+    follows = np.arange(rows.size)
     for cut in cuts:
         follows[rows[cut.far]] = rows[cut.near]
-    return csr_matrix((np.ones(size), (np.arange(size), follows)), shape=(size, size))
+    return csr_matrix(identity(rows.size, format="csr")[follows])
 
 
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:

@@ -18,7 +18,7 @@ from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, diags, hstack, iden
 from scipy.sparse.linalg import inv
 
 from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, number_of
-from ..contact.components import frames_of
+from ..contact.components import frames_of, null_space
 from ..errors import ModelError
 
 # Squared sine of the largest angle between two normals that are treated as one normal.
@@ -171,10 +171,9 @@ def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
     At n nodes, k orthonormal rigid motions have the components `slips` (t, n, k) along t
     directions, towards which the normals may lean, and `lifts` (n, k) along the normals.
     """
-    _, opens, turn = np.linalg.svd(np.linalg.qr(lifts, mode="r"))
-    slides = np.pad(opens, (0, len(turn) - len(opens))) <= SLIDES
-    slip = slips @ turn[slides].T
-    lift = lifts @ turn[slides].T
+    slides = null_space(lifts, SLIDES)
+    slip = slips @ slides
+    lift = lifts @ slides
 
     # The lean times the slip is the lift, in least squares over the motions. If a body turns about
     # the node, there is no slip, and the lean is zero.

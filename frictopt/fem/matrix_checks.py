@@ -177,9 +177,7 @@ def check_forgotten(
     is_ground = np.asarray(neighbours.sum(axis=1)).ravel() == 0  # held nodes without stiffness
     count, body = connected_components(graph, directed=False)
     body = np.where(is_ground, count, body)  # the ground is one more body
-    membership = csr_matrix(
-        (np.ones(len(body)), (np.arange(len(body)), body)), shape=(len(body), count + 1)
-    )
+    membership = identity(count + 1, format="csr")[body]
 
     links = interface.opening.tocoo()
     nodes_1 = interface.nodes[links.row]

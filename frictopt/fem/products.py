@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator, cg
 
 from ..base import SAME_POINT, Array, progress_bar
+from ..contact.components import null_space
 from ..errors import ModelError
 from .condense import checked_motions, eliminated, fronts
 from .recovery import Recovery
@@ -135,6 +136,4 @@ def _slides(relative: Array, size: int) -> Array:
     `relative` (d N, m) are the relative motions of free rigid motions of single bodies.
     """
     rigid = np.linalg.qr(relative)[0]
-    _, opens, turn = np.linalg.svd(rigid[size:])
-    slide = np.pad(opens, (0, len(turn) - len(opens))) <= SAME_POINT
-    return np.linalg.qr(rigid[:size] @ turn[slide].T)[0]
+    return np.linalg.qr(rigid[:size] @ null_space(rigid[size:], SAME_POINT))[0]

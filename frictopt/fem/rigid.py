@@ -13,11 +13,10 @@ from ..base import (
     FREE_MOTION,
     SAME_POINT,
     Array,
-    Booleans,
     Integers,
     place,
 )
-from ..contact.components import rigid_displacements
+from ..contact.components import null_space, rigid_displacements
 from ..errors import ModelError
 from .elasticity import parts_of
 from .interface import Interface
@@ -156,10 +155,7 @@ def _without_force(rigid: Array, resistance: Array) -> Array:
     # Motions that move nothing are left out: a single node cannot turn.
     real = sizes > SAME_POINT * sizes[0]
     to_unit = mixed[real].T / sizes[real]
-    forces = np.linalg.qr(resistance.reshape(-1, rigid.shape[2]) @ to_unit, mode="r")
-    _, force, turn = np.linalg.svd(forces)
-    force = np.pad(force, (0, len(turn) - len(force)))
-    free = turn[force <= FREE_MOTION].T
+    free = null_space(resistance.reshape(-1, rigid.shape[2]) @ to_unit, FREE_MOTION)
     return np.asarray(shapes @ (turned[:, real] @ free))
 
 
@@ -253,11 +249,9 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
 
 def _turns_and_shifts(turns: Array, shifts: Array) -> tuple[Array, Array]:
     """Orthonormal turns of some motions, and orthonormal shifts of those without a turn."""
-    basis, sizes, mixed = np.linalg.svd(turns)
-    turning: Booleans = sizes > np.sqrt(FREE_MOTION)
-    still = np.ones(len(mixed), dtype=bool)
-    still[: len(sizes)] = ~turning
-    return basis[:, : len(sizes)][:, turning], np.linalg.qr(shifts @ mixed[still].T)[0]
+    least = np.sqrt(FREE_MOTION)
+    basis, sizes, _ = np.linalg.svd(turns, full_matrices=False)
+    return basis[:, sizes > least], np.linalg.qr(shifts @ null_space(turns, least))[0]
 
 
 def _axes(basis: Array) -> str:

@@ -18,6 +18,7 @@ import pandas as pd
 
 from ..base import CONDENSATION, ROUNDING, Array, Booleans, progress_bar
 from ..contact import ContactState, ContactSystem, LoadCycle, joined, reactions
+from ..contact.components import null_space
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip
 from ..limits.balance.statics import (
@@ -25,7 +26,6 @@ from ..limits.balance.statics import (
     FaceLoad,
     drives,
     slides_in_full_at,
-    without_lift,
 )
 from ..limits.program.question import outer_corners
 from ..transients import SteadyState, steady_state
@@ -115,7 +115,7 @@ def _under_mean_load(
     bonded = joined(mean.bonded_q, mean.bonded_p)
     p = (bonded + system.S @ joined(mean.slip, mean.gap - system.gap))[-system.nodes :]
     motions = system.rigid_motions
-    slides = motions @ without_lift(motions[-system.nodes :], CONDENSATION)
+    slides = motions @ null_space(motions[-system.nodes :], CONDENSATION)
 
     def driving(loads: Mapping[str, float]) -> dict[str, float]:
         """The loads without those that slide no body, such as preloads: slip relieves them."""

@@ -36,7 +36,7 @@ from ...base import (
     worst,
 )
 from ...contact import ContactLaw, ContactSystem, contact_law
-from ...contact.components import rigid_displacements
+from ...contact.components import null_space, rigid_displacements
 from ...solve.answer import answer, without_optimum
 from ...solve.arrays import CONE, LINEAR, Arrays, Rows, program_of, rows_of
 from ...transients.balance import balance_rows, force_rows
@@ -326,18 +326,11 @@ def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
     arms = system.points[face] - system.points[face].mean(axis=0)
     motions = rigid_displacements(arms / (np.abs(arms).max() or 1.0))
     along = np.einsum("nak,nkm->anm", system.frames[face], motions)
-    flat = without_lift(along[-1], np.sqrt(len(arms)) * COUNTS)
+    flat = null_space(along[-1], np.sqrt(len(arms)) * COUNTS)
     stretch = system.stretch.reshape(system.nodes, -1)[face].T
     slips = (along[:-1] * stretch[:, :, None]).reshape(-1, len(flat)) @ flat
     basis, size, _ = np.linalg.svd(slips, full_matrices=False)
     return basis[:, size > COUNTS]
-
-
-def without_lift(lifts: Array, size: float) -> Array:
-    """(k, m) combinations of k motions whose lifts (n, k) are at most of the given size."""
-    _, sizes, parts = np.linalg.svd(lifts)
-    small = np.pad(sizes, (0, len(parts) - len(sizes))) <= size
-    return parts[small].T
 
 
 def _at_corner(
