@@ -5,6 +5,7 @@ position tolerance or an adjustment for this, and so has `Contact.adjust`.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -171,8 +172,8 @@ class _Moves:
     def fit(self, contact: Contact, adjust: float | Place) -> Integers:
         """Move nodes of body 1 onto body 2; returns those that touch afterwards."""
         tolerance = adjust if isinstance(adjust, float) else 0.0
-        edge = _shortest_edges(self._body(contact.body_1).mesh)
         face_2, nodes, points, normals, distance, sag = self.measured(contact, tolerance)
+        edge = _shortest_edges(self.bodies[contact.body_1].mesh)
         if isinstance(adjust, float):
             touches = distance <= tolerance + sag
         else:
@@ -190,11 +191,11 @@ class _Moves:
 
     def measured(self, contact: Contact, tolerance: float) -> _Measured:
         """The distances of a contact, after a nearly plane face 2 has been made plane."""
-        _, face_2 = faces_of(contact, self._body(contact.body_1), self._body(contact.body_2))
+        _, face_2 = self._faces(contact)
         is_plane = self._straighten(contact.body_2, face_2, tolerance)
         face_1, face_2, nodes, P = self._placed(contact)
         points = face_1.points[nodes]
-        inward = node_normals(face_2.facets, face_2.points, face_2.errors, self._planes)
+        inward = node_normals(face_2, self._planes)
         normals = -unit_vectors(P @ unit_vectors(inward))
         distance = np.sum((points - P @ face_2.points) * normals, axis=1)
         sag = np.zeros(len(nodes))
@@ -202,13 +203,13 @@ class _Moves:
             sag = sags(face_1, face_2, nodes, P)
         return _Measured(face_2, nodes, points, normals, distance, sag)
 
-    def _body(self, name: str) -> Body:
-        return self.bodies[choice("contacts: body", name, self.bodies)].through_corners
+    def _faces(self, part: Contact | Tie) -> tuple[Face, Face]:
+        names = [choice("contacts: body", name, self.bodies) for name in (part.body_1, part.body_2)]
+        return faces_of(part, {name: self.bodies[name].through_corners for name in names})
 
     def _placed(self, part: Contact | Tie) -> tuple[Face, Face, Integers, csr_matrix]:
         """Both faces, the nodes of face 1 that lie opposite face 2, and their places there."""
-        bodies = self._body(part.body_1), self._body(part.body_2)
-        face_1, face_2 = faces_of(part, *bodies)
+        face_1, face_2 = self._faces(part)
         overlaps, share = facing(face_1, face_2, part)
         overlaps, opposite, _ = without_slivers(overlaps, face_1, share)
         nodes = np.unique(opposite.facets)
@@ -223,7 +224,7 @@ class _Moves:
         edge = _shortest_edges(self.bodies[name].mesh)[nodes].min()
         most = min(tolerance, _INTO_PLANE * edge)
         errors = np.maximum(face.errors, most / 2)
-        normal = self._planes.normal_of(face.facets, face.points, errors, askew=np.inf)
+        normal = self._planes.normal_of(replace(face, errors=errors), askew=np.inf)
         if normal is None:
             return False
         if tolerance > 0:

@@ -144,7 +144,7 @@ class Assembly:
         # All nodes of a tie may already belong to earlier ties.
         for number in np.unique(self.followers.tie[self.followers.nodes]):
             tie = self.ties[number]
-            face, _ = faces_of(tie, self.bodies[tie.body_1], self.bodies[tie.body_2])
+            face, _ = faces_of(tie, self.bodies)
             nodes = np.flatnonzero(self.followers.tie == number)
             own = nodes - self.own_nodes[tie.body_1][0]
             # Two ties of the same faces may differ in their tolerance.
@@ -208,11 +208,14 @@ class Assembly:
         """Join the faces of each contact, and check that touching faces have a contact or a tie."""
         names = [name for contact in contacts for name in (contact.body_1, contact.body_2)]
         bodies = {name: self.body("contacts", name).through_corners for name in names}
+        faces = [faces_of(contact, bodies) for contact in contacts]
         joints = []
         touched = defaultdict[tuple[str, str], list[Integers]](list)
-        of_contacts = zip(contacts, normals_into(contacts, bodies), self.touching, strict=True)
-        for contact, normals, touching in of_contacts:
-            joint = join_faces(contact, bodies, normals, touching, self.kinematics)
+        of_contacts = zip(
+            contacts, faces, normals_into(contacts, faces), self.touching, strict=True
+        )
+        for contact, both, normals, touching in of_contacts:
+            joint = join_faces(contact, *both, normals, touching, self.kinematics)
             joints.append(joint)
             touched[contact.body_1, contact.body_2].append(joint.opposite)
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)

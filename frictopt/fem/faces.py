@@ -123,14 +123,14 @@ def neighbours(
     return i, j
 
 
-def ordered_nodes(mesh: Mesh, facets: Integers, argument: str) -> Integers:
-    """Nodes of the facets of a plane outline, in order, with the body on the left.
+def ordered_nodes(face: Face, argument: str) -> Integers:
+    """Nodes of a face in the plane, in order, with the body on the left.
 
     The facets form one line. Error messages call them `argument`.
     """
-    lines = lines_along(mesh, facets, argument)
+    lines = lines_along(face.facets, face.points, argument)
     if len(lines) > 1:
-        place_1, place_2 = (place(mesh.p[:, nodes[0]]) for nodes, _ in lines[:2])
+        place_1, place_2 = (place(face.points[nodes[0]]) for nodes, _ in lines[:2])
         raise ModelError(
             f"{argument} is in several pieces, one at {place_1}, another at {place_2}; make a "
             "contact of each piece"
@@ -140,23 +140,23 @@ def ordered_nodes(mesh: Mesh, facets: Integers, argument: str) -> Integers:
     return np.roll(nodes, -int(nodes.argmin())) if is_closed else nodes
 
 
-def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
-    """Nodes of facets of a plane outline, line by line, and whether each line is closed.
+def lines_along(facets: Integers, points: Array, argument: str) -> list[tuple[Integers, bool]]:
+    """Nodes of facets of `facets_around` in the plane, line by line, and whether it is closed.
 
     The body is on the right of the line. A closed line begins at its leftmost node.
     """
-    end, start = facets_around(mesh, facets).T
+    end, start = facets.T
     for nodes in (start, end):
         uses = np.bincount(nodes)
         if uses.max() > 1:
             raise ModelError(
-                f"{argument} touches itself at {place(mesh.p[:, uses.argmax()])}; make a contact "
+                f"{argument} touches itself at {place(points[uses.argmax()])}; make a contact "
                 "of each part"
             )
     onward = dict(zip(start.tolist(), end.tolist(), strict=True))
     is_inner = np.isin(start, end)  # all other nodes begin an open line
     lines = []
-    for i in np.lexsort((*mesh.p[::-1, start], is_inner)):
+    for i in np.lexsort((*points[start].T[::-1], is_inner)):
         line = []
         node = int(start[i])
         while node in onward:

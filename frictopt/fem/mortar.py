@@ -74,8 +74,8 @@ class Joint:
     missed: float
 
 
-def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> list[Array]:
-    """(nodes of body 1, d) normals into body 1 of each contact.
+def normals_into(contacts: Sequence[Contact], faces: Sequence[tuple[Face, Face]]) -> list[Array]:
+    """(nodes of body 1, d) normals into body 1 of each contact with its two faces.
 
     Faces between the same two bodies that continue smoothly are treated as one face.
     """
@@ -83,22 +83,17 @@ def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> lis
     for number, contact in enumerate(contacts):
         contacts_of_bodies[contact.body_1, contact.body_2].append(number)
     normals = dict[int, Array]()
-    planes = Planes(next(iter(bodies.values())).mesh.dim())
-    for (name, _), numbers in contacts_of_bodies.items():
-        mesh = bodies[name].mesh
-        faces = []
-        for number in numbers:
-            argument = f"contact {contacts[number].name!r}, body {name!r}"
-            facets = bodies[name].boundary(contacts[number].boundary_1, argument)
-            faces.append(facets_around(mesh, facets))
-        of_faces = normals_of_faces(faces, mesh.p.T, bodies[name].errors, planes)
+    planes = Planes(faces[0][0].points.shape[1])
+    for numbers in contacts_of_bodies.values():
+        of_faces = normals_of_faces([faces[number][0] for number in numbers], planes)
         normals.update(zip(numbers, of_faces, strict=True))
     return [normals[number] for number in range(len(contacts))]
 
 
 def join_faces(
     contact: Contact,
-    bodies: Mapping[str, Body],
+    face_1: Face,
+    face_2: Face,
     normals: Array,
     touching: Integers,
     kinematics: Kinematics,
@@ -108,13 +103,10 @@ def join_faces(
     If the faces match, the places are nodes. `normals` (nodes of body 1, d) point into body 1, see
     `normals_into`; `touching` are nodes of body 1 that have been moved onto body 2.
     """
-    body_1 = bodies[contact.body_1]
-    face_1, face_2 = faces_of(contact, body_1, bodies[contact.body_2])
     nodes = np.unique(face_1.facets)
     if kinematics != "space":
-        facets_1 = body_1.boundary(contact.boundary_1, "contacts")
         title = f"{contact.title}, body {contact.body_1!r}: boundary {contact.boundary_1!r}"
-        nodes = ordered_nodes(body_1.mesh, facets_1, title)
+        nodes = ordered_nodes(face_1, title)
     overlaps, share = facing(face_1, face_2, contact)
     opposite = face_1.facets[share > 0]
     beyond, share_beyond = _part_beyond(share, face_1)
@@ -165,17 +157,15 @@ def join_faces(
     )
 
 
-def faces_of(part: Contact | Tie, body_1: Body, body_2: Body) -> tuple[Face, Face]:
+def faces_of(part: Contact | Tie, bodies: Mapping[str, Body]) -> tuple[Face, Face]:
     """The faces of a contact or tie of two bodies."""
-    return (
-        _face(body_1, part.boundary_1, f"{part.title}, body {part.body_1!r}"),
-        _face(body_2, part.boundary_2, f"{part.title}, body {part.body_2!r}"),
-    )
 
+    def face(name: str, boundary: str) -> Face:
+        body = bodies[name]
+        facets = body.boundary(boundary, f"{part.title}, body {name!r}")
+        return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
 
-def _face(body: Body, boundary: str, argument: str) -> Face:
-    facets = body.boundary(boundary, argument)
-    return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
+    return face(part.body_1, part.boundary_1), face(part.body_2, part.boundary_2)
 
 
 def resultants(face: Face, nodes: Integers, forces: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from ..base import ROUNDING, Array, Booleans, Integers
 from .coincidence import error_along
 from .elasticity import parts_of
-from .faces import areas_of, normals_of, unit_vectors
+from .faces import Face, areas_of, normals_of, unit_vectors
 from .interface import ASKEW
 from .mixed import polygons
 
@@ -58,20 +58,19 @@ class Planes:
     def __init__(self, dimension: int) -> None:
         self._normals = list(np.eye(dimension))
 
-    def normal_of(
-        self, facets: Integers, points: Array, errors: Array, askew: float = ASKEW
-    ) -> Array | None:
-        """(d,) unit normal of facets (facets, corners) that lie in one plane, else None.
+    def normal_of(self, face: Face, askew: float = ASKEW) -> Array | None:
+        """(d,) unit normal of a face whose facets lie in one plane, else None.
 
-        The coordinates (nodes, d) of all nodes have `errors`, and `askew` is the squared sine of
-        the largest angle between the mean normal of the facets and the normal of the plane.
+        `askew` is the squared sine of the largest angle between the mean normal of the facets and
+        the normal of the plane.
         """
-        areas = areas_of(points[facets])
+        points = face.points
+        areas = areas_of(face.corners)
         mean = unit_vectors(areas.sum(axis=0))
-        nodes = np.unique(facets)
+        nodes = np.unique(face.facets)
         for known in [*self._normals, mean]:
             normal = known if known @ mean > 0 else -known
-            error = error_along(normal[None], errors[nodes]).max()
+            error = error_along(normal[None], face.errors[nodes]).max()
             # Both the nodes and the edge of the plane have this error, on either side.
             is_flat = np.ptp(points[nodes] @ normal) <= 4 * error
             is_one_normal = np.sum((normal - mean) ** 2) <= askew
@@ -82,8 +81,8 @@ class Planes:
         return None
 
 
-def node_normals(facets: Integers, points: Array, errors: Array, planes: Planes) -> Array:
-    """(nodes, d) normals of facets (facets, corners) at their nodes (nodes, d), of any length.
+def node_normals(face: Face, planes: Planes) -> Array:
+    """(nodes, d) normals of a face at its nodes, of any length.
 
     Facets that lie in one plane within the `errors` of the coordinates have the normal of this
     plane, see `Planes`. Other normals are weighted as by Max (1999), which is exact on circles and
@@ -92,9 +91,10 @@ def node_normals(facets: Integers, points: Array, errors: Array, planes: Planes)
     cylinder or a cone, the normals are the normals of this surface, because normals from facets
     lean, for instance on unstructured triangles.
     """
+    facets, points = face.facets, face.points
     weighted = _weighted(facets, points)
     length = np.linalg.norm(weighted, axis=1)
-    plane = planes.normal_of(facets, points, errors)
+    plane = planes.normal_of(face)
     if plane is not None:
         return np.asarray(length[:, None] * plane)
     of_facets = normals_of(points[facets])
@@ -116,14 +116,12 @@ def node_normals(facets: Integers, points: Array, errors: Array, planes: Planes)
     return weighted
 
 
-def normals_of_faces(
-    faces: Sequence[Integers], points: Array, errors: Array, planes: Planes
-) -> list[Array]:
+def normals_of_faces(faces: Sequence[Face], planes: Planes) -> list[Array]:
     """(nodes, d) normals at the nodes of each of several faces of one body, see `node_normals`.
 
     Faces that continue smoothly are treated as one face.
     """
-    units = [unit_vectors(_weighted(facets, points)) for facets in faces]
+    units = [unit_vectors(_weighted(face.facets, face.points)) for face in faces]
 
     groups: list[list[int]] = []
     for i in range(len(faces)):
@@ -138,9 +136,9 @@ def normals_of_faces(
 
     of_faces = {}
     for group in groups:
-        facets = np.concatenate([faces[i] for i in group])
+        facets = np.concatenate([faces[i].facets for i in group])
         _, once = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
-        normals = node_normals(facets[np.sort(once)], points, errors, planes)
+        normals = node_normals(replace(faces[0], facets=facets[np.sort(once)]), planes)
         of_faces.update(dict.fromkeys(group, normals))
     return [of_faces[i] for i in range(len(faces))]
 

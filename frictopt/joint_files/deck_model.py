@@ -251,7 +251,7 @@ class DeckModel:
 
     def _is_near(self, pair: Pair, names: tuple[str, str]) -> bool:
         """Whether two faces come closer than their longest edge."""
-        faces = faces_of(Contact(*names, *pair[:2]), *(self.bodies[name] for name in names))
+        faces = faces_of(Contact(*names, *pair[:2]), self.bodies)
         longest = max(np.ptp(face.corners, axis=1).max() for face in faces)
         one, two = (face.points[face.facets.ravel()] for face in faces)
         return bool(cKDTree(two).query(one)[0].min() <= longest)

@@ -20,7 +20,7 @@ from ..fem.elasticity import (
     midside_ties,
     node_areas,
 )
-from ..fem.faces import facets_around, lines_along, unit_vectors
+from ..fem.faces import Face, facets_around, lines_along, unit_vectors
 from ..fem.normals import Planes, node_normals
 from .deck import SHAPES
 from .labelled import LabelledMatrix
@@ -163,7 +163,8 @@ class MatrixJob(LabelledMatrix):
         numbers = self._known.numbers
         if self._directions == 2:
             facets = self._between(two, numbers)
-            lines = lines_along(self.mesh, facets, "nodes: the outline")
+            around = facets_around(self.mesh, facets)
+            lines = lines_along(around, self.mesh.p.T, "nodes: the outline")
             two = np.concatenate([line for line, _ in lines])
         argument = f"faces {shown(first)} and {shown(second)}"
         problem = ""
@@ -202,7 +203,7 @@ class MatrixJob(LabelledMatrix):
         nodes = self._corners(face)
         facets = facets_around(self.mesh, self._between(nodes, self._known.numbers))
         errors = coordinate_errors(self.points, self._known.corners)
-        inward = node_normals(facets, self.mesh.p.T, errors, Planes(self._directions))[nodes]
+        inward = node_normals(Face(facets, self.mesh.p.T, errors), Planes(self._directions))[nodes]
         return frozen(-unit_vectors(inward))
 
     def areas(self, face: str | ArrayLike) -> Array:
