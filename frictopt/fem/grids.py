@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from ..base import Array, Integers, shown
 from ..base.files import library
 from ..errors import ModelError
-from .faces import facets_around
+from .mortar import faces_of
 from .recovery import BodyFields, Steady, in_meshio
 
 # Number of nodes -> name of a cell.
@@ -45,49 +45,44 @@ def grids_of(model: Any, result: BodyFields | Steady | None) -> Any:
 def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Array]) -> Any:
     """The faces of bodies 1 of all contacts as one mesh of meshio, with fields at its nodes.
 
-    `extra` are further values at the nodes of the contacts. A node at the tip of a crack is in no
-    pair: it moves with its body and does not slip, and has the other values of the nearest pair. A
-    node on the cut of a sector that is a copy of another node has the values of that node, turned.
+    `extra` are further values at the nodes of the contacts. A node that is in no pair of its
+    contact moves with its body, and has the other values of the nearest pair; at the tip of a crack
+    it does not slip. A node on the cut of a sector that is a copy of another node has the values of
+    that node, turned.
     """
     parts = model._assembly
     points = parts.points
     pairs = parts.pairs.nodes
-    faces, tips = _faces(model)
-    places = _in_space(points[np.r_[pairs, tips]])
-    mesh = library().Mesh(places, [(_CELLS[face.shape[1]], face) for face in faces])
+    faces, others = _faces(model)
+    nodes = np.r_[pairs, others]
+    cells = [(_CELLS[face.shape[1]], face) for face in faces]
+    mesh = library().Mesh(_in_space(points[nodes]), cells)
     mesh.cell_data["contact"] = [
         np.full(len(face), number, dtype=np.int32) for number, face in enumerate(faces)
     ]
     if fields is None:
         return mesh
 
-    # Values at the pairs.
     frames = fields._frames
-    moved = np.concatenate([*fields.displacement.values()], axis=1).T
-    mesh.point_data.update(
-        {
-            "displacement": _in_space(fields._sides[0] @ moved),
-            "normal": _in_space(frames[:, -1]),
-            "slip": _in_space(_along_tangents(fields.slip.T, frames)),
-            "shear": _in_space(_along_tangents(fields.q.T / parts.width, frames)),
-            "gap": fields.gap,
-            "pressure": fields.p / parts.width,
-            **extra,
-        }
-    )
-
-    # The values at crack tips are listed after the values at the pairs.
+    of_pairs = {
+        "normal": _in_space(frames[:, -1]),
+        "slip": _in_space(_along_tangents(fields.slip.T, frames)),
+        "shear": _in_space(_along_tangents(fields.q.T / parts.width, frames)),
+        "gap": fields.gap,
+        "pressure": fields.p / parts.width,
+        **extra,
+    }
     sector = parts.sector
-    is_copy = sector.copies[tips] >= 0
-    originals = np.where(is_copy, sector.copies[tips], tips)
+    is_copy = sector.copies[others] >= 0
+    originals = np.where(is_copy, sector.copies[others], others)
     distance, nearest = cKDTree(points[pairs]).query(points[originals])
     pair_of_node = np.r_[np.arange(len(pairs)), nearest]
-    for name, values in mesh.point_data.items():
-        mesh.point_data[name] = values[pair_of_node]
-    mesh.point_data["displacement"][len(pairs) :] = _in_space(moved[tips])
-    alone = len(pairs) + np.flatnonzero(distance > 2 * parts.errors.max())
-    for name in mesh.point_data.keys() & {"slip", "gap"}:
-        mesh.point_data[name][alone] = 0.0
+    mesh.point_data.update({name: values[pair_of_node] for name, values in of_pairs.items()})
+    moved = np.concatenate([*fields.displacement.values()], axis=1).T
+    mesh.point_data["displacement"] = _in_space(moved[nodes])
+    tips = len(pairs) + np.flatnonzero(distance > 2 * parts.errors.max())
+    for name in ("slip", "gap"):
+        mesh.point_data[name][tips] = 0.0
     copies = len(pairs) + np.flatnonzero(is_copy)
     for name in ("normal", "slip", "shear"):
         mesh.point_data[name][copies, : points.shape[1]] @= sector.turn.T
@@ -100,31 +95,24 @@ def _along_tangents(values: Array, frames: Array) -> Array:
 
 
 def _faces(model: Any) -> tuple[list[Integers], Integers]:
-    """Facets of body 1 of each contact, as (m, k) numbers of nodes, and the nodes in no pair.
+    """Facets of body 1 of each contact, as (m, k) numbers of nodes, and the nodes in no pair of it.
 
-    The pairs have the first numbers, and nodes that are in no pair the numbers after them.
+    The pairs have the first numbers, and other nodes the numbers after them.
     """
     parts = model._assembly
-    places = parts.points[parts.pairs.nodes]
-    near = 2 * parts.errors.max()
+    count = len(parts.pairs.nodes)
     faces = []
     for number, contact in enumerate(model.contacts):
-        body = parts.bodies[contact.body_1]
-        facets = body.boundary(contact.boundary_1, "contacts")
-        corners = parts.own_nodes[contact.body_1][facets_around(body.mesh, facets)]
+        number_of_node = count + np.arange(len(parts.points))
         pairs = np.flatnonzero(parts.contact == number)
-        pair_of_node = np.full(len(parts.points), -1)
-        pair_of_node[parts.pairs.nodes[pairs]] = pairs
-        # A corner node may be in a pair of another contact.
-        distance, nearest = cKDTree(places).query(parts.points[corners])
-        elsewhere = (pair_of_node[corners] < 0) & (distance <= near)
-        faces.append((corners, np.where(elsewhere, nearest, pair_of_node[corners])))
-    tips = np.unique(np.concatenate([corners[pair < 0] for corners, pair in faces]))
+        number_of_node[parts.pairs.nodes[pairs]] = pairs
+        face, _ = faces_of(contact, parts.bodies)
+        faces.append(number_of_node[parts.own_nodes[contact.body_1]][face.facets])
+    others = np.unique(np.concatenate([face[face >= count] for face in faces]))
     numbered = [
-        np.where(pair < 0, len(places) + np.searchsorted(tips, corners), pair)
-        for corners, pair in faces
+        np.where(face < count, face, count + np.searchsorted(others, face)) for face in faces
     ]
-    return numbered, tips
+    return numbered, others - count
 
 
 def _in_space(vectors: Array) -> Array:
