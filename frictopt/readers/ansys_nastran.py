@@ -22,25 +22,16 @@ from .job import MatrixJob
 from .listing import deck_of_points
 
 _ANSYS = "ansys-mapdl-reader"
-# Elements that are read, and their types in Abaqus: by the number of the type in Ansys, and by the
-# number of different nodes. Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that
-# coincide.
+# Elements that are read, by the number of their type in Ansys: their numbers of different nodes.
+# Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
 ANSYS_SOLIDS = {
-    (45, 8): "C3D8",
-    (45, 6): "C3D6",
-    (45, 5): "C3D5",
-    (45, 4): "C3D4",
-    (185, 8): "C3D8",
-    (185, 6): "C3D6",
-    (185, 5): "C3D5",
-    (185, 4): "C3D4",
-    (285, 4): "C3D4",
-    (92, 10): "C3D10",
-    (187, 10): "C3D10",
-    (95, 20): "C3D20",
-    (186, 20): "C3D20",
-    (186, 15): "C3D15",
-    (95, 15): "C3D15",
+    45: (8, 6, 5, 4),
+    185: (8, 6, 5, 4),
+    285: (4,),
+    92: (10,),
+    187: (10,),
+    95: (20, 15),
+    186: (20, 15),
 }
 # Commands of Ansys that change nodes or elements after their blocks, by their first four letters.
 _CHANGES = (
@@ -184,7 +175,9 @@ def _solids(elements: list[Any], kinds: dict[int, int]) -> dict[str, list[list[i
         # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
         kind = kinds[int(element[1])]
         nodes = list(dict.fromkeys(element[10:].tolist()))
-        name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {number_of(len(nodes), 'node')}")
+        name = f"{kind} of {number_of(len(nodes), 'node')}"
+        if len(nodes) in ANSYS_SOLIDS.get(kind, ()):
+            name = f"C3D{len(nodes)}"  # the type in Abaqus
         solids[name].append([int(element[8]), *nodes])
     return solids
 

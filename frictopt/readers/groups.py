@@ -142,8 +142,8 @@ def _groups(contents: Any, starts: list[int]) -> Groups:
         if title.split(":")[-1] not in _NUMBERS_OF_GROUPS:
             continue
         for start, numbers in zip(starts, blocks, strict=True):
-            for number in np.unique(numbers[numbers > 0]).tolist():
-                groups[f"{number:.0f}"].append(start + np.flatnonzero(numbers == number))
+            for number, elements in _members(numbers).items():
+                groups[f"{number:.0f}"].append(start + elements)
     return groups
 
 
@@ -191,7 +191,8 @@ def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
             all_elements = np.arange(len(block.data))
             members = dict.fromkeys(entities[block.dim, entity], all_elements)
         elif "gmsh:physical" in contents.cell_data:
-            members = _members(contents.cell_data["gmsh:physical"][i])
+            # A minus means that a group contains an entity reversed.
+            members = _members(np.abs(contents.cell_data["gmsh:physical"][i]))
         else:
             members = {}
         for number, elements in members.items():
@@ -211,12 +212,8 @@ def _names(raw: bytes) -> dict[_Key, str]:
     }
 
 
-def _members(physical: Integers) -> dict[int, Integers]:
-    """Number of each group -> the elements of a block in it.
-
-    If a group contains an entity reversed, its number has a minus there.
-    """
-    numbers = np.abs(physical)
+def _members(numbers: Integers) -> dict[int, Integers]:
+    """Number of each group, above 0 -> the elements of a block in it."""
     return {
         number: np.flatnonzero(numbers == number)
         for number in np.unique(numbers[numbers > 0]).tolist()

@@ -32,14 +32,10 @@ FACE_CORNERS: dict[str, tuple[tuple[int, ...], ...]] = {
         (3, 7, 4, 0),
     ),
 }
-# Ends of the edges with midside nodes of simplices and wedges, in the order of these nodes.
-_EDGES = {
-    "triangle6": ((0, 1), (1, 2), (2, 0)),
-    "tetra10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-    "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
-}
-# Elements whose functions are those of the other quadratic shapes.
+# Elements of scikit-fem with the functions of the quadratic shapes; it has no quadratic wedge.
 _QUADRATIC_ELEMENTS = {
+    "triangle6": skfem.ElementTriP2,
+    "tetra10": skfem.ElementTetP2,
     "quad8": skfem.ElementQuadS2,
     "quad9": skfem.ElementQuad2,
     "hexahedron20": skfem.ElementHexS2,
@@ -189,11 +185,8 @@ def _functions(shape: str, w: Array) -> Array:
         return w
     if shape == "wedge15":
         return _wedge_functions(w)
-    if shape in _EDGES:
-        midsides = [4 * w[:, a] * w[:, b] for a, b in _EDGES[shape]]
-        return np.column_stack([w * (2 * w - 1), *midsides])
     element = _QUADRATIC_ELEMENTS[shape]()
-    count = int(shape.lstrip("quadhexron"))
+    count = int(shape.removeprefix(corner_shape(shape)))
     order = np.arange(count)
     corners = np.arange(w.shape[1])
     if w.shape[1] == len(HEXAHEDRON):
@@ -223,7 +216,7 @@ def _wedge_functions(w: Array) -> Array:
     edges = [
         (share * 4 * across[:, a] * across[:, b])[:, None]
         for share in along
-        for a, b in _EDGES["triangle6"]
+        for a, b in FACE_CORNERS["triangle"]
     ]
     return np.column_stack([*corners, *edges, bubble])
 

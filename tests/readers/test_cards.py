@@ -62,7 +62,7 @@ def test_the_page_lists_the_cards_of_the_reader():
             r"SOLID(\d+)", " ".join(name for name, effect in rows("Ansys") if effect == "kept")
         )
     }
-    assert types == {kind for kind, _ in ANSYS_SOLIDS}
+    assert types == {*ANSYS_SOLIDS}
 
 
 def test_cards_that_are_kept(tmp_path):
