@@ -270,8 +270,8 @@ class _Study:
 
     def _note(self) -> str:
         """How many runs are left, for an interrupt."""
-        finished = len(self.rows)
-        left = number_of(len(self.keys) - finished, "run is", "runs are")
+        finished = sum(run.key in self.rows for run in self.runs)
+        left = number_of(len(self.runs) - finished, "run is", "runs are")
         note = f"{left} left; the attribute `table` has {finished}"
         if self.file is not None:
             note += f", and so has {str(self.file.path)!r}, from which the same call continues"
