@@ -36,6 +36,7 @@ from ..limits import RequiredFriction, ShakedownLimit, pose
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
+from ..transients.transient import Transient
 from .range_starts import RangeStarts
 from .starts import LoadStep, assemble
 
@@ -47,7 +48,6 @@ class TransientsAfter:
     """Transients of one contact, from its starts through a protocol into its load cycle.
 
     `start` is "assembled", "worst", or a slip. `count_one` is called for each transient.
-    `no_result` is the reason why the last transient without a result has none.
     """
 
     def __init__(
@@ -55,6 +55,7 @@ class TransientsAfter:
         system: ContactSystem,
         cycle: LoadCycle,
         friction: PerNode,
+        protocol: Sequence[LoadStep],
         start: str | ArrayLike,
         steps: int | None,
         count_one: Callable[[], object],
@@ -62,9 +63,9 @@ class TransientsAfter:
         self.system = system
         self.cycle = cycle
         self.friction = np.array(friction_coefficients(friction, system))
+        self.protocol = protocol
         self.steps = steps
         self.residual = 0.0
-        self.no_result = ""
         self._count_one = count_one
         kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
         self.assembled = kind == "assembled"
@@ -76,42 +77,44 @@ class TransientsAfter:
             extremes = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load
             self.starts += extremes.values()
 
-    def outcome_of_starts(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
+    def outcome_of_starts(self, load_factor: float) -> tuple[str, str]:
         """The outcome of all starts: `REST` if the contact comes to rest from each of them.
 
         If the contact keeps slipping from a start, this start moves to the front, to be the first
-        at the next load factor.
+        at the next load factor. The second text is the reason if a transient has no result.
         """
-        outcomes = list[str]()
+        no_result = ""
+        loads = [step.reactions(self.system, load_factor) for step in self.protocol]
         for number, start in enumerate(self.starts):
-            outcomes.append(self.outcome(load_factor, protocol, start))
-            if outcomes[-1] == SLIP:
+            problem = self.system, self.cycle, self.friction, load_factor, start
+            path = path_of(*problem, steps=self.steps)
+            if loads:
+                path.check_near("protocol", loads)
+            self._count_one()
+            try:
+                rests = self._rests(path, loads)
+            except (NoContinuation, SolverError) as error:
+                no_result = str(error)
+                continue
+            if not rests:
                 self.starts.insert(0, self.starts.pop(number))
-                return SLIP
-        return UNDECIDED if UNDECIDED in outcomes else REST
+                return SLIP, ""
+        return UNDECIDED if no_result else REST, no_result
 
-    def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
-        """The outcome of one start: whether the contact comes to rest from it."""
-        path = path_of(self.system, self.cycle, self.friction, load_factor, start, steps=self.steps)
-        loads = [step.reactions(self.system, load_factor) for step in protocol]
+    def _rests(self, path: Transient, loads: Sequence[Array]) -> bool:
+        """Whether the contact comes to rest on a path that has not begun, after some loads."""
+        if self.assembled:
+            assemble(path)
+        else:
+            path.start()
+        for number, load in enumerate(loads):
+            path.follow_to(load, f"segment {number} of the protocol")
         if loads:
-            path.check_near("protocol", loads)
-            loads.append(path.mean)
-        self._count_one()
-        try:
-            if self.assembled:
-                assemble(path)
-            else:
-                path.start()
-            for number, load in enumerate(loads):
-                path.follow_to(load, f"segment {number} of the protocol")
-            run = Run(path, MOST_CYCLES)
-            state = reported(run, run.settled(), np.inf)  # without a step error
-        except (NoContinuation, SolverError) as error:
-            self.no_result = str(error)
-            return UNDECIDED
+            path.follow_to(path.mean, f"segment {len(loads)} of the protocol")
+        run = Run(path, MOST_CYCLES)
+        state = reported(run, run.settled(), np.inf)  # without a step error
         self.residual = max(self.residual, state.residual)
-        return REST if state.outcome is Outcome.SHAKEDOWN else SLIP
+        return state.outcome is Outcome.SHAKEDOWN
 
 
 class Search:
@@ -126,9 +129,8 @@ class Search:
         self, name: str, bar: Bar, outcome_at: Callable[[float], tuple[str, str]], rests_at: float
     ) -> None:
         self.name = name
-        self.tried = dict[float, str]()  # value -> outcome
+        self.tried = dict[float, tuple[str, str]]()  # value -> outcome, and why there is no result
         self.rests_at = rests_at
-        self._no_result = dict[float, str]()
         self._bar = bar
         self._outcome_at = outcome_at
 
@@ -155,22 +157,21 @@ class Search:
     def table(self) -> pd.DataFrame:
         """The values tried so far, and their outcomes."""
         column = self.name.replace(" ", "_")
-        return pd.DataFrame(sorted(self.tried.items()), columns=[column, "outcome"])
+        rows = [(value, outcome) for value, (outcome, _) in sorted(self.tried.items())]
+        return pd.DataFrame(rows, columns=[column, "outcome"])
 
     def note(self, value: float) -> str:
-        """Why the contact has no result at a value; "" if it has one."""
-        if value not in self._no_result:
+        """Why the contact has no result at a value; "" if it has one, or if the value is NaN."""
+        _, reason = self.tried.get(value, ("", ""))
+        if not reason:
             return ""
-        reason = self._no_result[value]
         return f"{self.name} {value:.4g}: no result, so rest is possible there: {reason}"
 
     def _rests(self, value: float) -> bool:
         outcome, reason = self._outcome_at(value)
-        self.tried[value] = outcome
+        self.tried[value] = outcome, reason
         if outcome == REST:
             self.rests_at = value
-        elif outcome == UNDECIDED:
-            self._no_result[value] = reason
         best = f"rest at {self.name} {self.rests_at:.4g} so far"
         note = f"{best}; the attribute `table` has {number_of(len(self.tried), self.name)}"
         self._bar.keep("table", self.table, note, best)
@@ -317,13 +318,9 @@ def limit_after_protocol(
     shares = _checked_scan(scan)
     tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
     asked = limit.system, limit.cycle, limit.friction
-
-    def outcome_at(load_factor: float) -> tuple[str, str]:
-        return transients.outcome_of_starts(load_factor, loads), transients.no_result
-
     with progress_bar(progress, "limit after a protocol", "transient") as bar:
-        transients = TransientsAfter(*asked, start, steps, bar.update)
-        search = Search("load factor", bar, outcome_at, rests_at=0.0)
+        transients = TransientsAfter(*asked, loads, start, steps, bar.update)
+        search = Search("load factor", bar, transients.outcome_of_starts, rests_at=0.0)
         if up_to is None and not 0 < limit.load_factor < np.inf:
             raise ModelError(
                 f"up_to: None, and the shakedown limit is {limit.load_factor:g}; give the largest "
@@ -460,10 +457,10 @@ def friction_after_protocol(
     residuals = [0.0]
 
     def outcome_at(friction: float) -> tuple[str, str]:
-        transients = TransientsAfter(*asked, friction, start, steps, bar.update)
-        outcome = transients.outcome_of_starts(required.load_factor, loads)
+        transients = TransientsAfter(*asked, friction, loads, start, steps, bar.update)
+        outcome = transients.outcome_of_starts(required.load_factor)
         residuals.append(transients.residual)
-        return outcome, transients.no_result
+        return outcome
 
     with progress_bar(progress, "friction after a protocol", "transient") as bar:
         search = Search("friction", bar, outcome_at, rests_at=np.inf)
