@@ -100,8 +100,8 @@ class Search:
         self,
         question: Question,
         load_factor: float,
-        steps: int | None = None,
-        count_one: Callable[[], object] = lambda: None,
+        steps: int | None,
+        count_one: Callable[[], object],
         rough: bool = False,
     ) -> None:
         self._question = question

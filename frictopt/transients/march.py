@@ -113,7 +113,8 @@ def march(
         path = path.recorded()
         states, step_error = _exactly(path, cycles), 0.0
     else:
-        coarser = [SteppedPath(count, *parameters) for count in path.coarser]
+        fewer_steps = {max(1, path.steps // 2), max(1, path.steps // 4)} - {path.steps}
+        coarser = [SteppedPath(count, *parameters) for count in fewer_steps]
         total = (1 + len(coarser)) * cycles
         with progress_bar(progress, "march", "cycle", total=total) as bar:
             runs = _Runs(cycles, bar.update)

@@ -63,8 +63,6 @@ class SteppedPath(Transient):
     def __init__(self, steps: int | None, *parameters: Any, retries: bool = True) -> None:
         self._retries = retries
         self.steps = whole_number("steps", _STEPS if steps is None else steps, least=1)
-        smaller_counts = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
-        self.coarser = sorted(smaller_counts, reverse=True)
         self.shares = np.arange(1, self.steps + 1) / self.steps
         super().__init__(*parameters)
 

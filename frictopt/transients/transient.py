@@ -125,16 +125,15 @@ class Transient(ABC):
     far_start
         Whether the stress of the start exceeds the stress of the loads so much that rounding may
         hide the loads.
-    engine, steps, coarser
-        On the exact path "path", 0 and (). In increments: the method that solves them, their number
-        from corner to corner, and the smaller numbers of the runs that give `step_error`.
+    engine, steps
+        On the exact path "path" and 0. In increments: the method that solves them, and their number
+        from corner to corner.
     started
         Time at which the transient was made, for the record.
     """
 
     unit: Array
     engine, steps = "path", 0
-    coarser: Sequence[int] = ()
 
     def __init__(
         self,

@@ -196,7 +196,7 @@ def test_a_search_follows_no_start_in_vain(paper_punch):
     contact, f = paper_punch(16), np.full(17, 0.7)
     load_factor = 1.2 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())
-    search = Search(pose(contact, PULL, f), load_factor)
+    search = Search(pose(contact, PULL, f), load_factor, None, lambda: None)
     one, other, none = (
         search.follow(name, slip)
         for name, slip in {"one": far, "other": 3 * far, "none": 0 * far}.items()

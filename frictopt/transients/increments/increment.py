@@ -136,9 +136,7 @@ class Posed:
         self.slip = finite_array("slip", slip, system.slip_shape)
         self.bonded = checked_pair("bonded", bonded, system.nodes, system.tangents)
         moved = joined(self.slip, -system.gap)
-        self.reactions = joined(*self.bonded)
-        if moved.any():
-            self.reactions = self.reactions + system.S @ moved
+        self.reactions = joined(*self.bonded) + system.S @ moved
         self.force = force_scale(self.bonded[1], self.reactions)
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
