@@ -1,6 +1,6 @@
 """Parameters of multiaxial fatigue at one point, on given planes or on the critical one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -38,12 +38,13 @@ PARAMETERS = (*SEARCHED, "Matake", *WITHOUT_PLANE)
 
 
 def critical_planes(
-    stress: ArrayLike, strain: ArrayLike, *, findley: float, crossland: float, fatemi_socie: float
+    stress: ArrayLike, strain: ArrayLike, weights: Mapping[str, float]
 ) -> dict[str, Array]:
     """(P,) parameters of points over M states, each on the plane on which it is largest.
 
-    Stress and strain are (M, P, 3, 3), see `parameter_on`. `from` and `to` are the least and
-    largest normal stress on the plane of SWT.
+    Stress and strain are (M, P, 3, 3). `weights` has a weight for each parameter, also for SWT,
+    which does not use it, see `parameter_on`. `from` and `to` are the least and largest normal
+    stress on the plane of SWT.
 
     Examples
     --------
@@ -51,18 +52,12 @@ def critical_planes(
     >>> from frictopt.transients.critical_plane import critical_planes
     >>> pull = np.diag([100.0, 0.0, 0.0])
     >>> states = [[pull], [-pull]], [[pull / 200e3], [-pull / 200e3]]
-    >>> found = critical_planes(*states, findley=0.0, crossland=0.0, fatemi_socie=0.0)
+    >>> found = critical_planes(*states, dict.fromkeys(["SWT", "Findley", "Crossland"], 0.0))
     >>> [round(found[name].item(), 6) for name in ("SWT", "Findley", "Crossland", "from")]
     [0.05, 50.0, 57.735027, -100.0]
     """
     sigma = np.asarray(stress, dtype=float)
     epsilon = np.asarray(strain, dtype=float)
-    weights = {
-        "SWT": 0.0,
-        "Findley": findley,
-        "Fatemi_Socie": fatemi_socie,
-        "Crossland": crossland,
-    }
     values = dict[str, Array]()
     planes = dict[str, list[Array]]()
     for name, weight in weights.items():

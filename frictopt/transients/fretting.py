@@ -136,7 +136,7 @@ def with_critical_planes(
             f"fields: they belong to a contact with {number_of(stress.shape[1], 'node')}, but this "
             f"contact has {len(table)}; give the fields of its model"
         )
-    table = table.assign(**critical_planes(stress, strain, **weights))
+    table = table.assign(**critical_planes(stress, strain, weights))
     table.attrs["note"] += ENDS_NOTE
     return table
 

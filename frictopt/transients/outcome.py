@@ -400,9 +400,12 @@ class SteadyState(Recorded, Plotted):
         1     1         0.0          0.5    0.0       0.0
         """
         body = whole_number("side", side, least=1, most=2)
-        weights = {"findley": findley, "crossland": crossland, "fatemi_socie": fatemi_socie}
-        for name, weight in weights.items():
-            weights[name] = finite_number(name, weight, least=0.0)
+        weights = {
+            "SWT": 0.0,
+            "Findley": finite_number("findley", findley, least=0.0),
+            "Fatemi_Socie": finite_number("fatemi_socie", fatemi_socie, least=0.0),
+            "Crossland": finite_number("crossland", crossland, least=0.0),
+        }
         if fields is not None and stress is not None:
             raise ModelError("fields, stress: both; give the fields, which have the stress")
         states = self.states()

@@ -29,7 +29,8 @@ def parameters(stress, turned=0):
     turn = Rotation.random(random_state=turned).as_matrix()
     stress = turn @ np.array(stress) @ turn.T
     states = stress[:, None], strain(stress)[:, None]
-    found = critical_planes(*states, findley=K, crossland=C, fatemi_socie=FS)
+    weights = {"SWT": 0.0, "Findley": K, "Fatemi_Socie": FS, "Crossland": C}
+    found = critical_planes(*states, weights)
     return {name: values.item() for name, values in found.items()}
 
 
@@ -156,8 +157,7 @@ def test_the_table_takes_fields_or_their_model():
         np.array(parts)[:, [3]]
         for parts in zip(*(each.tensors_at_contact(2) for each in both[0]), strict=True)
     )
-    weights = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.0}
-    (findley,) = critical_planes(stress, strains, **weights)["Findley"]
+    (findley,) = critical_planes(stress, strains, {"SWT": 0.0, "Findley": 0.3})["Findley"]
     assert first["Findley"][3] == pytest.approx(findley, rel=1e-12)
     # Without weight: of two states, a quarter of the largest difference of stresses.
     tresca = np.ptp(np.linalg.eigvalsh(stress[1, 0] - stress[0, 0])) / 4
