@@ -47,21 +47,6 @@ _SLOW_DECAY = 1e-3
 # Number of the last returns whose changes show how many cycles are left.
 _DECAYING_RETURNS = 4
 
-GIVEN_UP = (
-    "steady state: none proven within {cycles} of most_cycles = {most} cycles "
-    "(the slip changes by {change:.1e} slip scales {span}); {hint}"
-)
-LITTLE_WORK = (
-    "its work of friction, {work:.1e} per cycle, is too small for forces of "
-    "{force:.1e} to distinguish slip from shakedown: choose a load factor further from the limit, "
-    "or loads of more similar size"
-)
-SLOW_DRIFT = (
-    "from cycle to cycle, the relative difference of this change is only {decay:.1e}: slow "
-    "ratcheting, or a body that rolls or has no guide; guide it by a Support, or follow its drift "
-    "with march"
-)
-
 
 @dataclass(eq=False)
 class Run:
@@ -244,13 +229,9 @@ class Run:
         """The error of a run without a steady state, with the state after the latest return."""
         span = "a cycle" if self.period == 1 else "in two cycles"
         error = NoContinuation(
-            GIVEN_UP.format(
-                cycles=self.cycles,
-                most=self.most_cycles,
-                change=latest.change,
-                span=span,
-                hint=self._hint(latest),
-            )
+            f"steady state: none proven within {self.cycles} of most_cycles = {self.most_cycles} "
+            f"cycles (the slip changes by {latest.change:.1e} slip scales {span}); "
+            f"{self._hint(latest)}"
         )
         system = self.path.system
         error.slip, opening = parted(latest.u[-1], system.tangents + 1)
@@ -263,9 +244,17 @@ class Run:
         if self.path.far_start:
             return self.path.cause_of_rounding
         if latest.change <= PERIODIC:
-            return LITTLE_WORK.format(work=latest.work.sum(), force=self.path.largest)
+            return (
+                f"its work of friction, {latest.work.sum():.1e} per cycle, is too small for forces "
+                f"of {self.path.largest:.1e} to distinguish slip from shakedown: choose a load "
+                "factor further from the limit, or loads of more similar size"
+            )
         if self.search.attempts and len(self.last) > 1 and self.last[-2].events == latest.events:
             decay = float(bend(self.last).max()) / latest.change
             if decay < _SLOW_DECAY:
-                return SLOW_DRIFT.format(decay=decay)
+                return (
+                    "from cycle to cycle, the relative difference of this change is only "
+                    f"{decay:.1e}: slow ratcheting, or a body that rolls or has no guide; guide it "
+                    "by a Support, or follow its drift with march"
+                )
         return "allow more"

@@ -103,16 +103,6 @@ def first_zero(slack: Array, rate: Array, floor: float) -> Array:
     return np.where(slack < -floor, 0.0, zero)
 
 
-SETTLED = (
-    "{diagnosis}; this is the onset of the contact once the mean load has settled, "
-    "with {nodes} open"
-)
-UNDEFINED = (
-    "{diagnosis}; the bonded contact cannot carry the mean load: its onset is "
-    "undefined and reported as 0 (use shakedown_limit and steady_state)"
-)
-
-
 @dataclass(frozen=True, repr=False)
 class OnsetEvent(Kept):
     """The first slip or the first separation as the load grows towards one corner.
@@ -239,9 +229,15 @@ class Onset(Kept, Plotted):
         if self.mean_admissible:
             return diagnosis
         if self.state is None:
-            return UNDEFINED.format(diagnosis=diagnosis)
+            return (
+                f"{diagnosis}; the bonded contact cannot carry the mean load: its onset is "
+                "undefined and reported as 0 (use shakedown_limit and steady_state)"
+            )
         nodes = number_of(int(self.state.open.sum()), "node")
-        return SETTLED.format(diagnosis=diagnosis, nodes=nodes)
+        return (
+            f"{diagnosis}; this is the onset of the contact once the mean load has settled, "
+            f"with {nodes} open"
+        )
 
     @property
     def reactions(self) -> tuple[Array, Array]:

@@ -26,20 +26,6 @@ from ..contact import (
 from ..contact.diagnosis import counted, names_of_several, open_nodes, settled
 from ..errors import NoContinuation, SolverError
 
-LIFTS_OFF = (
-    "the body lifts off or turns over{place}: no pressure with friction up to f p balances {load}; "
-    "hold it, or press it"
-)
-TURNS = (
-    "the body turns as a whole{place}: {load} drives it with {demand:.4g} per mean slip, above the "
-    "{bound:.4g} of {held_by}; hold it, or press it"
-)
-SLIDES = (
-    "the body slides as a whole{place}: {load} has the shear force {demand:.4g} along "
-    "({direction}), above {bound}; hold it, or press it"
-)
-
-
 # A motion is found if the square of its size exceeds this number. The program returns a motion of
 # size 1, or 0 if there is none with negative work.
 _PROVEN_MOTION = 0.5
@@ -235,7 +221,10 @@ class Statics:
         demand = -float(np.sum(phi[:-1] * load[:-1])) / (mean_slip or 1.0)
         holds = float(phi[-1] @ load[-1] + sheared_off) / (mean_slip or 1.0)
         if mean_slip <= COUNTS * largest or demand <= 0 or holds < -COUNTS * demand:
-            return LIFTS_OFF.format(place=place, load=name)
+            return (
+                f"the body lifts off or turns over{place}: no pressure with friction up to f p "
+                f"balances {name}; hold it, or press it"
+            )
 
         holds = max(holds, 0.0)
         # Mean slip in x, y (and z).
@@ -243,12 +232,16 @@ class Statics:
         size = float(np.linalg.norm(along))
         held_by = "friction and strength" if self._system.capped else "friction"
         if size <= _EVEN * mean_slip:
-            return TURNS.format(place=place, load=name, demand=demand, bound=holds, held_by=held_by)
+            return (
+                f"the body turns as a whole{place}: {name} drives it with {demand:.4g} per mean "
+                f"slip, above the {holds:.4g} of {held_by}; hold it, or press it"
+            )
         bound = f"the {holds:.4g} of {held_by}" if self._system.capped else f"f P = {holds:.4g}"
         # Adding 0.0 turns -0.0 into 0.0.
         direction = ", ".join(f"{part:g}" for part in (along / size).round(6) + 0.0)
-        return SLIDES.format(
-            place=place, load=name, demand=demand, direction=direction, bound=bound
+        return (
+            f"the body slides as a whole{place}: {name} has the shear force {demand:.4g} along "
+            f"({direction}), above {bound}; hold it, or press it"
         )
 
 
@@ -284,29 +277,6 @@ def _digest(friction: Array, load: Array) -> bytes:
 # cycle.
 
 SAFE = "the mean load presses all nodes and none slips under it"
-SAFE_WITH_FIXED = "with each of the fixed parts the mean load presses all nodes and none slips"
-UNPRESSED = (
-    "the mean load {shear}, and nothing presses the bodies together: add a load to `cycle.mean` "
-    "that presses them"
-)
-PULLS = (
-    "the mean load {pulls}: its normal reactions sum to {total:.3g}, and compression must be "
-    "positive; change the sign of the load, or press the contact; given normals must point from "
-    "body 2 into body 1"
-)
-WOULD_PULL = "the mean load would pull at {nodes} if the contact were closed: press it there"
-OPEN = (
-    "{nodes} are open under the mean load alone if no node slips{gaps}: the contact is incomplete; "
-    "press these nodes if they should carry load"
-)
-GAPS = ", {number} of them with an initial gap that the load does not close"
-BARE = "{nodes} carry no pressure under the mean load if nothing slips"
-SMOOTH = "{nodes} have no friction and slip under the shear of the mean load"
-BEYOND = (
-    "the mean load presses all nodes, but {nodes} exceed their {bound} and slip: {remedy}{shear}"
-)
-LESS_SHEAR = ", or less shear"
-PRESSED_ALONE = "; the resultant shear of the load is zero: the pressing load causes the shear"
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
@@ -319,13 +289,21 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNo
     f = friction_coefficients(friction, system)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)
     if not glued_p.any():
-        return UNPRESSED.format(shear="has no normal reactions" if glued_q.any() else "is zero")
+        shear = "has no normal reactions" if glued_q.any() else "is zero"
+        return (
+            f"the mean load {shear}, and nothing presses the bodies together: add a load to "
+            "`cycle.mean` that presses them"
+        )
     rounding = CONDENSATION * np.abs(glued_p).sum()
     if glued_p.sum() <= rounding:
         pulls = "does not press the bodies together"
         if glued_p.sum() < -rounding:
             pulls = "pulls the bodies apart"
-        return PULLS.format(pulls=pulls, total=glued_p.sum())
+        return (
+            f"the mean load {pulls}: its normal reactions sum to {glued_p.sum():.3g}, and "
+            "compression must be positive; change the sign of the load, or press the contact; "
+            "given normals must point from body 2 into body 1"
+        )
     # A body may slide or turn as a whole whichever nodes are open, so this is checked first.
     moved = Statics(system, f).sentence("the mean load", joined(glued_q, glued_p))
     if moved:
@@ -349,17 +327,21 @@ def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNod
         text = mean_load_diagnosis(system, LoadCycle(loads, cycle.corners), friction)
         if text != SAFE:
             return text.replace("the mean load", f"the mean load with fixed[{k}]")
-    return SAFE_WITH_FIXED
+    return "with each of the fixed parts the mean load presses all nodes and none slips"
 
 
 def _open_text(system: ContactSystem, p: Array, floor: float) -> str:
     """Text on a mean load that pulls at some nodes of the closed contact."""
     opened = open_nodes(system, p)
     if opened is None:
-        return WOULD_PULL.format(nodes=_share(system, p < -floor))
+        nodes = _share(system, p < -floor)
+        return f"the mean load would pull at {nodes} if the contact were closed: press it there"
     number = int((opened & (system.gap > 0)).sum())
-    gaps = GAPS.format(number=number) if number else ""
-    return OPEN.format(nodes=_share(system, opened), gaps=gaps)
+    gaps = f", {number} of them with an initial gap that the load does not close" if number else ""
+    return (
+        f"{_share(system, opened)} are open under the mean load alone if no node slips{gaps}: the "
+        "contact is incomplete; press these nodes if they should carry load"
+    )
 
 
 def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: float) -> str:
@@ -370,9 +352,11 @@ def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: flo
     exceeding = shear > most_shear(system, f, p) + floor
     texts = []
     if bare.any():
-        texts.append(BARE.format(nodes=_share(system, bare)))
+        nodes = _share(system, bare)
+        texts.append(f"{nodes} carry no pressure under the mean load if nothing slips")
     if smooth.any():
-        texts.append(SMOOTH.format(nodes=_share(system, smooth)))
+        nodes = _share(system, smooth)
+        texts.append(f"{nodes} have no friction and slip under the shear of the mean load")
     if texts:
         return "; ".join(texts)
     if not exceeding.any():
@@ -383,12 +367,12 @@ def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: flo
         bound = "bound of friction or strength"
         remedy = "more of the lower one"
     total = np.abs((q * system.stretch).reshape(len(p), -1).sum(axis=0)).max()
-    pressed_alone = total <= CONDENSATION * float(shear.sum())
-    return BEYOND.format(
-        nodes=_share(system, exceeding),
-        bound=bound,
-        remedy=remedy,
-        shear=PRESSED_ALONE if pressed_alone else LESS_SHEAR,
+    advice = ", or less shear"
+    if total <= CONDENSATION * float(shear.sum()):
+        advice = "; the resultant shear of the load is zero: the pressing load causes the shear"
+    return (
+        f"the mean load presses all nodes, but {_share(system, exceeding)} exceed their {bound} "
+        f"and slip: {remedy}{advice}"
     )
 
 

@@ -54,14 +54,6 @@ _SAFETY = 2.0
 # Share of the work in doubt that is added to the error, since errors may cancel in a difference.
 _CANCELLED = 0.01
 
-OFF_LAW = (
-    "steady state: its states violate the contact law or the balance of energy, or do not return "
-    "to the first state, by {residual:.1e} (tolerance {tolerance:g}); {cause}"
-)
-LEFT_OUT = (
-    "corners: {number} of {corners} are on the straight segment between others, and are ignored"
-)
-
 
 @warns_of_odd_values
 def steady_state(
@@ -301,7 +293,10 @@ def reported(run: Run, settled: Settled, step_error: float) -> SteadyState:
     left_out = len(path.corners) - len(path.turns)
     sentences: tuple[str, ...] = ()
     if left_out:
-        sentences = (LEFT_OUT.format(number=left_out, corners=len(path.corners)),)
+        sentences = (
+            f"corners: {left_out} of {len(path.corners)} are on the straight segment between "
+            "others, and are ignored",
+        )
     return SteadyState(
         outcome=settled.outcome,
         dissipation=float(work.sum()),
@@ -357,6 +352,8 @@ def _residual(run: Run, settled: Settled) -> float:
     residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
     if not residual <= RESIDUAL:
         raise SolverError(
-            OFF_LAW.format(residual=residual, tolerance=RESIDUAL, cause=path.cause_of_rounding)
+            "steady state: its states violate the contact law or the balance of energy, or do not "
+            f"return to the first state, by {residual:.1e} (tolerance {RESIDUAL:g}); "
+            f"{path.cause_of_rounding}"
         )
     return residual

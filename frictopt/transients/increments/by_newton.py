@@ -41,13 +41,6 @@ from .sweeps import increment, reactions
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)
 _NEWTON = SolveRecord("NEWTON")
 
-_MAY_SLIDE = (
-    "the body may slide or open as a whole, or friction is above the critical value there: {remedy}"
-)
-_SMALLER_STEPS = (
-    "try smaller load steps, or less friction (above the critical friction there may be no state, "
-    "or several)"
-)
 
 Moved = tuple[Array, Array, NDArray[np.int8]]
 """Motions `u = [v, w - g0]` and reactions, (M,), and status (N,)."""
@@ -264,9 +257,15 @@ class NewtonIncrement(_Nodes):
             if answer.residual <= RESIDUAL:
                 return answer
             residual = min(residual, answer.residual)
-        remedy = _SMALLER_STEPS
+        remedy = (
+            "try smaller load steps, or less friction (above the critical friction there may be no "
+            "state, or several)"
+        )
         if self.system.rigid_motions.size:
-            remedy = _MAY_SLIDE.format(remedy=HOLD)
+            remedy = (
+                "the body may slide or open as a whole, or friction is above the critical value "
+                f"there: {HOLD}"
+            )
         raise SolverError(
             f"friction increment: Newton's method leaves a residual of {residual:.1e} "
             f"(tolerance {RESIDUAL:g}); {remedy}"
