@@ -230,7 +230,8 @@ def _later_difference(run: Run, first_states: Sequence[Array], finer: SteppedPat
     growths = list[float]()
     later = 0.0
     for state in first_states:
-        Run(finer, run.most_cycles, run.report).follow(finer)
+        finer.cycle_on(1)
+        run.report()
         before = difference
         difference = (finer.state.u - state)[: -finer.nodes]
         growth = difference - before
