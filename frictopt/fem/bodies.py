@@ -23,8 +23,8 @@ from .elasticity import (
     Material,
     facet_nodes,
     functions_of,
+    nodes_from,
     parts_of,
-    points_from,
     quadratic,
     through_corners,
 )
@@ -327,7 +327,7 @@ def split_bodies(
         boundaries = {**(mesh.boundaries or {}), **_shared_facets(mesh, owner, number, materials)}
         part = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
         named = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
-        points = points_from(mesh, elements, part)
+        points = np.take(mesh.p, nodes_from(mesh, elements, part, slice(None)), axis=1)
         try:
             bodies[name] = Body(replace(part, doflocs=points, _boundaries=named), material, element)
         except ModelError as error:

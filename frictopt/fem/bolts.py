@@ -15,8 +15,8 @@ from .elasticity import (
     boundary_forces,
     facet_nodes,
     node_areas,
+    nodes_from,
     parts_of,
-    points_from,
 )
 from .loads import Part
 
@@ -165,7 +165,7 @@ def cut_bodies(
         where = f"bolt {name!r}: section {bolt.section!r}"
         if bolt.section not in (mesh.boundaries or {}):
             raise ModelError(f"{where} is unknown; this mesh names {sorted(mesh.boundaries or {})}")
-        near, far, axis, mesh = _cut(mesh, bolt.section, where)
+        near, far, axis, mesh, origin = _cut(mesh, bolt.section, where)
         if kinematics == "axisymmetric" and abs(axis[0]) > _FLAT:
             raise ModelError(
                 f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
@@ -174,17 +174,16 @@ def cut_bodies(
         whole = cut[name]
         cut[name] = whole.with_mesh(mesh)
         if whole.deck_node is not None:
-            numbers = np.zeros(mesh.p.shape[1], dtype=np.intp)
-            numbers[mesh.dofs.element_dofs] = whole.deck_node[whole.mesh.dofs.element_dofs]
-            vars(cut[name]).update(deck_node=numbers)
+            vars(cut[name]).update(deck_node=whole.deck_node[origin])
         cuts.append(Cut(bolt, near, far, axis))
     return cut, cuts
 
 
-def _cut(mesh: Mesh, section: str, where: str) -> tuple[Integers, Integers, Array, Mesh]:
+def _cut(mesh: Mesh, section: str, where: str) -> tuple[Integers, Integers, Array, Mesh, Integers]:
     """Nodes of the near and the far face of a section, its axis, and the mesh cut there.
 
-    In the cut mesh, both faces form the boundary that has the name of the section.
+    In the cut mesh, both faces form the boundary that has the name of the section. The last result
+    is the node of the whole mesh at each node of the cut mesh.
     """
     facets = np.unique(mesh.boundaries[section])
     if not len(facets) or np.any(mesh.f2t[1, facets] < 0):
@@ -203,15 +202,15 @@ def _cut(mesh: Mesh, section: str, where: str) -> tuple[Integers, Integers, Arra
     copies[corners] = n + np.arange(len(corners))
     t = np.where(far_part, copies[mesh.t], mesh.t)
     whole = replace(mesh, t=t, sort_t=False, _boundaries=None)
-    whole = replace(whole, doflocs=points_from(mesh, np.arange(mesh.t.shape[1]), whole))
+    origin = nodes_from(mesh, slice(None), whole, slice(None))
+    whole = replace(whole, doflocs=np.take(mesh.p, origin, axis=1))
 
     boundaries = {
         name: np.unique(whole.t2f[np.isin(mesh.t2f, facets_of_name)])
         for name, facets_of_name in mesh.boundaries.items()
     }
-    near = _new_numbers(mesh, whole, ~far_part)[across]
-    far = _new_numbers(mesh, whole, far_part)[across]
-    return near, far, axis, whole.with_boundaries(boundaries)
+    near, far = (nodes_from(whole, part, mesh, part)[across] for part in (~far_part, far_part))
+    return near, far, axis, whole.with_boundaries(boundaries), origin
 
 
 def _axis(mesh: Mesh, across: Integers, where: str) -> Array:
@@ -243,13 +242,6 @@ def _far_part(mesh: Mesh, facets: Integers, axis: Array, where: str) -> Booleans
             "shank, from side to side"
         )
     return np.asarray(part == ahead)
-
-
-def _new_numbers(mesh: Mesh, cut: Mesh, elements: Booleans) -> Integers:
-    """Old node -> its number in the cut mesh, for the nodes of some elements; else 0."""
-    numbers = np.zeros(mesh.p.shape[1], dtype=np.intp)
-    numbers[mesh.dofs.element_dofs[:, elements]] = cut.dofs.element_dofs[:, elements]
-    return numbers
 
 
 def joined_by_elements(meshes: Sequence[Mesh]) -> csr_matrix:

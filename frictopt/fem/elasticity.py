@@ -7,7 +7,7 @@ the end of the file answer questions on such meshes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import skfem
@@ -329,14 +329,15 @@ def through_corners(mesh: Mesh) -> Mesh:
     )
 
 
-def points_from(mesh: Mesh, elements: Integers, part: Mesh) -> Array:
-    """(d, nodes) coordinates of all nodes of a part, which consists of some elements of a mesh.
+def nodes_from(mesh: Mesh, elements: Any, other: Mesh, of_other: Any) -> Integers:
+    """(nodes of the other mesh,) nodes of a mesh that lie at the same places of the same elements.
 
-    This is needed because scikit-fem restricts only the coordinates of corners.
+    The numbers `elements` and `of_other` select these elements in either mesh. The result is 0 at
+    other nodes. This is needed because scikit-fem restricts and cuts only corners.
     """
-    points = np.zeros((mesh.dim(), part.dofs.N))
-    points[:, part.dofs.element_dofs] = mesh.p[:, mesh.dofs.element_dofs[:, elements]]
-    return points
+    nodes = np.zeros(other.dofs.N, dtype=np.intp)
+    nodes[other.dofs.element_dofs[:, of_other]] = mesh.dofs.element_dofs[:, elements]
+    return nodes
 
 
 def functions_of(element: Element, count: int, points: Array) -> tuple[Array, Array]:
