@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -279,8 +278,12 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         net_force = force - assembly.whole @ moved
         R, D = assembly.release
         loads = dict(zip(self.loads, (R.T @ net_force).T, strict=True))
-        with naming_incompressible(self.bodies, self.kinematics or "plane_strain"):
+        try:
             bodies, bonded, compliance = reduced(glued, loads)
+        except ModelError as error:
+            if cause := incompressible(self.bodies, assembly.kinematics):
+                raise ModelError(f"{cause}{error}") from error
+            raise
         # The loads also do work on the motions of moved supports and of cut bolts.
         compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
         bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)
@@ -299,7 +302,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
             units=self.units,
             axisymmetric=self.kinematics == "axisymmetric",
             deck_node=assembly.numbers[assembly.pairs.nodes] if is_of_deck else None,
-            load_size=load_sizes(self.loads, self.bodies, self.kinematics or "plane_strain"),
+            load_size=load_sizes(self.loads, self.bodies, assembly.kinematics),
         )
         if overlaps.any():
             by_case = zip(self.loads, overlaps.T, strict=True)
@@ -426,23 +429,19 @@ def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]
             )
 
 
-@contextmanager
-def naming_incompressible(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[None]:
-    """If the elimination of the stiffness fails, name bodies with nu next to 0.5 in the error.
+def incompressible(bodies: Mapping[str, Body], kinematics: Kinematics) -> str:
+    """Words, before an error, on a body with nu next to 0.5 that may cause it; empty if none does.
 
-    Their stiffness is nearly all resistance to a change of volume. The resistance to a change
+    Its stiffness is nearly all resistance to a change of volume. The resistance to a change
     of shape, on which supports and contacts depend, has few digits in it, or none.
     """
-    try:
-        yield
-    except ModelError as error:
-        for name, body in bodies.items():
-            ratio = 1 / (1 - 2 * body.material.nu)
-            if ratio > 1e6 and kinematics != "plane_stress":
-                raise ModelError(
-                    f"bodies[{name!r}]: nu = {body.material.nu!r} is too close to 0.5: its "
-                    f"resistance to a change of volume is {ratio:.1e} times its resistance to a "
-                    "change of shape, of which rounding leaves too few digits; take nu = 0.4999 "
-                    f"and quadratic elements. Without these digits: {error}"
-                ) from error
-        raise
+    for name, body in bodies.items():
+        ratio = 1 / (1 - 2 * body.material.nu)
+        if ratio > 1e6 and kinematics != "plane_stress":
+            return (
+                f"bodies[{name!r}]: nu = {body.material.nu!r} is too close to 0.5: its resistance "
+                f"to a change of volume is {ratio:.1e} times its resistance to a change of shape, "
+                "of which rounding leaves too few digits; take nu = 0.4999 and quadratic elements. "
+                "Without these digits: "
+            )
+    return ""
