@@ -26,7 +26,7 @@ from ..base import (
 from ..errors import ModelError
 from .bodies import Body, check_names, numbered_nodes
 from .elasticity import Kinematics, facet_nodes
-from .faces import areas_of, facets_around
+from .faces import Face, facets_around
 from .interface import ASKEW, blocks_of
 from .supports import Seam, axis_of, checked_axis
 
@@ -198,11 +198,10 @@ class Sector:
 
     def _originals(self, contact: Integers, nodes: Integers, high: Integers) -> Integers:
         """For each pair of a copied node, the pair of the same contact that it copies; -1: none."""
-        numbers = {
-            pair: k for k, pair in enumerate(zip(contact.tolist(), nodes.tolist(), strict=True))
-        }
-        low = [numbers.get((int(contact[k]), int(self.copies[nodes[k]])), -1) for k in high]
-        return np.array(low, dtype=np.intp)
+        pairs = contact * len(self.copies) + nodes
+        copied = contact[high] * len(self.copies) + self.copies[nodes[high]]
+        number = dict(zip(pairs.tolist(), range(len(pairs)), strict=True))
+        return np.array([number.get(pair, -1) for pair in copied.tolist()], dtype=np.intp)
 
     def _unmatched(
         self, nodes: Integers, projection: csr_matrix, high: Integers, low: Integers
@@ -409,8 +408,8 @@ def _check_same_turn(sectors: Mapping[str, Sector], bodies: Mapping[str, Body]) 
 
 def _sector(body: Body, cut: Cyclic) -> Sector:
     """The sector of one body, from the angle between its cut faces."""
-    mesh = body.through_corners.mesh
-    d = body.mesh.dim()
+    mesh = body.mesh
+    d = mesh.dim()
     centre, along = axis_of(cut, d)
     argument = f"sector of body {cut.body!r}"
     low = body.boundary(cut.low, argument)
@@ -425,7 +424,7 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     turn = Rotation.from_rotvec(2 * np.pi / count * along).as_matrix()[:d, :d]
 
     # At face `low`, the body must lie in the direction of the turn.
-    x = body.mesh.p.T
+    x = mesh.p.T
     middles = x[mesh.facets[:, low]].mean(axis=0)
     onward = np.cross(along, np.pad(middles - centre, ((0, 0), (0, 3 - d))))[:, :d]
     if count > 2 and (onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0:
@@ -436,8 +435,8 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
         )
 
     back = (x - centre) @ turn + centre  # all nodes turned back by one sector
-    nodes = facet_nodes(body.mesh, high)
-    others = facet_nodes(body.mesh, low)
+    nodes = facet_nodes(mesh, high)
+    others = facet_nodes(mesh, low)
     fixed = np.intersect1d(nodes, others)
     errors = body.errors + cut.tolerance / 2
     turned = errors @ np.abs(turn)
@@ -448,8 +447,17 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     off_axis = np.linalg.norm(back[fixed] - x[fixed], axis=1)
     is_off_axis = off_axis > np.linalg.norm(turned + errors, axis=1)[fixed]
     if len(nodes) != len(others) or (off > allowed).any() or is_off_axis.any():
-        apart = float(np.r_[off, off_axis].max())
-        raise ModelError(_no_copies(cut, apart, float(allowed.max()), angle, count))
+        middles = ""
+        if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT:
+            middles = f"; their middles are {np.degrees(angle):.6g} degrees apart"
+        raise ModelError(
+            f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are not turned "
+            f"copies of each other: turned by 360/{count} degrees about the axis, they are up to "
+            f"{np.r_[off, off_axis].max():.4g} apart, more than {allowed.max():.1g}{middles}; give "
+            "two faces that are turned copies, 360 degrees divided by a whole number apart, with "
+            "one mesh (gmsh: setPeriodic), and check axis and centre; if the distance is noise, "
+            "give the Cyclic a tolerance"
+        )
     copies = np.full(len(x), -1)
     follows = ~np.isin(nodes, fixed)
     copies[nodes[follows]] = others[nearest[follows]]
@@ -458,28 +466,11 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
 
 def _angle(body: Body, low: Integers, high: Integers, centre: Array, along: Array) -> float:
     """Angle about the axis between the middles of the two cut faces, -pi to pi."""
-    mesh = body.through_corners.mesh
-    arms = []
-    for facets in (low, high):
-        corners = body.mesh.p.T[facets_around(mesh, facets)]  # (facets, corners, d)
-        sizes = np.linalg.norm(areas_of(corners), axis=1)
-        arm = sizes @ corners.mean(axis=1) / sizes.sum() - centre
-        arms.append(np.pad(arm, (0, 3 - len(arm))))
+    arms = np.zeros((2, 3))
+    for arm, facets in zip(arms, (low, high), strict=True):
+        face = Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
+        arm[: len(centre)] = face.sizes @ face.corners.mean(axis=1) / face.sizes.sum() - centre
     low_arm, high_arm = arms
     sine = along @ np.cross(low_arm, high_arm)
     cosine = low_arm @ high_arm - (along @ low_arm) * (along @ high_arm)
     return float(np.arctan2(sine, cosine))
-
-
-def _no_copies(cut: Cyclic, apart: float, allowed: float, angle: float, count: int) -> str:
-    """The message for faces that are not turned copies of each other."""
-    middles = ""
-    if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT:
-        middles = f"; their middles are {np.degrees(angle):.6g} degrees apart"
-    return (
-        f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are not turned "
-        f"copies of each other: turned by 360/{count} degrees about the axis, they are up to "
-        f"{apart:.4g} apart, more than {allowed:.1g}{middles}; give two faces that are turned "
-        "copies, 360 degrees divided by a whole number apart, with one mesh (gmsh: setPeriodic), "
-        "and check axis and centre; if the distance is noise, give the Cyclic a tolerance"
-    )
