@@ -183,8 +183,8 @@ class DeckListing:
         A node set replaces a surface of the same name.
         """
         for name, elements in self.node_sets_of_elements:
-            nodes = self._nodes_of_elements(elements, f"node set {name!r}")
-            self.node_sets.add(name, map(str, nodes))
+            for number in self.element_sets.numbers([elements], f"node set {name!r}"):
+                self.node_sets.add(name, map(str, self.elements.get(number, [])))
         sets = {}
         for name, members in self.node_surfaces.items():
             nodes = self.node_sets.numbers(members, "a surface")
@@ -193,12 +193,6 @@ class DeckListing:
             nodes = self.node_sets.numbers_in(name)
             sets[name] = _rows(row_of_node, nodes, f"node set {name}")
         return sets
-
-    def _nodes_of_elements(self, elements: str, owner: str) -> list[int]:
-        """Numbers of the nodes of the elements of a set; error messages mention its `owner`."""
-        numbers = self.element_sets.numbers([elements], owner)
-        nodes = [node for number in numbers for node in self.elements.get(number, [])]
-        return list(dict.fromkeys(nodes))
 
     def _thicknesses_of_plane_elements(self) -> tuple[float, ...]:
         """Distinct thicknesses of the sections that have plane elements."""

@@ -211,13 +211,10 @@ def _boundaries_of_node_sets(
     mesh: Mesh, deck: Deck, subdomains: Mapping[str, Integers]
 ) -> dict[str, Integers]:
     """Node set -> facets of the outline between its nodes; sets without facets are left out."""
-    is_in = np.zeros(len(deck.numbers), dtype=bool)
     boundaries = {}
     for name, nodes in deck.sets.items():
         # A set of all nodes of a subdomain, under its name, does not name a boundary.
-        is_in[:] = False
-        is_in[nodes] = True
-        if name in subdomains and is_in[mesh.t[:, subdomains[name]]].all():
+        if name in subdomains and np.isin(mesh.t[:, subdomains[name]], nodes).all():
             continue
         facets = _outline_between(mesh, nodes)
         if len(facets):
