@@ -265,20 +265,13 @@ def _parts_of(facets: Integers) -> tuple[Integers, Array]:
     a corner of a quadrilateral is repeated, the triangle at this side has no area and is left out.
     """
     count, corners = facets.shape
-    hats = _hats_of_parts(corners)
-    if corners <= 3:
-        return np.arange(count), np.tile(hats, (count, 1, 1))
-    facet, part = np.nonzero(facets != np.roll(facets, -1, axis=1))
-    return facet, hats[part]
-
-
-def _hats_of_parts(corners: int) -> Array:
-    """(parts, 2 or 3, corners) hat functions of a facet at the corners of its edge or triangles."""
     hats = np.eye(corners)
     if corners <= 3:
-        return hats[None]
+        return np.arange(count), np.tile(hats, (count, 1, 1))
     middle = np.full_like(hats, 1 / corners)
-    return np.stack([hats, np.roll(hats, -1, axis=0), middle], axis=1)
+    hats = np.stack([hats, np.roll(hats, -1, axis=0), middle], axis=1)
+    facet, part = np.nonzero(facets != np.roll(facets, -1, axis=1))
+    return facet, hats[part]
 
 
 def _facing(parts_1: Array, normals: Array, parts_2: Array) -> tuple[Integers, Integers]:
