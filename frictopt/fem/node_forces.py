@@ -175,7 +175,7 @@ class NodesAround:
     # (n,) nodes of the body, and their coordinates (n, d)
     nodes: Integers
     points: Array
-    # (n,) weights of the nodes
+    # (n,) weights of the nodes: their parts of the area of a boundary, or 1
     weights: Array
     # (d,) coordinates of the point
     point: Array
@@ -185,27 +185,18 @@ def nodes_around(part: Any, body: Body, kinematics: Kinematics) -> NodesAround:
     """The nodes of a load or coupling of a body, and its point."""
     nodes = nodes_of(body, part.body, part.where)
     points = body.mesh.p[:, nodes].T
-    weights = _weights(part.where, body, nodes, kinematics)
-    return NodesAround(nodes, points, weights, _point(part, points, weights))
-
-
-def _weights(where: Place, body: Body, nodes: Integers, kinematics: Kinematics) -> Array:
-    """(n,) weights of nodes: their parts of the area of a boundary, or 1."""
-    if not isinstance(where, str):
-        return np.ones(len(nodes))
-    return node_areas(body.mesh, body.boundary(where, "where"), kinematics)[nodes]
-
-
-def _point(part: Any, points: Array, weights: Array) -> Array:
-    """(d,) the point of a load or coupling of nodes at points (n, d)."""
+    weights = np.ones(len(nodes))
+    if isinstance(part.where, str):
+        facets = body.boundary(part.where, "where")
+        weights = node_areas(body.mesh, facets, kinematics)[nodes]
     if part.point is None:
-        return np.asarray(weights @ points / weights.sum())
+        return NodesAround(nodes, points, weights, weights @ points / weights.sum())
     if len(part.point) != points.shape[1]:
         raise ModelError(
             f"point: {part.point}; give the {points.shape[1]} coordinates of a point for body "
             f"{part.body!r}"
         )
-    return np.array(part.point)
+    return NodesAround(nodes, points, weights, np.array(part.point))
 
 
 def check_reference(part: Any) -> None:
