@@ -15,6 +15,7 @@ from ..base import (
     Booleans,
     Integers,
     choice,
+    number_of,
     place,
     shown,
 )
@@ -27,7 +28,7 @@ from .coincidence import coincide
 from .contacts import Contact, Tie, contact_names, followers_of, independent_pairs
 from .couplings import Coupling, coupled
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .interface import Interface, guided_pairs, notes_on_held, openings
+from .interface import Interface, guided_pairs, openings
 from .loads import Displacement
 from .mortar import Joint, check_touching, faces_of, join_faces, normals_into, resultants
 from .rigid import Glued, assemblies, glued_bodies, node_graph
@@ -273,16 +274,13 @@ class Assembly:
                 f"supports: {self.couplings[0]} beside a Cyclic; a coupling cannot include nodes "
                 "of other sectors: model the whole ring, or use a Support"
             )
-        taken = [midside, self.followers.nodes]
-        for contact, joint in zip(contacts, self.joints, strict=True):
-            taken.append(self.own_nodes[contact.body_1][joint.nodes])
-            taken.append(self.own_nodes[contact.body_2][joint.projection.indices])
+        _, nodes, projection, *_ = self._all_pairs(contacts)
         self.coupled = coupled(
             self.couplings,
             self.bodies,
             self.own_nodes,
             self.free_rows >= 0,
-            np.concatenate(taken),
+            np.r_[midside, self.followers.nodes, nodes, projection.indices],
             self.points,
             self.kinematics,
         )
@@ -355,9 +353,7 @@ class Assembly:
         # At the tip of a crack both faces share a node, which adds no width to the next pair.
         self.width = np.asarray((means > 0) @ np.where(nodes == partners, 0.0, widths))
 
-    def _all_pairs(
-        self, contacts: Sequence[Contact]
-    ) -> tuple[Integers, Integers, csr_matrix, Array, Array, Array, Booleans]:
+    def _all_pairs(self, contacts: Sequence[Contact]) -> tuple[Any, ...]:
         """Contact, node of body 1, place on body 2, normal, width and gap of all pairs.
 
         The last result says whether the node lies opposite body 2.
@@ -370,15 +366,12 @@ class Assembly:
             columns = self.own_nodes[contact.body_2][P.indices]
             shape = (P.shape[0], len(self.points))
             projections.append(csr_matrix((P.data, columns, P.indptr), shape=shape))
-        return (
-            np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints]),
-            np.concatenate(nodes),
-            csr_matrix(vstack(projections)),
-            np.concatenate([joint.normals for joint in self.joints]),
-            np.concatenate([joint.widths for joint in self.joints]),
-            np.concatenate([joint.gap for joint in self.joints]),
-            np.concatenate([joint.inside for joint in self.joints]),
+        number = np.repeat(np.arange(len(contacts)), [len(own) for own in nodes])
+        of_joints = (
+            np.concatenate([getattr(joint, name) for joint in self.joints])
+            for name in ("normals", "widths", "gap", "inside")
         )
+        return number, np.concatenate(nodes), csr_matrix(vstack(projections)), *of_joints
 
     def _that_move(self, pairs: tuple[Any, ...]) -> tuple[Any, ...]:
         """The pairs without those that cannot move: supports or ties hold both sides.
@@ -393,8 +386,26 @@ class Assembly:
         # Rounding may join a held node to its neighbours. A node at a crack tip is free.
         moves = abs(opening) @ is_free >= COUNTS * np.asarray(abs(weights).sum(axis=1)).ravel()
         self.held = nodes[~moves], opening[~moves]
-        self.notes += notes_on_held(self.names, contact, nodes, moves, self._name_of_node)
+        self._note_held(contact, nodes, moves)
         return tuple(part[moves] for part in pairs)
+
+    def _note_held(self, contact: Integers, nodes: Integers, moves: Booleans) -> None:
+        """Note for each contact the pairs that cannot move; ModelError if none of its pairs can.
+
+        Each pair has the number of its contact, its node of body 1, and whether it moves.
+        """
+        for number, name in enumerate(self.names):
+            held = nodes[~moves & (contact == number)]
+            if not len(held):
+                continue
+            if not moves[contact == number].any():
+                raise ModelError(
+                    f"contacts: no pair of {name!r} can move, because supports or ties hold both "
+                    "sides; leave the contact out, or hold fewer nodes"
+                )
+            listed = ", ".join(map(self._name_of_node, held.tolist()))
+            count = number_of(len(held), "pair")
+            self.notes.append(f"contact {name!r}: {count} that cannot move left out: {listed}")
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
         """The cuts in node numbers of the model; the far faces follow the near faces."""

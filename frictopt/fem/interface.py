@@ -8,7 +8,6 @@ follows from Z and from the displacements of the independent nodes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +16,7 @@ from scipy.linalg import qr
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.linalg import inv
 
-from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, number_of
+from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of
 from ..contact.components import frames_of, null_space
 from ..errors import ModelError
 
@@ -278,30 +277,3 @@ def guided_pairs(
     is_candidate = (held != slips).all(axis=1) & ~np.isin(links.col, held_against_slip)
     entries = (links.data[is_candidate], (links.row[is_candidate], links.col[is_candidate]))
     return np.where(across, 0.0, normals), csr_matrix(entries, shape=opening.shape)
-
-
-def notes_on_held(
-    names: Sequence[str],
-    contact: Integers,
-    nodes: Integers,
-    moves: Booleans,
-    name_of_node: Callable[[int], str],
-) -> list[str]:
-    """A note for each contact with pairs that cannot move; ModelError if none of its pairs can.
-
-    Each pair has the number of its contact, its node of body 1, and whether it moves.
-    """
-    notes = []
-    for number, name in enumerate(names):
-        held = nodes[~moves & (contact == number)]
-        if not len(held):
-            continue
-        if not moves[contact == number].any():
-            raise ModelError(
-                f"contacts: no pair of {name!r} can move, because supports or ties hold both "
-                "sides; leave the contact out, or hold fewer nodes"
-            )
-        listed = ", ".join(name_of_node(node) for node in held.tolist())
-        count = number_of(len(held), "pair")
-        notes.append(f"contact {name!r}: {count} that cannot move left out: {listed}")
-    return notes
