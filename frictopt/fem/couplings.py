@@ -29,9 +29,7 @@ from .node_forces import (
     motions_of_point,
     nodes_around,
 )
-from .supports import Place, checked_place
-
-_AXES = ("", "x", "y", "z", "xy", "xz", "yz", "xyz")
+from .supports import AXES, Place, checked_place
 
 
 @dataclass(frozen=True)
@@ -53,8 +51,8 @@ class _Coupling:
     def __post_init__(self) -> None:
         check_names(self, "body")
         object.__setattr__(self, "where", checked_place(self.where))
-        choice("directions", self.directions, _AXES)
-        choice("rotations", self.rotations, _AXES)
+        choice("directions", self.directions, ("", *AXES))
+        choice("rotations", self.rotations, ("", *AXES))
         check_reference(self)
 
     def _held(self, d: int, kinematics: Kinematics) -> Booleans:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from ..base import (
 from ..errors import ModelError
 from .bodies import Body, check_names
 
+Axes: TypeAlias = Literal["x", "y", "z", "xy", "xz", "yz", "xyz"]
+AXES = get_args(Axes)
 Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., Any]
 """Name of a boundary, coordinates of a node or of several, or a function that selects nodes."""
 Seam: TypeAlias = tuple[Integers, Integers, Array]
@@ -56,12 +58,12 @@ class Support:
 
     body: str
     where: Place
-    directions: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = None
+    directions: Axes | None = None
 
     def __post_init__(self) -> None:
         check_names(self, "body")
         if self.directions is not None:
-            choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
+            choice("directions", self.directions, AXES)
         object.__setattr__(self, "where", checked_place(self.where))
 
 
