@@ -41,7 +41,6 @@ _QUADRATIC_ELEMENTS = {
     "hexahedron20": skfem.ElementHexS2,
     "hexahedron27": skfem.ElementHex2,
 }
-_SIMPLICES = {2: (skfem.MeshTri1, skfem.MeshTri2), 3: (skfem.MeshTet1, skfem.MeshTet2)}
 _PLAIN = {
     "triangle": skfem.MeshTri1,
     "quad": skfem.MeshQuad1,
@@ -98,7 +97,7 @@ def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
         corners = np.tile(_at_corners(type(mesh), part.kind), (len(part.numbers), 1))
         pieces.append(_Pieces(part, np.arange(len(corners)), corners))
     straight = replace(mesh, t=np.ascontiguousarray(t), sort_t=False)
-    return _curved(QUADRATIC[type(mesh)], straight, pieces, deck)
+    return _curved(straight, pieces, deck)
 
 
 class _Pieces(NamedTuple):
@@ -113,10 +112,9 @@ class _Pieces(NamedTuple):
     corners: Integers
 
 
-def _curved(
-    kind: type[Mesh], straight: Mesh, pieces: Sequence[_Pieces], deck: Deck
-) -> tuple[Mesh, csr_matrix]:
+def _curved(straight: Mesh, pieces: Sequence[_Pieces], deck: Deck) -> tuple[Mesh, csr_matrix]:
     """The quadratic mesh of pieces through their corners, and the matrix that makes its nodes."""
+    kind = QUADRATIC[type(straight)]
     mesh = kind(straight.p, straight.t, straight.boundaries, straight.subdomains)
     of_linear = [np.full(len(parent), is_linear(part.kind)) for part, parent, _ in pieces]
     _check_edges_are_alike(mesh, np.concatenate(of_linear))
@@ -230,7 +228,6 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     is the matrix that gives the nodes of the mesh as means of points of the deck.
     """
     d = mesh.dim()
-    linear, kind = _SIMPLICES[d]
     pieces = []
     owner = []
     first = 0
@@ -244,6 +241,7 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
         name: np.flatnonzero(np.isin(np.concatenate(owner), elements))
         for name, elements in (mesh.subdomains or {}).items()
     }
+    linear = skfem.MeshTri1 if d == 2 else skfem.MeshTet1
     straight = linear(mesh.p, np.ascontiguousarray(t.T), sort_t=False)
     facets = np.array(straight.facets.T)
     boundaries = {
@@ -251,7 +249,7 @@ def in_tetrahedra(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
         for name, members in (mesh.boundaries or {}).items()
     }
     straight = straight.with_boundaries(boundaries).with_subdomains(subdomains)
-    return _curved(kind, straight.remove_unused_nodes(), pieces, deck)
+    return _curved(straight.remove_unused_nodes(), pieces, deck)
 
 
 def _simplices(facets: Integers) -> Integers:
