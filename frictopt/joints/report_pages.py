@@ -336,8 +336,7 @@ class Pages(Generic[Parts]):
         if required is None or required.required == np.inf:
             raise NoContinuation("no friction is known with which a state of rest exists")
         steady: SteadyState | None = self.known.get("steady")
-        most = self.scatter.most_friction
-        friction = float((self.friction if most is None else most).max())
+        friction = float(self.scatter.frictions[-1].max())
         enough = steady is not None and steady.outcome is Outcome.SHAKEDOWN
         return friction_after_protocol(
             required,

@@ -228,10 +228,6 @@ class SteadyStates:
         except SolverError as error:
             return Judged(np.nan, str(error), np.inf)
 
-    def factors(self, corner: Corner) -> list[float]:
-        """The load factors at which the steady state of a corner has been followed."""
-        return [factor for name, factor in self.known if name == corner.name]
-
 
 def safety_table(
     states: SteadyStates, nominal: GrossSlip | None, limits: Mapping[str, float]
@@ -257,39 +253,31 @@ def safety_table(
 def _against_gross_slip(states: SteadyStates, nominal: GrossSlip) -> tuple[object, ...]:
     """The row of gross slip."""
     scatter = states.scatter
-    nominal_factor = factor_of(nominal)
-    if not scatter.exists:
-        return GROSS_SLIP, nominal_factor, nominal_factor, NOMINAL, _NO_SCATTER
-    question: Callable[..., GrossSlip] = partial(gross_slip, seconds=0.0)
-    by = _BY_THEOREM
-    corners = scatter.corners_of_least_friction()
-    if nominal.self_stress is not None:
-        question = gross_slip
-        by = _BY_CORNERS
-        corners = scatter.corners()
-    factors = [nominal_factor]
+    _, *corners = states.all_corners()
+    question: Callable[..., GrossSlip] = gross_slip
+    by = _BY_CORNERS
+    if nominal.self_stress is None:
+        question = partial(gross_slip, seconds=0.0)
+        by = _BY_THEOREM
+        corners = [corner for corner in corners if corner.friction is scatter.frictions[0]]
+    factors = {NOMINAL: factor_of(nominal)}
     for corner in corners:
-        factors.append(factor_of(question(states.system, corner.cycle, corner.friction)))
-    worst = int(np.argmin(factors))
-    names = [NOMINAL, *(corner.name for corner in corners)]
-    return GROSS_SLIP, nominal_factor, factors[worst], names[worst], by
+        factors[corner.name] = factor_of(question(states.system, corner.cycle, corner.friction))
+    return _row(GROSS_SLIP, factors, by if scatter.exists else _NO_SCATTER)
 
 
 def _against_face_slip(states: SteadyStates) -> tuple[object, ...]:
     """The row of the first face that slides in full."""
-    corners = states.all_corners()
-    factors = list[float]()
-    for corner in corners:
+    factors = dict[str, float]()
+    for corner in states.all_corners():
         try:
             mean = states.mean_state(corner)
         except (NoContinuation, SolverError):
-            factors.append(0.0)
+            factors[corner.name] = 0.0
             continue
         faces = faces_slide_at(states.system, corner.cycle, corner.friction, mean)
-        factors.append(float(np.nanmin([np.inf, *faces])))
-    worst = int(np.argmin(factors))
-    by = _BY_CORNERS if states.scatter.exists else _NO_SCATTER
-    return FACE_SLIP, factors[0], factors[worst], corners[worst].name, by
+        factors[corner.name] = float(np.nanmin([np.inf, *faces]))
+    return _row(FACE_SLIP, factors, _BY_CORNERS if states.scatter.exists else _NO_SCATTER)
 
 
 def _against_slip(
@@ -304,38 +292,35 @@ def _against_slip(
     nominal, *corners = states.all_corners()
     what = f"safety factor against {name}"
     with progress_bar(True, what, "input", total=1 + len(corners)) as bar:
-        nominal_factor = _factor(states, name, threshold, nominal, end, tolerance)
-        worst, at = nominal_factor, NOMINAL
+        factors = {NOMINAL: _factor(states, name, threshold, nominal, end)}
         for corner in corners:
             bar.update()
-            above = worst * (1 + tolerance)
-            if np.isfinite(above) and states.judged(name, corner, above).value <= threshold:
+            above = min(factors.values()) * (1 + tolerance)
+            if np.isfinite(above) and states.judged(name, corner, above).judged <= threshold:
                 continue
-            factor = _factor(states, name, threshold, corner, above, tolerance)
-            if factor < worst:
-                worst, at = factor, corner.name
+            factors[corner.name] = _factor(states, name, threshold, corner, above)
     by = _BY_CORNERS if states.scatter.exists else _NO_SCATTER
-    return f"{name} of {threshold:g}", nominal_factor, worst, at, by
+    return _row(f"{name} of {threshold:g}", factors, by)
 
 
-def _factor(
-    states: SteadyStates,
-    name: str,
-    threshold: float,
-    corner: Corner,
-    end: float,
-    tolerance: float,
-) -> float:
+def _row(against: str, factors: Mapping[str, float], by: str) -> tuple[object, ...]:
+    """A row of the table of safety factors, from the factor of each corner by its name."""
+    worst = min(factors, key=lambda name: factors[name])
+    return against, factors[NOMINAL], factors[worst], worst, by
+
+
+def _factor(states: SteadyStates, name: str, threshold: float, corner: Corner, end: float) -> float:
     """The load factor up to which a corner keeps a threshold; inf if it keeps it at all loads."""
 
     def value_at(factor: float) -> float:
-        value = states.judged(name, corner, factor).value
-        return np.inf if np.isnan(value) else value
+        return states.judged(name, corner, factor).judged
 
-    known = {factor: value_at(factor) for factor in states.factors(corner)}
-    reached = load_at_threshold(value_at, known, threshold, min(end, LARGEST_LOAD), tolerance)
-    not_reached = reached.above == np.inf and end >= LARGEST_LOAD
-    return np.inf if not_reached else reached.load_factor
+    followed = [factor for at, factor in states.known if at == corner.name]
+    known = {factor: value_at(factor) for factor in followed}
+    tolerance = TOLERANCE[states.system.tangents - 1]
+    kept, above = load_at_threshold(value_at, known, threshold, min(end, LARGEST_LOAD), tolerance)
+    not_reached = above == np.inf and end >= LARGEST_LOAD
+    return np.inf if not_reached else kept
 
 
 def verdict_table(

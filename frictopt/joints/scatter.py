@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from numbers import Real
@@ -34,7 +34,7 @@ class Corner:
 class Scatter:
     """The nominal input of a report, and the ranges of its friction, its preloads and its load.
 
-    Frictions are (N,); `least_friction` and `most_friction` are None if the friction has no range.
+    Frictions are (N,); `frictions` has the least and the most friction, or the nominal one alone.
     `preload` maps a load case of the mean load to its least and largest amplitude. `load` has the
     least and the largest load factor, or 1 alone. `laws` are arguments of
     `ShakedownLimit.probability`: the distributions of all ranges that come from a distribution.
@@ -43,8 +43,7 @@ class Scatter:
 
     cycle: LoadCycle
     friction: Array
-    least_friction: Array | None = None
-    most_friction: Array | None = None
+    frictions: tuple[Array, ...]
     preload: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     load: tuple[float, ...] = (1.0,)
     laws: Mapping[str, Any] = field(default_factory=dict)
@@ -53,16 +52,7 @@ class Scatter:
     @property
     def exists(self) -> bool:
         """Whether anything scatters."""
-        return self.least_friction is not None or bool(self.preload) or len(self.load) > 1
-
-    def frictions(self) -> dict[str, Array]:
-        """The ends of the range of friction by their names; without a range the nominal one."""
-        if self.least_friction is None or self.most_friction is None:
-            return {"": self.friction}
-        return {
-            f"least friction {_range_of(self.least_friction)}": self.least_friction,
-            f"most friction {_range_of(self.most_friction)}": self.most_friction,
-        }
+        return len(self.frictions) > 1 or bool(self.preload) or len(self.load) > 1
 
     def nominal(self) -> Corner:
         """The nominal input as a corner."""
@@ -71,30 +61,25 @@ class Scatter:
     def corners(self) -> list[Corner]:
         """All corners of the ranges; the least friction and preloads come first."""
         return [
-            corner
-            for friction_name, friction in self.frictions().items()
-            for corner in self._corners_of_loads(friction_name, friction)
+            self._corner(friction, factor, dict(zip(self.preload, amplitudes, strict=True)))
+            for friction in self.frictions
+            for factor, *amplitudes in product(self.load, *self.preload.values())
         ]
 
-    def corners_of_least_friction(self) -> list[Corner]:
-        """The corners of the preloads and the load with the least friction."""
-        friction_name, friction = next(iter(self.frictions().items()))
-        return list(self._corners_of_loads(friction_name, friction))
-
-    def _corners_of_loads(self, friction_name: str, friction: Array) -> Iterator[Corner]:
-        for factor, *amplitudes in product(self.load, *self.preload.values()):
-            loads = dict(zip(self.preload, amplitudes, strict=True))
-            names = [f"{case} {amplitude:g}" for case, amplitude in loads.items()]
-            if len(self.load) > 1:
-                names.append(f"load factor {factor:g}")
-            if friction_name:
-                names.insert(0, friction_name)
-            corners = [
-                {case: factor * amplitude for case, amplitude in corner.items()}
-                for corner in self.cycle.corners
-            ]
-            cycle = replace(self.cycle, mean={**self.cycle.mean, **loads}, corners=corners)
-            yield Corner(", ".join(names) or NOMINAL, friction, cycle)
+    def _corner(self, friction: Array, factor: float, loads: Mapping[str, float]) -> Corner:
+        names = list[str]()
+        if len(self.frictions) > 1:
+            end = "least" if friction is self.frictions[0] else "most"
+            names.append(f"{end} friction {_range_of(friction)}")
+        names += [f"{case} {amplitude:g}" for case, amplitude in loads.items()]
+        if len(self.load) > 1:
+            names.append(f"load factor {factor:g}")
+        corners = [
+            {case: factor * amplitude for case, amplitude in corner.items()}
+            for corner in self.cycle.corners
+        ]
+        cycle = replace(self.cycle, mean={**self.cycle.mean, **loads}, corners=corners)
+        return Corner(", ".join(names) or NOMINAL, friction, cycle)
 
     def in_words(self) -> str:
         """The ranges in words; "" if nothing scatters."""
@@ -104,11 +89,9 @@ class Scatter:
             for name, each in law.items():
                 least, _, most = each.ppf(QUANTILES)
                 texts.append(f"friction of {name} of {least:g} to {most:g}{_in_words(each)}")
-        elif self.least_friction is not None and self.most_friction is not None:
-            text = (
-                f"friction of {_range_of(self.least_friction)} to {_range_of(self.most_friction)}"
-            )
-            texts.append(text + _in_words(law))
+        elif len(self.frictions) > 1:
+            least, most = map(_range_of, self.frictions)
+            texts.append(f"friction of {least} to {most}{_in_words(law)}")
         if "correlation_length" in self.laws:
             texts.append(f"correlation length of friction {self.laws['correlation_length']:g}")
         for case, (least, most) in self.preload.items():
@@ -151,7 +134,7 @@ def checked_scatter(
     friction_law = _friction_law(system, friction)
     if friction_law is not None:
         laws["friction"] = friction_law
-    frictions = _checked_frictions(system, friction, friction_law is not None)
+    nominal, frictions = _checked_frictions(system, friction, friction_law is not None)
     if correlation_length is not None:
         if friction_law is None:
             raise ModelError(
@@ -169,13 +152,13 @@ def checked_scatter(
         if is_distribution(load):
             laws["load"] = load
         loads = _checked_range("load", load, 1.0)
-    return Scatter(cycle, *frictions, preloads, loads, laws, tightening)
+    return Scatter(cycle, nominal, frictions, preloads, loads, laws, tightening)
 
 
 def _checked_frictions(
     system: ContactSystem, friction: Any, is_random: bool
-) -> tuple[Array, Array | None, Array | None]:
-    """The nominal, least and most friction of the nodes; without a range the last two are None."""
+) -> tuple[Array, tuple[Array, ...]]:
+    """The nominal friction of the nodes, and the ends of its range; without a range it alone."""
     named = dict(friction).values() if is_named(friction) else ()
     has_ranges = any(isinstance(part, tuple) for part in named)
     if has_ranges and is_random:
@@ -183,14 +166,15 @@ def _checked_frictions(
     if has_ranges or is_random:
         friction = tuple(at_share(friction, share) for share in QUANTILES)
     if not (isinstance(friction, tuple) and len(friction) == 3):
-        return _coefficients(friction, system), None, None
+        nominal = _coefficients(friction, system)
+        return nominal, (nominal,)
     least, nominal, most = (_coefficients(part, system) for part in friction)
     if (least > nominal).any() or (nominal > most).any():
         raise ModelError(
             f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
             "not fall; give one coefficient per node as a list or an array"
         )
-    return nominal, least, most
+    return nominal, (least, most)
 
 
 def _friction_law(system: ContactSystem, friction: Any) -> Any:

@@ -149,32 +149,45 @@ _SMALLEST_LOAD = 1e-3
 _BEYOND = 0.4
 
 
-@dataclass(frozen=True)
-class Reached:
-    """A threshold is kept at `load_factor` and exceeded at `above`, which is inf if it never is."""
-
-    load_factor: float
-    above: float
-
-
 def load_at_threshold(
     value_at: Callable[[float], float],
-    values_known: dict[float, float],
+    values_known: Mapping[float, float],
     threshold: float,
     end: float,
     tolerance: float,
     smallest_load: float = _SMALLEST_LOAD,
-) -> Reached:
+) -> tuple[float, float]:
     """Search the least load factor up to `end` at which a value exceeds a threshold.
 
     `value_at` returns the value at a load factor, inf if there is no steady state. `values_known`
-    are values that are known already.
+    are values that are known already. The result is a load factor that keeps the threshold, and a
+    larger one that exceeds it, or inf if none does. Load factors grow until one exceeds the
+    threshold; then interpolation and halving narrow the bracket to the tolerance.
     """
     known = {factor: value for factor, value in values_known.items() if factor <= end}
-    low, high = _bracket(value_at, known, threshold, end)
-    if high == np.inf:
-        return Reached(low, np.inf)
-    return _narrowed(value_at, known, threshold, low, high, tolerance, smallest_load)
+    trials = 0
+    shift = -_BEYOND * tolerance
+    while True:
+        keep = [factor for factor, value in known.items() if value <= threshold]
+        high = min(known.keys() - keep, default=np.inf)
+        low = max((factor for factor in keep if factor < high), default=0.0)
+        if high == np.inf:
+            if low >= end:
+                return low, high
+            trial = min(max(1.0, _GROWTH * low), end)
+        else:
+            if high <= smallest_load or high - low <= tolerance * high:
+                return low, high
+            trials += 1
+            trial = (low + high) / 2
+            values = known.get(low, 0.0), known[high]
+            if trials % _HALVED and np.isfinite(values).all() and values[0] < values[1]:
+                share = (threshold - values[0]) / (values[1] - values[0])
+                guess = (low + share * (high - low)) * (1 + shift)
+                if low < guess < high:
+                    trial = guess
+        known[trial] = value_at(trial)
+        shift = abs(shift) if known[trial] <= threshold else -abs(shift)
 
 
 def first_state_that_reaches(
@@ -196,7 +209,7 @@ def first_state_that_reaches(
         states[factor] = follow(factor)
         return float(getattr(states[factor], name))
 
-    reached = load_at_threshold(
+    _, above = load_at_threshold(
         value_at,
         {factor: float(getattr(state, name)) for factor, state in states.items()},
         np.nextafter(wanted, 0.0),  # a state with just this number has reached it
@@ -204,59 +217,4 @@ def first_state_that_reaches(
         TOLERANCE[reaches.system.tangents - 1],
         smallest_load=0.0,  # there is a smaller load factor
     )
-    return states[reached.above]
-
-
-def _bracket(
-    value_at: Callable[[float], float], known: dict[float, float], threshold: float, end: float
-) -> tuple[float, float]:
-    """A load factor that keeps the threshold, and a larger one that exceeds it, or inf.
-
-    Load factors grow until one exceeds the threshold, at most up to `end`. They join the `known`.
-    """
-    high = _least_above(known, threshold)
-    low = _largest_below(known, threshold, high)
-    while high == np.inf and low < end:
-        trial = min(max(1.0, _GROWTH * low), end)
-        known[trial] = value_at(trial)
-        high = _least_above(known, threshold)
-        low = _largest_below(known, threshold, high)
-    return low, high
-
-
-def _narrowed(
-    value_at: Callable[[float], float],
-    known: dict[float, float],
-    threshold: float,
-    low: float,
-    high: float,
-    tolerance: float,
-    smallest_load: float,
-) -> Reached:
-    """Narrow a bracket to the tolerance, by interpolation between its ends and by halving."""
-    trials = 0
-    shift = -_BEYOND * tolerance
-    while high > smallest_load and high - low > tolerance * high:
-        trials += 1
-        trial = (low + high) / 2
-        values = known.get(low, 0.0), known.get(high, np.inf)
-        if trials % _HALVED and np.isfinite(values).all() and values[0] < values[1]:
-            share = (threshold - values[0]) / (values[1] - values[0])
-            guess = (low + share * (high - low)) * (1 + shift)
-            if low < guess < high:
-                trial = guess
-        known[trial] = value_at(trial)
-        exceeds = known[trial] > threshold
-        shift = abs(shift) if not exceeds else -abs(shift)
-        low, high = (low, trial) if exceeds else (trial, high)
-    return Reached(low, high)
-
-
-def _least_above(known: dict[float, float], threshold: float) -> float:
-    above = [factor for factor, value in known.items() if value > threshold]
-    return min(above, default=np.inf)
-
-
-def _largest_below(known: dict[float, float], threshold: float, high: float) -> float:
-    below = [factor for factor, value in known.items() if value <= threshold and factor < high]
-    return max(below, default=0.0)
+    return states[above]

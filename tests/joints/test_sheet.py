@@ -201,7 +201,7 @@ def test_increments_count_against_a_work():
 
 
 def _scatter():
-    return safety.Scatter(PUSHED_AND_PULLED, np.array([0.5]))
+    return scattering.checked_scatter(BLOCK, PUSHED_AND_PULLED, 0.5)
 
 
 # Input
