@@ -155,17 +155,21 @@ _ROWS = 300
 
 def response_curves(oscillator: ModalOscillator, force: float) -> pd.DataFrame:
     """All curves of a force: first the curve from rest, then the detached curves."""
-    peaks = oscillator.peaks(force)
-    ends = [0.0, *peaks]
-    if len(ends) % 2:
-        ends.append(oscillator.largest)
     parts = []
-    for least, most in zip(ends[::2], ends[1::2], strict=True):
-        a = _amplitudes(oscillator, force, least, most)
+    for least, most in _ends_of_curves(oscillator, force):
+        a = _amplitudes(oscillator, force, least, min(most, oscillator.largest))
         rising = _side(oscillator, force, a, -1)
         falling = _side(oscillator, force, a, 1)[::-1]
         parts.append(pd.concat([rising, falling]).assign(detached=least > 0))
     return pd.concat(parts, ignore_index=True)
+
+
+def _ends_of_curves(oscillator: ModalOscillator, force: float) -> list[tuple[float, float]]:
+    """Least and most amplitude of each curve of a force; inf beyond the known amplitudes."""
+    ends = [0.0, *oscillator.peaks(force)]
+    if len(ends) % 2:
+        ends.append(np.inf)
+    return list(zip(ends[::2], ends[1::2], strict=True))
 
 
 def _amplitudes(oscillator: ModalOscillator, force: float, least: float, most: float) -> Array:
@@ -199,7 +203,7 @@ def _side(oscillator: ModalOscillator, force: float, a: Array, side: int) -> pd.
             "force": force,
             "frequency": omega / (2 * np.pi),
             "amplitude": a,
-            "lag": np.degrees(np.arctan2(balance.imag, balance.real)),
+            "lag": np.angle(balance, deg=True),
             "branch": branch,
         }
     )
@@ -207,19 +211,13 @@ def _side(oscillator: ModalOscillator, force: float, a: Array, side: int) -> pd.
 
 def folds_of(curves: pd.DataFrame) -> pd.DataFrame:
     """Points of the curves at which a stable branch meets the branch "between"."""
-    is_between = (curves["branch"] == "between").to_numpy()
-    same_curve = (curves["detached"].to_numpy()[1:] == curves["detached"].to_numpy()[:-1]) & (
-        curves["force"].to_numpy()[1:] == curves["force"].to_numpy()[:-1]
-    )
-    turns = np.flatnonzero((is_between[1:] != is_between[:-1]) & same_curve)
-    return curves.iloc[turns][["force", "frequency", "amplitude"]].reset_index(drop=True)
+    is_between = (curves["branch"] == "between").astype(float)
+    change = is_between.groupby([curves["force"], curves["detached"]]).diff(-1)
+    turns = change.fillna(0.0) != 0
+    return curves.loc[turns, ["force", "frequency", "amplitude"]].reset_index(drop=True)
 
 
 def detached_of(oscillator: ModalOscillator, force: float) -> list[dict[str, float]]:
     """Least and most amplitude at resonance of each detached curve; inf beyond the curve."""
-    _, *peaks = [*oscillator.peaks(force), np.inf]
-    return [
-        {"force": force, "least": least, "most": most}
-        for least, most in zip(peaks[::2], [*peaks[1::2], np.inf], strict=False)
-        if np.isfinite(least)
-    ]
+    _, *detached = _ends_of_curves(oscillator, force)
+    return [{"force": force, "least": least, "most": most} for least, most in detached]

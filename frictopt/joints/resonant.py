@@ -311,10 +311,18 @@ def _points_of(curve: Any) -> pd.DataFrame:
             "natural_frequency: not known to the curve; give it to `backbone_curve`, with the load "
             "of a mode (`Modes.load`)"
         )
-    columns = ("load_factor", "displacement", "resonance", "work", "slip_range", "slipping")
-    table = pd.DataFrame({name: getattr(curve, name) for name in columns})
+    names = (
+        "load_factor",
+        "displacement",
+        "resonance",
+        "damping",
+        "work",
+        "slip_range",
+        "slipping",
+    )
+    table = pd.DataFrame({name: getattr(curve, name) for name in names})
     table["steady"] = curve.steady_states
-    known = table[["displacement", "resonance", "work"]].notna().all(axis=1).cumprod() > 0
+    known = table[["displacement", "resonance", "damping"]].notna().all(axis=1).cumprod() > 0
     points = table[known].reset_index(drop=True)
     if len(points) < _FEWEST:
         found = f"{len(points)}, and all have a resonance; "
@@ -332,19 +340,14 @@ def _points_of(curve: Any) -> pd.DataFrame:
     return points
 
 
-def _oscillator(curve: Any, points: pd.DataFrame, damping: float) -> ModalOscillator:
-    """The mode of the curve from no residual slip."""
-    a = points["displacement"].to_numpy()
-    loss = points["work"].to_numpy() / (np.pi * a**2)
-    return _of_arrays(curve, a, points["resonance"].to_numpy(), loss, damping)
-
-
-def _of_arrays(
-    curve: Any, a: Array, resonance: Array, loss: Array, damping: float
-) -> ModalOscillator:
+def _oscillator(curve: Any, states: pd.DataFrame, damping: float) -> ModalOscillator:
+    """The mode in some steady states at rising load factors."""
+    columns = ["load_factor", "displacement", "resonance", "damping"]
+    factor, a, resonance, ratio = states[columns].to_numpy(dtype=float).T
+    # The damping ratio of friction is W / (2 pi load_factor a), and the loss W / (pi a^2).
+    loss = frozen(2 * ratio * factor / a)
     stiffness = frozen((2 * np.pi * resonance) ** 2)
-    natural = 2 * np.pi * curve.natural_frequency
-    return ModalOscillator(frozen(a), stiffness, frozen(loss), natural, damping)
+    return ModalOscillator(frozen(a), stiffness, loss, 2 * np.pi * curve.natural_frequency, damping)
 
 
 def _extreme(
@@ -357,14 +360,10 @@ def _extreme(
     """
     states = curve.extremes[curve.extremes["extreme"] == extreme]
     states = states[states["load_factor"].isin(points["load_factor"])]
-    a = states["displacement"].to_numpy(dtype=float)
-    resonance = states["resonance"].to_numpy(dtype=float)
-    complete = len(a) == len(points) and np.isfinite(resonance).all()
-    if not complete or not (np.diff(a, prepend=0.0) > 0).all():
+    complete = len(states) == len(points) and states["resonance"].notna().all()
+    if not complete or not (np.diff(states["displacement"], prepend=0.0) > 0).all():
         return None
-    # The damping ratio is W / (2 pi load_factor a).
-    loss = 2 * states["damping"].to_numpy(dtype=float) * states["load_factor"].to_numpy() / a
-    return _of_arrays(curve, a, resonance, loss, damping)
+    return _oscillator(curve, states, damping)
 
 
 def _amplitude_at(points: pd.DataFrame, name: str, limit: float, scale: float) -> float:
@@ -442,7 +441,7 @@ class _Answer:
             "peak": peak,
             "beyond": False,
             "resonance": float(omega) / (2 * np.pi),
-            "lag": float(np.degrees(np.angle(balance))),
+            "lag": np.angle(balance, deg=True),
             "sensitivity": gain * self.oscillator.friction_share(peak),
             "interaction": gain * left_out,
         }
