@@ -26,24 +26,26 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle, checked_cycle, friction_coefficients
 from ..errors import ModelError, SolverError
-from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
+from ..limits import (
+    GrossSlip,
+    GuaranteedLimit,
+    ShakedownLimit,
+    gross_slip,
+    guaranteed_limit,
+    shakedown_limit,
+)
 from ..transients import SteadyState, steady_state
 from .curve_question import CurveCycle, CurveQuestion, default_factors, load_of_curve, load_size
 from .resonant import Resonant
 from .thresholds import first_state_that_reaches
 
-_MEASURES = (
-    "work",
-    "slipping",
-    "slip_range",
-    "displacement",
-    "stiffness",
-    "frequency",
-    "resonance",
-    "damping",
-)
-_EXTREMES = ("load_factor", "extreme", "displacement", "frequency", "resonance", "damping")
-_RANGES = ("least_damping", "most_damping", "least_frequency", "most_frequency")
+_COLUMNS = [
+    *("load_factor", "outcome", "exponent", "work", "step_error", "slipping", "slip_range"),
+    *("displacement", "motion", "stiffness", "frequency", "resonance", "damping"),
+    *("least_damping", "most_damping", "least_frequency", "most_frequency"),
+]
+_FROM_OTHERS = ["step_error", "motion"]  # columns that follow from other data of a curve
+_EXTREMES = ["load_factor", "extreme", "displacement", "frequency", "resonance", "damping"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -254,18 +256,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
 
         The columns are load_factor, outcome, ..., most_frequency.
         """
-        names = [
-            "load_factor",
-            "outcome",
-            "exponent",
-            "work",
-            "step_error",
-            *_MEASURES[1:4],
-            "motion",
-            *_MEASURES[4:],
-            *_RANGES,
-        ]
-        table = frame({name: getattr(self, name) for name in names}, units=self.system.units)
+        table = frame({name: getattr(self, name) for name in _COLUMNS}, units=self.system.units)
         table.attrs["note"] = self.note
         return table
 
@@ -359,11 +350,12 @@ def backbone_curve(
     except SolverError as error:
         gross = error  # for given load factors the curve does not need it
     factors = default_factors(gross) if load_factors is None else rising_factors(load_factors)
-    limits: tuple[float, GuaranteedLimit] | None = None
+    limits: tuple[ShakedownLimit, GuaranteedLimit] | None = None
     if with_range:
         shakedown = shakedown_limit(system, cycle, coefficients)
-        limits = shakedown.load_factor, guaranteed_limit(system, cycle, coefficients)
-    question = CurveQuestion(system, cycle, coefficients, load, gross, limits, steps)
+        limits = shakedown, guaranteed_limit(system, cycle, coefficients)
+    steady_at = partial(steady_state, system, cycle, coefficients, steps=steps)
+    question = CurveQuestion(system, cycle, coefficients, load, gross, limits, steps, steady_at)
     return curve_at(question, factors, progress)
 
 
@@ -391,29 +383,26 @@ def curve_at(question: CurveQuestion, factors: Array, progress: bool) -> Backbon
 
 def _curve(question: CurveQuestion, cycles: Sequence[CurveCycle]) -> BackboneCurve:
     """The curve of the load factors that have been followed."""
-    table = pd.DataFrame([cycle.row for cycle in cycles]).reindex(
-        columns=["load_factor", "outcome", "residual", *_MEASURES, *_RANGES]
-    )
-    exponent: Any = [np.nan]
+    table = pd.DataFrame([cycle.row for cycle in cycles]).reindex(columns=["residual", *_COLUMNS])
     if len(cycles) > 1:
         log_work = np.log(table["work"].where(table["work"] > 0))
-        exponent = np.gradient(log_work, np.log(table["load_factor"]))
+        table["exponent"] = np.gradient(log_work, np.log(table["load_factor"]))
+    residual = float(table.pop("residual").max())
+    outcome = tuple(table.pop("outcome"))
     contacts = pd.concat([cycle.by_contact for cycle in cycles], ignore_index=True)
     extremes = pd.concat([cycle.extremes for cycle in cycles], ignore_index=True)
     slides = None if isinstance(question.gross, SolverError) else question.gross
     shakedown, guaranteed = np.nan, np.nan
     if question.limits is not None:
-        shakedown = question.limits[0]
-        guaranteed = question.limits[1].load_factor
+        shakedown, guaranteed = (limit.load_factor for limit in question.limits)
     return BackboneCurve(
-        **{name: frozen(table[name]) for name in ("load_factor", *_MEASURES, *_RANGES)},
-        outcome=tuple(table["outcome"]),
+        **{name: frozen(values) for name, values in table.drop(columns=_FROM_OTHERS).items()},
+        outcome=outcome,
         steady_states=tuple(cycle.steady for cycle in cycles),
-        exponent=frozen(exponent),
         by_contact=contacts.reindex(
             columns=["load_factor", "contact", "slipping", "work", "slip_range"]
         ),
-        extremes=extremes.reindex(columns=list(_EXTREMES)),
+        extremes=extremes.reindex(columns=_EXTREMES),
         gross_slip=np.nan if slides is None else slides.load_factor,
         guaranteed_limit=guaranteed,
         shakedown_limit=shakedown,
@@ -423,6 +412,6 @@ def _curve(question: CurveQuestion, cycles: Sequence[CurveCycle]) -> BackboneCur
         cycle=question.cycle,
         friction=question.friction,
         steps=question.steps,
-        residual=float(table["residual"].max()),
+        residual=residual,
         self_stress=slides is not None and slides.self_stress is not None,
     )

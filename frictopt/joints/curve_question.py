@@ -12,10 +12,10 @@ import pandas as pd
 from ..base import CONDENSATION, ROUNDING, Array, Integers, Outcome, finite_number
 from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError, NoContinuation, SolverError
-from ..limits import GrossSlip, GuaranteedLimit
+from ..limits import GrossSlip, GuaranteedLimit, ShakedownLimit
 from ..study.case import FAILED, SLIDES_OFF
 from ..study.dissipation_range import dissipation_range
-from ..transients import SteadyState, steady_state
+from ..transients import SteadyState
 from ..transients.march import open_at_rest
 
 # The load of a curve: its displacement over a cycle, its stiffness, damping and frequency.
@@ -145,16 +145,29 @@ class CurveLoad:
         """
         if self.missing or steady.outcome is Outcome.RATCHETING:
             return np.nan, np.nan
-        rests = steady.outcome is Outcome.SHAKEDOWN
-        if rests and steady.friction.all() and not steady.open.any():
+        if moves_as_glued(steady):
             return self.compliance * steady.load_factor, steady.load_factor
-        path = steady.states()
-        displacements = path.system.displacements(path.amplitudes, path.slip, path.gap)
+        level, displacements = loop_of(steady, self.direction)
         displacement = displacements @ self.direction
-        level = path.amplitudes @ self.direction / (self.direction @ self.direction)
         swing = swing_of(level, displacement) if steady.period == 1 else None
         harmonic = np.nan if swing is None else swing.first_harmonic(level)
         return float(np.ptp(displacement) / 2), harmonic
+
+
+def moves_as_glued(steady: SteadyState) -> bool:
+    """Whether all nodes stay closed and friction holds them, so that the loop is a line."""
+    rests = steady.outcome is Outcome.SHAKEDOWN
+    return rests and bool(steady.friction.all()) and not steady.open.any()
+
+
+def loop_of(steady: SteadyState, direction: Array) -> tuple[Array, Array]:
+    """The level (T,) of a load and the displacements (T, m) of all loads at the states of a cycle.
+
+    `direction` (m,) are the amplitudes of the load at the level 1.
+    """
+    path = steady.states()
+    level = path.amplitudes @ direction / (direction @ direction)
+    return level, path.system.displacements(path.amplitudes, path.slip, path.gap)
 
 
 def load_size(system: ContactSystem, cycle: LoadCycle) -> float:
@@ -272,9 +285,8 @@ class CurveCycle:
 class CurveQuestion:
     """The input of a curve, with its sliding-off load and, if it has a range, its limits.
 
-    `gross` has the sliding-off load, or the error if no solver finds it. `limits` are the load
-    factor of the shakedown limit, and the guaranteed limit. `steady_at` returns the steady state at
-    a load factor; None: a transient is followed.
+    `gross` has the sliding-off load, or the error if no solver finds it. `limits` are the shakedown
+    limit and the guaranteed limit. `steady_at` returns the steady state at a load factor.
     """
 
     system: ContactSystem
@@ -282,14 +294,14 @@ class CurveQuestion:
     friction: Array
     load: CurveLoad
     gross: GrossSlip | SolverError
-    limits: tuple[float, GuaranteedLimit] | None
+    limits: tuple[ShakedownLimit, GuaranteedLimit] | None
     steps: int | None
-    steady_at: Callable[[float], SteadyState] | None = None
+    steady_at: Callable[[float], SteadyState]
 
     def follow(self, factor: float) -> CurveCycle:
         """Follow the contact to its steady cycle at one load factor."""
         try:
-            steady = self._steady(factor)
+            steady = self.steady_at(factor)
             row, contacts = measured_cycle(steady, self.load)
         except (NoContinuation, SolverError) as error:
             outcome = SLIDES_OFF if self._slides_off(factor) else FAILED
@@ -299,11 +311,6 @@ class CurveQuestion:
             ranges, extremes = self._range_at(factor, steady)
             row |= ranges
         return CurveCycle(row, contacts.assign(load_factor=factor), extremes, steady)
-
-    def _steady(self, factor: float) -> SteadyState:
-        if self.steady_at is not None:
-            return self.steady_at(factor)
-        return steady_state(self.system, self.cycle, self.friction, factor, steps=self.steps)
 
     def _range_at(
         self, factor: float, steady: SteadyState

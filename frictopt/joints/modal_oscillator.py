@@ -16,11 +16,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-from ..base import Array, Kept, Outcome, choice
+from ..base import Array, Kept, choice
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..transients import SteadyState
-from .curve_question import opposed_direction, swing_of
+from .curve_question import loop_of, moves_as_glued, opposed_direction, swing_of
 
 # The numbers of the search for amplitudes and frequencies.
 
@@ -239,21 +239,17 @@ def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float)
     `omega` is the angular frequency of the motion. The force is the largest of that on the mode
     itself and those on the other modes. NaN if no motion like a cosine has this loop.
     """
-    rests = steady.outcome is Outcome.SHAKEDOWN
-    if rests and steady.friction.all() and not steady.open.any():
+    if moves_as_glued(steady):
         return 0.0
-    path = steady.states()
-    system = path.system
-    direction = opposed_direction(system, steady.cycle)
+    direction = opposed_direction(steady.system, steady.cycle)
     assert direction is not None
-    moved = system.displacements(path.amplitudes, path.slip, path.gap)
-    level = path.amplitudes @ direction / (direction @ direction)
-    swing = swing_of(level, moved @ direction)
+    level, displacements = loop_of(steady, direction)
+    swing = swing_of(level, displacements @ direction)
     if swing is None or steady.period > 1:
         return np.nan
     largest = _own_force(swing.harmonics(level[:, None])[:, 0])
     if others is not None:
-        dynamic = swing.harmonics(moved[:, others.columns])
+        dynamic = swing.harmonics(displacements[:, others.columns])
         largest = max(largest, others.forces(dynamic, omega))
     return largest / steady.load_factor
 

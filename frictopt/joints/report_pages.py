@@ -217,12 +217,17 @@ class Pages(Generic[Parts]):
             fit_is_known = slides is None or slides.self_stress is None
             self._judge(slides if fit_is_known else None, (FACE_SLIP,))
 
-    def _steady_at_load(self) -> SteadyState:
-        answer = self.states.at(self.scatter.nominal(), 1.0)
+    def _steady_at(self, factor: float) -> SteadyState:
+        """The steady state of the nominal input at a load factor."""
+        answer = self.states.at(self.scatter.nominal(), factor)
         if not isinstance(answer, SteadyState):
             raise answer
-        answer.states()  # tables need the states: their error counts as that of the steady state
         return answer
+
+    def _steady_at_load(self) -> SteadyState:
+        steady = self._steady_at(1.0)
+        steady.states()  # tables need the states: their error counts as that of the steady state
+        return steady
 
     def ask_with_load(self) -> None:
         """Page 2: the load at which a fit slides off, the curve, and the safety factors."""
@@ -269,16 +274,8 @@ class Pages(Generic[Parts]):
         factors = self._factors_of_curve(slides)
         load = load_of_curve(self.system, self.cycle, self.friction, None)
         gross = slides or SolverError(self.missing["gross-slip load"])
-        nominal = self.scatter.nominal()
-
-        def steady_at(factor: float) -> SteadyState:
-            answer = self.states.at(nominal, factor)
-            if not isinstance(answer, SteadyState):
-                raise answer
-            return answer
-
         question = CurveQuestion(
-            self.system, self.cycle, self.friction, load, gross, None, self.steps, steady_at
+            self.system, self.cycle, self.friction, load, gross, None, self.steps, self._steady_at
         )
         self.ask("curve", lambda: curve_at(question, factors, True))
 
