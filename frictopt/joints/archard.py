@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -272,7 +272,7 @@ class WearHistory(Worn):
     10         8          1.0  CYCLIC_SLIP
     """
 
-    steady: SteadyState = field(repr=False)
+    steady: SteadyState
     depth: Array
     pressure: Array
     reason: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class WornIn(Worn):
     ('6.12e-04', '0.00e+00')
     """
 
-    steady: SteadyState = field(repr=False)
+    steady: SteadyState
     depth: Array
     stick: Booleans
     record: SolveRecord
@@ -274,27 +274,15 @@ def _stick_zone(
 def _depth(system: ContactSystem, stick: Booleans, first: Array, last: Array) -> Array:
     """(N,) the larger of the overlaps at the two loads, if only the stick zone is in contact.
 
-    Nodes outside the stick zone carry no force.
+    Nodes outside the stick zone carry no force, even if they overlap.
     """
-    n = system.nodes
-    depth = np.zeros(n)
-    outside = ~stick
-    for p in (first[-n:], last[-n:]):
-        overlap = -_confined(system.C, p, system.gap, stick) - system.gap
-        depth[outside] = np.maximum(depth[outside], overlap[outside])
+    C, gap, outside = system.C, system.gap, ~stick
+    loads = np.array([first, last])[:, -system.nodes :][:, outside]
+    by_closed = C[np.ix_(outside, stick)] @ gap[stick]
+    closing = np.linalg.solve(C[np.ix_(outside, outside)], (loads - by_closed).T)
+    depth = np.zeros(system.nodes)
+    depth[outside] = np.maximum(closing.max(axis=1) - gap[outside], 0.0)
     return depth
-
-
-def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
-    """(N,) `w - g0` of a contact without friction in which only the given nodes are closed.
-
-    The other nodes carry no force, even if they overlap.
-    """
-    u = -gap
-    outside = ~closed
-    by_closed = C[np.ix_(outside, closed)] @ gap[closed]
-    u[outside] = -np.linalg.solve(C[np.ix_(outside, outside)], p[outside] - by_closed)
-    return u
 
 
 def _check_lead(shear_change: Array, bound_change: Array) -> None:
