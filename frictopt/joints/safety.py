@@ -73,9 +73,7 @@ def face_table(
         table["utilisation"] = np.where(utilisation > ROUNDING, utilisation, 0.0)
         corners["slides_at_steady"] = _in_steady_state(corners["slides_at"], steady)
     for name, of_cycle in corners.items():
-        table[name] = [
-            slides_in_full_at(system, friction, face, of_cycle.values()) for face in faces.values()
-        ]
+        table[name] = _slide_in_full_at(system, friction, of_cycle)
     if gross_slip is not None:
         share = gross_slip.carried()
         table["carries"] = [share[face].sum() for face in faces.values()]
@@ -89,13 +87,12 @@ def face_table(
     return pd.concat([table, ties], ignore_index=True) if len(ties) else table
 
 
-def faces_slide_at(
-    system: ContactSystem, cycle: LoadCycle, friction: Array, mean: ContactState
+def _slide_in_full_at(
+    system: ContactSystem, friction: Array, loads: Mapping[int, FaceLoad]
 ) -> list[float]:
-    """The load factor at which each face slides in full, pressed as in the state `mean`."""
-    loads = _under_mean_load(system, cycle, mean).values()
+    """The load factor at which each face slides in full, under the loads at some corners."""
     faces = nodes_of_contacts(system).values()
-    return [slides_in_full_at(system, friction, face, loads) for face in faces]
+    return [slides_in_full_at(system, friction, face, loads.values()) for face in faces]
 
 
 def factor_of(gross: GrossSlip) -> float:
@@ -275,7 +272,8 @@ def _against_face_slip(states: SteadyStates) -> tuple[object, ...]:
         except (NoContinuation, SolverError):
             factors[corner.name] = 0.0
             continue
-        faces = faces_slide_at(states.system, corner.cycle, corner.friction, mean)
+        loads = _under_mean_load(states.system, corner.cycle, mean)
+        faces = _slide_in_full_at(states.system, corner.friction, loads)
         factors[corner.name] = float(np.nanmin([np.inf, *faces]))
     return _row(FACE_SLIP, factors, _BY_CORNERS if states.scatter.exists else _NO_SCATTER)
 
