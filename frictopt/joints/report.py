@@ -321,7 +321,8 @@ def report(
     thresholds = checked_limits(system, limits)
     whole_number("pages", pages, least=1, most=len(PAGES))
     with_mesh_limits = flag("mesh_limits", mesh_limits)
-    _check_shows(show)
+    if show is not None and (isinstance(show, type) or not callable(show)):
+        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
     identity = _checked_identity(system, title, notes, life, model)
     origin = "" if file is None else _of_file(file)
     kept_in = None if store is None else file_path("store", store)
@@ -331,8 +332,7 @@ def report(
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
     with progress_bar(progress, "report", "page", total=pages) as bar:
-        parts = Pages(system, scatter, thresholds, steps, bar, Report)
-        parts.plan(pages, factors)
+        parts = Pages(system, scatter, thresholds, steps, pages, factors, bar, Report)
         parts.known.update(identity)
         parts.origin += origin
         if kept_in is not None and kept_in.exists():
@@ -353,11 +353,6 @@ def report(
                 show(shown_page(parts.report(), page, pages))
         parts.leave_out_the_rest()
     return parts.report()
-
-
-def _check_shows(show: Any) -> None:
-    if show is not None and (isinstance(show, type) or not callable(show)):
-        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
 
 
 def _checked_identity(

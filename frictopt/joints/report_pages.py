@@ -100,6 +100,8 @@ class Pages(Generic[Parts]):
         scatter: Scatter,
         limits: Mapping[str, float],
         steps: int | None,
+        pages: int,
+        factors: Array | None,
         bar: Bar,
         made: type[Parts],
     ) -> None:
@@ -109,6 +111,8 @@ class Pages(Generic[Parts]):
         self.friction: Array = scatter.friction
         self.limits = limits
         self.steps = steps
+        self.pages = pages
+        self.factors = factors
         self.states = SteadyStates(system, scatter, steps)
         corners = [np.r_[sketch(system, at.cycle), at.friction] for at in self.states.all_corners()]
         self.identity = np.concatenate([[steps or 0], *corners])
@@ -118,11 +122,6 @@ class Pages(Generic[Parts]):
         self.missing = dict[str, str]()
         self._bar = bar
         self._made = made
-
-    def plan(self, pages: int, factors: Array | None) -> None:
-        """Plan the pages, and the load factors of the curve."""
-        self.pages = pages
-        self.factors = factors
         self._searches = pages > 1 and not self.limits.keys().isdisjoint(_SEARCHED)
         self._plan(None)
 

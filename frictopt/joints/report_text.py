@@ -97,9 +97,9 @@ def loads_of(parts: ReportParts) -> str:
     return f"{text} Not in the model: {parts.notes}." if parts.notes else text
 
 
-def sections_of(parts: ReportParts, page: int) -> Iterator[Section]:
-    """The sections of a page, 1 to 3, that are known."""
-    yield from (_at_load, _with_load, _limits)[page - 1](parts)
+def _sections(parts: ReportParts) -> list[Section]:
+    """The sections of all pages that are known."""
+    return [*_at_load(parts), *_with_load(parts), *_limits(parts)]
 
 
 def _at_load(parts: ReportParts) -> Iterator[Section]:
@@ -185,11 +185,6 @@ def missing_in_words(parts: ReportParts) -> list[str]:
     return [f"{', '.join(names)}: {reason}" for reason, names in by_reason.items()]
 
 
-def page_text(parts: ReportParts, page: int) -> str:
-    """The text of a page, in lines of paper; "" if nothing on it is known."""
-    return "\n\n".join(_section_text(parts, section) for section in sections_of(parts, page))
-
-
 def _section_text(parts: ReportParts, section: Section) -> str:
     """The text of a section; the sentences that a report begins with need no heading."""
     heading = [] if section.title == _FIRST else [f"{section.title}:"]
@@ -208,7 +203,7 @@ def whole_text(parts: ReportParts) -> str:
 
     Tables have only the columns that fit beside each other. Sections that do not fit are named.
     """
-    sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
+    sections = _sections(parts)
     texts = {section.title: _section_text(parts, section).split("\n\n")[0] for section in sections}
     left = list[str]()
     # The sentence on sections that do not fit takes an empty line and up to two lines of text.
@@ -230,7 +225,9 @@ def shown_page(parts: ReportParts, page: int, pages: int) -> str:
     head = f"Page {page} of {pages}: {PAGES[page - 1].lower()}"
     if page == 1:
         head = f"{_head(parts)}\n\n{head}"
-    return f"{head}\n\n{page_text(parts, page) or 'Nothing is known.'}\n"
+    sections = (_at_load, _with_load, _limits)[page - 1](parts)
+    texts = [_section_text(parts, section) for section in sections] or ["Nothing is known."]
+    return "\n\n".join([head, *texts]) + "\n"
 
 
 def _head(parts: ReportParts) -> str:
@@ -294,7 +291,7 @@ _SIGNED = (
 
 def write_html(parts: ReportParts, file: Path) -> None:
     """Write the sheet, one page to print and sign; behind it tables in full and pictures."""
-    sections = [s for page in range(1, len(PAGES) + 1) for s in sections_of(parts, page)]
+    sections = _sections(parts)
     lines = [_HEAD, f"<h1>{escape(title_of(parts))}</h1><p>{escape(loads_of(parts))}</p>"]
     picture = [] if parts.model is None else [_image("joint", parts.model)]
     for section in sections:
@@ -305,7 +302,8 @@ def write_html(parts: ReportParts, file: Path) -> None:
         lines.append(f"<h2>{section.title}</h2>")
         if section.table is not None:
             lines.append(_table(parts, section.table))
-        lines += [f"<p>{_text(sentence)}</p>" for sentence in section.sentences]
+        for sentence in section.sentences:
+            lines.append(f"<p>{escape(sentence).replace('`', '')}</p>")
     if parts.model is not None:
         lines.append(f"<h2>Bodies</h2>{_table(parts, parts.bodies)}")
     lines += [*picture, _SIGNED, '<div class="details">']
@@ -335,10 +333,6 @@ def _table(parts: ReportParts, table: pd.DataFrame) -> str:
         classes="long" if "meaning" in table.columns else None,
     )
     return html
-
-
-def _text(sentence: str) -> str:
-    return escape(sentence).replace("`", "")
 
 
 def tables_of(parts: ReportParts) -> dict[str, pd.DataFrame]:
