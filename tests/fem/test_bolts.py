@@ -1,6 +1,6 @@
 """Bolts that are tightened.
 
-They are compared with bars, springs, ties by multipliers, and pretension sections of CalculiX.
+They are compared with ties by multipliers, and with the forces in two legs.
 """
 
 import re

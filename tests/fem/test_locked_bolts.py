@@ -1,7 +1,7 @@
 """Locked bolts.
 
-They are compared with bars in series and in parallel, the same joints with bolts that are not
-locked, and pretension sections of CalculiX.
+They are compared with bars in series and in parallel, and with the same joints with bolts that are
+not locked.
 """
 
 import re
@@ -11,7 +11,6 @@ import pytest
 from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
-from helpers.calculix import displacements, equation, node_set
 from helpers.systems import unit_nodes
 
 STEEL = fo.fem.Material(E=3.0, nu=0.3)
@@ -330,162 +329,6 @@ def test_an_archive_keeps_the_bolts(tmp_path):
     assert again.bolts == system.bolts
     assert len(again.bolts) == 2
     assert again.bonded.keys() == system.bonded.keys()
-
-
-RING = [0, 2, 4, 1, 3, 6, 7, 5]  # corners of a hexahedron of scikit-fem in the order of CalculiX
-
-
-def deck_of(bodies, first):
-    """Nodes, elements and materials of bodies in space.
-
-    The numbers of the first node and element of each body are prescribed.
-    """
-    deck = ""
-    for name, body in bodies.items():
-        nodes = "".join(
-            f"{first[name] + i}, {', '.join(map(repr, point))}\n"
-            for i, point in enumerate(body.mesh.p.T.tolist())
-        )
-        rows = (first[name] + body.mesh.t[RING].T).tolist()
-        elements = "".join(
-            f"{first[name] + i}, {', '.join(map(str, row))}\n" for i, row in enumerate(rows)
-        )
-        deck += f"*NODE, NSET=ALL\n{nodes}*ELEMENT, TYPE=C3D8, ELSET={name}\n{elements}*MATERIAL, NAME={name}\n*ELASTIC\n"
-        deck += f"{body.material.E!r}, {body.material.nu!r}\n*SOLID SECTION, ELSET={name}, MATERIAL={name}\n"
-    return deck
-
-
-def bolted():
-    """Two plates in space with a square hole, a bolt with square head and nut, and a pull.
-
-    The pull acts at one end of the upper plate.
-    """
-    x = np.array([-3.5, -2.5, -1.5, -1.0, 1.0, 1.5, 2.5, 3.5])
-    y = np.array([-2.5, -1.5, -1.0, 1.0, 1.5, 2.5])
-    z = np.arange(-3.0, 4.0)
-    near = (abs(x) < 3, abs(y) < 3)
-    bolt = without(
-        MeshHex.init_tensor(x[near[0]], y, z),
-        lambda x, y, z: ((abs(x) > 1) | (abs(y) > 1)) & (abs(z) < 2),
-    )
-    bolt = bolt.with_boundaries(
-        {
-            "head": lambda x: (x[2] == 2) & (abs(x[:2]).max(axis=0) > 1.5),
-            "nut": lambda x: (x[2] == -2) & (abs(x[:2]).max(axis=0) > 1.5),
-        }
-    )
-    bodies = {}
-    for name, levels, side in (("upper", z[3:6], "head"), ("lower", z[1:4], "nut")):
-        mesh = without(
-            MeshHex.init_tensor(x, y, levels), lambda x, y, z: (abs(x) < 1.5) & (abs(y) < 1.5)
-        )
-        outside = 2.0 if name == "upper" else -2.0
-        sides = {
-            "joint": lambda x: x[2] == 0,
-            side: lambda x, h=outside: (x[2] == h) & (abs(x[0]) < 2.5),
-        }
-        sides["end"] = lambda x, h=outside: (x[2] == h) & (x[0] > 2.5)
-        bodies[name] = fo.fem.Body(mesh.with_boundaries(sides), fo.fem.Material(E=1.0, nu=0.2))
-    bodies["bolt"] = fo.fem.Body(
-        bolt.with_boundaries({"section": lambda x: x[2] == 1}, boundaries_only=False),
-        fo.fem.Material(E=2.0, nu=0.3),
-    )
-    contacts = [fo.fem.Contact("upper", "lower", "joint", "joint")]
-    contacts += [
-        fo.fem.Contact("bolt", plate, side, side)
-        for plate, side in (("upper", "head"), ("lower", "nut"))
-    ]
-    loads = {
-        "bolt": [fo.fem.BoltPreload("bolt", "section", 1.0, locked=True)],
-        "pull": [fo.fem.Traction("upper", "end", z=0.1)],
-    }
-    return fo.fem.ContactModel(bodies, [fo.fem.Support("lower", "end")], loads, contacts)
-
-
-@pytest.mark.ccx
-def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
-    """The tension is compared against the pull, from the closed joint to the open one. CalculiX
-    gets the closed nodes and their slips as input."""
-    model, pulls = bolted(), [0.5, 1.0, 2.5]
-    system, bodies = model.condense(), model.bodies
-    tight = fo.joints.tightened(
-        system, fo.LoadCycle({"bolt": 1.0}, [{"pull": pull} for pull in pulls]), 5.0, steps=2
-    )
-    states = fo.march(system, tight, 5.0, 1.0, cycles=1, steps=2)
-    first = {"upper": 1, "lower": 10001, "bolt": 20001}
-    number = {
-        name: {tuple(point): first[name] + i for i, point in enumerate(body.mesh.p.T)}
-        for name, body in bodies.items()
-    }
-    sides = {contact.name: (contact.body_1, contact.body_2) for contact in model.contacts}
-    pairs = [
-        [number[body][tuple(point)] for body in sides[name]]
-        for name, point in zip(system.contact, system.points, strict=True)
-    ]
-    held = [first["lower"] + i for i in bodies["lower"].boundary_nodes("end", "end")]
-    middles = bodies["bolt"].mesh.p[2, bodies["bolt"].mesh.t].mean(axis=0)
-    above = first["bolt"] + np.flatnonzero(
-        (middles > 1)
-        & (middles < 2)
-        & (abs(bodies["bolt"].mesh.p[:2, bodies["bolt"].mesh.t]).max(axis=(0, 1)) <= 1)
-    )
-    frame = (
-        deck_of(bodies, first)
-        + node_set("HELD", held)
-        + "*BOUNDARY\nHELD, 1, 3\n*NODE, NSET=ALL\n99999, 0., 0., 9.\n"
-    )
-    frame += "*NODE\n" + "".join(f"{50000 + i}, 0., 0., 0.\n" for i in range(len(pairs)))
-    frame += "*SURFACE, NAME=CUT\n" + "".join(f"{n}, S1\n" for n in above)
-    section = "*PRE-TENSION SECTION, SURFACE=CUT, NODE=99999\n0., 0., -1.\n"
-    force = model.loads["pull"][0]._forces(bodies["upper"], "space")[2]
-    opened, shortening = [], tight.mean["bolt"] * system.bolts["bolt"][1]
-    for k, pull in enumerate([0.0, *pulls]):
-        i = int(np.flatnonzero(np.isclose(states.time, k))[0])
-        closed = np.flatnonzero(states.gap[i] == 0)
-        slip = np.einsum("na,nab->nb", states.slip[i], system.frames[:, :-1])
-        ties = "".join(
-            equation(
-                (pairs[n][0], axis, 1.0), (pairs[n][1], axis, -1.0), (50000 + int(n), axis, -1.0)
-            )
-            for n in closed
-            for axis in (1, 2, 3)
-        )
-        boundary_cards = "".join(
-            f"{50000 + n}, {axis}, {axis}, {slip[n, axis - 1]:.11e}\n"
-            for n in closed
-            for axis in (1, 2, 3)
-        )
-        loads = "".join(
-            f"{first['upper'] + n}, 3, {pull * f:.11e}\n"
-            for n, f in enumerate(force.tolist())
-            if pull * f
-        )
-        deck = frame + ties + section
-        loads = f"*BOUNDARY\n{boundary_cards}" + (f"*CLOAD\n{loads}" if loads else "")
-        locked = displacements(
-            tmp_path, deck, f"{loads}*BOUNDARY\n99999, 1, 1, {shortening:.11e}\n"
-        )
-        # Anew, to the tension seen.
-        tightened = displacements(
-            tmp_path, deck, f"{loads}*CLOAD\n99999, 1, {states.tension('bolt')[i]:.11e}\n"
-        )
-        # CalculiX prints seven digits.
-        assert tightened[99999][0] == pytest.approx(shortening, rel=1e-6)
-        fields = model.recover(
-            {"bolt": tight.mean["bolt"], "pull": pull}, states.slip[i], states.gap[i]
-        )
-        largest = max(np.abs(u).max() for u in fields.displacement.values())
-        for name in ("upper", "lower"):
-            u = fields.displacement[name].T
-            assert (
-                np.abs([locked[first[name] + n] for n in range(len(u))] - u).max() < 1e-6 * largest
-            )
-            assert (
-                np.abs([tightened[first[name] + n] for n in range(len(u))] - u).max()
-                < 1e-6 * largest
-            )
-        opened.append(len(system.points) - len(closed))
-    assert np.all(np.diff(opened) > 0) and states.tension("bolt")[-1] > 2.4
 
 
 def test_the_load_case_of_a_locked_bolt_has_no_overlap():

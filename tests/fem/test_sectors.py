@@ -1,7 +1,7 @@
 """Sectors of rings against the whole.
 
-The whole is made of turned copies of the meshes of the sector. Other tests have cut faces that do
-not match, and wrong sectors that are refused.
+The whole is made of turned copies of the meshes of the sector. Other tests have wrong sectors that
+are refused.
 """
 
 import re
@@ -9,7 +9,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 from scipy.stats import special_ortho_group
 from skfem import MeshQuad, MeshTet, MeshTri
@@ -387,102 +386,6 @@ def test_nodes_on_an_axis_askew_are_refused():
         joined(discs(4, 4, 0.5), 4, False, SPACE, (0.2, 0.1, -0.4), axis, held, loads).condense()
 
 
-def triangular(low, high, around_it, height=0.0, count=5):
-    """A sector of a ring from 1 to 2, and a pad on a part of its rim.
-
-    The numbers of elements on each cut face and around are prescribed. The ring is in space if it
-    has a height.
-    """
-    angle = 2 * np.pi / count
-    line = np.linspace(0, angle, around_it + 1)
-    inner = np.linspace(0, 1, (low + high) // 2 + 1)[1:-1]
-    edges = [
-        (1 + np.linspace(0, 1, low + 1), 0 * np.ones(low + 1)),
-        (1 + np.linspace(0, 1, high + 1), angle * np.ones(high + 1)),
-    ]
-    edges += [(r * np.ones(around_it - 1), line[1:-1]) for r in (1.0, *(1 + inner), 2.0)]
-    r, t = np.hstack(edges)
-    corners = Delaunay(np.column_stack([r, 2 * t])).simplices.T
-    ring = MeshTri(r * np.array([np.cos(t), np.sin(t)]), np.ascontiguousarray(corners))
-    wide = around_it // 4
-    # on a polygon pressure is uniform on each side alone: nodes have to match
-    kind = MeshTri if height else MeshQuad
-    grid = kind.init_tensor(np.linspace(2, 2.5, 3), line[wide:-wide])
-    pad = kind(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
-    if height:
-        ring, pad = standing(ring, height), standing(pad, height)
-    ends = line[wide] - 1e-9, line[-1 - wide] + 1e-9
-    under = lambda x: (np.arctan2(x[1], x[0]) > ends[0]) & (np.arctan2(x[1], x[0]) < ends[1])  # noqa: E731
-    rim = circles({"rim": 2.0}, count, around_it)["rim"]
-    faces = {"contact": lambda x: rim(x) & under(x), **circles({"bore": 1.0}, count, around_it)}
-    faces["free"] = lambda x: (
-        rim(x) & ~under(x) | (np.abs(2 * x[-1] - height) > height - 1e-9 if height else False)
-    )
-    pads = circles({"contact": 2.0, "top": 2.5}, count, around_it)
-    pads["sides"] = lambda x: ~(pads["contact"](x) | pads["top"](x))
-    return {"ring": ring.with_boundaries(cuts(count) | faces), "pad": pad.with_boundaries(pads)}
-
-
-def padded(meshes, element="linear", held=None):
-    """The model of such a ring under uniform pressure, an expansion, and a drag at the pad.
-
-    The ring is held at its bore, or is free to turn but for a node.
-    """
-    bodies = {
-        name: fo.fem.Body(mesh, material, element)
-        for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)
-    }
-    drag = fo.fem.Traction(
-        "pad", "top", x=lambda x, y, *_: 0.3 * x - y, y=lambda x, y, *_: x + 0.3 * y
-    )
-    loads = {
-        "P": [
-            *(fo.fem.Pressure("ring", name) for name in ("bore", "free")),
-            *(fo.fem.Pressure("pad", name) for name in ("top", "sides")),
-        ],
-        "E": [fo.fem.Expansion(name, 0.1) for name in bodies],
-        "drag": [drag],
-    }
-    supports = [
-        fo.fem.Cyclic("ring", "low", "high"),
-        held
-        or fo.fem.Support(
-            "ring", (1.0, 0.0, 0.0)[: meshes["ring"].dim()], "yz"[: meshes["ring"].dim() - 1]
-        ),
-    ]
-    return fo.fem.ContactModel(bodies, supports, loads, [fo.fem.Contact("pad", "ring")])
-
-
-@pytest.mark.parametrize(
-    ("element", "height"), [("linear", 0.0), ("quadratic", 0.0), ("linear", 0.4)]
-)
-def test_cut_faces_pass_uniform_stress_and_expansion(element, height):
-    model = padded(triangular(3, 3, 12, height), element)
-    system = model.condense()
-    mesh = model.bodies["pad"].mesh
-    pushed = np.zeros(mesh.p.T.shape)
-    nodes = mesh.facets[:, mesh.boundaries["contact"]]
-    a, *others = mesh.p[:, nodes].transpose(1, 2, 0)
-    areas = (
-        np.cross(others[0] - a, others[1] - a) / 2 if height else (others[0] - a)[:, ::-1] * [1, -1]
-    )
-    np.add.at(pushed, nodes, areas * np.sign(np.sum(areas * a, axis=1))[:, None] / mesh.dim())
-    r = np.concatenate(
-        [np.reshape(system.bonded["P"][0].T, (-1, system.nodes)), system.bonded["P"][1][None]]
-    )
-    assert np.allclose(
-        np.einsum("nka,kn->na", system.frames, r),
-        pushed[model._assembly.pairs.nodes - model._assembly.own_nodes["pad"][0]],
-        atol=1e-9,
-    )
-    assert max(np.abs(each).max() for each in system.bonded["E"]) < 1e-9
-    fields = model.recover({"E": 1.0}, np.zeros(system.slip_shape))
-    for name, body in model.bodies.items():
-        assert np.allclose(
-            fields.displacement[name], 0.1 * (1.0 if height else 1.3) * body.mesh.p, atol=1e-9
-        )
-
-
 def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, count=3, **loads):
     """A ring of two bodies in sectors, of which some part is wrong.
 
@@ -513,11 +416,6 @@ def uneven():
     return MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), mesh.t).with_boundaries(
         mesh.boundaries
     )
-
-
-def test_cut_faces_with_other_meshes_are_refused():
-    with pytest.raises(fo.ModelError, match=r"not turned copies .* with one mesh"):
-        padded(triangular(3, 4, 12))
 
 
 HUB = {"body": "hub", "low": "low", "high": "high"}
