@@ -24,6 +24,17 @@ BLOCK = fo.ContactSystem.from_blocks(
     units="N, mm",
 )
 PUSHED_AND_PULLED = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+# A block of one node and a body of two nodes that nothing holds.
+FREE = fo.ContactSystem(
+    np.zeros((2, 2)), [[0.0, 0.0]], {"P": [0.0, 1.0], "Q": [-1.0, 0.0], "side": [-1.0, 0.0]}
+)
+FREE_PAIR = fo.ContactSystem.from_blocks(
+    [[1, -1], [-1, 1]],
+    np.zeros((2, 2)),
+    [[1, -1], [-1, 1]],
+    [0, 1],
+    {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
+)
 
 SEEDS = st.integers(0, 10**6)
 # Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their

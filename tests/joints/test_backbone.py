@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 from skfem import MeshQuad
 
 import frictopt as fo
 from helpers.interrupts import interrupted
 from helpers.paths import WALKING
-from helpers.systems import linprog_limit
+from helpers.systems import BLOCK, PUSHED_AND_PULLED, linprog_limit
+from studies.validation.vibrations import wedges
 
 pytestmark = pytest.mark.usefixtures("few_starts")
 
@@ -125,76 +125,17 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
         fo.joints.backbone_curve(*question, [1e-3], natural_frequency=0.9 * softer)
 
 
-def test_a_node_without_friction_slides_where_the_others_rest():
-    """There are two springs. The load moves the free node by its compliance from the smallest
-    amplitude on."""
-    loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
-    pair = fo.ContactSystem.from_blocks(
-        np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2)
-    )
-    curve = fo.joints.backbone_curve(
-        pair,
-        opposed("F", {"N": 1.0}),
-        [0.0, 0.5],
-        [0.1, 0.9],
-        natural_frequency=1 / (2 * np.pi),
-        with_range=True,
-    )
-    assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor)
-    assert not curve.work.any()
-    assert np.array_equal(curve.least_frequency, curve.frequency)
-    assert np.array_equal(curve.most_frequency, curve.frequency)
-
-
-def oscillator():
-    """The contact of a published oscillator, and the frequency of its third mode.
-
-    Three masses in the plane have two wedge faces of 40 degrees with springs (Balaji and
-    Ferhatoglu).
-    """
-    k, kxy, kD, kt, kn = 1e5, 3e5, 1e6, 3e5, 3e5
-    J, none = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.zeros((2, 2))
-    blocks = [3 * kxy * J, kxy * J, kD * J]
-    K = np.diag([k, k, k, k, 0.0, 0.0]) + np.block(
-        [[blocks[i] if i == j else none for j in range(3)] for i in range(3)]
-    )
-    M = np.diag([10.0] * 4 + [0.1] * 2)
-    c, s = np.cos(np.radians(40)), np.sin(np.radians(40))
-    rows = np.vstack(
-        [np.kron([-1, 0, 1], [[c, s], [-s, c]]), np.kron([0, -1, 1], [[c, -s], [s, c]])]
-    )
-    Lt, Ln = rows[::2], rows[1::2]
-    Ki = np.linalg.inv(K + kt * Lt.T @ Lt + kn * Ln.T @ Ln)
-    squares, modes = eigh(np.linalg.inv(Ki), M)
-    static = np.zeros(6)
-    static[5] = 240.0
-    F = np.column_stack([static, M @ modes[:, 2]])
-    blocks = (
-        kt * np.eye(2) - kt**2 * Lt @ Ki @ Lt.T,
-        kn * kt * Ln @ Ki @ Lt.T,
-        kn * np.eye(2) - kn**2 * Ln @ Ki @ Ln.T,
-    )
-    bonded = {
-        name: (-kt * Lt @ Ki @ f, kn * Ln @ Ki @ f)
-        for name, f in zip(("static", "mode"), F.T, strict=True)
-    }
-    return fo.ContactSystem.from_blocks(
-        *blocks, [0.0, 1.0], bonded, compliance=F.T @ Ki @ F
-    ), np.sqrt(squares[2]) / (2 * np.pi)
-
-
 def test_a_published_oscillator():
     """The curve agrees with the curves of a published oscillator.
 
     The published values are samples of 25 residual tractions, by a code with 100 steps a quarter
     cycle and 1 % error in damping. The range holds them.
     """
-    system, stuck = oscillator()
+    structure = wedges()
+    stuck = structure.modes()[0][2] / (2 * np.pi)
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
-    cycle = opposed("mode", {"static": 1.0})
-    curve = fo.joints.backbone_curve(
-        system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, with_range=True
-    )
+    curve = structure.curve(2, [200.0, 800.0, 1200.0], with_range=True)
+    system, cycle = curve.system, curve.cycle
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
     assert curve.shakedown_limit == pytest.approx(linprog_limit(system, cycle, 0.9)[1], rel=1e-9)
     for factor, least, most in (
@@ -220,7 +161,7 @@ def test_a_published_oscillator():
     assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
     assert same.frequency == pytest.approx(curve.frequency[1:2])
     assert np.isnan(same.most_damping).all()
-    twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
+    twice = fo.LoadCycle({"static": 1.0}, [{"mode 2": 2.0}, {"mode 2": -2.0}])
     assert fo.joints.backbone_curve(
         system, twice, 0.9, [400.0], natural_frequency=stuck / 2
     ).displacement == pytest.approx(2 * same.displacement)
@@ -279,17 +220,14 @@ def test_the_load_with_a_little_work_is_above_the_load_that_first_slips():
     So its work is `2 (load - 0.5) / 3`, and a straight line from the load factor without work would
     say too small a load for all work below a third.
     """
-    block = fo.ContactSystem.from_blocks(
-        [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
-    )
-    cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    curve = fo.joints.backbone_curve(block, cycle, 0.5, [4e-4, 0.4, 1.0])
+    curve = fo.joints.backbone_curve(BLOCK, PUSHED_AND_PULLED, 0.5, [4e-4, 0.4, 1.0])
     for work in (1e-3, 0.01, 0.1, 0.3):
         steady = curve.load_at(work=work)
         assert steady.load_factor == pytest.approx(0.5 + 1.5 * work, rel=2e-4)
         assert steady.dissipation >= work
     # The search also ends at small load factors.
-    small = fo.joints.backbone_curve(block, cycle, 5e-4, [1e-4, 4e-4, 1e-3]).load_at(work=1e-7)
+    curve = fo.joints.backbone_curve(BLOCK, PUSHED_AND_PULLED, 5e-4, [1e-4, 4e-4, 1e-3])
+    small = curve.load_at(work=1e-7)
     assert small.load_factor == pytest.approx(5e-4 + 1.5e-4, rel=2e-4)
 
 
@@ -394,11 +332,7 @@ def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
 
 def test_a_number_with_which_the_curve_begins_has_a_load():
     """A slider of stiffness 3 slips from the force 0.5 on, and its work grows with the rest."""
-    slider = fo.ContactSystem.from_blocks(
-        [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
-    )
-    cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    curve = fo.joints.backbone_curve(slider, cycle, 0.5, [0.6, 0.8])
+    curve = fo.joints.backbone_curve(BLOCK, PUSHED_AND_PULLED, 0.5, [0.6, 0.8])
     first_work = 4 * 0.5 * (0.6 - 0.5) / 3
     assert curve.work[0] == pytest.approx(first_work)
     assert curve.load_at(work=curve.work[0]).load_factor == 0.6
@@ -553,14 +487,6 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
 def test_a_steady_cycle_beyond_friction_moves_its_load_further():
     """One node has the stiffness k and the force F. Half of its range is F / k and the slip that
     friction leaves, for a load of any size."""
-    loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
-    slider = fo.ContactSystem.from_blocks(
-        [[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]]
-    )
-    curve = fo.joints.backbone_curve(
-        replace(slider, load_size={"F": 4.0}),
-        opposed("F", {"N": 1.0}),
-        0.5,
-        load_factors=[0.4, 1.0],
-    )
+    block = replace(BLOCK, load_size={"F": 4.0})
+    curve = fo.joints.backbone_curve(block, PUSHED_AND_PULLED, 0.5, load_factors=[0.4, 1.0])
     assert curve.motion == pytest.approx([0.1, (1.0 + 0.5 / 3.0) / 4.0])

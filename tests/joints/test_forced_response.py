@@ -11,8 +11,6 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize_scalar
 
@@ -356,18 +354,6 @@ def test_the_largest_force_keeps_each_limit(light):
         assert below <= limit <= above
 
 
-@settings(max_examples=20, deadline=None)
-@given(share=st.floats(0.05, 0.95), ratio=st.floats(0.0, 0.3))
-def test_a_peak_is_the_largest_amplitude_at_any_frequency(curve, share, ratio):
-    amplitude = START * (1 + 20 * share)
-    force = curve.largest_force(amplitude=amplitude, damping=ratio)
-    answer = curve.response([0.999 * force], damping=ratio)
-    assert answer.peak[0] <= amplitude * (1 + 1e-9)
-    near = 2 * np.pi * answer.resonance[0] * np.linspace(0.7, 1.3, 41)
-    needed = answer.oscillator.force(np.asarray(answer.peak[0]), near)
-    assert needed.min() == pytest.approx(answer.force[0], rel=1e-9)
-
-
 def test_a_curve_ends_where_its_displacement_turns_back():
     """Strong coupling lets the displacement of a load run back between its corners."""
     root = [[-0.3, -0.6, 0.3, -2.0], [0.6, -0.8, 0.4, 0.5], [3.1, -2.7, -0.9, 2.0]]
@@ -419,14 +405,6 @@ def test_a_response_is_kept_shown_and_drawn(light, tmp_path):
     assert one.get_ylabel() == "modal amplitude" and one.get_yscale() == "linear"
     dotted = [line for line in one.get_lines() if line.get_linestyle() == ":"]
     assert any(np.isfinite(line.get_ydata()).any() for line in dotted)
-
-
-def test_the_bar_of_a_peak_is_its_band():
-    answer = (
-        wedges().curve(2, [300.0, 500.0, 800.0], with_range=True).response([20.0], damping=1e-3)
-    )
-    bars = [line for line in answer.plot().get_lines() if line.get_linewidth() == 4.0]
-    assert bars[0].get_ydata().tolist() == [answer.least_peak[0], answer.most_peak[0]]
 
 
 def test_bad_input(curve, light):

@@ -17,7 +17,15 @@ from helpers.cases import few
 from helpers.screens import soon, until
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
-from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system, unit_nodes
+from helpers.systems import (
+    BLOCK,
+    CYCLE,
+    FREE,
+    FREE_PAIR,
+    PUSHED_AND_PULLED,
+    random_system,
+    unit_nodes,
+)
 
 
 def value(report, number):
@@ -49,30 +57,13 @@ def test_a_block_on_a_spring():
 
 
 def test_a_free_block_slides_off_and_the_curve_ends_before():
-    free = fo.ContactSystem.from_blocks(
-        [[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}
-    )
-    report = fo.report(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5)
+    report = fo.report(FREE, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5)
     assert value(report, "gross-slip load") == pytest.approx(0.5)
     assert report.steady is None
     assert report.contacts["slides_at"].tolist() == pytest.approx([0.5])
     assert "no state of rest exists" in report.gross_slip.reason
     assert "no state of rest exists" in report.advice[0]
     assert report.curve.load_factor[-1] == pytest.approx(0.95 * 0.5) and not report.curve.work.any()
-
-
-@pytest.mark.parametrize("seed", few(range(3)))
-def test_its_numbers_are_those_of_the_calls(seed):
-    contact = random_system(np.random.default_rng(seed), 4)
-    report = fo.report(contact, CYCLE, 0.4)
-    question = (contact, CYCLE, 0.4)
-    assert value(report, "shakedown limit") == fo.shakedown_limit(*question).load_factor
-    assert (
-        value(report, "work per cycle")
-        == fo.steady_state(*question, 1.0).dissipation
-        == pytest.approx(report.contacts["work"].sum())
-    )
-    assert value(report, "required friction") == fo.required_friction(contact, CYCLE, 1.0).required
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
@@ -226,15 +217,6 @@ def test_load_factors_that_do_not_rise_are_refused(factors):
         fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, factors)
 
 
-PAIR = fo.ContactSystem.from_blocks(
-    [[1, -1], [-1, 1]],
-    np.zeros((2, 2)),
-    [[1, -1], [-1, 1]],
-    [0, 1],
-    {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
-)
-
-
 @pytest.mark.parametrize(
     ("mean", "corners", "friction", "sentence"),
     [
@@ -253,7 +235,7 @@ PAIR = fo.ContactSystem.from_blocks(
 )
 def test_advice_where_bodies_are_free(mean, corners, friction, sentence):
     """Two nodes of a body that slides off at load factor friction * P / Q, by hand."""
-    report = fo.report(PAIR, fo.LoadCycle(mean, corners), friction)
+    report = fo.report(FREE_PAIR, fo.LoadCycle(mean, corners), friction)
     assert sentence in " ".join(report.advice), report.advice
     assert (report.steady is not None) == (friction in (1.0, 0.3) and mean["P"] > 0)
 

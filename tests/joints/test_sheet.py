@@ -23,18 +23,11 @@ from helpers.cases import few
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import flat_body, random_contact
 from helpers.systems import BLOCK as BARE_BLOCK
-from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system, unit_nodes
+from helpers.systems import CYCLE, FREE, FREE_PAIR, PUSHED_AND_PULLED, random_system, unit_nodes
 from studies.validation.moving_events import FRICTION, ROLLS, cylinder
 
 STIFFNESS = 3.0
 BLOCK = replace(BARE_BLOCK, width=[2.0])
-FREE = fo.ContactSystem.from_blocks(
-    [[0.0]],
-    [[0.0]],
-    [[0.0]],
-    [0.0],
-    {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0]), "side": ([-1.0], [0.0])},
-)
 
 
 def jenkins(friction_force, load=1.0):
@@ -342,14 +335,7 @@ def test_a_body_in_the_plane_pries_where_it_tips():
 
 def test_a_ratcheting_contact_tells_its_drift():
     """The drift is the difference of slips of a transient, a cycle apart."""
-    pair = fo.ContactSystem.from_blocks(
-        [[1, -1], [-1, 1]],
-        np.zeros((2, 2)),
-        [[1, -1], [-1, 1]],
-        [0, 1],
-        {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
-        units="N, mm",
-    )
+    pair = replace(FREE_PAIR, units="N, mm")
     cycle = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"R": 0.8}, {"R": -0.8}])
     path = fo.march(pair, cycle, 0.3, 1.0, cycles=12)
     ends = [path.slip[np.searchsorted(path.time, 2 * k + 1e-9) - 1] for k in (11, 12)]
